@@ -1,0 +1,195 @@
+"""A flexible body as plain arrays: the seam between finite elements and dynamics.
+
+Whatever the discretisation (finite elements, admissible functions, lumped masses), a reduced body is its mass
+moments, strain tensors, damping, markers and a skin to draw. A rigid body is one with no shapes, n = 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class MassMoments:
+    """Mass moments of a flexible body over its shapes z = (rho, phi_1, ..., phi_n), body frame (THEORY section 3).
+
+    mass    ()                     int dm       [kg]
+    first   (1 + n, 3)             int z dm     [kg m | kg^1/2]
+    second  (1 + n, 3, 1 + n, 3)   int z z^T dm [kg m^2 | kg^1/2 m | 1]
+
+    With y = (1, delta) a material point sits at r = z_A y_A. Units in brackets hold for mass-normalised shapes.
+    """
+
+    mass: float
+    first: Array
+    second: Array
+
+    @property
+    def n_modes(self) -> int:
+        """Number of shapes n."""
+        return self.first.shape[0] - 1
+
+    def center_of_mass(self, delta: Array | None = None) -> Array:
+        """Centre of mass s y / mass in the body frame, (3,) [m]."""
+        return self._extended(delta) @ self.first / self.mass
+
+    def inertia(self, delta: Array | None = None) -> Array:
+        """Inertia about the body frame's origin, J = tr(Q) 1 - Q, (3, 3) [kg m^2]."""
+        y = self._extended(delta)
+        Q = np.einsum("AaBb,A,B->ab", self.second, y, y)
+        return np.trace(Q) * np.eye(3) - Q
+
+    def elastic_mass(self) -> Array:
+        """Elastic mass Me[k, l] = P[k, a, l, a], (n, n)."""
+        return np.einsum("kala->kl", self.second[1:, :, 1:, :])
+
+    def _extended(self, delta: Array | None) -> Array:
+        return np.concatenate([[1.0], np.zeros(self.n_modes) if delta is None else np.asarray(delta, float)])
+
+
+@dataclass(frozen=True, eq=False)
+class StrainTensors:
+    """Strain tensors of eq. (7), with the factor 1/2: V = f0.d + 1/2 d.V1 d, the linear part of the elastic force.
+
+    V1  (n, n)   int B0^T C B0 + 2 int sigma0.B   [1/s^2 for mass-normalised shapes]
+    f0  (n,)     int sigma0.B0                    [kg^1/2 m / s^2]
+    """
+
+    V1: Array
+    f0: Array
+
+    @classmethod
+    def linear(cls, V1: Array) -> StrainTensors:
+        """Strain tensors of an unstressed body with stiffness V1 (n, n)."""
+        V1 = np.asarray(V1, float)
+        return cls(V1, np.zeros(V1.shape[0]))
+
+
+@dataclass(frozen=True, eq=False)
+class Marker:
+    """A named place on a body: where joints, loads and sensors attach.
+
+    position    (3,)    undeformed position, body frame [m]
+    phi         (3, n)  translation of the place per elastic coordinate
+    psi         (3, n)  small rotation of the place per elastic coordinate
+    orientation (3, 3)  C_BM: turns marker components into body components, undeformed
+    """
+
+    position: Array
+    phi: Array
+    psi: Array
+    orientation: Array = field(default_factory=lambda: np.eye(3))
+
+    @classmethod
+    def rigid(cls, position: Array, orientation: Array | None = None, n_modes: int = 0) -> Marker:
+        """A marker that does not move with the elastic coordinates."""
+        zero = np.zeros((3, n_modes))
+        return cls(np.asarray(position, float), zero, zero, np.eye(3) if orientation is None else orientation)
+
+    def turned(self, orientation: Array) -> Marker:
+        """The same place with other undeformed axes, C_BM (3, 3)."""
+        return replace(self, orientation=np.asarray(orientation, float))
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """What is drawn of a body: a surface (or line, or points) and how each shape moves its points.
+
+    points  (n_p, 3)      undeformed, body frame [m]; already offset to the section's rim or the plate's faces
+    cells   type -> (n_c, nodes)   with meshio's cell names: "triangle", "quad", "line", "vertex"
+    shapes  (n, n_p, 3)   displacement of each point per elastic coordinate (u + theta x offset)
+    """
+
+    points: Array
+    cells: dict[str, NDArray[np.int64]]
+    shapes: Array
+
+
+@dataclass(frozen=True, eq=False)
+class FlexibleBody:
+    """A reduced body: everything the dynamics and the pictures need, in SI, in the body frame.
+
+    moments  MassMoments
+    strain   StrainTensors
+    damping  (n, n)  elastic damping matrix [1/s for mass-normalised shapes]
+    markers  name -> Marker; "origin" is always there
+    skin     Skin, or None for a body that cannot be drawn
+    kinds    (n,) one word per shape: vibration, constraint, attachment, free-free, derivative, admissible, nodal
+    omega    (n,) natural frequency of each shape where it means something, else nan [rad/s]
+    """
+
+    moments: MassMoments
+    strain: StrainTensors
+    damping: Array
+    markers: dict[str, Marker]
+    skin: Skin | None = None
+    kinds: tuple[str, ...] = ()
+    omega: Array = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        n = self.n_modes
+        if self.strain.V1.shape != (n, n) or self.damping.shape != (n, n):
+            raise ValueError(
+                f"a body with {n} shapes needs stiffness and damping of shape ({n}, {n}); "
+                f"found {self.strain.V1.shape} and {self.damping.shape}"
+            )
+        for name, marker in self.markers.items():
+            if marker.phi.shape != (3, n) or marker.psi.shape != (3, n):
+                raise ValueError(f"marker {name!r} has rows of shape {marker.phi.shape}; a body with {n} shapes needs (3, {n})")
+        if "origin" not in self.markers:
+            self.markers["origin"] = Marker.rigid(np.zeros(3), n_modes=n)
+
+    @property
+    def n_modes(self) -> int:
+        """Number of elastic coordinates."""
+        return self.moments.n_modes
+
+    def marker(self, name: str) -> Marker:
+        """The marker of that name.
+
+        Raises KeyError with the known names when there is none.
+        """
+        if name not in self.markers:
+            raise KeyError(f"marker {name!r} is not on the body; its markers are {sorted(self.markers)}")
+        return self.markers[name]
+
+    def damped(self, ratio: float) -> FlexibleBody:
+        """A copy with modal damping ratio for every shape with a natural frequency, 2 ratio omega (diagonal)."""
+        omega = np.nan_to_num(self.omega, nan=0.0) if self.omega.size else np.zeros(self.n_modes)
+        return replace(self, damping=np.diag(2.0 * ratio * omega * np.diag(self.moments.elastic_mass())))
+
+
+def rigid_body(
+    mass: float,
+    inertia: Array,
+    center_of_mass: Array | None = None,
+    markers: dict[str, Marker] | None = None,
+    skin: Skin | None = None,
+) -> FlexibleBody:
+    """A body without shapes from its mass [kg] and inertia about its centre of mass (3, 3) [kg m^2].
+
+    Raises ValueError when the inertia is not symmetric, not positive, or breaks the triangle inequality.
+    """
+    J = np.asarray(inertia, float)
+    c = np.zeros(3) if center_of_mass is None else np.asarray(center_of_mass, float)
+    if not mass > 0:
+        raise ValueError(f"mass is {mass} kg; a body needs a positive mass")
+    if not np.allclose(J, J.T, rtol=1e-9, atol=0):
+        raise ValueError(f"inertia is not symmetric: {J.tolist()}")
+    principal = np.linalg.eigvalsh(J)
+    if principal[0] < 0:
+        raise ValueError(f"inertia is not positive: its principal moments are {principal.tolist()} kg m^2")
+    if principal[0] + principal[1] < principal[2] * (1 - 1e-9):
+        raise ValueError(
+            f"inertia breaks the triangle inequality: principal moments {principal.tolist()} kg m^2, "
+            f"of which the two smaller must sum to at least the largest"
+        )
+    Q = np.trace(J) / 2 * np.eye(3) - J + mass * np.outer(c, c)
+    moments = MassMoments(float(mass), (mass * c)[None, :], Q[None, :, None, :])
+    empty = np.zeros((0, 0))
+    return FlexibleBody(moments, StrainTensors.linear(empty), empty, dict(markers or {}), skin)

@@ -1,0 +1,190 @@
+"""Lowering a System to flat arrays: every number into the pool, every place into the records."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody, Marker
+from femflex.dynamics import layout as at
+from femflex.rotations import axes_of_sequence
+from femflex.system import Joint, Load, System
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+
+ROUNDING = 1e-12  # relative; an elastic mass or stiffness closer than this to its diagonal counts as diagonal
+
+FRAME_CODES = {"inertial": at.FRAME_INERTIAL, "orbital": at.FRAME_ORBITAL, "spinning": at.FRAME_SPINNING}
+LOAD_CODES = {"body": at.LOAD_BODY, "marker": at.LOAD_MARKER, "inertial": at.LOAD_INERTIAL, "orbital": at.LOAD_ORBITAL}
+
+
+class Pool:
+    """Numbers laid one after another; `put` says where a piece went, and lays equal pieces only once."""
+
+    def __init__(self) -> None:
+        self._pieces: list[Array] = []
+        self._known: dict[bytes, int] = {}
+        self.size = 0
+
+    def put(self, values: object) -> int:
+        """Place of the flattened values."""
+        piece = np.ascontiguousarray(values, float).ravel()
+        key = piece.tobytes()
+        if key not in self._known:
+            self._known[key] = self.size
+            self._pieces.append(piece)
+            self.size += piece.size
+        return self._known[key]
+
+    def array(self) -> Array:
+        """All pieces in one array."""
+        return np.concatenate([*self._pieces, np.zeros(1)])
+
+
+class Scratch:
+    """Hands out places in the work array."""
+
+    def __init__(self) -> None:
+        self.size = 0
+
+    def take(self, count: int) -> int:
+        """Place of that many doubles."""
+        start, self.size = self.size, self.size + count
+        return start
+
+
+def lower(system: System) -> tuple[Table, Array, int]:
+    """Integer table, pool and size of the work array of a system (see layout)."""
+    pool, scratch = Pool(), Scratch()
+    order = system.order
+    bodies = np.zeros(1 + len(order), at.BODY)
+    bodies[0]["work"] = scratch.take(at.W_FIXED)
+    nq = nu = 0
+    for i, name in enumerate(order, start=1):
+        joint, body = system.joint_of(name), system.bodies[name]
+        record = bodies[i]
+        record["parent"] = 0 if joint.parent is None else 1 + order.index(joint.parent)
+        record["q"], record["u"] = nq, nu
+        record["qe"], record["ue"] = nq + joint.n_q, nu + joint.n_u
+        nq, nu = nq + joint.n_q + body.n_modes, nu + joint.n_u + body.n_modes
+        lower_joint(record, joint, system, pool)
+        lower_body(record, body, pool, scratch)
+    for i, name in enumerate(order, start=1):
+        lower_markers(bodies, i, system.joint_of(name), system, pool, scratch)
+    loads = np.array([lower_load(load, system, order, pool) for load in system.loads], at.LOAD)
+    markers = np.array([lower_marker(b, m, system, order, pool) for b, m in reported_markers(system)], at.MARKER)
+    head = np.zeros(1, at.HEADER)
+    head[0]["n_bodies"], head[0]["n_loads"], head[0]["n_markers"] = len(bodies), len(loads), len(markers)
+    head[0]["n_q"], head[0]["n_u"] = nq, nu
+    head[0]["angle_axes"] = pool.put(axes_of_sequence(system.libration_sequence).astype(float))
+    head[0]["mass"] = pool.put([sum(body.moments.mass for body in system.bodies.values())])
+    head[0]["state"], head[0]["orbit_state"], head[0]["total"] = scratch.take(nq + nu), scratch.take(19), scratch.take(6)
+    lower_orbit(head[0], system, pool)
+    table = np.concatenate([part.view(np.int64).ravel() for part in (head, bodies, loads, markers)])
+    return table, pool.array(), scratch.size
+
+
+def lower_orbit(head: np.void, system: System, pool: Pool) -> None:
+    """Orbit and base frame into the header."""
+    head["frame"] = FRAME_CODES[system.frame.kind]
+    head["frame_data"] = pool.put(system.frame.rate)
+    if system.orbit is None:
+        head["orbit"] = at.ORBIT_NONE
+        return
+    o = system.orbit
+    head["orbit"] = at.ORBIT_FREE if o.free else at.ORBIT_SPECIFIED
+    E = 2 * np.arctan(np.sqrt((1 - o.eccentricity) / (1 + o.eccentricity)) * np.tan(o.true_anomaly / 2))
+    mean = E - o.eccentricity * np.sin(E)
+    head["orbit_data"] = pool.put(
+        [o.mu, o.semi_major_axis, o.eccentricity, o.mean_motion, mean, *o.C_NP().ravel()]
+    )
+
+
+def lower_joint(record: np.void, joint: Joint, system: System, pool: Pool) -> None:
+    """Axes, rotation set, springs and dampers of a joint."""
+    record["hidden"] = int(joint.parent is None and system.orbit is not None and not system.orbit.free)
+    record["n_slide"], record["n_turn"] = len(joint.translations), len(joint.rotations)
+    axes = [joint.translations.ravel(), joint.rotations.ravel()]
+    if joint.ball == "euler_parameters":
+        record["ball"] = at.BALL_QUATERNION
+    elif joint.ball is not None:
+        record["ball"] = at.BALL_ANGLES
+        axes.append(axes_of_sequence(joint.ball).astype(float))
+    record["n_h"] = 3 * record["hidden"] + joint.n_u
+    record["axes"] = pool.put(np.concatenate(axes))
+    record["spring"], record["damper"], record["rest"] = (pool.put(v) for v in (joint.stiffness, joint.damping, joint.rest))
+    record["sprung"] = int(bool(joint.stiffness.any() or joint.damping.any()))
+
+
+def lower_body(record: np.void, body: FlexibleBody, pool: Pool, scratch: Scratch) -> None:
+    """Moments, stiffness and damping of a body, and its work arrays."""
+    n, moments = body.n_modes, body.moments
+    record["n"] = n
+    record["mass"] = pool.put([moments.mass])
+    record["first"] = pool.put(moments.first)
+    record["second"] = pool.put(moments.second)
+    P = moments.second[1:, :, 1:, :]  # j b k c
+    gyro = np.stack([P[:, b, :, c] - P[:, c, :, b] for b, c in ((1, 2), (2, 0), (0, 1))])  # a j k
+    record["gyro"] = pool.put(gyro.swapaxes(0, 1))
+    elastic_mass = moments.elastic_mass()
+    record["elastic_mass"] = pool.put(elastic_mass)
+    record["elastic_cholesky"] = pool.put(np.linalg.cholesky(elastic_mass) if n else np.zeros(0))
+    record["orthonormal"] = int(np.abs(elastic_mass - np.eye(n)).max(initial=0.0) < ROUNDING)
+    V1 = (body.strain.V1 + body.strain.V1.T) / 2
+    record["stiffness"], record["damping"], record["f0"] = pool.put(V1), pool.put(body.damping), pool.put(body.strain.f0)
+    record["diagonal"] = int(_is_diagonal(V1) and _is_diagonal(body.damping))
+    record["work"] = scratch.take(at.W_FIXED)
+    for key, size in (("Z", 9 * (1 + n)), ("B", 6 * n), ("Y", 6 * n), ("pn", n), ("E", n * n), ("G", 6 * n)):
+        record[key] = scratch.take(size)
+
+
+def lower_markers(bodies: NDArray[np.void], i: int, joint: Joint, system: System, pool: Pool, scratch: Scratch) -> None:
+    """Markers P and Q of the joint of body i; their carriers' elastic blocks become dense when the markers move."""
+    record, parent = bodies[i], bodies[bodies[i]["parent"]]
+    own = system.bodies[joint.child].marker(joint.child_marker)
+    above = Marker.rigid(np.zeros(3)) if joint.parent is None else system.bodies[joint.parent].marker(joint.parent_marker)
+    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(above, pool)
+    record["own_place"], record["own_shape"], record["own_spin"], record["own_bends"] = put_marker(own, pool)
+    record["Phi"] = scratch.take(6 * parent["n"])
+    if record["bends"]:
+        parent["dense"] = 1
+    if record["own_bends"]:
+        record["dense"] = 1
+
+
+def put_marker(marker: Marker, pool: Pool) -> tuple[int, int, int, int]:
+    """Places of position and axes, phi, psi, and whether the marker moves with the shapes at all."""
+    bends = int(bool(np.any(marker.phi) or np.any(marker.psi)))
+    place = pool.put(np.concatenate([marker.position, marker.orientation.ravel()]))
+    return place, pool.put(marker.phi), pool.put(marker.psi), bends
+
+
+def lower_load(load: Load, system: System, order: list[str], pool: Pool) -> NDArray[np.void]:
+    """One LOAD record."""
+    record = np.zeros((), at.LOAD)
+    record["body"], record["frame"] = 1 + order.index(load.body), LOAD_CODES[load.frame]
+    marker = system.bodies[load.body].marker(load.marker)
+    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(marker, pool)
+    record["n_times"] = 0 if load.times is None else len(load.times)
+    record["times"] = pool.put(np.zeros(1) if load.times is None else load.times)
+    record["values"] = pool.put(np.hstack([np.atleast_2d(load.force), np.atleast_2d(load.torque)]))
+    return record
+
+
+def reported_markers(system: System) -> list[tuple[str, str]]:
+    """(body, marker) of every named marker whose motion a run reports."""
+    return [(b, m) for b in system.order for m in sorted(system.bodies[b].markers) if m != "origin"]
+
+
+def lower_marker(body: str, name: str, system: System, order: list[str], pool: Pool) -> NDArray[np.void]:
+    """One MARKER record."""
+    record = np.zeros((), at.MARKER)
+    record["body"] = 1 + order.index(body)
+    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(system.bodies[body].marker(name), pool)
+    return record
+
+
+def _is_diagonal(a: Array) -> bool:
+    off = a - np.diag(np.diag(a))
+    return bool(np.abs(off).max(initial=0.0) <= ROUNDING * np.abs(a).max(initial=0.0))

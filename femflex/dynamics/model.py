@@ -1,0 +1,261 @@
+"""The compiled System: flat arrays, the compiled calls over them, and what a run of it reports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from femflex.dynamics import equations
+from femflex.dynamics import observe as seen
+from femflex.dynamics.layout import BALL_QUATERNION, bodies_of
+from femflex.dynamics.lower import lower, reported_markers
+from femflex.system import Channel, System
+
+Array = NDArray[np.float64]
+
+XYZ = ("x", "y", "z")
+EULER = ("e0", "e1", "e2", "e3")
+ANGLE_WORDS = {"x": "pitch", "y": "yaw", "z": "roll"}  # about the orbit normal, the vertical, the flight direction
+
+
+@dataclass(frozen=True, eq=False)
+class SecondOrderCalls:
+    """The calls that implicit integrators use, over the model's own arrays."""
+
+    n_q: int
+    n_u: int
+    residual: Any = field(default=equations.residual)
+    solve: Any = field(default=equations.solve)
+    kinematic: Any = field(default=equations.kinematic)
+    advance: Any = field(default=equations.advance)
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A System lowered to flat arrays; `rate(t, x, dx, table, pool, work)` is its compiled equation of motion.
+
+    table, pool, work   see femflex.dynamics.layout
+    x0                  (n_x,) initial state (q, u)
+    breaks              (n,) times at which a load is not smooth [s]
+    renormalise         first positions in x of the quadruples of Euler parameters
+    max_frequency       highest natural frequency of shapes and springs [rad/s]
+    channels            path -> Channel of everything `observe` returns
+    """
+
+    system: System
+    table: NDArray[np.int64]
+    pool: Array
+    work: Array
+    n_q: int
+    n_u: int
+    x0: Array
+    breaks: Array
+    renormalise: NDArray[np.int64]
+    max_frequency: float
+    channels: dict[str, Channel]
+    rate: Any = field(default=equations.rate)
+
+    @property
+    def n_x(self) -> int:
+        """Number of states."""
+        return self.n_q + self.n_u
+
+    @property
+    def second_order(self) -> SecondOrderCalls:
+        """The calls of implicit integrators."""
+        return SecondOrderCalls(self.n_q, self.n_u)
+
+    def state_rate(self, t: float, x: Array) -> Array:
+        """dx/dt (n_x,) at the state x (n_x,)."""
+        dx = np.empty(self.n_x)
+        self.rate(float(t), np.ascontiguousarray(x, float), dx, self.table, self.pool, self.work)
+        return dx
+
+    def residual(self, t: float, x: Array, udot: Array) -> Array:
+        """M udot + h - Q of eq. (9), (n_u,)."""
+        out = np.empty(self.n_u)
+        q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
+        equations.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, self.table, self.pool, self.work)
+        return out
+
+    def bias(self, t: float, x: Array) -> Array:
+        """h - Q of eq. (9), (n_u,)."""
+        return self.residual(t, x, np.zeros(self.n_u))
+
+    def mass_matrix(self, t: float, x: Array) -> Array:
+        """M of eq. (9), (n_u, n_u)."""
+        h = self.bias(t, x)
+        return np.column_stack([self.residual(t, x, unit) - h for unit in np.eye(self.n_u)])
+
+    def observe(self, times: Array, states: Array) -> dict[str, Array]:
+        """Every channel at times (n_t,) and states (n_t, n_x): path -> (n_t, *channel.shape)."""
+        times = np.ascontiguousarray(times, float)
+        states = np.ascontiguousarray(states, float)
+        rows = np.empty((len(times), row_length(self.system)))
+        seen.observe(times, states, rows, self.table, self.pool, self.work)
+        out = {path: rows[:, place].reshape(len(times), *self.channels[path].shape) for path, place in row_places(self.system).items()}
+        out["q"], out["u"] = states[:, : self.n_q], states[:, self.n_q :]
+        records = bodies_of(self.table)
+        for i, name in enumerate(self.system.order, start=1):
+            first = int(records[i]["qe"])
+            out[f"bodies/{name}/delta"] = states[:, first : first + self.system.bodies[name].n_modes]
+        return {path: out[path] for path in self.channels}
+
+
+def compile_system(system: System) -> Model:
+    """The compiled model of a system.
+
+    The first process on a machine compiles the kernels once (some tens of seconds); later ones load them.
+    """
+    table, pool, scratch = lower(system)
+    n_q = len(system.coordinate_names())
+    n_u = len(system.velocity_names())
+    quadruples = [int(b["q"] + b["n_slide"]) for b in bodies_of(table)[1:] if b["ball"] == BALL_QUATERNION]
+    knots = [load.times for load in system.loads if load.times is not None]
+    model = Model(
+        system=system,
+        table=table,
+        pool=pool,
+        work=np.zeros(scratch),
+        n_q=n_q,
+        n_u=n_u,
+        x0=system.initial_state(),
+        breaks=np.unique(np.concatenate(knots)) if knots else np.zeros(0),
+        renormalise=np.array(quadruples, np.int64),
+        max_frequency=highest_frequency(system),
+        channels=channels_of(system),
+    )
+    return model
+
+
+def highest_frequency(system: System) -> float:
+    """Highest natural frequency of any body's shapes alone [rad/s], an estimate of what an explicit step must follow."""
+    highest = 0.0
+    for body in system.bodies.values():
+        if body.n_modes:
+            stiffness = (body.strain.V1 + body.strain.V1.T) / 2
+            square = eigh(stiffness, free_elastic_mass(body.moments.second, body.moments.first, body.moments.mass), eigvals_only=True)
+            highest = max(highest, float(np.sqrt(max(square[-1], 0.0))))
+    return highest
+
+
+def free_elastic_mass(second: Array, first: Array, mass: float) -> Array:
+    """Elastic mass (n, n) with the body free to recoil: Me less what its rigid motion takes up.
+
+    The free body rings higher than the fixed one; an appendage on a craft lies between.
+    """
+    n = len(first) - 1
+    Me = np.einsum("kala->kl", second[1:, :, 1:, :])
+    Q = second[0, :, 0, :]
+    c = first[0]
+    J = np.trace(Q) * np.eye(3) - Q
+    skew = np.array([[0, -c[2], c[1]], [c[2], 0, -c[0]], [-c[1], c[0], 0]])
+    rigid = np.block([[mass * np.eye(3), -skew], [skew, J]])
+    P = second[0, :, 1:, :]  # b k c
+    Cr = np.stack([P[1, :, 2] - P[2, :, 1], P[2, :, 0] - P[0, :, 2], P[0, :, 1] - P[1, :, 0]])
+    B = np.vstack([first[1:].T, Cr])
+    recoil = Me - B.T @ np.linalg.lstsq(rigid, B, rcond=1e-12)[0]
+    values, axes = np.linalg.eigh((recoil + recoil.T) / 2)
+    floor = 0.05 * np.linalg.eigvalsh(Me)[0] if n else 0.0  # a shape that is nearly all rigid motion is not let ring without bound
+    return (axes * np.maximum(values, floor)) @ axes.T
+
+
+def row_length(system: System) -> int:
+    """Numbers per observed instant."""
+    counts = len(system.bodies) * seen.ROW_BODY + len(reported_markers(system)) * seen.ROW_MARKER
+    return seen.ROW_FIXED + counts + len(system.loads) * seen.ROW_LOAD
+
+
+def row_places(system: System) -> dict[str, slice | int]:
+    """Where each channel stands in an observed row."""
+    s = seen
+    places: dict[str, slice | int] = {
+        "attitude/angles": slice(s.ROW_ANGLES, s.ROW_ANGLES + 3),
+        "monitors/energy": s.ROW_ENERGY,
+        "monitors/kinetic": s.ROW_KINETIC,
+        "monitors/elastic": s.ROW_ELASTIC,
+        "monitors/spring": s.ROW_SPRING,
+        "monitors/momentum": slice(s.ROW_MOMENTUM, s.ROW_MOMENTUM + 3),
+        "monitors/angular_momentum": slice(s.ROW_ANGULAR, s.ROW_ANGULAR + 3),
+        "monitors/center_of_mass": slice(s.ROW_CENTER, s.ROW_CENTER + 3),
+        "monitors/quaternion_norm": s.ROW_NORM,
+    }
+    if system.orbit is not None:
+        places |= {
+            "orbit/radius": s.ROW_RADIUS,
+            "orbit/true_anomaly": s.ROW_ANOMALY,
+            "orbit/attitude": slice(s.ROW_ORBIT, s.ROW_ORBIT + 4),
+            "monitors/gravity": s.ROW_GRAVITY,
+            "monitors/jacobi": s.ROW_JACOBI,
+        }
+    at = s.ROW_FIXED
+    for name in system.order:
+        for key, start, stop in (("position", 0, 3), ("attitude", 3, 7), ("rate", 7, 10)):
+            places[f"bodies/{name}/{key}"] = slice(at + start, at + stop)
+        at += s.ROW_BODY
+    for body, marker in reported_markers(system):
+        for key, start in (("position", 0), ("velocity", 3), ("deflection", 6)):
+            places[f"markers/{body}.{marker}/{key}"] = slice(at + start, at + start + 3)
+        at += s.ROW_MARKER
+    for load in system.loads:
+        for key, start in (("force", 0), ("torque", 3)):
+            places[f"loads/{load.name}/{key}"] = slice(at + start, at + start + 3)
+        at += s.ROW_LOAD
+    return places
+
+
+def channels_of(system: System) -> dict[str, Channel]:
+    """Path, unit, meaning and frame of everything a run reports."""
+    q, u = system.coordinate_names(), system.velocity_names()
+    where = "from O" if system.orbit else "from the inertial origin"
+    angles = system.libration_sequence
+    words = tuple(ANGLE_WORDS[a] for a in angles) if len(set(angles)) == 3 else tuple(f"{a}{k + 1}" for k, a in enumerate(angles))
+    out = {
+        "q": Channel(_units(q), "coordinates", (len(q),), tuple(name for name, _ in q)),
+        "u": Channel(_units(u), "quasi-velocities", (len(u),), tuple(name for name, _ in u)),
+        "attitude/angles": Channel("rad", f"attitude of {system.root} from the {system.frame.kind} frame, intrinsic {angles}", (3,), words),
+        "monitors/energy": Channel("J", "total energy"),
+        "monitors/kinetic": Channel("J", "kinetic energy relative to O" if system.orbit else "kinetic energy"),
+        "monitors/elastic": Channel("J", "strain energy"),
+        "monitors/spring": Channel("J", "energy of joint springs"),
+        "monitors/momentum": Channel("kg m/s", "linear momentum", (3,), XYZ, "inertial"),
+        "monitors/angular_momentum": Channel("kg m^2/s", "angular momentum about the centre of mass", (3,), XYZ, "inertial"),
+        "monitors/center_of_mass": Channel("m", f"centre of mass {where}", (3,), XYZ, "inertial"),
+        "monitors/quaternion_norm": Channel("1", "largest departure of Euler parameters from unit length"),
+    }
+    if system.orbit is not None:
+        out |= {
+            "orbit/radius": Channel("m", "distance of O from the Earth's centre"),
+            "orbit/true_anomaly": Channel("rad", "true anomaly of O"),
+            "orbit/attitude": Channel("1", "Euler parameters of the orbital frame, C_NO", (4,), EULER),
+            "monitors/gravity": Channel("J", "energy of the gravity gradient"),
+            "monitors/jacobi": Channel("J", "Jacobi integral, constant on a circular orbit"),
+        }
+    for name in system.order:
+        out |= {
+            f"bodies/{name}/position": Channel("m", f"origin of {name} {where}", (3,), XYZ, "inertial"),
+            f"bodies/{name}/attitude": Channel("1", f"Euler parameters of {name}, C_NB", (4,), EULER),
+            f"bodies/{name}/rate": Channel("rad/s", f"inertial rate of {name}", (3,), XYZ, "body"),
+            f"bodies/{name}/delta": Channel("kg^1/2 m", f"elastic coordinates of {name}", (system.bodies[name].n_modes,)),
+        }
+    for body, marker in reported_markers(system):
+        label = f"{body}.{marker}"
+        out |= {
+            f"markers/{label}/position": Channel("m", f"position of {label} {where}", (3,), XYZ, "inertial"),
+            f"markers/{label}/velocity": Channel("m/s", f"velocity of {label} {where}", (3,), XYZ, "inertial"),
+            f"markers/{label}/deflection": Channel("m", f"elastic displacement of {label}", (3,), XYZ, "body"),
+        }
+    for load in system.loads:
+        out |= {
+            f"loads/{load.name}/force": Channel("N", f"force of {load.name}", (3,), XYZ, "body"),
+            f"loads/{load.name}/torque": Channel("N m", f"torque of {load.name}", (3,), XYZ, "body"),
+        }
+    return out
+
+
+def _units(pairs: list[tuple[str, str]]) -> str:
+    return ", ".join(unit for _, unit in pairs)

@@ -1,0 +1,20 @@
+"""A channel of a run: one array over time, with its shape per instant, unit and meaning."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Describes one data set of the result file; the first axis of the data is time.
+
+    shape  per instant, () for a scalar;  names  of the entries along the last axis, if they have any
+    frame  axes of the components: "inertial", "body", "orbital", or "" where it has no meaning
+    """
+
+    unit: str
+    description: str
+    shape: tuple[int, ...] = ()
+    names: tuple[str, ...] = ()
+    frame: str = ""

@@ -1,0 +1,194 @@
+"""Joints: how a body hangs from its parent, or from the base frame.
+
+A joint leads from marker P on the parent to marker Q on the child: first the translations along axes fixed in P, then
+the rotations. Rotations are either successive turns about given axes (revolute, universal), whose rates are the
+quasi-velocities, or a ball (spherical, free), whose quasi-velocity is the angular rate of Q relative to P in Q
+components while its coordinates follow a chosen rotation set.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.rotations import ANGLE_SEQUENCES, axes_of_sequence, dcm_from_angles, quaternion_from_dcm
+
+Array = NDArray[np.float64]
+
+BALL_SETS = ("euler_parameters", *ANGLE_SEQUENCES)
+
+
+def _none() -> Array:
+    return np.zeros((0, 3))
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A joint between a parent's marker and a child's marker; parent None is the base frame.
+
+    translations (n_t, 3)  unit axes of sliding, components of the parent's marker
+    rotations    (n_r, 3)  unit axes of successive turns, n_r <= 3; none for a ball
+    ball         name of the rotation set of a ball joint, or None
+    stiffness    (n_u,)    spring per quasi-coordinate, translations first [N/m, N m/rad]
+    damping      (n_u,)    damper per quasi-coordinate [N s/m, N m s/rad]
+    rest         (n_u,)    coordinate at which the spring is free (for a ball: rotation vector)
+    q0, u0       initial coordinates (n_q,) and quasi-velocities (n_u,)
+    """
+
+    child: str
+    parent: str | None = None
+    child_marker: str = "origin"
+    parent_marker: str = "origin"
+    name: str = ""
+    translations: Array = field(default_factory=_none)
+    rotations: Array = field(default_factory=_none)
+    ball: str | None = None
+    stiffness: Array = field(default_factory=lambda: np.zeros(0))
+    damping: Array = field(default_factory=lambda: np.zeros(0))
+    rest: Array = field(default_factory=lambda: np.zeros(0))
+    q0: Array = field(default_factory=lambda: np.zeros(0))
+    u0: Array = field(default_factory=lambda: np.zeros(0))
+    kind: str = "weld"
+
+    def __post_init__(self) -> None:
+        if self.ball is not None and self.ball not in BALL_SETS:
+            raise ValueError(f"rotation set {self.ball!r} of joint {self.label!r} is not known; known are {list(BALL_SETS)}")
+        if self.ball is not None and len(self.rotations):
+            raise ValueError(f"joint {self.label!r} has both a ball and turning axes; give one of them")
+        set_ = object.__setattr__
+        set_(self, "translations", _unit_rows(self.translations, "translation", self.label))
+        set_(self, "rotations", _unit_rows(self.rotations, "rotation", self.label))
+        if len(self.translations) > 3 or len(self.rotations) > 3:
+            raise ValueError(f"joint {self.label!r} has {len(self.translations)} translations and {len(self.rotations)} rotations; at most three of each")
+        if np.linalg.matrix_rank(self.translations) < len(self.translations):
+            raise ValueError(f"translation axes of joint {self.label!r} depend on each other: {self.translations.tolist()}")
+        for key, size in (("stiffness", self.n_u), ("damping", self.n_u), ("rest", self.n_u), ("u0", self.n_u)):
+            set_(self, key, _sized(getattr(self, key), size, key, self.label))
+        q0 = np.asarray(self.q0, float)
+        set_(self, "q0", self._rest_coordinates() if q0.size == 0 else _sized(q0, self.n_q, "q0", self.label))
+        for key in ("stiffness", "damping"):
+            if np.any(getattr(self, key) < 0):
+                raise ValueError(f"{key} of joint {self.label!r} is negative: {getattr(self, key).tolist()}")
+
+    @property
+    def label(self) -> str:
+        """The joint's name, or "parent-child"."""
+        return self.name or f"{self.parent or 'base'}-{self.child}"
+
+    @property
+    def n_q(self) -> int:
+        """Number of coordinates."""
+        turns = len(self.rotations) if self.ball is None else (4 if self.ball == "euler_parameters" else 3)
+        return len(self.translations) + turns
+
+    @property
+    def n_u(self) -> int:
+        """Number of quasi-velocities, the joint's degrees of freedom."""
+        return len(self.translations) + (len(self.rotations) if self.ball is None else 3)
+
+    def coordinate_names(self) -> list[tuple[str, str]]:
+        """Name and unit of each coordinate."""
+        slides = [(f"{self.label}.slide{_number(j, self.translations)}", "m") for j in range(len(self.translations))]
+        if self.ball is None:
+            return slides + [(f"{self.label}.angle{_number(j, self.rotations)}", "rad") for j in range(len(self.rotations))]
+        if self.ball == "euler_parameters":
+            return slides + [(f"{self.label}.e{j}", "1") for j in range(4)]
+        return slides + [(f"{self.label}.{axis}{j + 1}", "rad") for j, axis in enumerate(self.ball)]
+
+    def velocity_names(self) -> list[tuple[str, str]]:
+        """Name and unit of each quasi-velocity."""
+        if self.ball is None:
+            return [(f"{name}_rate", unit + "/s") for name, unit in self.coordinate_names()]
+        slides = self.coordinate_names()[: len(self.translations)]
+        return [(f"{n}_rate", u + "/s") for n, u in slides] + [(f"{self.label}.omega_{a}", "rad/s") for a in "xyz"]
+
+    def with_initial(self, q0: Array | None = None, u0: Array | None = None) -> Joint:
+        """A copy with other initial coordinates (n_q,) or quasi-velocities (n_u,)."""
+        return replace(self, q0=self.q0 if q0 is None else np.asarray(q0, float), u0=self.u0 if u0 is None else np.asarray(u0, float))
+
+    def _rest_coordinates(self) -> Array:
+        q = np.zeros(self.n_q)
+        if self.ball == "euler_parameters":
+            q[len(self.translations)] = 1.0
+        return q
+
+
+def weld(child: str, parent: str | None = None, **where: object) -> Joint:
+    """A joint without freedom."""
+    return Joint(child, parent, kind="weld", **where)  # type: ignore[arg-type]
+
+
+def revolute(child: str, parent: str | None = None, axis: object = (0, 0, 1), **where: object) -> Joint:
+    """One turn about an axis of the parent's marker."""
+    return Joint(child, parent, rotations=_rows(axis), kind="revolute", **where)  # type: ignore[arg-type]
+
+
+def prismatic(child: str, parent: str | None = None, axis: object = (1, 0, 0), **where: object) -> Joint:
+    """One slide along an axis of the parent's marker."""
+    return Joint(child, parent, translations=_rows(axis), kind="prismatic", **where)  # type: ignore[arg-type]
+
+
+def cylindrical(child: str, parent: str | None = None, axis: object = (0, 0, 1), **where: object) -> Joint:
+    """A slide and a turn along one axis of the parent's marker."""
+    return Joint(child, parent, translations=_rows(axis), rotations=_rows(axis), kind="cylindrical", **where)  # type: ignore[arg-type]
+
+
+def universal(child: str, parent: str | None = None, axes: object = ((1, 0, 0), (0, 1, 0)), **where: object) -> Joint:
+    """Two successive turns, the second about an axis that the first has turned."""
+    return Joint(child, parent, rotations=_rows(axes), kind="universal", **where)  # type: ignore[arg-type]
+
+
+def spherical(child: str, parent: str | None = None, rotation: str = "euler_parameters", **where: object) -> Joint:
+    """Free rotation by Euler parameters or an angle sequence such as "xzy" (intrinsic)."""
+    return Joint(child, parent, ball=rotation, kind="spherical", **where)  # type: ignore[arg-type]
+
+
+def free(child: str, parent: str | None = None, rotation: str = "euler_parameters", **where: object) -> Joint:
+    """Three slides and free rotation."""
+    return Joint(child, parent, translations=np.eye(3), ball=rotation, kind="free", **where)  # type: ignore[arg-type]
+
+
+JOINTS = {f.__name__: f for f in (weld, revolute, prismatic, cylindrical, universal, spherical, free)}
+
+
+def ball_coordinates(rotation: str, sequence: str, angles: Array) -> Array:
+    """Coordinates of a ball with that rotation set, turned by angles [rad] of an intrinsic sequence.
+
+    >>> ball_coordinates("euler_parameters", "xyz", np.zeros(3))
+    array([1., 0., 0., 0.])
+    """
+    C_PQ = dcm_from_angles(np.asarray(angles, float), axes_of_sequence(sequence))
+    if rotation == "euler_parameters":
+        return quaternion_from_dcm(C_PQ)
+    from femflex.rotations import angles_from_dcm
+
+    return angles_from_dcm(C_PQ, axes_of_sequence(rotation))
+
+
+def _rows(axes: object) -> Array:
+    return np.atleast_2d(np.asarray(axes, float))
+
+
+def _unit_rows(axes: Array, what: str, label: str) -> Array:
+    axes = np.asarray(axes, float).reshape(-1, 3)
+    length = np.linalg.norm(axes, axis=1, keepdims=True)
+    if np.any(length == 0) or not np.all(np.isfinite(axes)):
+        raise ValueError(f"a {what} axis of joint {label!r} has no direction: {axes.tolist()}")
+    return axes / length
+
+
+def _sized(value: Array, size: int, key: str, label: str) -> Array:
+    value = np.asarray(value, float)
+    if value.size == 0:
+        return np.zeros(size)
+    if value.ndim == 0:
+        return np.full(size, float(value))
+    if value.shape != (size,):
+        raise ValueError(f"{key} of joint {label!r} has {value.size} values; the joint needs {size}")
+    return value
+
+
+def _number(j: int, axes: Array) -> str:
+    return "" if len(axes) == 1 else str(j + 1)

@@ -1,0 +1,139 @@
+"""The system: bodies and joints in a tree over the base frame, with orbit and loads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody
+from femflex.system.joint import Joint
+from femflex.system.load import Load
+from femflex.system.orbit import Frame, Orbit
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """Bodies and joints in a tree, in any numbering; body names are the keys of `bodies`.
+
+    bodies   name -> FlexibleBody
+    joints   one per body, in any order; parent None hangs from the base frame
+    frame    base frame F of joints without a parent
+    orbit    None, or the orbit of O; then one root body, and F's origin is O
+    delta0   body name -> initial elastic coordinates (n,);  ddelta0 their rates
+    libration_sequence  angles reported of the root body relative to F
+
+    With a specified orbit O is the centre of mass: the root joint's translation is eliminated, so the root joint must
+    have none (spherical: attitude free; weld: attitude held). With a free orbit the root joint is `free`.
+    Raises ValueError for a tree that is not one, markers or bodies that do not exist, and shapes that do not fit.
+    """
+
+    bodies: dict[str, FlexibleBody]
+    joints: tuple[Joint, ...]
+    loads: tuple[Load, ...] = ()
+    frame: Frame = field(default_factory=Frame)
+    orbit: Orbit | None = None
+    delta0: dict[str, Array] = field(default_factory=dict)
+    ddelta0: dict[str, Array] = field(default_factory=dict)
+    libration_sequence: str = "xzy"
+
+    def __post_init__(self) -> None:
+        problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems()]
+        if problems:
+            raise ValueError("\n".join(problems))
+
+    @property
+    def order(self) -> list[str]:
+        """Body names so that parents come before their children; otherwise in the order given."""
+        parent = {j.child: j.parent for j in self.joints}
+        placed: list[str] = []
+        while len(placed) < len(self.bodies):
+            placed += [b for b in self.bodies if b not in placed and (parent[b] is None or parent[b] in placed)]
+        return placed
+
+    def joint_of(self, body: str) -> Joint:
+        """The joint whose child is that body."""
+        return next(j for j in self.joints if j.child == body)
+
+    @property
+    def root(self) -> str:
+        """The first body that hangs from the base frame."""
+        return next(b for b in self.order if self.joint_of(b).parent is None)
+
+    def coordinate_names(self) -> list[tuple[str, str]]:
+        """Name and unit of every coordinate of q: per body in tree order its joint's, then its elastic ones."""
+        return [pair for b in self.order for pair in (*self.joint_of(b).coordinate_names(), *self._elastic(b, ""))]
+
+    def velocity_names(self) -> list[tuple[str, str]]:
+        """Name and unit of every quasi-velocity of u, in the same order."""
+        return [pair for b in self.order for pair in (*self.joint_of(b).velocity_names(), *self._elastic(b, "_rate"))]
+
+    def initial_state(self) -> Array:
+        """x0 = (q, u) at t = 0."""
+        q, u = [], []
+        for b in self.order:
+            n, joint = self.bodies[b].n_modes, self.joint_of(b)
+            q += [joint.q0, self.delta0.get(b, np.zeros(n))]
+            u += [joint.u0, self.ddelta0.get(b, np.zeros(n))]
+        return np.concatenate(q + u)
+
+    def _elastic(self, body: str, suffix: str) -> list[tuple[str, str]]:
+        unit = "kg^1/2 m" + ("/s" if suffix else "")
+        return [(f"{body}.delta{k + 1}{suffix}", unit) for k in range(self.bodies[body].n_modes)]
+
+    def _tree_problems(self) -> list[str]:
+        known = sorted(self.bodies)
+        out = [] if self.bodies else ["the system has no bodies"]
+        parent: dict[str, str | None] = {}
+        for j in self.joints:
+            for role, name in (("child", j.child), ("parent", j.parent)):
+                if name is not None and name not in self.bodies:
+                    out.append(f"{role} {name!r} of joint {j.label!r} is not a body; bodies are {known}")
+            if j.child == j.parent:
+                out.append(f"joint {j.label!r} joins body {j.child!r} to itself")
+            if j.child in parent:
+                out.append(f"body {j.child!r} is the child of two joints; a tree gives every body one parent")
+            parent[j.child] = j.parent
+        out += [f"body {b!r} has no joint; hang it from a parent or from the base frame" for b in known if b not in parent]
+        if out:
+            return out
+        for b in known:
+            path = [b]
+            while (up := parent[path[-1]]) is not None:
+                if up in path:
+                    loop = " -> ".join([*path[path.index(up) :], up])
+                    return [f"the tree of joints is cyclic: {loop}; one body of the cycle must hang from the base frame"]
+                path.append(up)
+        return []
+
+    def _orbit_problems(self) -> list[str]:
+        if self.orbit is None:
+            return ["the orbital frame needs an orbit; give one, or measure attitude from the inertial frame"] if self.frame.kind == "orbital" else []
+        roots = [j for j in self.joints if j.parent is None]
+        if len(roots) > 1:
+            return [f"an orbiting system has one root body; found {[j.child for j in roots]}"]
+        slides = len(roots[0].translations) if roots else 0
+        if self.orbit.free and slides != 3:
+            return [f"a free orbit needs a free root joint; joint {roots[0].label!r} has {slides} translations"]
+        if not self.orbit.free and slides:
+            return [f"a specified orbit eliminates the root's translation; joint {roots[0].label!r} must be spherical, weld or turning, not {roots[0].kind}"]
+        return []
+
+    def _name_problems(self) -> list[str]:
+        out = []
+        places = [(f"joint {j.label!r}", b, m) for j in self.joints for b, m in ((j.child, j.child_marker), (j.parent, j.parent_marker)) if b in self.bodies]
+        places += [(f"load {load.name!r}", load.body, load.marker) for load in self.loads]
+        for who, body, marker in places:
+            if body not in self.bodies:
+                out.append(f"body {body!r} of {who} does not exist; bodies are {sorted(self.bodies)}")
+            elif marker not in self.bodies[body].markers:
+                out.append(f"marker {marker!r} of {who} is not on body {body!r}; its markers are {sorted(self.bodies[body].markers)}")
+        for what in ("delta0", "ddelta0"):
+            for body, value in getattr(self, what).items():
+                n = self.bodies[body].n_modes if body in self.bodies else -1
+                if np.shape(value) != (n,):
+                    out.append(f"{what} of body {body!r} has shape {np.shape(value)}; expected ({n},)")
+        return out
