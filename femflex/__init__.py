@@ -1,3 +1,70 @@
 """From a mesh of a boom, panel or blanket to the motion of the whole spacecraft."""
 
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 __version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from femflex.body import FlexibleBody as FlexibleBody
+    from femflex.body import Marker as Marker
+    from femflex.body import rigid_body as rigid_body
+    from femflex.case import Case as Case
+    from femflex.case import CaseError as CaseError
+    from femflex.case import read_case as read_case
+    from femflex.case.build import build_body as build_body
+    from femflex.case.build import build_system as build_system
+    from femflex.dynamics import compile_system as compile_system
+    from femflex.mesh import Mesh as Mesh
+    from femflex.mesh import read_mesh as read_mesh
+    from femflex.pipeline import run as run
+    from femflex.reduction import load_body as load_body
+    from femflex.reduction import save_body as save_body
+    from femflex.results import Run as Run
+    from femflex.results import open_run as open_run
+    from femflex.system import Frame as Frame
+    from femflex.system import Joint as Joint
+    from femflex.system import Load as Load
+    from femflex.system import Orbit as Orbit
+    from femflex.system import System as System
+    from femflex.warning import PhysicsWarning as PhysicsWarning
+
+_HOME = {
+    "Case": "case",
+    "CaseError": "case",
+    "FlexibleBody": "body",
+    "Frame": "system",
+    "Joint": "system",
+    "Load": "system",
+    "Marker": "body",
+    "Mesh": "mesh",
+    "Orbit": "system",
+    "PhysicsWarning": "warning",
+    "Run": "results",
+    "System": "system",
+    "build_body": "case.build",
+    "build_system": "case.build",
+    "compile_system": "dynamics",
+    "load_body": "reduction",
+    "open_run": "results",
+    "read_case": "case",
+    "read_mesh": "mesh",
+    "rigid_body": "body",
+    "run": "pipeline",
+    "save_body": "reduction",
+}
+
+__all__ = [*sorted(_HOME), "__version__"]  # noqa: PLE0604
+
+
+def __getattr__(name: str) -> Any:
+    """Public names, loaded when first used."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'femflex' has no attribute {name!r}; it has {', '.join(sorted(_HOME))}")
+    return getattr(import_module(f"femflex.{_HOME[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOME})

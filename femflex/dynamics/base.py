@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from femflex.dynamics.layout import (
     FRAME_ORBITAL,
     FRAME_SPINNING,
-    header_of,
     ORBIT_NONE,
     W_ACC,
     W_CIN,
@@ -19,8 +17,21 @@ from femflex.dynamics.layout import (
     W_POS,
     W_VEL,
     bodies_of,
+    header_of,
 )
-from femflex.dynamics.vectors import Vector, axis_turn, load3, load9, product, scale, store3, store9, transpose, turn
+from femflex.dynamics.turns import axis_turn
+from femflex.dynamics.vectors import (
+    Vector,
+    inner,
+    load3,
+    load9,
+    product,
+    scale,
+    store3,
+    store9,
+    transpose,
+    turn,
+)
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -28,7 +39,7 @@ Table = NDArray[np.int64]
 KEPLER_STEPS = 30  # Newton steps at most; from E = M + e sin M + ... ten are enough below e = 0.99
 
 
-@njit(cache=True)
+@inner
 def eccentric_anomaly(mean: float, e: float) -> float:
     """E of Kepler's equation E - e sin E = M, by Newton's method to rounding."""
     M = mean - 2.0 * math.pi * math.floor(mean / (2.0 * math.pi) + 0.5)
@@ -41,7 +52,7 @@ def eccentric_anomaly(mean: float, e: float) -> float:
     return E + mean - M
 
 
-@njit(cache=True)
+@inner
 def move_orbit(t: float, table: Table, pool: Array, work: Array) -> None:
     """Write the orbit's state at t: radius, rate, acceleration of the true anomaly, it itself, C_NO and the position."""
     head = header_of(table)
@@ -65,7 +76,7 @@ def move_orbit(t: float, table: Table, pool: Array, work: Array) -> None:
     store3(work, o + 16, turn(C_NP, (-math.sqrt(mu / a) / root * sin_nu, math.sqrt(mu / a) / root * (e + cos_nu), 0.0)))
 
 
-@njit(cache=True)
+@inner
 def move_base(t: float, table: Table, pool: Array, work: Array) -> None:
     """Write the base frame's attitude, rate and acceleration at t into record 0, and the orbit's state."""
     head = header_of(table)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from femflex.dynamics.inertia import add_elastic_forces, write_velocity_forces
-from femflex.dynamics.kinematics import UNIT, ZERO, combine, elastic_turn
+from femflex.dynamics.kinematics import combine, elastic_turn
 from femflex.dynamics.layout import (
     BALL_NONE,
-    header_of,
     LOAD_BODY,
     LOAD_INERTIAL,
     LOAD_MARKER,
@@ -24,32 +24,35 @@ from femflex.dynamics.layout import (
     W_S,
     W_TAU,
     bodies_of,
+    header_of,
     loads_of,
 )
+from femflex.dynamics.turns import UNIT, ZERO, vector_of, vector_tangent
 from femflex.dynamics.vectors import (
     Matrix,
     Vector,
     add,
     cross,
     dot,
+    inner,
     load3,
     load9,
     product,
     scale,
+    solve3,
     store3,
     sub,
     transpose,
     turn,
     turn_back,
 )
-from femflex.rotations import vector_from_dcm, vector_tangent
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
 Record = np.void
 
 
-@njit(cache=True)
+@inner
 def write_forces(t: float, x: Array, table: Table, pool: Array, work: Array) -> None:
     """Write every body's bias wrench and elastic bias, and every joint's spring forces, at the placed state."""
     bodies = bodies_of(table)
@@ -72,7 +75,7 @@ def write_forces(t: float, x: Array, table: Table, pool: Array, work: Array) -> 
         apply_load(t, loads[j], bodies, head, x, pool, work)
 
 
-@njit(cache=True)
+@inner
 def find_center_of_mass(table: Table, pool: Array, work: Array) -> None:
     """Write the centre of mass relative to the base origin, inertial components (3)."""
     bodies = bodies_of(table)
@@ -80,12 +83,15 @@ def find_center_of_mass(table: Table, pool: Array, work: Array) -> None:
     c = ZERO
     for i in range(1, len(bodies)):
         w = bodies[i]["work"]
-        arm = add(scale(pool[bodies[i]["mass"]], load3(work, w + W_POS)), turn_back(load9(work, w + W_CIN), load3(work, w + W_S)))
+        arm = add(
+            scale(pool[bodies[i]["mass"]], load3(work, w + W_POS)),
+            turn_back(load9(work, w + W_CIN), load3(work, w + W_S)),
+        )
         c = add(c, arm)
     store3(work, head["total"], scale(1.0 / pool[head["mass"]], c))
 
 
-@njit(cache=True)
+@inner
 def gravity_field(table: Table, pool: Array, work: Array) -> tuple[Vector, float]:
     """Unit vector l from the Earth to O, inertial components, and mu/a0^3; for a free orbit also the uniform field.
 
@@ -100,12 +106,12 @@ def gravity_field(table: Table, pool: Array, work: Array) -> tuple[Vector, float
         return scale(1.0 / radius, R), mu / radius**3
     c = load3(work, head["total"])
     R_c = add(R, c)
-    a0 = np.sqrt(dot(R_c, R_c))
+    a0 = math.sqrt(dot(R_c, R_c))
     l = scale(1.0 / a0, R_c)
     # mu (R/R^3 - R_c/a0^3) without cancellation (Battin's f(q))
     q = dot(c, sub(c, scale(2.0, R_c))) / (a0 * a0)
-    f = q * (3.0 + q * (3.0 + q)) / (1.0 + (1.0 + q) * np.sqrt(1.0 + q))
-    radius = np.sqrt(dot(R, R))
+    f = q * (3.0 + q * (3.0 + q)) / (1.0 + (1.0 + q) * math.sqrt(1.0 + q))
+    radius = math.sqrt(dot(R, R))
     uniform = scale(-mu / radius**3, add(c, scale(f, R_c)))
     J_l, trace = inertia_along(l, c, table, pool, work)
     pull = add(scale(-3.0 * trace + 15.0 * dot(l, J_l), l), scale(-6.0, J_l))
@@ -114,7 +120,7 @@ def gravity_field(table: Table, pool: Array, work: Array) -> tuple[Vector, float
     return l, mu / a0**3
 
 
-@njit(cache=True)
+@inner
 def inertia_along(l: Vector, c: Vector, table: Table, pool: Array, work: Array) -> tuple[Vector, float]:
     """J l and tr J of the whole system about its centre of mass c, inertial components [kg m^2]."""
     bodies = bodies_of(table)
@@ -133,7 +139,7 @@ def inertia_along(l: Vector, c: Vector, table: Table, pool: Array, work: Array) 
     return sub(scale(trace, l), Ql), 2.0 * trace
 
 
-@njit(cache=True)
+@inner
 def local_field(b: Record, head: Record, l: Vector, strength: float, work: Array) -> tuple[Matrix, Vector]:
     """Gradient F (3, 3) and uniform part of minus the gravity field, body components: -(mu/a0^3)(r - 3 l (l.r))."""
     if head["orbit"] == ORBIT_NONE:
@@ -153,7 +159,7 @@ def local_field(b: Record, head: Record, l: Vector, strength: float, work: Array
     return F, uniform
 
 
-@njit(cache=True)
+@inner
 def write_spring_forces(b: Record, x: Array, nq: int, pool: Array, work: Array) -> None:
     """Write the forces of joint springs and dampers on the joint's quasi-coordinates (n_u)."""
     tau = b["work"] + W_TAU
@@ -163,18 +169,19 @@ def write_spring_forces(b: Record, x: Array, nq: int, pool: Array, work: Array) 
         work[tau + k] = -pool[b["spring"] + k] * stretch - pool[b["damper"] + k] * x[nq + b["u"] + k]
     if b["ball"] == BALL_NONE:
         return
-    C = load9(work, b["work"] + W_CPQ)
-    C_PQ = np.array([[C[0], C[1], C[2]], [C[3], C[4], C[5]], [C[6], C[7], C[8]]])
-    theta = vector_from_dcm(C_PQ)
-    pull = np.empty(3)
-    for k in range(3):
-        pull[k] = -pool[b["spring"] + free + k] * (theta[k] - pool[b["rest"] + free + k])
-    torque = np.linalg.solve(vector_tangent(theta), pull)  # V_theta dtheta/dt with dtheta/dt = T^-T omega
-    for k in range(3):
-        work[tau + free + k] = torque[k] - pool[b["damper"] + free + k] * x[nq + b["u"] + free + k]
+    theta = vector_of(load9(work, b["work"] + W_CPQ))
+    k, rest, c, u = b["spring"] + free, b["rest"] + free, b["damper"] + free, nq + b["u"] + free
+    pull = (
+        -pool[k] * (theta[0] - pool[rest]),
+        -pool[k + 1] * (theta[1] - pool[rest + 1]),
+        -pool[k + 2] * (theta[2] - pool[rest + 2]),
+    )
+    torque = solve3(vector_tangent(theta), pull)  # V_theta dtheta/dt with dtheta/dt = T^-T omega
+    for j in range(3):
+        work[tau + free + j] = torque[j] - pool[c + j] * x[u + j]
 
 
-@njit(cache=True)
+@inner
 def tabulated(t: float, load: Record, pool: Array, c: int) -> float:
     """Component c of a load's (force, torque) at t: linear between the times, zero outside, a repeated time is a jump."""
     n, times, values = load["n_times"], load["times"], load["values"]
@@ -196,7 +203,7 @@ def tabulated(t: float, load: Record, pool: Array, c: int) -> float:
     return (1.0 - s) * pool[values + 6 * low + c] + s * pool[values + 6 * high + c]
 
 
-@njit(cache=True)
+@inner
 def load_wrench(
     t: float, load: Record, bodies: Array, head: Record, x: Array, pool: Array, work: Array
 ) -> tuple[Vector, Vector, Vector, Matrix]:
@@ -224,7 +231,7 @@ def load_wrench(
     return turn(C, force), turn(C, torque), r, T
 
 
-@njit(cache=True)
+@inner
 def apply_load(t: float, load: Record, bodies: Array, head: Record, x: Array, pool: Array, work: Array) -> None:
     """Take a load off the bias of its body: wrench at the origin, and phi^T force + (T psi)^T torque."""
     b = bodies[load["body"]]

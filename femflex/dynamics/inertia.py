@@ -3,58 +3,85 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from femflex.dynamics.layout import W_A, W_OMEGA, W_P, W_Q, W_S
-from femflex.dynamics.vectors import FAST, Matrix, Vector, add, cross, load3, load9, scale, store3, store9, turn
+from femflex.dynamics.vectors import Matrix, Vector, add, cross, inner, load3, load9, scale, store3, sub, turn
 
 Array = NDArray[np.float64]
 Record = np.void
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
+def contract(P: Array, delta: Array, Z: Array) -> None:
+    """Z = P_0 + sum_k delta_k P_k with P (1 + n, size), Z (size,); four shapes a pass, to spare trips to memory."""
+    n, size = delta.size, Z.size
+    for j in range(size):
+        Z[j] = P[j]
+    k = 0
+    while k + 4 <= n:
+        a, b, c, d = delta[k], delta[k + 1], delta[k + 2], delta[k + 3]
+        Pa = P[(k + 1) * size : (k + 2) * size]
+        Pb = P[(k + 2) * size : (k + 3) * size]
+        Pc = P[(k + 3) * size : (k + 4) * size]
+        Pd = P[(k + 4) * size : (k + 5) * size]
+        for j in range(size):
+            Z[j] += a * Pa[j] + b * Pb[j] + c * Pc[j] + d * Pd[j]
+        k += 4
+    while k < n:
+        a = delta[k]
+        Pa = P[(k + 1) * size : (k + 2) * size]
+        for j in range(size):
+            Z[j] += a * Pa[j]
+        k += 1
+
+
+@inner
 def deform(b: Record, x: Array, pool: Array, work: Array) -> None:
     """Write the first moment s y, the second moment Q, the half-contracted Z, the inertia A (6, 6) and coupling B (6, n).
 
     Z[a, k, c] = P[A, a, k, c] y_A. A holds (mass, s y, J), B holds (s_k, Cr) of the kinetic energy in THEORY section 3.
     """
     w, n = b["work"], b["n"]
-    Z, B, row = b["Z"], b["B"], 3 * (1 + b["n"])
-    first, second = b["first"], b["second"]
-    sx, sy, sz = pool[first], pool[first + 1], pool[first + 2]
-    for j in range(3 * row):
-        work[Z + j] = pool[second + j]
+    row = 3 * (1 + n)
+    delta = x[b["qe"] : b["qe"] + n]
+    s = pool[b["first"] : b["first"] + row]
+    Z = work[b["Z"] : b["Z"] + 3 * row]
+    contract(pool[b["second"] : b["second"] + 3 * row * (1 + n)], delta, Z)
+    B = work[b["B"] : b["B"] + 6 * n]
+    sx, sy, sz = s[0], s[1], s[2]
     for k in range(n):
-        d = x[b["qe"] + k]
-        at = first + 3 * (k + 1)
-        sx += d * pool[at]
-        sy += d * pool[at + 1]
-        sz += d * pool[at + 2]
-        source = second + 3 * row * (k + 1)
-        for j in range(3 * row):
-            work[Z + j] += d * pool[source + j]
+        d = delta[k]
+        kx, ky, kz = s[3 * k + 3], s[3 * k + 4], s[3 * k + 5]
+        sx += d * kx
+        sy += d * ky
+        sz += d * kz
+        B[k], B[n + k], B[2 * n + k] = kx, ky, kz
     store3(work, w + W_S, (sx, sy, sz))
-    for a in range(3):
-        q0, q1, q2 = work[Z + a * row], work[Z + a * row + 1], work[Z + a * row + 2]
-        for k in range(n):
-            d = x[b["qe"] + k]
-            at = Z + a * row + 3 * (k + 1)
-            q0 += d * work[at]
-            q1 += d * work[at + 1]
-            q2 += d * work[at + 2]
-        store3(work, w + W_Q + 3 * a, (q0, q1, q2))
+    Zx, Zy, Zz = Z[:row], Z[row : 2 * row], Z[2 * row :]
     for k in range(n):
-        at = first + 3 * (k + 1)
-        work[B + k], work[B + n + k], work[B + 2 * n + k] = pool[at], pool[at + 1], pool[at + 2]
-        z = Z + 3 * (k + 1)
-        work[B + 3 * n + k] = work[z + row + 2] - work[z + 2 * row + 1]
-        work[B + 4 * n + k] = work[z + 2 * row] - work[z + 2]
-        work[B + 5 * n + k] = work[z + 1] - work[z + row]
+        j = 3 * k + 3
+        B[3 * n + k] = Zy[j + 2] - Zz[j + 1]
+        B[4 * n + k] = Zz[j] - Zx[j + 2]
+        B[5 * n + k] = Zx[j + 1] - Zy[j]
+    store3(work, w + W_Q, moved(Zx, delta))
+    store3(work, w + W_Q + 3, moved(Zy, delta))
+    store3(work, w + W_Q + 6, moved(Zz, delta))
     write_rigid_inertia(w, pool[b["mass"]], work)
 
 
-@njit(cache=True)
+@inner
+def moved(rows: Array, delta: Array) -> Vector:
+    """rows[0] + sum_k delta_k rows[k + 1], rows (1 + n, 3) laid flat."""
+    x, y, z = rows[0], rows[1], rows[2]
+    for k in range(delta.size):
+        x += delta[k] * rows[3 * k + 3]
+        y += delta[k] * rows[3 * k + 4]
+        z += delta[k] * rows[3 * k + 5]
+    return x, y, z
+
+
+@inner
 def write_rigid_inertia(w: int, m: float, work: Array) -> None:
     """Write A = [[m 1, -skew(s)], [skew(s), J]] (6, 6) from the mass and the moments in the work block."""
     s = load3(work, w + W_S)
@@ -75,7 +102,7 @@ def write_rigid_inertia(w: int, m: float, work: Array) -> None:
             work[A + 21 + 6 * a + c] = (trace if a == c else 0.0) - Q[3 * a + c]
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
 def write_velocity_forces(
     b: Record, x: Array, nq: int, pool: Array, work: Array, field: Matrix, uniform: Vector
 ) -> None:
@@ -105,65 +132,75 @@ def write_velocity_forces(
         turn(W, (Q[2], Q[5], Q[8])),
     )
     couple = add(couple, (WQ[1][2] - WQ[2][1], WQ[2][0] - WQ[0][2], WQ[0][1] - WQ[1][0]))
-    pn = b["pn"]
     if n > 0:
-        rate = nq + b["ue"]
-        ds = (0.0, 0.0, 0.0)
-        S = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # S_ac = int r_a rdot_c
-        for k in range(n):
-            d = x[rate + k]
-            ds = add(ds, scale(d, load3(pool, b["first"] + 3 * (k + 1))))
-            z = Z + 3 * (k + 1)
-            S = (
-                S[0] + d * work[z], S[1] + d * work[z + 1], S[2] + d * work[z + 2],
-                S[3] + d * work[z + row], S[4] + d * work[z + row + 1], S[5] + d * work[z + row + 2],
-                S[6] + d * work[z + 2 * row], S[7] + d * work[z + 2 * row + 1], S[8] + d * work[z + 2 * row + 2],
-            )  # fmt: skip
-            work[pn + k] = 0.0
+        du = x[nq + b["ue"] : nq + b["ue"] + n]
+        first = pool[b["first"] : b["first"] + 3 * (1 + n)]
+        Zx, Zy, Zz = work[Z : Z + row], work[Z + row : Z + 2 * row], work[Z + 2 * row : Z + 3 * row]
+        ds = sub(moved(first, du), (first[0], first[1], first[2]))
+        Sx = sub(moved(Zx, du), (Zx[0], Zx[1], Zx[2]))  # S_ac = int r_a rdot_c
+        Sy = sub(moved(Zy, du), (Zy[0], Zy[1], Zy[2]))
+        Sz = sub(moved(Zz, du), (Zz[0], Zz[1], Zz[2]))
         force = add(force, scale(2.0, cross(o, ds)))
-        trace = S[0] + S[4] + S[8]
-        couple = add(couple, scale(2.0 * trace, o))
-        couple = add(couple, scale(-2.0, (
-            S[0] * o[0] + S[3] * o[1] + S[6] * o[2],
-            S[1] * o[0] + S[4] * o[1] + S[7] * o[2],
-            S[2] * o[0] + S[5] * o[1] + S[8] * o[2],
-        )))  # fmt: skip
-        for j in range(n):
-            d = 2.0 * x[rate + j]
-            g = b["gyro"] + 3 * n * j
-            g0, g1, g2 = d * o[0], d * o[1], d * o[2]
-            for k in range(n):
-                work[pn + k] += g0 * pool[g + k] + g1 * pool[g + n + k] + g2 * pool[g + 2 * n + k]
-        for k in range(n):
-            z = Z + 3 * (k + 1)
-            at = b["first"] + 3 * (k + 1)
-            work[pn + k] += (
-                W[0] * work[z] + W[1] * work[z + 1] + W[2] * work[z + 2]
-                + W[3] * work[z + row] + W[4] * work[z + row + 1] + W[5] * work[z + row + 2]
-                + W[6] * work[z + 2 * row] + W[7] * work[z + 2 * row + 1] + W[8] * work[z + 2 * row + 2]
-                + uniform[0] * pool[at] + uniform[1] * pool[at + 1] + uniform[2] * pool[at + 2]
-            )  # fmt: skip
+        S_o = add(scale(o[0], Sx), add(scale(o[1], Sy), scale(o[2], Sz)))
+        couple = add(couple, scale(2.0, sub(scale(Sx[0] + Sy[1] + Sz[2], o), S_o)))
+        gyro = pool[b["gyro"] : b["gyro"] + 3 * n * n]
+        write_shape_forces(work[b["pn"] : b["pn"] + n], du, o, W, uniform, first, gyro, Zx, Zy, Zz)
     store3(work, w + W_P, force)
     store3(work, w + W_P + 3, couple)
 
 
-@njit(cache=True, fastmath=FAST)
+@inner
+def write_shape_forces(
+    pn: Array,
+    du: Array,
+    o: Vector,
+    W: Matrix,
+    uniform: Vector,
+    first: Array,
+    gyro: Array,
+    Zx: Array,
+    Zy: Array,
+    Zz: Array,
+) -> None:
+    """pn_k = W_ab Z[b, k, a] + 2 omega_a R1[j, a, k] du_j + uniform . s_k."""
+    n = pn.size
+    for k in range(n):
+        j = 3 * k + 3
+        pn[k] = (
+            W[0] * Zx[j] + W[1] * Zx[j + 1] + W[2] * Zx[j + 2]
+            + W[3] * Zy[j] + W[4] * Zy[j + 1] + W[5] * Zy[j + 2]
+            + W[6] * Zz[j] + W[7] * Zz[j + 1] + W[8] * Zz[j + 2]
+            + uniform[0] * first[j] + uniform[1] * first[j + 1] + uniform[2] * first[j + 2]
+        )  # fmt: skip
+    for j in range(n):
+        d = 2.0 * du[j]
+        gx, gy, gz = d * o[0], d * o[1], d * o[2]
+        row = gyro[3 * n * j : 3 * n * (j + 1)]
+        rx, ry, rz = row[:n], row[n : 2 * n], row[2 * n :]
+        for k in range(n):
+            pn[k] += gx * rx[k] + gy * ry[k] + gz * rz[k]
+
+
+@inner
 def add_elastic_forces(b: Record, x: Array, nq: int, pool: Array, work: Array) -> None:
     """Add f0 + V1 delta + D ddelta to the elastic bias pn (eq. 8)."""
-    n, pn, q, u = b["n"], b["pn"], b["qe"], nq + b["ue"]
-    K, D = b["stiffness"], b["damping"]
+    n = b["n"]
+    delta, rate = x[b["qe"] : b["qe"] + n], x[nq + b["ue"] : nq + b["ue"] + n]
+    pn, f0 = work[b["pn"] : b["pn"] + n], pool[b["f0"] : b["f0"] + n]
+    K, D = pool[b["stiffness"] : b["stiffness"] + n * n], pool[b["damping"] : b["damping"] + n * n]
     if b["diagonal"]:
         for k in range(n):
-            work[pn + k] += pool[b["f0"] + k] + pool[K + k * (n + 1)] * x[q + k] + pool[D + k * (n + 1)] * x[u + k]
+            pn[k] += f0[k] + K[k * (n + 1)] * delta[k] + D[k * (n + 1)] * rate[k]
         return
     for k in range(n):
-        total = pool[b["f0"] + k]
+        K_k, D_k = K[k * n : (k + 1) * n], D[k * n : (k + 1) * n]
+        total = f0[k]
         for j in range(n):
-            total += pool[K + k * n + j] * x[q + j] + pool[D + k * n + j] * x[u + j]
-        work[pn + k] += total
+            total += K_k[j] * delta[j] + D_k[j] * rate[j]
+        pn[k] += total
 
 
-@njit(cache=True)
+@inner
 def zero_forces(b: Record, work: Array) -> None:
     """Clear the bias wrench and the elastic bias."""
     for j in range(6):
@@ -172,7 +209,7 @@ def zero_forces(b: Record, work: Array) -> None:
         work[b["pn"] + k] = 0.0
 
 
-@njit(cache=True)
+@inner
 def accelerate_uniformly(b: Record, a: Vector, pool: Array, work: Array) -> None:
     """Add the inertia forces of a uniform acceleration a (3), body components, to p and pn."""
     w = b["work"]

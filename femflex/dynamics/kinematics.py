@@ -7,14 +7,16 @@ accelerations are those with udot = 0 and a parent that does not accelerate; wha
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from femflex.dynamics.layout import (
     BALL_ANGLES,
     BALL_NONE,
     BALL_QUATERNION,
+    W_ACC,
     W_BIAS,
     W_CIN,
     W_CIP,
@@ -27,34 +29,45 @@ from femflex.dynamics.layout import (
     W_RQ,
     W_VEL,
 )
+from femflex.dynamics.turns import (
+    UNIT,
+    ZERO,
+    angle_rates,
+    angles_of,
+    angles_turn,
+    axis_turn,
+    quaternion_advanced,
+    quaternion_rates,
+    quaternion_turn,
+    vector_spin,
+    vector_tangent,
+    vector_turn,
+)
 from femflex.dynamics.vectors import (
     Matrix,
     Vector,
     add,
-    axis_turn,
     cross,
+    inner,
     load3,
+    load4,
     load9,
     product,
-    quaternion_turn,
     scale,
     store3,
+    store4,
     store9,
     sub,
     transpose,
     turn,
     turn_back,
 )
-from femflex.rotations import angles_from_dcm, dcm_from_angles, dcm_from_vector, vector_tangent, vector_tangent_rate
 
 Array = NDArray[np.float64]
 Record = np.void
 
-UNIT: Matrix = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-ZERO: Vector = (0.0, 0.0, 0.0)
 
-
-@njit(cache=True)
+@inner
 def combine(pool: Array, rows: int, n: int, x: Array, first: int) -> Vector:
     """rows (3, n) times x[first : first + n]."""
     a = b = c = 0.0
@@ -66,26 +79,15 @@ def combine(pool: Array, rows: int, n: int, x: Array, first: int) -> Vector:
     return a, b, c
 
 
-@njit(cache=True)
-def as_matrix(m: Array) -> Matrix:
-    """A (3, 3) array as a tuple."""
-    return m[0, 0], m[0, 1], m[0, 2], m[1, 0], m[1, 1], m[1, 2], m[2, 0], m[2, 1], m[2, 2]
-
-
-@njit(cache=True)
+@inner
 def elastic_turn(theta: Vector, dtheta: Vector) -> tuple[Matrix, Matrix, Vector, Vector]:
     """exp(skew(theta)), its tangent T, the rate T dtheta/dt and (dT/dt) dtheta/dt, in the undeformed axes."""
-    v = np.array([theta[0], theta[1], theta[2]])
-    dv = np.array([dtheta[0], dtheta[1], dtheta[2]])
-    T = as_matrix(vector_tangent(v))
-    dT = as_matrix(vector_tangent_rate(v, dv))
-    return as_matrix(dcm_from_vector(v)), T, turn(T, dtheta), turn(dT, dtheta)
+    spin, bias = vector_spin(theta, dtheta)
+    return vector_turn(theta), vector_tangent(theta), spin, bias
 
 
-@njit(cache=True)
-def write_columns(
-    work: Array, out: int, pool: Array, shape: int, spin: int, n: int, T: Matrix, arm: Vector
-) -> None:
+@inner
+def write_columns(work: Array, out: int, pool: Array, shape: int, spin: int, n: int, T: Matrix, arm: Vector) -> None:
     """Columns (6, n) of a marker seen at a point `arm` away from it: (phi + (T psi) x arm, T psi)."""
     for k in range(n):
         w = turn(T, (pool[spin + k], pool[spin + n + k], pool[spin + 2 * n + k]))
@@ -94,7 +96,7 @@ def write_columns(
         work[out + 3 * n + k], work[out + 4 * n + k], work[out + 5 * n + k] = w
 
 
-@njit(cache=True)
+@inner
 def joint_turn(b: Record, x: Array, nq: int, pool: Array, work: Array) -> tuple[Matrix, Vector, Vector]:
     """C_PQ of the joint, and in P components its rate and bias acceleration relative to P (P not turning).
 
@@ -116,13 +118,9 @@ def joint_turn(b: Record, x: Array, nq: int, pool: Array, work: Array) -> tuple[
             C = product(C, axis_turn(axis, x[q + k]))
         return C, omega, alpha
     if b["ball"] == BALL_QUATERNION:
-        C = quaternion_turn(x[q], x[q + 1], x[q + 2], x[q + 3])
+        C = quaternion_turn(load4(x, q))
     else:
-        C = UNIT
-        for k in range(3):
-            number = pool[b["axes"] + 3 * b["n_slide"] + k]
-            axis = (1.0 if number == 0.0 else 0.0, 1.0 if number == 1.0 else 0.0, 1.0 if number == 2.0 else 0.0)
-            C = product(C, axis_turn(axis, x[q + k]))
+        C = angles_turn(load3(x, q), load3(pool, b["axes"] + 3 * b["n_slide"]))
     first = w + W_H + 6 * (b["n_h"] - 3) + 3
     store3(work, first, (C[0], C[3], C[6]))
     store3(work, first + 6, (C[1], C[4], C[7]))
@@ -130,9 +128,37 @@ def joint_turn(b: Record, x: Array, nq: int, pool: Array, work: Array) -> tuple[
     return C, turn(C, (x[u], x[u + 1], x[u + 2])), ZERO
 
 
-@njit(cache=True)
+@inner
+def place_welded(b: Record, parent: Record, pool: Array, work: Array) -> None:
+    """place_body for a body welded to its parent between markers that do not move."""
+    w, wp = b["work"], parent["work"]
+    C_ip = load9(pool, b["welded_at"])
+    r = load3(pool, b["welded_at"] + 9)
+    omega_p = load3(work, wp + W_OMEGA)
+    a, alpha = cross(omega_p, cross(omega_p, r)), ZERO
+    if b["parent"] == 0:
+        alpha = load3(work, wp + W_ACC + 3)
+        a = add(a, add(load3(work, wp + W_ACC), cross(alpha, r)))
+    store9(work, w + W_CIP, C_ip)
+    store3(work, w + W_R, r)
+    store3(work, w + W_RQ, load3(pool, b["own_place"]))
+    store3(work, w + W_RP, load3(pool, b["place"]))
+    store9(work, w + W_CPQ, UNIT)
+    store3(work, w + W_OMEGA, turn(C_ip, omega_p))
+    store3(work, w + W_BIAS, turn(C_ip, a))
+    store3(work, w + W_BIAS + 3, turn(C_ip, alpha))
+    store3(work, w + W_VEL, turn(C_ip, add(load3(work, wp + W_VEL), cross(omega_p, r))))
+    C_pN = load9(work, wp + W_CIN)
+    store9(work, w + W_CIN, product(C_ip, C_pN))
+    store3(work, w + W_POS, add(load3(work, wp + W_POS), turn_back(C_pN, r)))
+
+
+@inner
 def place_body(b: Record, parent: Record, x: Array, nq: int, pool: Array, work: Array) -> None:
     """Write the body's attitude, position, rate, bias acceleration and the columns H, G and Phi, from its parent's."""
+    if b["welded"]:
+        place_welded(b, parent, pool, work)
+        return
     w, wp = b["work"], parent["work"]
     n, n_p = b["n"], parent["n"]
     omega_p = load3(work, wp + W_OMEGA)
@@ -190,6 +216,10 @@ def place_body(b: Record, parent: Record, x: Array, nq: int, pool: Array, work: 
     back = add(cross(alpha_i, r_Q), add(cross(omega_i, cross(omega_i, r_Q)), scale(2.0, cross(omega_i, v_Q))))
     a_i = sub(turn(C_ip, a), back)
     r = sub(add(r_P, t), turn_back(C_ip, r_Q))
+    if b["parent"] == 0:  # the base frame's acceleration is known beforehand
+        alpha_F = load3(work, wp + W_ACC + 3)
+        a_i = add(a_i, turn(C_ip, add(load3(work, wp + W_ACC), cross(alpha_F, r))))
+        alpha_i = add(alpha_i, turn(C_ip, alpha_F))
     velocity_i = sub(turn(C_ip, add(velocity, load3(work, wp + W_VEL))), add(cross(omega_i, r_Q), v_Q))
 
     store9(work, w + W_CIP, C_ip)
@@ -210,7 +240,7 @@ def place_body(b: Record, parent: Record, x: Array, nq: int, pool: Array, work: 
         write_columns(work, b["Phi"], pool, b["shape"], b["spin"], n_p, T_P, sub(r, r_P))
 
 
-@njit(cache=True)
+@inner
 def write_joint_columns(b: Record, C_ip: Matrix, C_pP: Matrix, r_Q: Vector, pool: Array, work: Array) -> None:
     """Columns H (6 each): acceleration of the child's origin and its rate per udot of the joint, child components."""
     w = b["work"]
@@ -231,85 +261,34 @@ def write_joint_columns(b: Record, C_ip: Matrix, C_pP: Matrix, r_Q: Vector, pool
             store3(work, h + 3, axis)
 
 
-@njit(cache=True)
+@inner
 def coordinate_rates(b: Record, q: Array, u: Array, dq: Array, pool: Array) -> None:
     """qdot = N(q) u of one body's joint and elastic coordinates."""
     for k in range(b["n_slide"] + b["n_turn"]):
         dq[b["q"] + k] = u[b["u"] + k]
     j, v = b["q"] + b["n_slide"], b["u"] + b["n_slide"]
     if b["ball"] == BALL_QUATERNION:
-        e0, e1, e2, e3 = q[j], q[j + 1], q[j + 2], q[j + 3]
-        a, c, d = u[v], u[v + 1], u[v + 2]
-        dq[j] = 0.5 * (-e1 * a - e2 * c - e3 * d)
-        dq[j + 1] = 0.5 * (e0 * a + e2 * d - e3 * c)
-        dq[j + 2] = 0.5 * (e0 * c + e3 * a - e1 * d)
-        dq[j + 3] = 0.5 * (e0 * d + e1 * c - e2 * a)
+        store4(dq, j, quaternion_rates(load4(q, j), load3(u, v)))
     elif b["ball"] == BALL_ANGLES:
         store3(dq, j, angle_rates(load3(q, j), load3(pool, b["axes"] + 3 * b["n_slide"]), load3(u, v)))
     for k in range(b["n"]):
         dq[b["qe"] + k] = u[b["ue"] + k]
 
 
-@njit(cache=True)
-def angle_rates(angles: Vector, numbers: Vector, omega: Vector) -> Vector:
-    """Rates of intrinsic angles from the rate of Q relative to P in Q components (B^-1 by Cramer's rule)."""
-    C = UNIT
-    columns = (ZERO, ZERO, ZERO)
-    for j in range(3):
-        k = 2 - j
-        axis = (
-            1.0 if numbers[k] == 0.0 else 0.0,
-            1.0 if numbers[k] == 1.0 else 0.0,
-            1.0 if numbers[k] == 2.0 else 0.0,
-        )
-        column = turn_back(C, axis)
-        if k == 2:
-            columns = (columns[0], columns[1], column)
-        elif k == 1:
-            columns = (columns[0], column, columns[2])
-        else:
-            columns = (column, columns[1], columns[2])
-        C = product(axis_turn(axis, angles[k]), C)
-    a, b, c = columns
-    volume = a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
-    bc, ca, ab = cross(b, c), cross(c, a), cross(a, b)
-    return (
-        (bc[0] * omega[0] + bc[1] * omega[1] + bc[2] * omega[2]) / volume,
-        (ca[0] * omega[0] + ca[1] * omega[1] + ca[2] * omega[2]) / volume,
-        (ab[0] * omega[0] + ab[1] * omega[1] + ab[2] * omega[2]) / volume,
-    )
-
-
-@njit(cache=True)
+@inner
 def advance_coordinates(b: Record, q: Array, step: Array, out: Array, pool: Array) -> None:
     """One body's joint and elastic coordinates after unit time at the constant quasi-velocity `step`."""
     for k in range(b["n_slide"] + b["n_turn"]):
         out[b["q"] + k] = q[b["q"] + k] + step[b["u"] + k]
     j, v = b["q"] + b["n_slide"], b["u"] + b["n_slide"]
     if b["ball"] == BALL_QUATERNION:
-        half = scale(0.5, load3(step, v))
-        angle = np.sqrt(half[0] ** 2 + half[1] ** 2 + half[2] ** 2)
-        c = np.cos(angle)
-        s = np.sin(angle) / angle if angle > 1e-6 else 1.0 - angle * angle / 6.0
-        e0, e1, e2, e3 = q[j], q[j + 1], q[j + 2], q[j + 3]
-        x, y, z = s * half[0], s * half[1], s * half[2]
-        out[j] = e0 * c - e1 * x - e2 * y - e3 * z
-        out[j + 1] = e1 * c + e0 * x + e2 * z - e3 * y
-        out[j + 2] = e2 * c + e0 * y + e3 * x - e1 * z
-        out[j + 3] = e3 * c + e0 * z + e1 * y - e2 * x
+        store4(out, j, quaternion_advanced(load4(q, j), load3(step, v)))
     elif b["ball"] == BALL_ANGLES:
-        axes = np.empty(3, np.int64)
-        for k in range(3):
-            axes[k] = int(pool[b["axes"] + 3 * b["n_slide"] + k])
-        turned = dcm_from_angles(q[j : j + 3], axes) @ dcm_from_vector(step[v : v + 3])
-        nearest_angles(angles_from_dcm(turned, axes), q, out, j)
+        numbers = load3(pool, b["axes"] + 3 * b["n_slide"])
+        turned = product(angles_turn(load3(q, j), numbers), vector_turn(load3(step, v)))
+        angles = angles_of(turned, numbers)
+        for k in range(3):  # shifted by whole turns to lie next to the old ones
+            turns = math.floor((q[j + k] - angles[k]) / (2.0 * math.pi) + 0.5)
+            out[j + k] = angles[k] + 2.0 * math.pi * turns
     for k in range(b["n"]):
         out[b["qe"] + k] = q[b["qe"] + k] + step[b["ue"] + k]
-
-
-@njit(cache=True)
-def nearest_angles(angles: Array, q: Array, out: Array, j: int) -> None:
-    """Write angles (3,) to out[j:], shifted by whole turns to lie next to q[j:]."""
-    for k in range(3):
-        turns = np.floor((q[j + k] - angles[k]) / (2.0 * np.pi) + 0.5)
-        out[j + k] = angles[k] + 2.0 * np.pi * turns

@@ -10,8 +10,9 @@ Kernels read the records through `header`, `bodies_of` and `loads_of`; every arr
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from femflex.dynamics.vectors import inner
 
 Table = NDArray[np.int64]
 
@@ -47,6 +48,8 @@ BODY = np.dtype(
             "qe", "ue",  # first elastic coordinate and rate
             "n_slide", "n_turn", "ball",  # BALL_*
             "hidden",  # 1: three slides eliminated by the centre of mass
+            "welded", "welded_at",  # 1: nothing moves at this joint; pool: C_ip (9), r (3)
+            "full",  # 1: six free motions of a root body along orthonormal columns, without springs
             "n_h",  # columns of H, hidden ones included
             "axes",  # pool: slides then turns (3 each); for an angle set: axis numbers (3)
             "spring", "damper", "rest",  # pool (n_slide + n_turn | 3)
@@ -54,7 +57,7 @@ BODY = np.dtype(
             "mass", "first", "second", "gyro",  # pool: m, s (1+n,3), P, R1 (n,3,n)
             "stiffness", "damping", "f0",  # pool: V1 (n,n), D (n,n), f0 (n)
             "diagonal",  # 1: V1 and D are diagonal
-            "elastic_mass", "elastic_cholesky",  # pool (n,n)
+            "elastic_mass", "elastic_factor",  # pool (n,n)
             "orthonormal",  # 1: Me is the unit matrix to rounding
             "place", "shape", "spin",  # pool, marker P on the parent: position (3) and C_pP (9); phi (3,n_p); psi (3,n_p)
             "bends",  # 1: marker P moves with the parent's elastic coordinates
@@ -102,7 +105,7 @@ W_Q = 54  # second moment Q_ab (9)
 W_A = 63  # rigid inertia, then articulated inertia, 6 x 6
 W_H = 99  # joint columns H, 6 x 6 (column c at W_H + 6 c)
 W_U = 135  # articulated inertia times H, as H
-W_D = 171  # Cholesky factor of H^T U, 6 x 6
+W_D = 171  # factors of H^T U, 6 x 6
 W_TAU = 207  # joint forces (6)
 W_VEL = 213  # velocity of the origin, body components (3)
 W_CPQ = 216  # C_PQ (9)
@@ -112,26 +115,28 @@ W_FIXED = 225  # first of the arrays whose place the record holds
 N_HEADER, N_BODY, N_LOAD, N_MARKER = (len(record.names or ()) for record in (HEADER, BODY, LOAD, MARKER))
 
 
-@njit(cache=True)
+@inner
 def header_of(table: Table) -> np.void:
     """The header record."""
     return table[:N_HEADER].view(HEADER)[0]
 
 
-@njit(cache=True)
-def bodies_of(table: Table) -> NDArray[np.void]:
+def body_records(table: Table) -> NDArray[np.void]:
     """The body records; record 0 is the base frame."""
     return table[N_HEADER : N_HEADER + N_BODY * table[0]].view(BODY)
 
 
-@njit(cache=True)
+bodies_of = inner(body_records)  # the same for compiled callers
+
+
+@inner
 def loads_of(table: Table) -> NDArray[np.void]:
     """The load records."""
     start = N_HEADER + N_BODY * table[0]
     return table[start : start + N_LOAD * table[1]].view(LOAD)
 
 
-@njit(cache=True)
+@inner
 def markers_of(table: Table) -> NDArray[np.void]:
     """The records of markers whose motion is reported."""
     start = N_HEADER + N_BODY * table[0] + N_LOAD * table[1]

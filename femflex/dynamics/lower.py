@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Marker
 from femflex.dynamics import layout as at
-from femflex.rotations import axes_of_sequence
 from femflex.system import Joint, Load, System
 
 Array = NDArray[np.float64]
@@ -77,9 +76,13 @@ def lower(system: System) -> tuple[Table, Array, int]:
     head = np.zeros(1, at.HEADER)
     head[0]["n_bodies"], head[0]["n_loads"], head[0]["n_markers"] = len(bodies), len(loads), len(markers)
     head[0]["n_q"], head[0]["n_u"] = nq, nu
-    head[0]["angle_axes"] = pool.put(axes_of_sequence(system.libration_sequence).astype(float))
+    head[0]["angle_axes"] = pool.put(axis_numbers(system.libration_sequence))
     head[0]["mass"] = pool.put([sum(body.moments.mass for body in system.bodies.values())])
-    head[0]["state"], head[0]["orbit_state"], head[0]["total"] = scratch.take(nq + nu), scratch.take(19), scratch.take(6)
+    head[0]["state"], head[0]["orbit_state"], head[0]["total"] = (
+        scratch.take(nq + nu),
+        scratch.take(19),
+        scratch.take(6),
+    )
     lower_orbit(head[0], system, pool)
     table = np.concatenate([part.view(np.int64).ravel() for part in (head, bodies, loads, markers)])
     return table, pool.array(), scratch.size
@@ -96,9 +99,7 @@ def lower_orbit(head: np.void, system: System, pool: Pool) -> None:
     head["orbit"] = at.ORBIT_FREE if o.free else at.ORBIT_SPECIFIED
     E = 2 * np.arctan(np.sqrt((1 - o.eccentricity) / (1 + o.eccentricity)) * np.tan(o.true_anomaly / 2))
     mean = E - o.eccentricity * np.sin(E)
-    head["orbit_data"] = pool.put(
-        [o.mu, o.semi_major_axis, o.eccentricity, o.mean_motion, mean, *o.C_NP().ravel()]
-    )
+    head["orbit_data"] = pool.put([o.mu, o.semi_major_axis, o.eccentricity, o.mean_motion, mean, *o.C_NP().ravel()])
 
 
 def lower_joint(record: np.void, joint: Joint, system: System, pool: Pool) -> None:
@@ -110,10 +111,12 @@ def lower_joint(record: np.void, joint: Joint, system: System, pool: Pool) -> No
         record["ball"] = at.BALL_QUATERNION
     elif joint.ball is not None:
         record["ball"] = at.BALL_ANGLES
-        axes.append(axes_of_sequence(joint.ball).astype(float))
+        axes.append(axis_numbers(joint.ball))
     record["n_h"] = 3 * record["hidden"] + joint.n_u
     record["axes"] = pool.put(np.concatenate(axes))
-    record["spring"], record["damper"], record["rest"] = (pool.put(v) for v in (joint.stiffness, joint.damping, joint.rest))
+    record["spring"], record["damper"], record["rest"] = (
+        pool.put(v) for v in (joint.stiffness, joint.damping, joint.rest)
+    )
     record["sprung"] = int(bool(joint.stiffness.any() or joint.damping.any()))
 
 
@@ -129,21 +132,34 @@ def lower_body(record: np.void, body: FlexibleBody, pool: Pool, scratch: Scratch
     record["gyro"] = pool.put(gyro.swapaxes(0, 1))
     elastic_mass = moments.elastic_mass()
     record["elastic_mass"] = pool.put(elastic_mass)
-    record["elastic_cholesky"] = pool.put(np.linalg.cholesky(elastic_mass) if n else np.zeros(0))
+    record["elastic_factor"] = pool.put(ldl_factors(elastic_mass))
     record["orthonormal"] = int(np.abs(elastic_mass - np.eye(n)).max(initial=0.0) < ROUNDING)
     V1 = (body.strain.V1 + body.strain.V1.T) / 2
-    record["stiffness"], record["damping"], record["f0"] = pool.put(V1), pool.put(body.damping), pool.put(body.strain.f0)
+    record["stiffness"], record["damping"], record["f0"] = (
+        pool.put(V1),
+        pool.put(body.damping),
+        pool.put(body.strain.f0),
+    )
     record["diagonal"] = int(_is_diagonal(V1) and _is_diagonal(body.damping))
     record["work"] = scratch.take(at.W_FIXED)
     for key, size in (("Z", 9 * (1 + n)), ("B", 6 * n), ("Y", 6 * n), ("pn", n), ("E", n * n), ("G", 6 * n)):
         record[key] = scratch.take(size)
 
 
+def ldl_factors(a: Array) -> Array:
+    """Factors of a symmetric positive matrix as femflex.dynamics.small.factorise leaves them: L below, 1/D on the diagonal."""
+    C = np.linalg.cholesky(a)
+    d = np.diag(C)
+    return C / d - np.eye(len(d)) + np.diag(1.0 / d**2)
+
+
 def lower_markers(bodies: NDArray[np.void], i: int, joint: Joint, system: System, pool: Pool, scratch: Scratch) -> None:
     """Markers P and Q of the joint of body i; their carriers' elastic blocks become dense when the markers move."""
     record, parent = bodies[i], bodies[bodies[i]["parent"]]
     own = system.bodies[joint.child].marker(joint.child_marker)
-    above = Marker.rigid(np.zeros(3)) if joint.parent is None else system.bodies[joint.parent].marker(joint.parent_marker)
+    above = (
+        Marker.rigid(np.zeros(3)) if joint.parent is None else system.bodies[joint.parent].marker(joint.parent_marker)
+    )
     record["place"], record["shape"], record["spin"], record["bends"] = put_marker(above, pool)
     record["own_place"], record["own_shape"], record["own_spin"], record["own_bends"] = put_marker(own, pool)
     record["Phi"] = scratch.take(6 * parent["n"])
@@ -151,6 +167,14 @@ def lower_markers(bodies: NDArray[np.void], i: int, joint: Joint, system: System
         parent["dense"] = 1
     if record["own_bends"]:
         record["dense"] = 1
+    record["welded"] = int(record["n_h"] == 0 and not record["bends"] and not record["own_bends"])
+    C_ip = own.orientation @ above.orientation.T
+    record["welded_at"] = pool.put(np.concatenate([C_ip.ravel(), above.position - C_ip.T @ own.position]))
+    orthonormal = record["hidden"] or np.allclose(
+        joint.translations @ joint.translations.T, np.eye(len(joint.translations)), atol=ROUNDING
+    )
+    six = record["n_h"] == 6 and joint.ball is not None and orthonormal
+    record["full"] = int(bool(six and joint.parent is None and not record["sprung"] and not record["own_bends"]))
 
 
 def put_marker(marker: Marker, pool: Pool) -> tuple[int, int, int, int]:
@@ -181,8 +205,15 @@ def lower_marker(body: str, name: str, system: System, order: list[str], pool: P
     """One MARKER record."""
     record = np.zeros((), at.MARKER)
     record["body"] = 1 + order.index(body)
-    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(system.bodies[body].marker(name), pool)
+    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(
+        system.bodies[body].marker(name), pool
+    )
     return record
+
+
+def axis_numbers(sequence: str) -> list[float]:
+    """Axis numbers of an angle sequence: "xzy" gives 0, 2, 1."""
+    return [float("xyz".index(letter)) for letter in sequence]
 
 
 def _is_diagonal(a: Array) -> bool:

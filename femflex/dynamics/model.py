@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,27 +11,18 @@ from scipy.linalg import eigh
 
 from femflex.dynamics import equations
 from femflex.dynamics import observe as seen
-from femflex.dynamics.layout import BALL_QUATERNION, bodies_of
+from femflex.dynamics.layout import BALL_QUATERNION, body_records
 from femflex.dynamics.lower import lower, reported_markers
 from femflex.system import Channel, System
+
+if TYPE_CHECKING:
+    from femflex.dynamics.second_order import SecondOrderCalls
 
 Array = NDArray[np.float64]
 
 XYZ = ("x", "y", "z")
 EULER = ("e0", "e1", "e2", "e3")
 ANGLE_WORDS = {"x": "pitch", "y": "yaw", "z": "roll"}  # about the orbit normal, the vertical, the flight direction
-
-
-@dataclass(frozen=True, eq=False)
-class SecondOrderCalls:
-    """The calls that implicit integrators use, over the model's own arrays."""
-
-    n_q: int
-    n_u: int
-    residual: Any = field(default=equations.residual)
-    solve: Any = field(default=equations.solve)
-    kinematic: Any = field(default=equations.kinematic)
-    advance: Any = field(default=equations.advance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +57,9 @@ class Model:
 
     @property
     def second_order(self) -> SecondOrderCalls:
-        """The calls of implicit integrators."""
+        """The calls of implicit integrators; compiled when first asked for."""
+        from femflex.dynamics.second_order import SecondOrderCalls
+
         return SecondOrderCalls(self.n_q, self.n_u)
 
     def state_rate(self, t: float, x: Array) -> Array:
@@ -79,7 +72,9 @@ class Model:
         """M udot + h - Q of eq. (9), (n_u,)."""
         out = np.empty(self.n_u)
         q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
-        equations.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, self.table, self.pool, self.work)
+        self.second_order.residual(
+            float(t), q, u, np.ascontiguousarray(udot, float), out, self.table, self.pool, self.work
+        )
         return out
 
     def bias(self, t: float, x: Array) -> Array:
@@ -97,9 +92,12 @@ class Model:
         states = np.ascontiguousarray(states, float)
         rows = np.empty((len(times), row_length(self.system)))
         seen.observe(times, states, rows, self.table, self.pool, self.work)
-        out = {path: rows[:, place].reshape(len(times), *self.channels[path].shape) for path, place in row_places(self.system).items()}
+        out = {
+            path: rows[:, place].reshape(len(times), *self.channels[path].shape)
+            for path, place in row_places(self.system).items()
+        }
         out["q"], out["u"] = states[:, : self.n_q], states[:, self.n_q :]
-        records = bodies_of(self.table)
+        records = body_records(self.table)
         for i, name in enumerate(self.system.order, start=1):
             first = int(records[i]["qe"])
             out[f"bodies/{name}/delta"] = states[:, first : first + self.system.bodies[name].n_modes]
@@ -114,7 +112,7 @@ def compile_system(system: System) -> Model:
     table, pool, scratch = lower(system)
     n_q = len(system.coordinate_names())
     n_u = len(system.velocity_names())
-    quadruples = [int(b["q"] + b["n_slide"]) for b in bodies_of(table)[1:] if b["ball"] == BALL_QUATERNION]
+    quadruples = [int(b["q"] + b["n_slide"]) for b in body_records(table)[1:] if b["ball"] == BALL_QUATERNION]
     knots = [load.times for load in system.loads if load.times is not None]
     model = Model(
         system=system,
@@ -138,7 +136,11 @@ def highest_frequency(system: System) -> float:
     for body in system.bodies.values():
         if body.n_modes:
             stiffness = (body.strain.V1 + body.strain.V1.T) / 2
-            square = eigh(stiffness, free_elastic_mass(body.moments.second, body.moments.first, body.moments.mass), eigvals_only=True)
+            square = eigh(
+                stiffness,
+                free_elastic_mass(body.moments.second, body.moments.first, body.moments.mass),
+                eigvals_only=True,
+            )
             highest = max(highest, float(np.sqrt(max(square[-1], 0.0))))
     return highest
 
@@ -160,7 +162,9 @@ def free_elastic_mass(second: Array, first: Array, mass: float) -> Array:
     B = np.vstack([first[1:].T, Cr])
     recoil = Me - B.T @ np.linalg.lstsq(rigid, B, rcond=1e-12)[0]
     values, axes = np.linalg.eigh((recoil + recoil.T) / 2)
-    floor = 0.05 * np.linalg.eigvalsh(Me)[0] if n else 0.0  # a shape that is nearly all rigid motion is not let ring without bound
+    floor = (
+        0.05 * np.linalg.eigvalsh(Me)[0] if n else 0.0
+    )  # a shape that is nearly all rigid motion is not let ring without bound
     return (axes * np.maximum(values, floor)) @ axes.T
 
 
@@ -213,17 +217,25 @@ def channels_of(system: System) -> dict[str, Channel]:
     q, u = system.coordinate_names(), system.velocity_names()
     where = "from O" if system.orbit else "from the inertial origin"
     angles = system.libration_sequence
-    words = tuple(ANGLE_WORDS[a] for a in angles) if len(set(angles)) == 3 else tuple(f"{a}{k + 1}" for k, a in enumerate(angles))
+    words = (
+        tuple(ANGLE_WORDS[a] for a in angles)
+        if len(set(angles)) == 3
+        else tuple(f"{a}{k + 1}" for k, a in enumerate(angles))
+    )
     out = {
         "q": Channel(_units(q), "coordinates", (len(q),), tuple(name for name, _ in q)),
         "u": Channel(_units(u), "quasi-velocities", (len(u),), tuple(name for name, _ in u)),
-        "attitude/angles": Channel("rad", f"attitude of {system.root} from the {system.frame.kind} frame, intrinsic {angles}", (3,), words),
+        "attitude/angles": Channel(
+            "rad", f"attitude of {system.root} from the {system.frame.kind} frame, intrinsic {angles}", (3,), words
+        ),
         "monitors/energy": Channel("J", "total energy"),
         "monitors/kinetic": Channel("J", "kinetic energy relative to O" if system.orbit else "kinetic energy"),
         "monitors/elastic": Channel("J", "strain energy"),
         "monitors/spring": Channel("J", "energy of joint springs"),
         "monitors/momentum": Channel("kg m/s", "linear momentum", (3,), XYZ, "inertial"),
-        "monitors/angular_momentum": Channel("kg m^2/s", "angular momentum about the centre of mass", (3,), XYZ, "inertial"),
+        "monitors/angular_momentum": Channel(
+            "kg m^2/s", "angular momentum about the centre of mass", (3,), XYZ, "inertial"
+        ),
         "monitors/center_of_mass": Channel("m", f"centre of mass {where}", (3,), XYZ, "inertial"),
         "monitors/quaternion_norm": Channel("1", "largest departure of Euler parameters from unit length"),
     }
@@ -240,7 +252,9 @@ def channels_of(system: System) -> dict[str, Channel]:
             f"bodies/{name}/position": Channel("m", f"origin of {name} {where}", (3,), XYZ, "inertial"),
             f"bodies/{name}/attitude": Channel("1", f"Euler parameters of {name}, C_NB", (4,), EULER),
             f"bodies/{name}/rate": Channel("rad/s", f"inertial rate of {name}", (3,), XYZ, "body"),
-            f"bodies/{name}/delta": Channel("kg^1/2 m", f"elastic coordinates of {name}", (system.bodies[name].n_modes,)),
+            f"bodies/{name}/delta": Channel(
+                "kg^1/2 m", f"elastic coordinates of {name}", (system.bodies[name].n_modes,)
+            ),
         }
     for body, marker in reported_markers(system):
         label = f"{body}.{marker}"

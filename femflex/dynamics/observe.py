@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
 from femflex.dynamics.equations import place
 from femflex.dynamics.forces import find_center_of_mass, gravity_field, inertia_along, load_wrench, write_forces
-from femflex.dynamics.kinematics import ZERO, combine
+from femflex.dynamics.kinematics import combine
 from femflex.dynamics.layout import (
     BALL_NONE,
     BALL_QUATERNION,
@@ -26,8 +28,23 @@ from femflex.dynamics.layout import (
     loads_of,
     markers_of,
 )
-from femflex.dynamics.vectors import Vector, add, cross, dot, load3, load9, scale, store3, sub, turn, turn_back
-from femflex.rotations import angles_from_dcm, quaternion_from_dcm, vector_from_dcm
+from femflex.dynamics.turns import ZERO, angles_of, quaternion_of, vector_of
+from femflex.dynamics.vectors import (
+    Vector,
+    add,
+    cross,
+    dot,
+    inner,
+    load3,
+    load9,
+    scale,
+    store3,
+    store4,
+    sub,
+    transpose,
+    turn,
+    turn_back,
+)
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -44,7 +61,7 @@ _matrix, _vector, _integers = types.float64[:, ::1], types.float64[::1], types.i
 OBSERVE = types.void(_vector, _matrix, _matrix, _integers, _vector, _vector)
 
 
-@njit(cache=True)
+@inner
 def origin(x: Array, table: Table, pool: Array, work: Array) -> tuple[Vector, Vector]:
     """Place and velocity, inertial components, of what positions and velocities are counted from.
 
@@ -65,20 +82,27 @@ def origin(x: Array, table: Table, pool: Array, work: Array) -> tuple[Vector, Ve
     return load3(work, head["total"]), scale(1.0 / pool[head["mass"]], momentum)
 
 
-@njit(cache=True)
+@inner
 def observe_body(b: Record, row: Array, at: int, shift: Vector, work: Array) -> None:
     """Position, attitude (Euler parameters of C_NB) and rate of one body."""
     w = b["work"]
     store3(row, at, sub(load3(work, w + W_POS), shift))
-    C = load9(work, w + W_CIN)
-    C_NB = np.array([[C[0], C[3], C[6]], [C[1], C[4], C[7]], [C[2], C[5], C[8]]])
-    row[at + 3 : at + 7] = quaternion_from_dcm(C_NB)
+    store4(row, at + 3, quaternion_of(transpose(load9(work, w + W_CIN))))
     store3(row, at + 7, load3(work, w + W_OMEGA))
 
 
-@njit(cache=True)
+@inner
 def observe_marker(
-    m: Record, bodies: Array, x: Array, nq: int, row: Array, at: int, shift: Vector, drift: Vector, pool: Array, work: Array
+    m: Record,
+    bodies: Array,
+    x: Array,
+    nq: int,
+    row: Array,
+    at: int,
+    shift: Vector,
+    drift: Vector,
+    pool: Array,
+    work: Array,
 ) -> None:
     """Position and velocity of a marker, inertial components, and its deflection, body components."""
     b = bodies[m["body"]]
@@ -93,8 +117,10 @@ def observe_marker(
     store3(row, at + 6, u)
 
 
-@njit(cache=True)
-def observe_energies(x: Array, row: Array, shift: Vector, drift: Vector, table: Table, pool: Array, work: Array) -> None:
+@inner
+def observe_energies(
+    x: Array, row: Array, shift: Vector, drift: Vector, table: Table, pool: Array, work: Array
+) -> None:
     """Orbit, attitude angles, energies, momenta and quaternion norm into the fixed part of a row."""
     bodies, head = bodies_of(table), header_of(table)
     nq, mass = head["n_q"], pool[head["mass"]]
@@ -123,7 +149,7 @@ def observe_energies(x: Array, row: Array, shift: Vector, drift: Vector, table: 
         center = add(center, add(scale(m, r), turn_back(C, s)))
         if b["ball"] == BALL_QUATERNION:
             j = b["q"] + b["n_slide"]
-            norm = max(norm, abs(np.sqrt(x[j] ** 2 + x[j + 1] ** 2 + x[j + 2] ** 2 + x[j + 3] ** 2) - 1.0))
+            norm = max(norm, abs(math.sqrt(x[j] ** 2 + x[j + 1] ** 2 + x[j + 2] ** 2 + x[j + 3] ** 2) - 1.0))
     center = scale(1.0 / mass, center)
     row[ROW_KINETIC], row[ROW_ELASTIC], row[ROW_SPRING] = kinetic, elastic, spring
     store3(row, ROW_MOMENTUM, momentum)
@@ -134,8 +160,10 @@ def observe_energies(x: Array, row: Array, shift: Vector, drift: Vector, table: 
     observe_angles(bodies[1], row, head, pool, work)
 
 
-@njit(cache=True)
-def observe_orbit(row: Array, energy: float, spin: Vector, momentum: Vector, table: Table, pool: Array, work: Array) -> None:
+@inner
+def observe_orbit(
+    row: Array, energy: float, spin: Vector, momentum: Vector, table: Table, pool: Array, work: Array
+) -> None:
     """Orbit state, gravity's energy, total energy and Jacobi integral.
 
     Specified orbit: energy relative to O with U = 1/2 int r.(mu/a0^3)(1 - 3 l l) r dm; Jacobi = energy - Omega.H.
@@ -157,11 +185,10 @@ def observe_orbit(row: Array, energy: float, spin: Vector, momentum: Vector, tab
         R, V = load3(work, o + 13), load3(work, o + 16)
         row[ROW_RADIUS], row[ROW_ANOMALY] = work[o], work[o + 3]
         C = load9(work, o + 4)
-        C_NO = np.array([[C[0], C[1], C[2]], [C[3], C[4], C[5]], [C[6], C[7], C[8]]])
-        row[ROW_ORBIT : ROW_ORBIT + 4] = quaternion_from_dcm(C_NO)
+        store4(row, ROW_ORBIT, quaternion_of(C))
         if head["orbit"] == ORBIT_FREE:
             R_c = add(R, c)
-            radius, a0 = np.sqrt(dot(R, R)), np.sqrt(dot(R_c, R_c))
+            radius, a0 = math.sqrt(dot(R, R)), math.sqrt(dot(R_c, R_c))
             gravity += mu * mass * dot(c, add(R, R_c)) / (radius * a0 * (radius + a0))
             energy += dot(V, momentum)
         jacobi = energy + gravity - work[o + 1] * dot((C[0], C[3], C[6]), spin)
@@ -170,18 +197,13 @@ def observe_orbit(row: Array, energy: float, spin: Vector, momentum: Vector, tab
     row[ROW_JACOBI] = jacobi
 
 
-@njit(cache=True)
+@inner
 def observe_angles(b: Record, row: Array, head: Record, pool: Array, work: Array) -> None:
     """Attitude angles of the root body's marker Q relative to the base frame, in the reported sequence."""
-    C = load9(work, b["work"] + W_CPQ)
-    C_PQ = np.array([[C[0], C[1], C[2]], [C[3], C[4], C[5]], [C[6], C[7], C[8]]])
-    axes = np.empty(3, np.int64)
-    for k in range(3):
-        axes[k] = int(pool[head["angle_axes"] + k])
-    row[ROW_ANGLES : ROW_ANGLES + 3] = angles_from_dcm(C_PQ, axes)
+    store3(row, ROW_ANGLES, angles_of(load9(work, b["work"] + W_CPQ), load3(pool, head["angle_axes"])))
 
 
-@njit(cache=True)
+@inner
 def shape_motion(b: Record, x: Array, nq: int, pool: Array, work: Array) -> tuple[Vector, Vector, float, float]:
     """Momentum and angular momentum that the shapes' rates add, their own kinetic energy, and the strain energy."""
     n, rate = b["n"], nq + b["ue"]
@@ -199,7 +221,7 @@ def shape_motion(b: Record, x: Array, nq: int, pool: Array, work: Array) -> tupl
     return ds, h, kinetic, strain
 
 
-@njit(cache=True)
+@inner
 def spring_energy(b: Record, x: Array, pool: Array, work: Array) -> float:
     """Energy stored in the joint's springs."""
     if not b["sprung"]:
@@ -209,8 +231,7 @@ def spring_energy(b: Record, x: Array, pool: Array, work: Array) -> float:
     for k in range(free):
         total += 0.5 * pool[b["spring"] + k] * (x[b["q"] + k] - pool[b["rest"] + k]) ** 2
     if b["ball"] != BALL_NONE:
-        C = load9(work, b["work"] + W_CPQ)
-        theta = vector_from_dcm(np.array([[C[0], C[1], C[2]], [C[3], C[4], C[5]], [C[6], C[7], C[8]]]))
+        theta = vector_of(load9(work, b["work"] + W_CPQ))
         for k in range(3):
             total += 0.5 * pool[b["spring"] + free + k] * (theta[k] - pool[b["rest"] + free + k]) ** 2
     return total

@@ -1,46 +1,52 @@
-"""Small symmetric systems in a flat array: Cholesky factors and triangular solves in place."""
+"""Small symmetric positive systems in a flat array: L D L^T factors and solutions in place, without square roots."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from femflex.dynamics.vectors import FAST
+from femflex.dynamics.vectors import inner
 
 Array = NDArray[np.float64]
 
 
-@njit(cache=True, fastmath=FAST)
-def cholesky(a: Array, at: int, n: int) -> None:
-    """Replace the (n, n) matrix at a[at:] by its lower Cholesky factor; a pivot that is not positive leaves NaN."""
+@inner
+def factorise(a: Array, n: int) -> None:
+    """Replace the lower half of the (n, n) matrix laid flat in a by L D L^T: L below the diagonal, 1/D on it.
+
+    A pivot that is not positive leaves NaN.
+    """
     for i in range(n):
-        row = at + i * n
-        for j in range(i):
-            other = at + j * n
-            total = a[row + j]
+        row = a[i * n : (i + 1) * n]
+        for j in range(i):  # row[j] becomes L_ij D_j
+            other = a[j * n : (j + 1) * n]
+            total = row[j]
             for k in range(j):
-                total -= a[row + k] * a[other + k]
-            a[row + j] = total / a[other + j]
-        total = a[row + i]
-        for k in range(i):
-            total -= a[row + k] * a[row + k]
-        a[row + i] = math.sqrt(total) if total > 0.0 else math.nan
+                total -= row[k] * other[k]
+            row[j] = total
+        pivot = row[i]
+        for j in range(i):
+            scaled = row[j] * a[j * n + j]
+            pivot -= row[j] * scaled
+            row[j] = scaled
+        row[i] = 1.0 / pivot if pivot > 0.0 else math.nan
 
 
-@njit(cache=True, fastmath=FAST)
-def solve_cholesky(a: Array, at: int, n: int, v: Array, x: int) -> None:
-    """Solve L L^T x = v in place for the vector v[x : x + n], with the factor L at a[at:]."""
+@inner
+def solve_factorised(a: Array, n: int, v: Array) -> None:
+    """Solve L D L^T x = v in place for v (n,), with the factors that `factorise` left in a."""
     for i in range(n):
-        total = v[x + i]
+        row = a[i * n : (i + 1) * n]
+        total = v[i]
         for k in range(i):
-            total -= a[at + i * n + k] * v[x + k]
-        v[x + i] = total / a[at + i * n + i]
+            total -= row[k] * v[k]
+        v[i] = total
+    for i in range(n):
+        v[i] *= a[i * n + i]
     for j in range(n):
         i = n - 1 - j
-        total = v[x + i]
-        for k in range(i + 1, n):
-            total -= a[at + k * n + i] * v[x + k]
-        v[x + i] = total / a[at + i * n + i]
+        row = a[i * n : (i + 1) * n]
+        for k in range(i):
+            v[k] -= row[k] * v[i]

@@ -5,32 +5,34 @@ A vector is (x, y, z), a matrix nine numbers row by row. `load3` and `load9` rea
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
+Four = tuple[float, float, float, float]
 Matrix = tuple[float, float, float, float, float, float, float, float, float]
 
 FAST = {"contract", "arcp", "nsz", "reassoc"}  # everything that keeps NaN and infinity honest
 
+# A function that only other compiled functions call: it needs no entry from Python, which costs most of the compile time.
+inner = njit(fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
-@njit(cache=True)
+
+@inner
 def load3(a: Array, i: int) -> Vector:
     """Vector at a[i : i + 3]."""
     return a[i], a[i + 1], a[i + 2]
 
 
-@njit(cache=True)
+@inner
 def store3(a: Array, i: int, v: Vector) -> None:
     """Write v to a[i : i + 3]."""
     a[i], a[i + 1], a[i + 2] = v[0], v[1], v[2]
 
 
-@njit(cache=True)
+@inner
 def accumulate3(a: Array, i: int, v: Vector) -> None:
     """Add v to a[i : i + 3]."""
     a[i] += v[0]
@@ -38,13 +40,25 @@ def accumulate3(a: Array, i: int, v: Vector) -> None:
     a[i + 2] += v[2]
 
 
-@njit(cache=True)
+@inner
+def load4(a: Array, i: int) -> Four:
+    """Four numbers at a[i : i + 4]."""
+    return a[i], a[i + 1], a[i + 2], a[i + 3]
+
+
+@inner
+def store4(a: Array, i: int, v: Four) -> None:
+    """Write four numbers to a[i : i + 4]."""
+    a[i], a[i + 1], a[i + 2], a[i + 3] = v[0], v[1], v[2], v[3]
+
+
+@inner
 def load9(a: Array, i: int) -> Matrix:
     """Matrix at a[i : i + 9], row by row."""
     return a[i], a[i + 1], a[i + 2], a[i + 3], a[i + 4], a[i + 5], a[i + 6], a[i + 7], a[i + 8]
 
 
-@njit(cache=True)
+@inner
 def store9(a: Array, i: int, m: Matrix) -> None:
     """Write m to a[i : i + 9], row by row."""
     a[i], a[i + 1], a[i + 2] = m[0], m[1], m[2]
@@ -52,37 +66,37 @@ def store9(a: Array, i: int, m: Matrix) -> None:
     a[i + 6], a[i + 7], a[i + 8] = m[6], m[7], m[8]
 
 
-@njit(cache=True)
+@inner
 def add(a: Vector, b: Vector) -> Vector:
     """a + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@njit(cache=True)
+@inner
 def sub(a: Vector, b: Vector) -> Vector:
     """a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@njit(cache=True)
+@inner
 def scale(s: float, a: Vector) -> Vector:
     """s a."""
     return s * a[0], s * a[1], s * a[2]
 
 
-@njit(cache=True)
+@inner
 def dot(a: Vector, b: Vector) -> float:
     """a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True)
+@inner
 def cross(a: Vector, b: Vector) -> Vector:
     """a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@njit(cache=True)
+@inner
 def turn(m: Matrix, v: Vector) -> Vector:
     """m v."""
     return (
@@ -92,7 +106,7 @@ def turn(m: Matrix, v: Vector) -> Vector:
     )
 
 
-@njit(cache=True)
+@inner
 def turn_back(m: Matrix, v: Vector) -> Vector:
     """m^T v."""
     return (
@@ -102,7 +116,7 @@ def turn_back(m: Matrix, v: Vector) -> Vector:
     )
 
 
-@njit(cache=True)
+@inner
 def product(a: Matrix, b: Matrix) -> Matrix:
     """a b."""
     return (
@@ -118,31 +132,41 @@ def product(a: Matrix, b: Matrix) -> Matrix:
     )
 
 
-@njit(cache=True)
+@inner
 def transpose(m: Matrix) -> Matrix:
     """m^T."""
     return m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]
 
 
-@njit(cache=True)
-def axis_turn(axis: Vector, angle: float) -> Matrix:
-    """C_PQ of a turn about a unit axis (Rodrigues' formula)."""
-    c, s = math.cos(angle), math.sin(angle)
-    x, y, z = axis
-    v = 1.0 - c
+@inner
+def add9(a: Matrix, b: Matrix) -> Matrix:
+    """a + b."""
     return (
-        c + v * x * x, v * x * y - s * z, v * x * z + s * y,
-        v * x * y + s * z, c + v * y * y, v * y * z - s * x,
-        v * x * z - s * y, v * y * z + s * x, c + v * z * z,
-    )  # fmt: skip
+        a[0] + b[0],
+        a[1] + b[1],
+        a[2] + b[2],
+        a[3] + b[3],
+        a[4] + b[4],
+        a[5] + b[5],
+        a[6] + b[6],
+        a[7] + b[7],
+        a[8] + b[8],
+    )
 
 
-@njit(cache=True)
-def quaternion_turn(w: float, x: float, y: float, z: float) -> Matrix:
-    """C_PQ of Euler parameters, which need not be normalised."""
-    s = 2.0 / (w * w + x * x + y * y + z * z)
-    return (
-        1.0 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y),
-        s * (x * y + w * z), 1.0 - s * (x * x + z * z), s * (y * z - w * x),
-        s * (x * z - w * y), s * (y * z + w * x), 1.0 - s * (x * x + y * y),
-    )  # fmt: skip
+@inner
+def cross_matrix(v: Vector, m: Matrix) -> Matrix:
+    """skew(v) m."""
+    a = cross(v, (m[0], m[3], m[6]))
+    b = cross(v, (m[1], m[4], m[7]))
+    c = cross(v, (m[2], m[5], m[8]))
+    return a[0], b[0], c[0], a[1], b[1], c[1], a[2], b[2], c[2]
+
+
+@inner
+def solve3(m: Matrix, v: Vector) -> Vector:
+    """x with m x = v (Cramer's rule)."""
+    a, b, c = (m[0], m[3], m[6]), (m[1], m[4], m[7]), (m[2], m[5], m[8])
+    bc = cross(b, c)
+    volume = dot(a, bc)
+    return dot(bc, v) / volume, dot(cross(c, a), v) / volume, dot(cross(a, b), v) / volume

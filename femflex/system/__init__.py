@@ -1,7 +1,18 @@
 """What the user composes: bodies, joints, loads, orbit and frame in one System."""
 
 from femflex.system.channel import Channel
-from femflex.system.joint import JOINTS, Joint, ball_coordinates, cylindrical, free, prismatic, revolute, spherical, universal, weld
+from femflex.system.joint import (
+    JOINTS,
+    Joint,
+    ball_coordinates,
+    cylindrical,
+    free,
+    prismatic,
+    revolute,
+    spherical,
+    universal,
+    weld,
+)
 from femflex.system.load import Load
 from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
 from femflex.system.system import System

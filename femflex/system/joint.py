@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.rotations import ANGLE_SEQUENCES, axes_of_sequence, dcm_from_angles, quaternion_from_dcm
+from femflex.rotations import ANGLE_SEQUENCES, angles_from_dcm, dcm_from_angles, quaternion_from_dcm
 
 Array = NDArray[np.float64]
 
@@ -54,16 +54,22 @@ class Joint:
 
     def __post_init__(self) -> None:
         if self.ball is not None and self.ball not in BALL_SETS:
-            raise ValueError(f"rotation set {self.ball!r} of joint {self.label!r} is not known; known are {list(BALL_SETS)}")
+            raise ValueError(
+                f"rotation set {self.ball!r} of joint {self.label!r} is not known; known are {list(BALL_SETS)}"
+            )
         if self.ball is not None and len(self.rotations):
             raise ValueError(f"joint {self.label!r} has both a ball and turning axes; give one of them")
         set_ = object.__setattr__
         set_(self, "translations", _unit_rows(self.translations, "translation", self.label))
         set_(self, "rotations", _unit_rows(self.rotations, "rotation", self.label))
         if len(self.translations) > 3 or len(self.rotations) > 3:
-            raise ValueError(f"joint {self.label!r} has {len(self.translations)} translations and {len(self.rotations)} rotations; at most three of each")
+            raise ValueError(
+                f"joint {self.label!r} has {len(self.translations)} translations and {len(self.rotations)} rotations; at most three of each"
+            )
         if np.linalg.matrix_rank(self.translations) < len(self.translations):
-            raise ValueError(f"translation axes of joint {self.label!r} depend on each other: {self.translations.tolist()}")
+            raise ValueError(
+                f"translation axes of joint {self.label!r} depend on each other: {self.translations.tolist()}"
+            )
         for key, size in (("stiffness", self.n_u), ("damping", self.n_u), ("rest", self.n_u), ("u0", self.n_u)):
             set_(self, key, _sized(getattr(self, key), size, key, self.label))
         q0 = np.asarray(self.q0, float)
@@ -92,7 +98,9 @@ class Joint:
         """Name and unit of each coordinate."""
         slides = [(f"{self.label}.slide{_number(j, self.translations)}", "m") for j in range(len(self.translations))]
         if self.ball is None:
-            return slides + [(f"{self.label}.angle{_number(j, self.rotations)}", "rad") for j in range(len(self.rotations))]
+            return slides + [
+                (f"{self.label}.angle{_number(j, self.rotations)}", "rad") for j in range(len(self.rotations))
+            ]
         if self.ball == "euler_parameters":
             return slides + [(f"{self.label}.e{j}", "1") for j in range(4)]
         return slides + [(f"{self.label}.{axis}{j + 1}", "rad") for j, axis in enumerate(self.ball)]
@@ -106,7 +114,11 @@ class Joint:
 
     def with_initial(self, q0: Array | None = None, u0: Array | None = None) -> Joint:
         """A copy with other initial coordinates (n_q,) or quasi-velocities (n_u,)."""
-        return replace(self, q0=self.q0 if q0 is None else np.asarray(q0, float), u0=self.u0 if u0 is None else np.asarray(u0, float))
+        return replace(
+            self,
+            q0=self.q0 if q0 is None else np.asarray(q0, float),
+            u0=self.u0 if u0 is None else np.asarray(u0, float),
+        )
 
     def _rest_coordinates(self) -> Array:
         q = np.zeros(self.n_q)
@@ -159,12 +171,10 @@ def ball_coordinates(rotation: str, sequence: str, angles: Array) -> Array:
     >>> ball_coordinates("euler_parameters", "xyz", np.zeros(3))
     array([1., 0., 0., 0.])
     """
-    C_PQ = dcm_from_angles(np.asarray(angles, float), axes_of_sequence(sequence))
+    C_PQ = dcm_from_angles(angles, sequence)
     if rotation == "euler_parameters":
         return quaternion_from_dcm(C_PQ)
-    from femflex.rotations import angles_from_dcm
-
-    return angles_from_dcm(C_PQ, axes_of_sequence(rotation))
+    return angles_from_dcm(C_PQ, rotation)
 
 
 def _rows(axes: object) -> Array:

@@ -44,5 +44,7 @@ class Load:
         if self.times is not None:
             times = np.asarray(self.times, float)
             if len(times) < 2 or not np.all(np.isfinite(times)) or np.any(np.diff(times) < 0):
-                raise ValueError(f"times of load {self.name!r} must be finite, at least two, and not decreasing: {times.tolist()}")
+                raise ValueError(
+                    f"times of load {self.name!r} must be finite, at least two, and not decreasing: {times.tolist()}"
+                )
             object.__setattr__(self, "times", times)

@@ -44,7 +44,9 @@ class Orbit:
             raise ValueError(f"semi-major axis {self.semi_major_axis} m and mu {self.mu} m^3/s^2 must both be positive")
 
     @classmethod
-    def from_perigee(cls, altitude: float, eccentricity: float = 0.0, radius: float = EARTH_RADIUS, **more: float) -> Orbit:
+    def from_perigee(
+        cls, altitude: float, eccentricity: float = 0.0, radius: float = EARTH_RADIUS, **more: float
+    ) -> Orbit:
         """The orbit with that perigee altitude [m] over a body of that radius [m]."""
         return cls((radius + altitude) / (1.0 - eccentricity), eccentricity, **more)  # type: ignore[arg-type]
 
@@ -62,7 +64,9 @@ class Orbit:
         """Turns perifocal components (X to perigee, Z normal) into inertial ones, (3, 3)."""
         c, s = np.cos, np.sin
         Rz = lambda a: np.array([[c(a), -s(a), 0], [s(a), c(a), 0], [0, 0, 1]])  # noqa: E731
-        Rx = np.array([[1, 0, 0], [0, c(self.inclination), -s(self.inclination)], [0, s(self.inclination), c(self.inclination)]])
+        Rx = np.array(
+            [[1, 0, 0], [0, c(self.inclination), -s(self.inclination)], [0, s(self.inclination), c(self.inclination)]]
+        )
         return Rz(self.node) @ Rx @ Rz(self.perigee)
 
 

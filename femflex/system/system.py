@@ -97,7 +97,9 @@ class System:
             if j.child in parent:
                 out.append(f"body {j.child!r} is the child of two joints; a tree gives every body one parent")
             parent[j.child] = j.parent
-        out += [f"body {b!r} has no joint; hang it from a parent or from the base frame" for b in known if b not in parent]
+        out += [
+            f"body {b!r} has no joint; hang it from a parent or from the base frame" for b in known if b not in parent
+        ]
         if out:
             return out
         for b in known:
@@ -105,13 +107,19 @@ class System:
             while (up := parent[path[-1]]) is not None:
                 if up in path:
                     loop = " -> ".join([*path[path.index(up) :], up])
-                    return [f"the tree of joints is cyclic: {loop}; one body of the cycle must hang from the base frame"]
+                    return [
+                        f"the tree of joints is cyclic: {loop}; one body of the cycle must hang from the base frame"
+                    ]
                 path.append(up)
         return []
 
     def _orbit_problems(self) -> list[str]:
         if self.orbit is None:
-            return ["the orbital frame needs an orbit; give one, or measure attitude from the inertial frame"] if self.frame.kind == "orbital" else []
+            return (
+                ["the orbital frame needs an orbit; give one, or measure attitude from the inertial frame"]
+                if self.frame.kind == "orbital"
+                else []
+            )
         roots = [j for j in self.joints if j.parent is None]
         if len(roots) > 1:
             return [f"an orbiting system has one root body; found {[j.child for j in roots]}"]
@@ -119,18 +127,27 @@ class System:
         if self.orbit.free and slides != 3:
             return [f"a free orbit needs a free root joint; joint {roots[0].label!r} has {slides} translations"]
         if not self.orbit.free and slides:
-            return [f"a specified orbit eliminates the root's translation; joint {roots[0].label!r} must be spherical, weld or turning, not {roots[0].kind}"]
+            return [
+                f"a specified orbit eliminates the root's translation; joint {roots[0].label!r} must be spherical, weld or turning, not {roots[0].kind}"
+            ]
         return []
 
     def _name_problems(self) -> list[str]:
         out = []
-        places = [(f"joint {j.label!r}", b, m) for j in self.joints for b, m in ((j.child, j.child_marker), (j.parent, j.parent_marker)) if b in self.bodies]
+        places = [
+            (f"joint {j.label!r}", b, m)
+            for j in self.joints
+            for b, m in ((j.child, j.child_marker), (j.parent, j.parent_marker))
+            if b in self.bodies
+        ]
         places += [(f"load {load.name!r}", load.body, load.marker) for load in self.loads]
         for who, body, marker in places:
             if body not in self.bodies:
                 out.append(f"body {body!r} of {who} does not exist; bodies are {sorted(self.bodies)}")
             elif marker not in self.bodies[body].markers:
-                out.append(f"marker {marker!r} of {who} is not on body {body!r}; its markers are {sorted(self.bodies[body].markers)}")
+                out.append(
+                    f"marker {marker!r} of {who} is not on body {body!r}; its markers are {sorted(self.bodies[body].markers)}"
+                )
         for what in ("delta0", "ddelta0"):
             for body, value in getattr(self, what).items():
                 n = self.bodies[body].n_modes if body in self.bodies else -1

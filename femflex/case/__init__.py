@@ -1,0 +1,9 @@
+"""Case files: TOML -> checked, typed data in SI -> bodies and System. The only place where units are converted."""
+
+from __future__ import annotations
+
+from femflex.case.case import Case
+from femflex.case.problems import CaseError, Problem
+from femflex.case.read import parse_case, read_case
+
+__all__ = ["Case", "CaseError", "Problem", "parse_case", "read_case"]

@@ -1,0 +1,123 @@
+"""The base of every table of a case file, and small types many tables share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, NoReturn
+
+from pydantic import BaseModel, ConfigDict, StringConstraints
+from pydantic_core import PydanticCustomError
+
+from femflex.case.values import Angles, Matrix, Quantity, ValueProblem, _Readable, shown
+
+Sequence_ = Literal["xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz"]
+RotationSet = Literal[
+    "euler_parameters", "xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz"
+]
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_-]+$")]  # becomes a path in the result file
+
+
+class Table(BaseModel):
+    """A table of the case file: keys are known, values typed and in SI, nothing changes once read."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True, protected_namespaces=())
+
+
+def refuse(text: str) -> NoReturn:
+    """Raise the problem `text` from inside a validator of a table."""
+    raise PydanticCustomError("conflict", "{text}", {"text": text})
+
+
+def exactly_one(table: Table, keys: Sequence[str], required: bool = True) -> str | None:
+    """The one of the keys that the table gives; a problem when none (if required) or several are given."""
+    given = [key for key in keys if getattr(table, key) is not None]
+    if len(given) > 1:
+        refuse(f"found {' and '.join(given)} together; give one of them")
+    if required and not given:
+        refuse(f"found none of {', '.join(keys)}; give one of them")
+    return given[0] if given else None
+
+
+@dataclass(frozen=True)
+class OrientationValue(_Readable):
+    """Axes of a marker in its body: a 3 x 3 matrix, turns, or two directions. Reads into C_BM, rows of a matrix."""
+
+    def read(self, value: Any) -> Matrix:
+        """C_BM (3, 3): its columns are the marker's axes in body components."""
+        if isinstance(value, list):
+            return _orthonormal(Quantity("", (3, 3)).read(value))
+        if isinstance(value, dict) and set(value) <= {"sequence", "angles"} and "angles" in value:
+            return _turned(value.get("sequence", "xyz"), value["angles"])
+        if isinstance(value, dict) and len(value) == 2 and set(value) <= {"x", "y", "z"}:
+            return _along({axis: Quantity("", (3,)).read(v) for axis, v in value.items()})
+        raise ValueProblem(
+            f"found {shown(value)}; expected a 3 x 3 matrix, {{sequence = \"xyz\", angles = [...]}}, or the directions of two "
+            "axes such as {x = [1, 1, 0], y = [0, 0, 1]}"
+        )
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of the three forms."""
+        direction = Quantity("", (3,)).json_schema()
+        turns = {"sequence": {"type": "string"}, "angles": Quantity("rad", (3,)).json_schema()}
+        return {
+            "anyOf": [
+                Quantity("", (3, 3)).json_schema(),
+                {"type": "object", "properties": turns, "required": ["angles"], "additionalProperties": False},
+                {
+                    "type": "object",
+                    "properties": dict.fromkeys("xyz", direction),
+                    "minProperties": 2,
+                    "maxProperties": 2,
+                    "additionalProperties": False,
+                },
+            ]
+        }
+
+
+Orientation = Annotated[Matrix, OrientationValue()]
+
+
+def _rows(C: Any) -> Matrix:
+    return tuple(tuple(float(c) for c in row) for row in C)  # type: ignore[return-value]
+
+
+def _orthonormal(rows: Matrix) -> Matrix:
+    import numpy as np
+
+    C = np.array(rows)
+    if np.abs(C @ C.T - np.eye(3)).max() > 1e-6 or np.linalg.det(C) < 0:
+        raise ValueProblem(
+            f"found a matrix that is not a rotation (C C^T differs from 1 by {np.abs(C @ C.T - np.eye(3)).max():.1e}, "
+            f"determinant {np.linalg.det(C):.4g}); its columns must be perpendicular unit vectors, right-handed"
+        )
+    u, _, vh = np.linalg.svd(C)  # printed digits are few: the nearest rotation
+    return _rows(u @ vh)
+
+
+def _turned(sequence: Any, angles: Any) -> Matrix:
+    from femflex.rotations import ANGLE_SEQUENCES, dcm_from_angles
+
+    if sequence not in ANGLE_SEQUENCES:
+        raise ValueProblem(f"found sequence {shown(sequence)}; known are {', '.join(ANGLE_SEQUENCES)}")
+    return _rows(dcm_from_angles(Quantity("rad", (3,)).read(angles), sequence))
+
+
+def _along(directions: dict[str, Any]) -> Matrix:
+    import numpy as np
+
+    (first, a), (second, b) = directions.items()
+    i, j = "xyz".index(first), "xyz".index(second)
+    a, b = np.array(a), np.array(b)
+    if not np.linalg.norm(np.cross(a, b)) > 1e-9 * np.linalg.norm(a) * np.linalg.norm(b):
+        raise ValueProblem(f"found directions {first} = {a.tolist()} and {second} = {b.tolist()}; they must not be parallel or zero")
+    C = np.zeros((3, 3))
+    C[:, i] = a / np.linalg.norm(a)
+    b = b - C[:, i] * (C[:, i] @ b)
+    C[:, j] = b / np.linalg.norm(b)
+    k = 3 - i - j
+    C[:, k] = np.cross(C[:, i], C[:, j]) * (1.0 if (j - i) % 3 == 1 else -1.0)
+    return _rows(C)
+
+
+__all__ = ["Angles", "Name", "Orientation", "RotationSet", "Sequence_", "Table", "exactly_one", "refuse"]

@@ -1,0 +1,60 @@
+"""The whole case file as one typed table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field, PrivateAttr, model_validator
+
+from femflex.case.base import Name, Table, refuse
+from femflex.case.body import Body
+from femflex.case.joint import Joint
+from femflex.case.load import LoadTable
+from femflex.case.measure import ExpectationsTable
+from femflex.case.orbit import AttitudeTable, OrbitTable
+from femflex.case.run import PicturesTable, RunTable, StudyTable
+from femflex.case.section import Material, Section
+
+
+class Case(Table):
+    """All inputs of a run in SI. SI numbers, or strings with a unit, in the file; see `femflex schema`."""
+
+    title: str = ""
+    source: str = ""
+    """Where the numbers come from."""
+    description: str = ""
+    run: RunTable
+    orbit: OrbitTable = OrbitTable(kind="none")
+    attitude: AttitudeTable = AttitudeTable()
+    materials: dict[Name, Material] = {}
+    sections: dict[Name, Section] = {}
+    bodies: Annotated[dict[Name, Body], Field(min_length=1)]
+    joints: list[Joint] = []
+    loads: list[LoadTable] = []
+    pictures: PicturesTable | None = None
+    study: StudyTable | None = None
+    expect: ExpectationsTable = ExpectationsTable()
+
+    _path: Path = PrivateAttr(default=Path("case.toml"))
+    _text: str = PrivateAttr(default="")
+
+    @model_validator(mode="after")
+    def _orbits_need_an_orbit(self) -> Case:
+        if self.run.orbits is not None and self.orbit.kind == "none":
+            refuse("run.orbits needs an orbit; give duration, or an [orbit]")
+        return self
+
+    @property
+    def path(self) -> Path:
+        """Where the case was read from; file names in it are relative to its folder."""
+        return self._path
+
+    @property
+    def text(self) -> str:
+        """The case file as it was read."""
+        return self._text
+
+    def beside(self, name: str) -> Path:
+        """The path of a file named in the case."""
+        return self._path.parent / name

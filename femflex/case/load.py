@@ -1,0 +1,78 @@
+"""[[loads]]: forces and torques at markers, constant or tabulated."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import model_validator
+
+from femflex.case.base import Name, Table, refuse
+from femflex.case.values import Quantity, Vector, _Readable
+
+
+class _SteadyOrTable(_Readable):
+    """Three numbers, or one row of three per time."""
+
+    def __init__(self, unit: str) -> None:
+        self.steady, self.rows = Quantity(unit, (3,)), Quantity(unit, (None, 3))
+
+    def read(self, value: object) -> object:
+        nested = isinstance(value, list) and value and isinstance(value[0], list)
+        return (self.rows if nested else self.steady).read(value)
+
+    def json_schema(self) -> dict[str, object]:
+        return {"anyOf": [self.steady.json_schema(), self.rows.json_schema()], "unit": self.steady.unit}
+
+
+Rows = tuple[Vector, ...]
+
+
+class LoadTable(Table):
+    """A force and a torque at a marker of a body.
+
+    Constant when `times` and `table` are left out; else linear between the times, zero before the first and after the
+    last. A repeated time is a jump.
+    """
+
+    name: Name
+    body: str
+    marker: str = "origin"
+    frame: Literal["body", "marker", "inertial", "orbital"] = "body"
+    """Axes of the components."""
+    force: Annotated[Vector | Rows | None, _SteadyOrTable("N")] = None
+    torque: Annotated[Vector | Rows | None, _SteadyOrTable("N m")] = None
+    times: Annotated[tuple[float, ...] | None, Quantity("s", (None,))] = None
+    table: str | None = None
+    """CSV file with columns "time [s]", "fx [N]", ..., "tz [N m]" instead of times, force and torque."""
+
+    @model_validator(mode="after")
+    def _rows_fit(self) -> LoadTable:
+        given = [key for key in ("force", "torque", "times") if getattr(self, key) is not None]
+        if self.table is not None:
+            if given:
+                refuse(f"found table and {', '.join(given)} together; the CSV file holds them all")
+            return self
+        if "force" not in given and "torque" not in given:
+            refuse("found neither force nor torque nor table; give at least one")
+        for key in ("force", "torque"):
+            self._check_rows(key)
+        if self.times is not None:
+            if len(self.times) < 2:
+                refuse(f"found times {list(self.times)}; a table needs at least two")
+            falls = [k for k, (a, b) in enumerate(zip(self.times, self.times[1:], strict=False)) if b < a]
+            if falls:
+                k = falls[0]
+                refuse(f"found time {self.times[k + 1]:g} s after {self.times[k]:g} s; times must not decrease")
+        return self
+
+    def _check_rows(self, key: str) -> None:
+        value = getattr(self, key)
+        if value is None:
+            return
+        rows = isinstance(value[0], tuple)
+        if rows and self.times is None:
+            refuse(f"found {len(value)} rows in {key} without times; give the time of every row")
+        if not rows and self.times is not None:
+            refuse(f"found times with a constant {key}; give one row of {key} per time, {len(self.times)} of them")
+        if rows and self.times is not None and len(value) != len(self.times):
+            refuse(f"found {len(value)} rows in {key} and {len(self.times)} times; give as many of both")

@@ -1,0 +1,170 @@
+"""Named quantities of a run or of a body, as [expect] and [study] write them, and [expect] itself."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import ConfigDict, StrictBool, model_validator
+
+from femflex.case.base import Table, exactly_one, refuse
+from femflex.case.units import to_base
+from femflex.case.values import Count, Quantity, Time, ValueProblem, Whole, _Readable, shown
+
+OF_BODY = ("mode_frequency", "body_mass")
+Reduction = Literal[
+    *("value", "change", "peak", "maximum", "minimum", "range", "mean", "rms", "drift", "frequency"),
+    *("mode_frequency", "body_mass"),
+]
+
+
+class Given(float):
+    """A number in SI that remembers its base unit as text ("m s^-1"); None for plain numbers."""
+
+    unit: str | None = None
+
+    @classmethod
+    def of(cls, number: float, unit: str | None) -> Given:
+        """The number with its unit."""
+        out = cls(number)
+        out.unit = unit
+        return out
+
+
+class AnyUnit(_Readable):
+    """A number in SI, or a string with any known unit."""
+
+    def read(self, value: Any) -> Given:
+        """The number in base SI, with the unit it was given in."""
+        if isinstance(value, str):
+            out = Given.of(*to_base(value))
+        elif isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise ValueProblem(f"found {shown(value)}; expected a number in SI or a string with a unit")
+        else:
+            out = Given(value)
+        if not math.isfinite(out):
+            raise ValueProblem(f"found {float(out)}; the number must be finite")
+        return out
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema."""
+        return {"anyOf": [{"type": "number"}, {"type": "string", "description": "with a unit"}]}
+
+
+Expected = Annotated[Given | None, AnyUnit()]
+
+
+class _Component(_Readable):
+    """Name of an entry, or its number from 0."""
+
+    def read(self, value: Any) -> str | int:
+        """The name or number."""
+        return value if isinstance(value, str) else Count(0).read(value)
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of both."""
+        return {"anyOf": [{"type": "string"}, Count(0).json_schema()]}
+
+
+class MeasureTable(Table):
+    """One number taken from a run's channel, or from a body.
+
+    of        value (at time `at`; left out, the end), change (end minus start), peak (largest magnitude), maximum, minimum,
+              range, mean, rms, drift (largest departure from the start), frequency (Hz; of mean crossings or, with
+              tones > 1, of a fit of so many sinusoids), mode_frequency (Hz) and body_mass (kg) of a body
+    channel   path in the result file, such as "markers/boom.tip/deflection"
+    component name or number (from 0) of the entry; left out, the magnitude of a vector
+    """
+
+    of: Reduction = "value"
+    channel: str | None = None
+    component: Annotated[str | int | None, _Component()] = None
+    at: Time | None = None
+    start: Time | None = None
+    """Only from this time on."""
+    end: Time | None = None
+    """Only up to this time."""
+    relative: StrictBool = False
+    """Drift as a fraction of the largest magnitude."""
+    tones: Whole = 1
+    tone: Whole = 1
+    """Which of the fitted sinusoids, by frequency."""
+    per_orbit: StrictBool = False
+    """Frequency in units of the mean motion."""
+    body: str | None = None
+    mode: Whole = 1
+
+    @model_validator(mode="after")
+    def _belongs_together(self) -> MeasureTable:
+        if self.of in OF_BODY:
+            if self.body is None:
+                refuse(f"found of = {self.of!r} without body; name the body")
+            if self.channel is not None:
+                refuse(f"found of = {self.of!r} with a channel; it is a quantity of the body alone")
+        elif self.channel is None:
+            refuse(f"found of = {self.of!r} without channel; name a channel such as 'attitude/angles'")
+        if self.at is not None and self.of != "value":
+            refuse(f"found at together with of = {self.of!r}; it goes with of = 'value'")
+        if self.tone > self.tones:
+            refuse(f"found tone {self.tone} of {self.tones}; raise tones")
+        if self.relative and self.of != "drift":
+            refuse(f"found relative together with of = {self.of!r}; it goes with of = 'drift'")
+        return self
+
+
+class ExpectTable(MeasureTable):
+    """A measured quantity and the answer it is held against."""
+
+    value: Expected = None
+    tolerance: Expected = None
+    """Largest difference from the value."""
+    relative_tolerance: Annotated[float | None, Quantity("", above=0.0)] = None
+    """Largest difference from the value as a fraction of it."""
+    above: Expected = None
+    below: Expected = None
+    source: str = ""
+    """Where the answer comes from."""
+
+    def units(self) -> dict[str, str]:
+        """Base unit of each of the numbers that were given with one."""
+        numbers = {key: getattr(self, key) for key in ("value", "tolerance", "above", "below")}
+        return {key: n.unit for key, n in numbers.items() if isinstance(n, Given) and n.unit is not None}
+
+    @model_validator(mode="after")
+    def _has_an_answer(self) -> ExpectTable:
+        if self.value is None and self.above is None and self.below is None:
+            refuse("found no answer; give value with tolerance, or above, or below")
+        if (self.value is not None) != (self.tolerance is not None or self.relative_tolerance is not None):
+            refuse("found value without tolerance, or a tolerance without value; they belong together")
+        exactly_one(self, ("tolerance", "relative_tolerance"), required=False)
+        if self.tolerance is not None and self.tolerance <= 0:
+            refuse(f"found a tolerance of {self.tolerance:g}; it must be above 0")
+        if self.relative_tolerance is not None and self.value == 0:
+            refuse("found relative_tolerance for an expected value of 0; give tolerance")
+        if len(set(self.units().values())) > 1:
+            refuse("found units that do not belong together: " + ", ".join(f"{key} in {u or 'plain numbers'}" for key, u in self.units().items()))
+        if self.above is not None and self.below is not None and not self.above < self.below:
+            refuse(f"found above = {self.above:g} and below = {self.below:g}, between which nothing lies")
+        return self
+
+
+class ExpectationsTable(Table):
+    """[expect]: the case's own answers, by name."""
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, ExpectTable]
+
+    slow: StrictBool = False
+    """The run takes longer than a test should."""
+
+    @property
+    def answers(self) -> dict[str, ExpectTable]:
+        """Name -> expected quantity."""
+        return dict(self.__pydantic_extra__ or {})
+
+    @classmethod
+    def extra_type(cls) -> type[ExpectTable]:
+        """What every key but the known ones holds."""
+        return ExpectTable
+
+

@@ -1,0 +1,129 @@
+"""[orbit] and [attitude]: where the craft flies and how it is turned at the start."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import StrictBool, model_validator
+
+from femflex.case.base import RotationSet, Sequence_, Table, exactly_one, refuse
+from femflex.case.values import Angle, Angles, Fraction, Length, Position, PositiveLength, Quantity, Rates, Velocity
+
+BodyAxis = Literal["x", "y", "z", "-x", "-y", "-z"]
+
+
+class OrbitTable(Table):
+    """A Kepler orbit. Orbital frame: x0 along the orbit normal, y0 outward vertical, z0 in flight direction."""
+
+    kind: Literal["none", "specified", "free"] = "specified"
+    """none; specified: the centre of mass stays on the ellipse; free: its motion is solved for."""
+    perigee_altitude: Length | None = None
+    """Height of the perigee over `radius`."""
+    semi_major_axis: PositiveLength | None = None
+    eccentricity: Fraction = 0.0
+    inclination: Angle = 0.0
+    node: Angle = 0.0
+    """Right ascension of the ascending node."""
+    perigee: Angle = 0.0
+    """Argument of the perigee."""
+    true_anomaly: Angle = 0.0
+    """Where on the orbit the run begins; 0 is the perigee."""
+    mu: Annotated[float, Quantity("m^3/s^2", above=0.0)] = 3.986004418e14
+    """Gravitational parameter of the central body; the Earth's when left out."""
+    radius: PositiveLength = 6378137.0
+    """Radius over which altitudes are counted; the Earth's equatorial one when left out."""
+
+    @model_validator(mode="after")
+    def _one_size(self) -> OrbitTable:
+        if self.kind == "none":
+            given = sorted(self.model_fields_set - {"kind"})
+            if given:
+                refuse(f"found kind = 'none' together with {', '.join(given)}; an orbit has kind 'specified' or 'free'")
+            return self
+        exactly_one(self, ("perigee_altitude", "semi_major_axis"))
+        if self.perigee_radius < self.radius:
+            refuse(
+                f"found a perigee {(self.radius - self.perigee_radius) / 1e3:.4g} km below the surface (radius {self.radius:.7g} m); "
+                "raise the perigee, lower the eccentricity, or give the central body's radius"
+            )
+        return self
+
+    @property
+    def perigee_radius(self) -> float:
+        """Distance of the perigee from the centre [m]."""
+        if self.perigee_altitude is not None:
+            return self.radius + self.perigee_altitude
+        assert self.semi_major_axis is not None
+        return self.semi_major_axis * (1.0 - self.eccentricity)
+
+
+class AttitudeTable(Table):
+    """How the root body is turned at t = 0, relative to which frame, and whether it stays so.
+
+    Pitch turns about x0, yaw about y0, roll about z0, intrinsic in the order of `sequence`. In the nominal attitude
+    (all angles zero) the body axes named in `nominal_axes` lie along x0, y0, z0.
+    """
+
+    frame: Literal["orbital", "inertial", "spinning"] | None = None
+    """Frame the attitude is measured from; orbital when there is an orbit, else inertial."""
+    spin: Rates | None = None
+    """Rate of the spinning frame, components in that frame."""
+    held: StrictBool = False
+    """Keep the root body at its initial attitude in the frame."""
+    root: str | None = None
+    """The root body; left out, the one body without a joint."""
+    nominal_axes: tuple[BodyAxis, BodyAxis, BodyAxis] | None = None
+    """Body axes along x0, y0, z0 in the nominal attitude, such as ["y", "-z", "-x"]."""
+    marker: str | None = None
+    """Marker of the root body whose axes lie along x0, y0, z0 in the nominal attitude, instead of nominal_axes."""
+    sequence: Sequence_ = "xzy"
+    """Intrinsic order of the turns; "xzy" is pitch, roll, yaw."""
+    angles: Angles | None = None
+    """The three turns in the order of the sequence."""
+    pitch: Angle | None = None
+    yaw: Angle | None = None
+    roll: Angle | None = None
+    rates: Rates | None = None
+    """Rate relative to the frame, components along the libration axes; none: at rest in the frame."""
+    rotation: RotationSet = "euler_parameters"
+    """Coordinates that describe the rotation while it is solved for."""
+    position: Position | None = None
+    """Of the root body in the frame, where it is free to move; none: the frame's origin (in a free orbit: the
+    centre of mass of the whole craft starts there)."""
+    velocity: Velocity | None = None
+    """Relative to the frame, in its axes; none: at rest (in a free orbit: the centre of mass is)."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> AttitudeTable:
+        named = [key for key in ("pitch", "yaw", "roll") if getattr(self, key) is not None]
+        if named and self.angles is not None:
+            refuse(f"found angles and {', '.join(named)} together; give one or the other")
+        if named and len(set(self.sequence)) < 3:
+            refuse(f"found {', '.join(named)} with sequence {self.sequence!r}, which turns about one axis twice; give angles")
+        if self.nominal_axes is not None and self.marker is not None:
+            refuse("found nominal_axes and marker together; give one of them")
+        if self.nominal_axes is not None and _triple_product(self.nominal_axes) != 1:
+            refuse(f"found nominal_axes {list(self.nominal_axes)}; the three body axes must form a right-handed set, such as ['y', '-z', '-x']")
+        if (self.frame == "spinning") != (self.spin is not None):
+            refuse("found spin without frame = 'spinning', or the frame without spin; a spinning frame needs both")
+        moving = [key for key in ("rates", "velocity") if getattr(self, key) is not None and any(getattr(self, key))]
+        if self.held and moving:
+            refuse(f"found held = true together with {' and '.join(moving)}; a held attitude is at rest in its frame")
+        return self
+
+    def turns(self) -> tuple[float, float, float]:
+        """The three angles in the order of the sequence [rad]."""
+        if self.angles is not None:
+            return self.angles
+        named = {"x": self.pitch or 0.0, "y": self.yaw or 0.0, "z": self.roll or 0.0}
+        return tuple(named[axis] for axis in self.sequence)  # type: ignore[return-value]
+
+
+def _triple_product(axes: tuple[str, ...]) -> int:
+    """Determinant of the matrix whose rows are these signed unit vectors."""
+    order = ["xyz".index(axis[-1]) for axis in axes]
+    if len(set(order)) < 3:
+        return 0
+    parity = 1 if order in ([0, 1, 2], [1, 2, 0], [2, 0, 1]) else -1
+    return parity * (-1) ** sum(axis[0] == "-" for axis in axes)
+

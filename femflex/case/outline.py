@@ -1,0 +1,83 @@
+"""What can be known of a case file that has mistakes: the valid parts, and the names of the others.
+
+Checks across the file (names, tree, files) work on this outline, so that they report together with mistakes inside
+single tables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from pydantic import TypeAdapter, ValidationError
+
+from femflex.case.body import Body, BodyTable
+from femflex.case.case import Case
+from femflex.case.joint import Joint, JointTable
+from femflex.case.load import LoadTable
+from femflex.case.measure import ExpectationsTable
+from femflex.case.orbit import AttitudeTable, OrbitTable
+from femflex.case.problems import item_label
+from femflex.case.run import PicturesTable, RunTable, StudyTable
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Outline:
+    """The parts of a case file; None stands for a part that is missing or has mistakes of its own.
+
+    bodies  by name; joints and loads by their label in key paths, such as "joints[panel]"
+    names   of the entries of materials and sections, valid or not
+    """
+
+    run: RunTable | None
+    orbit: OrbitTable | None
+    attitude: AttitudeTable | None
+    bodies: Mapping[str, BodyTable | None]
+    joints: Mapping[str, JointTable | None]
+    loads: Mapping[str, LoadTable | None]
+    pictures: PicturesTable | None
+    study: StudyTable | None
+    expect: ExpectationsTable | None
+    names: Mapping[str, frozenset[str]]
+    whole: bool
+
+
+def outline(raw: Mapping[str, Any]) -> Outline:
+    """The outline of a case as TOML gives it."""
+    return Outline(
+        run=_part(RunTable, raw.get("run")),
+        orbit=_part(OrbitTable, raw.get("orbit", {"kind": "none"})),
+        attitude=_part(AttitudeTable, raw.get("attitude", {})),
+        bodies={str(name): _part(Body, table) for name, table in _table(raw, "bodies").items()},
+        joints=_listed(raw, "joints", Joint),
+        loads=_listed(raw, "loads", LoadTable),
+        pictures=_part(PicturesTable, raw.get("pictures")),
+        study=_part(StudyTable, raw.get("study")),
+        expect=_part(ExpectationsTable, raw.get("expect")),
+        names={key: frozenset(map(str, _table(raw, key))) for key in ("materials", "sections")},
+        whole=_part(Case, raw) is not None,
+    )
+
+
+def _part(kind: Any, value: Any) -> Any:
+    """The value as that type, or None when it is missing or has mistakes."""
+    if value is None:
+        return None
+    try:
+        return TypeAdapter(kind).validate_python(value)
+    except ValidationError:
+        return None
+
+
+def _table(raw: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    found = raw.get(key, {})
+    return found if isinstance(found, Mapping) else {}
+
+
+def _listed(raw: Mapping[str, Any], key: str, kind: Any) -> dict[str, Any]:
+    found = raw.get(key, [])
+    items = found if isinstance(found, list) else []
+    return {f"{key}[{item_label(items, k)}]": _part(kind, item) for k, item in enumerate(items)}

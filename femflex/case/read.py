@@ -1,0 +1,83 @@
+"""TOML -> Case, with every problem of the file reported together."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from femflex.case.body import FlexibleTable
+from femflex.case.case import Case
+from femflex.case.crosscheck import cross_problems
+from femflex.case.outline import Outline, outline
+from femflex.case.problems import CaseError, Problem, near, schema_problems
+from femflex.case.suspicion import warn_of_doubtful_numbers
+
+
+def read_case(path: str | Path) -> Case:
+    """The case in a TOML file, checked as far as it can be without reading meshes.
+
+    Raises CaseError with all problems of the file; warns (PhysicsWarning) of numbers that look like another unit.
+    """
+    path = Path(path)
+    return parse_case(_text(path), path)
+
+
+def parse_case(text: str, path: Path = Path("case.toml")) -> Case:
+    """The case in a text; files it names are relative to the folder of `path`.
+
+    Raises CaseError with all problems of the text.
+    """
+    raw = _toml(text, path)
+    problems: list[Problem] = []
+    case = None
+    try:
+        case = Case.model_validate(raw)
+    except ValidationError as error:
+        problems += schema_problems(Case, raw, error)
+    parts = outline(raw)
+    problems += cross_problems(parts, path.parent)
+    if problems or case is None:
+        problems += _mesh_problems(parts, path.parent)
+        raise CaseError(path.name, problems)
+    case._path, case._text = path, text
+    warn_of_doubtful_numbers(raw, case)
+    return case
+
+
+def _mesh_problems(parts: Outline, folder: Path) -> list[Problem]:
+    """What bodies without mistakes of their own ask of their meshes in vain, told together with the other problems."""
+    from femflex.case.build.structure import group_problems
+
+    bodies = {name: body for name, body in parts.bodies.items() if isinstance(body, FlexibleTable)}
+    return [p for name, body in bodies.items() if (folder / body.mesh).is_file() for p in group_problems(name, body, folder)]
+
+
+def _text(path: Path) -> str:
+    if path.is_dir():
+        raise CaseError(str(path), [Problem("", "found a folder; name a case file (TOML) in it")])
+    try:
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        known = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
+        raise CaseError(str(path), [Problem("", f"there is no such case file; {near(path.name, known)}")]) from None
+    except UnicodeDecodeError:
+        raise CaseError(str(path), [Problem("", "this file is not text; a case is a TOML file in UTF-8")]) from None
+    except OSError as error:
+        raise CaseError(str(path), [Problem("", f"this file cannot be read ({error.strerror})")]) from None
+
+
+def _toml(text: str, path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        match = re.fullmatch(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", str(error))
+        told = match[1] if match else str(error)
+        line = int(match[2]) if match and match[2] else text.count("\n") + 1
+        content = text.splitlines()[line - 1].strip() if 0 < line <= len(text.splitlines()) else ""
+        where = f"line {line}"
+        hint = "; text goes in quotes, such as \"33 m\"" if "Invalid value" in told or "Expected newline" in told else ""
+        raise CaseError(path.name, [Problem(where, f"this is not TOML, {told[0].lower()}{told[1:]}: {content!r}{hint}")]) from None

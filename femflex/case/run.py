@@ -1,0 +1,130 @@
+"""[run], [pictures] and [study]: how long, how exactly, what is left behind, and what convergence is judged by."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field, StrictBool, model_validator
+
+from femflex.case.base import Table, exactly_one, refuse
+from femflex.case.measure import MeasureTable
+from femflex.case.values import Count, Direction, Duration, Quantity, Time, ValueProblem, Whole, _Readable
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class RunTable(Table):
+    """Duration, output and integrator of a run."""
+
+    duration: Duration | None = None
+    orbits: Annotated[float | None, Quantity("", above=0.0)] = None
+    """Duration in orbital periods, instead of duration."""
+    output_step: Duration | None = None
+    """Time between rows of the result file."""
+    samples: Annotated[int | None, Count(2)] = None
+    """Number of rows, first and last included, instead of output_step; 1001 when both are left out."""
+    rtol: Annotated[float, Quantity("", above=0.0, most=0.1)] = 1e-9
+    """Relative error tolerance of a step."""
+    atol: Annotated[float | None, Quantity("", above=0.0)] = None
+    """Absolute error tolerance; left out, rtol times the size each coordinate is expected to have."""
+    integrator: Literal["auto", "dop853", "generalized_alpha"] = "auto"
+    max_step: Duration | None = None
+
+    @model_validator(mode="after")
+    def _one_of_each(self) -> RunTable:
+        exactly_one(self, ("duration", "orbits"))
+        exactly_one(self, ("output_step", "samples"), required=False)
+        if self.duration is not None and self.output_step is not None and self.output_step > self.duration:
+            refuse(f"found an output step of {self.output_step:g} s, longer than the duration of {self.duration:g} s; give a shorter step")
+        return self
+
+    def length(self, period: float | None) -> float:
+        """Duration [s], for an orbit of that period [s] if there is one."""
+        if self.duration is not None:
+            return self.duration
+        assert self.orbits is not None and period is not None
+        return self.orbits * period
+
+    def rows(self, duration: float) -> int:
+        """Number of output rows of a run of that duration [s], the first at t = 0 and the last at its end."""
+        if self.output_step is None:
+            return self.samples or 1001
+        return math.ceil(duration / self.output_step * (1 - 1e-9)) + 1
+
+    def times(self, duration: float) -> NDArray[np.float64]:
+        """Output times [s] of a run of that duration [s]."""
+        import numpy as np
+
+        n = self.rows(duration)
+        if self.output_step is None:
+            return np.linspace(0.0, duration, n)
+        return np.append(np.arange(n - 1) * self.output_step, duration)
+
+
+Pixels = Annotated[int, Count(64)]
+
+
+class _Scale(_Readable):
+    """A factor, or "auto"."""
+
+    factor = Quantity("", above=0.0)
+
+    def read(self, value: Any) -> float | str:
+        """The factor, or "auto"."""
+        if isinstance(value, str) and value != "auto":
+            raise ValueProblem(f"found {value!r}; expected a factor such as 10, or 'auto'")
+        return value if value == "auto" else self.factor.read(value)
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of both."""
+        return {"anyOf": [self.factor.json_schema(), {"const": "auto"}]}
+
+
+class PicturesTable(Table):
+    """What `run` leaves beside the result file, drawn off screen. Looks are those of `femflex render`."""
+
+    times: Annotated[tuple[float, ...], Quantity("s", (None,), least=0.0)] = ()
+    """One picture of the deformed craft each."""
+    picture: StrictBool = False
+    """A picture at the largest elastic displacement."""
+    movie: StrictBool = False
+    start: Time | None = None
+    """Of the movie; left out, the start of the run."""
+    end: Time | None = None
+    speed: Annotated[float | None, Quantity("", above=0.0)] = None
+    """Seconds of the run in one of the movie; left out, real time for short runs, else a movie of 12 s."""
+    fps: Annotated[float, Quantity("", above=0.0, most=240.0)] = 25.0
+    """Frames of the movie a second."""
+    modes: list[str] = []
+    """Bodies whose modes are drawn as a montage."""
+    plots: list[str] = []
+    """Channels drawn over time, such as "attitude/angles"."""
+    traces: list[str] = []
+    """Markers, "body.marker", whose path is drawn."""
+    scale: Annotated[float | str, _Scale()] = 1.0
+    """Factor on deformations; 1 is true, "auto" makes them visible; said in the picture."""
+    theme: Literal["light", "dark"] = "light"
+    camera: str = "auto"
+    """auto, fixed, follow, orbital, body or body:<name>."""
+    view: Direction | None = None
+    """Direction from the scene to the camera, in the camera's frame."""
+    triads: StrictBool = True
+    edges: Literal["sharp", "mesh", "none"] = "sharp"
+    size: tuple[Pixels, Pixels] = (1280, 720)
+
+
+class StudyTable(Table):
+    """What `femflex converge` looks at."""
+
+    quantity: MeasureTable
+    modes: Annotated[list[Whole] | None, Field(min_length=3)] = None
+    """Numbers of modes tried; left out, chosen from the case."""
+    refinements: Annotated[list[Annotated[int, Count(0)]] | None, Field(min_length=2)] = None
+    """Mesh refinements tried; left out, 0, 1, 2."""
+    body: str | None = None
+    """Whose modes and mesh are varied; left out, all flexible bodies."""
+    tolerance: Annotated[float, Quantity("", above=0.0)] = 1e-3
+    """Relative change below which the quantity counts as converged."""

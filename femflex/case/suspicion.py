@@ -1,0 +1,56 @@
+"""Numbers that are possible but look like another unit: warned of, with both readings."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from femflex.case.case import Case
+from femflex.case.problems import item_label
+from femflex.warning import PhysicsWarning
+
+FAST = 20.0  # rad/s: three turns a second, more than craft and their appendages do
+FULL_TURN = 2.0 * math.pi
+RATE_KEYS, ANGLE_KEYS = ("rate", "rates", "spin"), ("angle", "angles", "pitch", "yaw", "roll", "rest")
+ORBIT_ANGLES = ("inclination", "node", "perigee", "true_anomaly")
+
+
+def warn_of_doubtful_numbers(raw: Mapping[str, Any], case: Case) -> None:
+    """Warn of rates and angles in plain numbers (or rad/s) that look like degrees."""
+    for where, table, keys in _tables(raw):
+        for key in keys:
+            for number in _plain_numbers(table.get(key), "rad"):
+                rate = key in RATE_KEYS
+                if abs(number) > (FAST if rate else FULL_TURN * (1 + 1e-9)):
+                    warnings.warn(_text(f"{where}.{key}", number, "/s" if rate else ""), PhysicsWarning, stacklevel=4)
+                    break
+
+
+def _text(where: str, number: float, per: str) -> str:
+    turns = number / FULL_TURN
+    return (
+        f"{where}: {number:g} is read as {number:g} rad{per} ({turns:.3g} turns{' a second' if per else ''}); if degrees were meant, "
+        f"write \"{number:g} deg{per}\" ({math.radians(number):.4g} rad{per})"
+    )
+
+
+def _tables(raw: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any], tuple[str, ...]]]:
+    yield "attitude", raw.get("attitude", {}), RATE_KEYS + ANGLE_KEYS
+    yield "orbit", raw.get("orbit", {}), ORBIT_ANGLES
+    joints = raw.get("joints", [])
+    for k, joint in enumerate(joints):
+        turning = joint.get("kind") not in ("prismatic", "weld")
+        yield f"joints[{item_label(joints, k)}]", joint, RATE_KEYS + ANGLE_KEYS if turning else ()
+
+
+def _plain_numbers(value: Any, unit: str) -> Iterator[float]:
+    """Numbers without a unit, or with radians written out, in a value and its entries."""
+    if isinstance(value, list):
+        for entry in value:
+            yield from _plain_numbers(entry, unit)
+    elif isinstance(value, (int, float)) and not isinstance(value, bool):
+        yield float(value)
+    elif isinstance(value, str) and value.split()[-1:] in (["rad/s"], [unit]):
+        yield float(value.split()[0])

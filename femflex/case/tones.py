@@ -1,0 +1,69 @@
+"""Frequencies in a sampled signal: by crossings of its mean, or by a least-squares fit of sinusoids."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def crossing_frequency(time: Array, signal: Array) -> float:
+    """Frequency [Hz] from the upward crossings of the mean, each placed by a cubic through four samples.
+
+    For one dominant oscillation of any shape. Raises ValueError when there are fewer than two crossings.
+    """
+    x = signal - signal.mean()
+    up = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
+    if len(up) < 2:
+        raise ValueError(f"the signal crosses its mean upwards {len(up)} times; a frequency needs at least two crossings, so a longer run")
+    places = np.array([_crossing(time, x, k) for k in (up[0], up[-1])])
+    return float((len(up) - 1) / (places[1] - places[0]))
+
+
+def _crossing(time: Array, x: Array, k: int) -> float:
+    """The zero of the cubic through the samples around k, between samples k and k + 1."""
+    first = min(max(k - 1, 0), len(x) - 4)
+    window = slice(first, first + 4)
+    t = time[window] - time[k]
+    c = np.polynomial.polynomial.polyfit(t, x[window], 3)
+    roots = np.polynomial.polynomial.polyroots(c)
+    real = roots[np.abs(roots.imag) < 1e-9 * (1 + np.abs(roots.real))].real
+    inside = real[(real >= -1e-12) & (real <= (time[k + 1] - time[k]) * (1 + 1e-12))]
+    linear = -x[k] * (time[k + 1] - time[k]) / (x[k + 1] - x[k])
+    return float(time[k] + (inside[np.argmin(np.abs(inside - linear))] if len(inside) else linear))
+
+
+def fitted_frequencies(time: Array, signal: Array, tones: int) -> Array:
+    """Frequencies (tones,) [Hz], ascending, of the sum of so many sinusoids and a constant that fits best.
+
+    Start values: the highest peak of the spectrum of what the earlier ones leave; then all together by variable
+    projection (amplitudes solved for linearly). Exact for such a signal; needs a few periods and no aliasing.
+    """
+    from scipy.optimize import least_squares
+
+    time = time - time.mean()
+    found = np.zeros(0)
+    for _ in range(tones):
+        found = np.append(found, _peak(time, _residual(found, time, signal)))
+        scale = 2 * np.pi / np.ptp(time)
+        fit = least_squares(
+            lambda w: _residual(w * scale, time, signal), found / scale, xtol=1e-14, ftol=1e-14, gtol=1e-14, max_nfev=200
+        )
+        found = fit.x * scale
+    return np.asarray(np.sort(np.abs(found)) / (2 * np.pi))
+
+
+def _residual(omega: Array, time: Array, signal: Array) -> Array:
+    """What sinusoids of these frequencies and a constant cannot fit, over the signal's size."""
+    A = np.concatenate([np.ones((len(time), 1)), np.cos(np.outer(time, omega)), np.sin(np.outer(time, omega))], axis=1)
+    size = np.ptp(signal)
+    return np.asarray((signal - A @ np.linalg.lstsq(A, signal, rcond=None)[0]) / (size if size > 0 else 1.0))
+
+
+def _peak(time: Array, signal: Array) -> float:
+    """Angular frequency of the highest peak of a padded, windowed spectrum; the samples are taken as evenly spaced."""
+    n = 8 * len(time)
+    spectrum = np.abs(np.fft.rfft(signal * np.hanning(len(time)), n))
+    spectrum[0] = 0.0
+    return float(2 * np.pi * np.argmax(spectrum) / (n * (time[-1] - time[0]) / (len(time) - 1)))

@@ -1,0 +1,174 @@
+"""Units of a case file: strings with a unit become SI numbers, checked for dimension. The only place that converts.
+
+The unit registry (pint) is loaded when the first string with a unit is met. Unlike pint's own rule an angle counts as a
+dimension: "30 deg" is no length ratio, and "2 Hz" no angular rate (2 cycles a second are 12.6 rad/s).
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pint import UnitRegistry
+
+# What a unit measures, said in messages; keys are also the units a case key may ask for.
+NOUNS = {
+    "": "plain number",
+    "m": "length",
+    "m^2": "area",
+    "m^4": "second moment of area",
+    "m^6": "warping constant",
+    "kg": "mass",
+    "kg/m": "mass per length",
+    "kg m": "moment of inertia per length",
+    "kg/m^2": "mass per area",
+    "kg/m^3": "density",
+    "kg m^2": "moment of inertia",
+    "s": "time",
+    "1/s": "rate per second",
+    "Hz": "frequency",
+    "rad": "angle",
+    "rad/s": "angular rate",
+    "m/s": "velocity",
+    "m/s^2": "acceleration",
+    "N": "force",
+    "N m": "torque",
+    "N m^2": "flexural rigidity",
+    "N/m": "stiffness",
+    "N m/rad": "rotational stiffness",
+    "N s/m": "damping",
+    "N m s/rad": "rotational damping",
+    "Pa": "pressure or elastic modulus",
+    "m^3/s^2": "gravitational parameter",
+    "kg^0.5 m": "modal amplitude",
+    "kg^0.5 m/s": "modal rate",
+}
+EXAMPLES = {"m": "33 m", "rad": "30 deg", "rad/s": "2 deg/s", "N m^2": "4275.7 N m^2", "s": "2 h", "": "0.3"}
+
+_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(.*)", re.DOTALL)
+_UNIT = re.compile(r"[A-Za-zµμΩ°%²³·*/()\s\d^.-]*")
+_EXPONENT = re.compile(r"(?:\^|\*\*)\s*\(?\s*-?\d{1,2}(?:\.\d{1,3})?(?:/\d)?\s*\)?(?!\s*(?:\^|\*\*|\d))")
+
+
+class UnitError(ValueError):
+    """A string with a unit cannot be read, or has another dimension than asked for."""
+
+
+def to_si(text: str, unit: str) -> float:
+    """The number in the SI unit `unit` (a key of NOUNS) that a string such as "30 deg" stands for.
+
+    >>> to_si("4 %", "")
+    0.04
+
+    Raises UnitError with what was found and what is expected.
+    """
+    value, given = split_quantity(text, unit or "")
+    if not given and unit:
+        raise UnitError(f"found {text!r} without a unit; give a number (in {unit}) or a string such as {example(unit)!r}")
+    factor, base = _scale(given)
+    wanted, expected = _scale(unit)
+    if base == expected or base == tuple(pair for pair in expected if pair != ("radian", -1)):
+        return value * factor / wanted
+    raise UnitError(f"found {text!r}, which is {describe(base)}; expected {noun(unit)}, such as {example(unit)!r}{_hint(base, unit)}")
+
+
+def to_base(text: str) -> tuple[float, str]:
+    """Number and base unit ("kg", "m", "s", "rad" and their powers) of any string with a unit.
+
+    >>> to_base("2 km")
+    (2000.0, 'm')
+    """
+    value, given = split_quantity(text)
+    factor, base = _scale(given)
+    return value * factor, _written(base)
+
+
+def split_quantity(text: str, unit: str = "m") -> tuple[float, str]:
+    """The number and the unit's text of a string such as "33 m".
+
+    >>> split_quantity("-1.5e3 N m^2")
+    (-1500.0, 'N m^2')
+    """
+    match = _NUMBER.fullmatch(text)
+    if match is None:
+        told = "a number, then its unit, such as" if unit else "a number such as"
+        raise UnitError(f"found {text!r}, which does not begin with a number; write {told} {example(unit)!r}")
+    if re.match(r",\d", match[2]):
+        raise UnitError(f"found {text!r} with a decimal comma; write a point, as in {text.replace(',', '.', 1)!r}")
+    return float(match[1]), match[2].strip()
+
+
+def example(unit: str) -> str:
+    """A string a user could write for a value with that unit."""
+    return EXAMPLES.get(unit, f"1 {unit}")
+
+
+def noun(unit: str) -> str:
+    """What a unit measures, with its article: "a length"."""
+    word = NOUNS[unit]
+    return f"{'an' if word[0] in 'aeiou' else 'a'} {word}"
+
+
+def describe(base: tuple[tuple[str, float], ...]) -> str:
+    """What a base unit measures, or the unit itself when it has no name here."""
+    for unit in NOUNS:
+        if _scale(unit)[1] == base:
+            return noun(unit)
+    return f"a quantity in {_written(base)}"
+
+
+@cache
+def registry() -> UnitRegistry[Any]:
+    """The unit registry; takes a third of a second the first time."""
+    from pint import UnitRegistry
+
+    units: UnitRegistry[Any] = UnitRegistry()
+    units.define("@alias revolution = rev")
+    return units
+
+
+@cache
+def _scale(unit: str) -> tuple[float, tuple[tuple[str, float], ...]]:
+    """Factor to base SI and the base units with their powers, sorted."""
+    import pint
+
+    stripped = _EXPONENT.sub("", unit)
+    if len(unit) > 60 or not _UNIT.fullmatch(unit) or "^" in stripped or "**" in stripped:
+        raise UnitError(f"unit {unit!r} cannot be read; write it like 'N m^2', 'kg/m' or 'deg/s'")
+    try:
+        quantity = registry().Quantity(1.0, registry().parse_units(unit)).to_base_units()
+    except pint.UndefinedUnitError as error:
+        names = error.unit_names
+        name = names if isinstance(names, str) else next(iter(names))
+        near = difflib.get_close_matches(name, [*COMMON_UNITS, *LONG_NAMES], n=1, cutoff=0.6)
+        hint = f"; did you mean {near[0]!r}?" if near else "; common units are " + ", ".join(COMMON_UNITS)
+        raise UnitError(f"unit {name!r} in {unit!r} is not known{hint}") from None
+    except Exception:  # pint has no common base for what its parser raises
+        raise UnitError(f"unit {unit!r} cannot be read; write it like 'N m^2', 'kg/m' or 'deg/s'") from None
+    powers = tuple(sorted((str(name), float(power)) for name, power in quantity.unit_items() if power))
+    return float(quantity.magnitude), powers
+
+
+COMMON_UNITS = (
+    *("m", "mm", "cm", "km", "inch", "ft", "kg", "g", "tonne", "lb", "s", "min", "h", "day", "rad", "deg", "rev", "rpm"),
+    *("N", "kN", "kgf", "lbf", "Pa", "kPa", "MPa", "GPa", "psi", "Hz", "J", "%"),
+)
+LONG_NAMES = ("metre", "millimetre", "second", "minute", "hour", "kilogram", "gram", "radian", "degree", "newton", "pascal")
+
+_SYMBOLS = {"kilogram": "kg", "meter": "m", "second": "s", "radian": "rad", "kelvin": "K", "ampere": "A"}
+
+
+def _written(base: tuple[tuple[str, float], ...]) -> str:
+    """Text of a base unit: (("kilogram", 1), ("second", -2)) -> "kg s^-2"."""
+    return " ".join(_SYMBOLS.get(n, n) + ("" if p == 1 else f"^{p:g}") for n, p in base)
+
+
+def _hint(base: tuple[tuple[str, float], ...], unit: str) -> str:
+    if unit == "rad/s" and base == (("second", -1.0),):
+        return "; cycles per second are written 'rev/s'"
+    if "N" in unit and base == _scale(unit.replace("N", "kg"))[1]:
+        return "; a force in kilograms is written 'kgf'"
+    return ""

@@ -1,0 +1,213 @@
+"""Types of the values a case file holds: numbers with units, vectors, matrices, tables and formulas along a member.
+
+Each is a marker for pydantic: it reads what TOML gives, converts to SI and says in one sentence what is wrong.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+from femflex.case.units import UnitError, example, noun, to_si
+
+Number = tuple[float | None, bool]  # a bound and whether it is itself allowed
+
+
+class ValueProblem(ValueError):
+    """A value of a case file that does not fit; the text begins with what was found."""
+
+
+class _Readable:
+    """A marker whose `read` turns a TOML value into the typed one and raises ValueProblem with a sentence."""
+
+    def read(self, value: Any) -> Any:
+        raise NotImplementedError
+
+    def json_schema(self) -> dict[str, Any]:
+        raise NotImplementedError
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(_reporting(self.read))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return self.json_schema()
+
+
+def _reporting(read: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    def validate(value: Any) -> Any:
+        try:
+            return read(value)
+        except (ValueProblem, UnitError) as problem:
+            raise PydanticCustomError("value", "{text}", {"text": str(problem)}) from None
+
+    return validate
+
+
+@dataclass(frozen=True)
+class Quantity(_Readable):
+    """A number, vector or table of numbers with one unit, within bounds.
+
+    unit   key of femflex.case.units.NOUNS; plain numbers are in it
+    shape  () for a number, (3,) for a vector, (None, 3) for rows of three
+    above, below  bounds not reached; least, most  bounds that may be reached
+    """
+
+    unit: str = ""
+    shape: tuple[int | None, ...] = ()
+    above: float = -math.inf
+    below: float = math.inf
+    least: float = -math.inf
+    most: float = math.inf
+
+    def read(self, value: Any) -> Any:
+        """The value in SI: a float, or nested tuples of floats."""
+        return self._read(value, self.shape)
+
+    def _read(self, value: Any, shape: tuple[int | None, ...]) -> Any:
+        if not shape:
+            return self._number(value)
+        if not isinstance(value, (list, tuple)):
+            raise ValueProblem(f"found {shown(value)}; expected {self._wanted(shape)}")
+        if shape[0] is not None and len(value) != shape[0] or not value:
+            raise ValueProblem(f"found {count(len(value), 'entry', 'entries')}; expected {self._wanted(shape)}")
+        out, problems = [], []
+        for k, entry in enumerate(value):
+            try:
+                out.append(self._read(entry, shape[1:]))
+            except (ValueProblem, UnitError) as problem:
+                problems.append(f"entry {k + 1}: {problem}")
+        if problems:
+            raise ValueProblem("; ".join(problems[:3]) + (f"; and {len(problems) - 3} more" if len(problems) > 3 else ""))
+        return tuple(out)
+
+    def _number(self, value: Any) -> float:
+        if isinstance(value, str):
+            number = to_si(value, self.unit)
+        elif isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise ValueProblem(f"found {shown(value)}; expected {self._wanted(())}")
+        else:
+            number = float(value)
+        unit = f" {self.unit}" if self.unit else ""
+        if not math.isfinite(number):
+            raise ValueProblem(f"found {number}; the number must be finite")
+        if not self.above < number:
+            raise ValueProblem(f"found {number:g}{unit}; it must be above {self.above:g}{unit}")
+        if not number < self.below:
+            raise ValueProblem(f"found {number:g}{unit}; it must be below {self.below:g}{unit}")
+        if not self.least <= number <= self.most:
+            side, bound = ("at least", self.least) if number < self.least else ("at most", self.most)
+            raise ValueProblem(f"found {number:g}{unit}; it must be {side} {bound:g}{unit}")
+        return number
+
+    def _wanted(self, shape: tuple[int | None, ...]) -> str:
+        one = f"{noun(self.unit)}, a number" + (f" in {self.unit} or a string such as {example(self.unit)!r}" if self.unit else "")
+        if not shape:
+            return one
+        sizes = " of ".join("a list" if size is None else f"a list of {size}" for size in shape)
+        return f"{sizes} numbers" + (f" in {self.unit}, or strings such as {example(self.unit)!r}" if self.unit else "")
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of the value; `unit` names the SI unit of plain numbers."""
+        bounds = {"exclusiveMinimum": self.above, "exclusiveMaximum": self.below, "minimum": self.least, "maximum": self.most}
+        number: dict[str, Any] = {"type": "number"} | {key: b for key, b in bounds.items() if math.isfinite(b)}
+        unit = self.unit or "1"
+        out: dict[str, Any] = {"anyOf": [number, {"type": "string", "description": f"with a unit, such as {example(self.unit)!r}"}], "unit": unit}
+        for size in reversed(self.shape):
+            limits = {"minItems": 1} if size is None else {"minItems": size, "maxItems": size}
+            out = {"type": "array", "items": out, "unit": unit} | limits
+        return out
+
+
+@dataclass(frozen=True)
+class Along(_Readable):
+    """A quantity that may vary along a member: number, table over arc length, or formula of s and L.
+
+    Reads into a float, a tuple (s, values), or the formula's text: what femflex.fem.along takes.
+    """
+
+    unit: str
+    least: float = 0.0
+
+    def read(self, value: Any) -> float | str | tuple[tuple[float, ...], tuple[float, ...]]:
+        """The number, formula or table in SI."""
+        if not isinstance(value, dict):
+            return Quantity(self.unit, least=self.least).read(value)  # type: ignore[no-any-return]
+        if set(value) == {"formula"} and isinstance(value["formula"], str):
+            return str(value["formula"])
+        if set(value) != {"s", "values"}:
+            raise ValueProblem(f"found a table with keys {sorted(value)}; expected {{s = [...], values = [...]}} or {{formula = \"...\"}}")
+        s = Quantity("m", (None,), least=0.0).read(value["s"])
+        values = Quantity(self.unit, (None,), least=self.least).read(value["values"])
+        if len(s) != len(values) or len(s) < 2:
+            raise ValueProblem(f"found {len(s)} arc lengths and {len(values)} values; a table needs as many of both, at least 2")
+        if any(b <= a for a, b in zip(s, s[1:], strict=False)):
+            raise ValueProblem(f"found arc lengths {list(s)} m; they must increase")
+        return s, values
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of the three forms."""
+        one = Quantity(self.unit, least=self.least)
+        rows = {"s": Quantity("m", (None,)).json_schema(), "values": Quantity(self.unit, (None,)).json_schema()}
+        table = {"type": "object", "properties": rows, "required": ["s", "values"], "additionalProperties": False}
+        text = {"type": "string", "description": "arithmetic of the arc length s and the whole length L, in SI"}
+        formula = {"type": "object", "properties": {"formula": text}, "required": ["formula"], "additionalProperties": False}
+        return {"anyOf": [one.json_schema(), table, formula], "unit": self.unit}
+
+
+@dataclass(frozen=True)
+class Count(_Readable):
+    """A whole number of at least `least`; true and 3.0 are not taken for one."""
+
+    least: int = 1
+
+    def read(self, value: Any) -> int:
+        """The whole number."""
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise ValueProblem(f"found {shown(value)}; expected a whole number")
+        if value < self.least:
+            raise ValueProblem(f"found {value}; it must be at least {self.least}")
+        return value
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of a whole number."""
+        return {"type": "integer", "minimum": self.least}
+
+
+def shown(value: Any) -> str:
+    """The value as a message shows it: `"abc" (text)`, `true (a truth value)`."""
+    kinds: Mapping[type, str] = {bool: "a truth value", str: "text", list: "a list", dict: "a table", int: "a number", float: "a number"}
+    kind = kinds.get(type(value), f"a {type(value).__name__}")
+    text = str(value).lower() if isinstance(value, bool) else repr(value) if type(value) in kinds else str(value)
+    return f"{text if len(text) < 60 else text[:57] + '...'} ({kind})"
+
+
+def count(n: int, one: str, many: str) -> str:
+    """Number and noun: "1 entry", "2 entries"."""
+    return f"{n} {one if n == 1 else many}"
+
+
+Pair = tuple[float, float]
+Vector = tuple[float, float, float]
+Matrix = tuple[Vector, Vector, Vector]
+
+Length = Annotated[float, Quantity("m")]
+PositiveLength = Annotated[float, Quantity("m", above=0.0)]
+Time = Annotated[float, Quantity("s")]
+Duration = Annotated[float, Quantity("s", above=0.0)]
+Mass = Annotated[float, Quantity("kg", above=0.0)]
+Angle = Annotated[float, Quantity("rad")]
+Rate = Annotated[float, Quantity("rad/s")]
+Plain = Annotated[float, Quantity()]
+Positive = Annotated[float, Quantity(above=0.0)]
+Fraction = Annotated[float, Quantity(least=0.0, below=1.0)]
+Position = Annotated[Vector, Quantity("m", (3,))]
+Velocity = Annotated[Vector, Quantity("m/s", (3,))]
+Direction = Annotated[Vector, Quantity("", (3,))]
+Angles = Annotated[Vector, Quantity("rad", (3,))]
+Rates = Annotated[Vector, Quantity("rad/s", (3,))]
+Whole = Annotated[int, Count(1)]

@@ -1,0 +1,37 @@
+"""The command line's verbs put together."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from femflex import __version__
+from femflex.cli import body, check, info, modes, run, schema
+
+app = typer.Typer(
+    name="femflex",
+    help="From a mesh of a boom, panel or blanket to the motion of the whole spacecraft.",
+    epilog="Example: femflex run cases/orbiter_beam.toml. Each verb explains itself with --help.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"femflex {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False,
+) -> None:
+    pass
+
+
+for _verb in (run.run, modes.modes, body.body, check.check, info.info, schema.schema):
+    app.command(epilog=_verb.__example__)(_verb)

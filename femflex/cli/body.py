@@ -1,0 +1,34 @@
+"""`femflex body`: a reduced body to a file that cases can use instead of a mesh."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from femflex.cli.progress import Patience
+from femflex.cli.verb import verb
+
+
+@verb("femflex body cases/orbiter_beam.toml beam -o beam.h5")
+def body(
+    case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
+    name: Annotated[str, typer.Argument(help="Name of the body in the case.", show_default=False)],
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Body file; left out, NAME.h5.")] = None,
+    number: Annotated[int | None, typer.Option("-n", "--number", min=1, help="Number of modes instead of the case's.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
+) -> None:
+    """Reduce one body of a case and save it; a case uses it with kind = "file"."""
+    from femflex.results.place import check_place
+
+    target = output or Path(f"{name}.h5")
+    check_place(target, force)
+    with Patience("reducing the body"):
+        from femflex.case import read_case
+        from femflex.case.build import build_body
+        from femflex.reduction import save_body
+
+        reduced = build_body(read_case(case), name, modes=number)
+        save_body(target, reduced, force=force)
+    print(f"{target}: {reduced.moments.mass:.6g} kg, {reduced.n_modes} elastic coordinates, markers {', '.join(sorted(reduced.markers))}")

@@ -1,0 +1,86 @@
+"""`femflex info`: what a mesh, body, case or run file holds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from femflex.cli.progress import Patience
+from femflex.cli.verb import verb
+
+
+@verb("femflex info meshes/panel.msh")
+def info(file: Annotated[Path, typer.Argument(help="Mesh, body, case or run file.", show_default=False)]) -> None:
+    """Say what a file holds: groups of a mesh, modes of a body, tables of a case, channels of a run."""
+    if not file.is_file():
+        raise FileNotFoundError(f"{file} does not exist" if not file.exists() else f"{file} is a folder; name a file in it")
+    with Patience(f"reading {file.name}"):
+        text = _hdf5(file) if _starts_as_hdf5(file) and file.suffix != ".med" else _case(file) if file.suffix == ".toml" else _mesh(file)
+    print(text)
+
+
+def _starts_as_hdf5(file: Path) -> bool:
+    with open(file, "rb") as opened:
+        return opened.read(8) == b"\x89HDF\r\n\x1a\n"
+
+
+def _hdf5(file: Path) -> str:
+    import h5py
+
+    with h5py.File(file, "r") as opened:
+        kind = opened.attrs.get("format")
+    if kind == "femflex body":
+        from femflex.reduction import load_body
+
+        return body_text(file, load_body(file))
+    if kind == "femflex run":
+        from femflex.results import open_run
+
+        with open_run(file) as run:
+            return repr(run)
+    raise ValueError(f"{file} is an HDF5 file, but neither a run nor a body of femflex")
+
+
+def body_text(file: Path, body: object) -> str:
+    """Lines about a body file."""
+    from math import isfinite, pi
+
+    from femflex.body import FlexibleBody
+
+    assert isinstance(body, FlexibleBody)
+    kinds = ", ".join(f"{body.kinds.count(kind)} {kind}" for kind in dict.fromkeys(body.kinds)) or "none"
+    lines = [f"{file.name}: reduced body, {body.moments.mass:.6g} kg", f"centre of mass {_list(body.moments.center_of_mass())} m"]
+    lines.append(f"shapes  {kinds}")
+    lines += [f"  {k + 1:3d}  {omega / (2 * pi):.6g} Hz" for k, omega in enumerate(body.omega) if isfinite(omega)]
+    lines += [f"marker  {name} at {_list(marker.position)} m" for name, marker in sorted(body.markers.items())]
+    if body.skin is not None:
+        cells = ", ".join(f"{len(rows)} {kind}" for kind, rows in body.skin.cells.items())
+        lines.append(f"skin    {len(body.skin.points)} points, {cells}")
+    return "\n".join(lines)
+
+
+def _list(values: object) -> str:
+    return "(" + ", ".join(f"{v:.6g}" for v in values) + ")"  # type: ignore[attr-defined]
+
+
+def _case(file: Path) -> str:
+    from femflex.case import read_case
+
+    case = read_case(file)
+    lines = [f"{file.name}: case, {case.title or 'without title'}"]
+    period = f"{case.run.duration:g} s" if case.run.duration is not None else f"{case.run.orbits:g} orbits"
+    lines.append(f"run     {period}, integrator {case.run.integrator}")
+    lines.append(f"orbit   {case.orbit.kind}")
+    lines += [f"body    {name}: {table.kind}" + (f" from {table.mesh}" if table.kind == "flexible" else "") for name, table in case.bodies.items()]
+    lines += [f"joint   {joint.kind} from {joint.parent or 'the base frame'} to {joint.child}" for joint in case.joints]
+    lines += [f"load    {load.name} on {load.body}.{load.marker}" for load in case.loads]
+    lines += [f"expects {name}" for name in case.expect.answers]
+    return "\n".join(lines)
+
+
+def _mesh(file: Path) -> str:
+    from femflex.mesh import describe, read_mesh
+
+    return f"{file.name}: mesh\n{describe(read_mesh(file))}"

@@ -1,0 +1,141 @@
+"""`femflex modes`: frequencies, participation and effective masses of a flexible body."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from femflex.cli.progress import Patience
+from femflex.cli.tables import print_json, print_table
+from femflex.cli.verb import verb
+
+if TYPE_CHECKING:
+    from femflex.body import FlexibleBody
+
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+
+
+@verb("femflex modes cases/orbiter_beam.toml --body beam --picture modes.png")
+def modes(
+    file: Annotated[Path, typer.Argument(help="Case file (TOML) or body file (HDF5).", show_default=False)],
+    body: Annotated[str | None, typer.Option("--body", help="Name of the body; left out, all flexible ones.")] = None,
+    number: Annotated[int | None, typer.Option("-n", "--number", min=1, help="Number of modes instead of the case's.")] = None,
+    mac: Annotated[Path | None, typer.Option("--mac", help="Body file whose shapes are compared (modal assurance).")] = None,
+    picture: Annotated[Path | None, typer.Option("--picture", help="Draw the modes as a montage (PNG).")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing picture.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
+) -> None:
+    """Print natural frequencies, participation and effective mass per direction with the running sum.
+
+    Effective masses are in per cent of the body's mass and of its inertia about the origin of its frame.
+    """
+    with Patience("solving for the modes"):
+        bodies = flexible_bodies(file, body, number)
+        other = None if mac is None else _body_file(mac)
+    if picture is not None and len(bodies) > 1:
+        raise ValueError(f"--picture draws one body; name one of {sorted(bodies)} with --body")
+    if picture is not None:
+        from femflex.view import render_modes
+
+        render_modes(next(iter(bodies.values())), picture, force=force)
+    if as_json:
+        print_json({name: modes_data(found, other) for name, found in bodies.items()})
+        return
+    for k, (name, found) in enumerate(bodies.items()):
+        print("\n" * (k > 0), end="")
+        print_modes(name, found)
+        if other is not None:
+            print_mac(found, other, str(mac))
+    if picture is not None:
+        print(f"picture     {picture}")
+
+
+def flexible_bodies(file: Path, name: str | None, number: int | None) -> dict[str, FlexibleBody]:
+    """The flexible bodies of a case, or that of a body file. Raises ValueError when there are none."""
+    from femflex.case.problems import near
+
+    if _is_hdf5(file):
+        return {file.stem: _shortened(_body_file(file), number)}
+    from femflex.case import read_case
+    from femflex.case.build import build_body
+
+    case = read_case(file)
+    if name is not None and name not in case.bodies:
+        raise ValueError(f"{file.name} has no body {name!r}; {near(name, case.bodies)}")
+    wanted = [name] if name is not None else [n for n, table in case.bodies.items() if table.kind != "rigid"]
+    bodies = {n: build_body(case, n, modes=number) for n in wanted}
+    bodies = {n: found for n, found in bodies.items() if found.n_modes}
+    if not bodies:
+        raise ValueError(f"{f'body {name!r}' if name else file.name} has no elastic modes; all of it is rigid")
+    return bodies
+
+
+def print_modes(name: str, body: FlexibleBody) -> None:
+    """Print the table of a body's modes."""
+    from math import pi
+
+    import numpy as np
+
+    from femflex.reduction import effective_mass
+
+    found = effective_mass(body)
+    rows = []
+    for k, omega in enumerate(found.omega):
+        share = np.divide(found.effective[k], found.total, out=np.zeros(6), where=found.total > 0)
+        cells = [f"{100 * s:.2f} ({100 * r:.2f})" for s, r in zip(share, found.running[k], strict=True)]
+        rows.append([str(k + 1), f"{omega / (2 * pi):.6g}", *cells])
+    print(f"{name}: {body.moments.mass:.6g} kg, {body.n_modes} elastic coordinates; effective mass in % (running sum)")
+    print_table(["mode", "Hz", *DIRECTIONS], rows)
+
+
+def print_mac(body: FlexibleBody, other: FlexibleBody, title: str) -> None:
+    """Print the modal assurance matrix of two bodies' shapes."""
+    from femflex.reduction import mac_of_bodies
+
+    table = mac_of_bodies(body, other)
+    rows = [[str(k + 1), *(f"{value:.4f}" for value in row)] for k, row in enumerate(table)]
+    print(f"modal assurance against {title}")
+    print_table(["mode", *(str(k + 1) for k in range(table.shape[1]))], rows)
+
+
+def modes_data(body: FlexibleBody, other: FlexibleBody | None) -> dict[str, Any]:
+    """What --json prints of a body."""
+    from math import pi
+
+    from femflex.reduction import effective_mass, mac_of_bodies
+
+    found = effective_mass(body)
+    data = {
+        "mass_kg": body.moments.mass,
+        "frequency_hz": found.omega / (2 * pi),
+        "kinds": list(body.kinds),
+        "directions": list(DIRECTIONS),
+        "participation": found.participation,
+        "effective_mass": found.effective,
+        "total": found.total,
+        "running_sum": found.running,
+    }
+    return data | ({} if other is None else {"mac": mac_of_bodies(body, other)})
+
+
+def _is_hdf5(file: Path) -> bool:
+    if not file.is_file():
+        return False
+    with open(file, "rb") as opened:
+        return opened.read(8) == b"\x89HDF\r\n\x1a\n"
+
+
+def _body_file(file: Path) -> FlexibleBody:
+    from femflex.reduction import load_body
+
+    return load_body(file)
+
+
+def _shortened(body: FlexibleBody, number: int | None) -> FlexibleBody:
+    from femflex.case.build.body import truncated
+
+    if number is not None and number > body.n_modes:
+        raise ValueError(f"{number} modes were asked for; the body file holds {body.n_modes}")
+    return body if number is None else truncated(body, number)

@@ -1,0 +1,51 @@
+"""The pictures a case asks `run` to leave beside its result file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from femflex.case.run import PicturesTable
+    from femflex.results import Run
+
+
+def names(table: PicturesTable, output: Path) -> list[Path]:
+    """Paths of everything the table asks for, beside the result file."""
+    return [path for path, _ in _wanted(table, output)]
+
+
+def draw(table: PicturesTable, run: Run, output: Path, force: bool = False) -> Iterator[Path]:
+    """Draw one after the other; yields each path when it is there."""
+    from femflex.cli.progress import Bar
+    from femflex.view import plot_history, render_modes, render_movie, render_picture
+
+    look: dict[str, Any] = table.model_dump(include={"scale", "theme", "camera", "view", "triads", "edges", "size"})
+    look["traces"] = tuple(table.traces)
+    for path, (kind, what) in _wanted(table, output):
+        if kind == "picture":
+            render_picture(run, path, time=what, force=force, **look)
+        elif kind == "movie":
+            span = (run.time[0] if table.start is None else table.start, run.time[-1] if table.end is None else table.end)
+            with Bar("drawing", 1.0, unit="of the frames") as bar:
+                tell = lambda done, count, bar=bar: bar(done / count)  # noqa: E731
+                render_movie(run, path, fps=table.fps, speed=table.speed, span=span, force=force, progress=tell, **look)
+        elif kind == "modes":
+            render_modes(run.bodies()[what], path, force=force, theme=table.theme)
+        else:
+            plot_history(run, [what], path, force=force, theme=table.theme)
+        yield path
+
+
+def _wanted(table: PicturesTable, output: Path) -> list[tuple[Path, tuple[str, Any]]]:
+    stem = output.with_suffix("")
+    found: list[tuple[Path, tuple[str, Any]]] = []
+    if table.picture:
+        found.append((stem.with_name(f"{stem.name}.png"), ("picture", None)))
+    found += [(stem.with_name(f"{stem.name}_{t:g}s.png"), ("picture", t)) for t in table.times]
+    if table.movie:
+        found.append((stem.with_name(f"{stem.name}.mp4"), ("movie", None)))
+    found += [(stem.with_name(f"{stem.name}_modes_{body}.png"), ("modes", body)) for body in table.modes]
+    found += [(stem.with_name(f"{stem.name}_{path.replace('/', '_')}.png"), ("plot", path)) for path in table.plots]
+    return found

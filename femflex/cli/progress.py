@@ -1,0 +1,74 @@
+"""Progress on standard error: shown after two seconds, with the time left; silent when that is no terminal."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from types import TracebackType
+from typing import Any, Self
+
+PATIENCE = 2.0  # seconds
+
+
+class Bar:
+    """A progress bar over a range of simulated time [s], drawn only when the run takes long."""
+
+    def __init__(self, text: str, end: float, start: float = 0.0, unit: str = "s") -> None:
+        self._text, self._end, self._first, self._unit = text, end, start, unit
+        self._began = time.perf_counter()
+        self._bar: Any = None
+        self._task: Any = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def __call__(self, reached: float) -> None:
+        """Tell how far it is."""
+        if self._bar is None:
+            if time.perf_counter() - self._began < PATIENCE or not sys.stderr.isatty():
+                return
+            self._open()
+        told = f"{reached:.6g} of {self._end:.6g} {self._unit}"
+        self._bar.update(self._task, completed=reached - self._first, told=told)
+
+    def _open(self) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+        columns = (TextColumn(self._text), BarColumn(), TextColumn("{task.fields[told]}"), TimeRemainingColumn())
+        self._bar = Progress(*columns, console=Console(stderr=True), transient=True)
+        self._task = self._bar.add_task(self._text, total=self._end - self._first, told="")
+        self._bar.start()
+
+
+class Patience:
+    """Says what is being done when it takes longer than two seconds; the text may change meanwhile."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self._timer = threading.Timer(PATIENCE, self._say)
+        self._timer.daemon = True
+        self._said = ""
+
+    def __enter__(self) -> Self:
+        if sys.stderr.isatty():
+            self._timer.start()
+        return self
+
+    def __call__(self, text: str) -> None:
+        """What is being done now."""
+        self.text = text
+        if self._said and self._said != text:
+            self._say()
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._timer.cancel()
+
+    def _say(self) -> None:
+        self._said = self.text
+        print(f"{self.text} ...", file=sys.stderr, flush=True)

@@ -1,0 +1,148 @@
+"""`femflex run`: a case to its result file, with what a reader wants to see of it on the way."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from femflex.cli.progress import Bar, Patience
+from femflex.cli.verb import FAILED, complain, verb
+
+if TYPE_CHECKING:
+    from femflex.case import Case
+    from femflex.pipeline import Prepared
+    from femflex.results import Run
+
+
+@verb("femflex run cases/orbiter_beam.toml -o run.h5")
+def run(
+    case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Result file (HDF5).")] = Path("run.h5"),
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with the unfinished run in the output file.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
+    no_pictures: Annotated[bool, typer.Option("--no-pictures", help="Leave out the pictures the case asks for.")] = False,
+) -> None:
+    """Simulate a case: mesh to modes to motion to HDF5, with the pictures the case asks for.
+
+    Exit code 2: the case cannot be run; 3: the numerics failed, the file keeps what was computed; 130: interrupted, likewise.
+    """
+    from femflex import pipeline
+    from femflex.case import read_case
+
+    with Patience("reading the case") as told:
+        read = read_case(case)
+        pipeline.check_output(read, output, force=force, resume=resume)
+        if not no_pictures:
+            check_pictures(read, output, force=force)
+        told("building bodies and compiling the equations of motion (the first run of an installation takes about a minute)")
+        prepared = pipeline.prepare(read, output, force=force, resume=resume)
+    say_what_runs(prepared)
+    with Bar("integrating", float(prepared.times[-1])) as bar:
+        pipeline.integrate(prepared, output, force=force, resume=resume, progress=bar)
+    from femflex.results import open_run
+
+    with open_run(output) as done:
+        say_what_came_out(done, output)
+        held = say_verdicts(read, done)
+        if not no_pictures:
+            draw_pictures(read, done, output, force)
+    if not held:
+        complain("not all expectations of the case hold")
+        raise typer.Exit(FAILED)
+
+
+def say_what_runs(prepared: Prepared) -> None:
+    """Print modes, orbit, attitude and the integrator with the reason it was chosen."""
+    from femflex.cli.modes import print_modes
+
+    case, system = prepared.case, prepared.system
+    print(case.title or case.path.name)
+    for name, body in system.bodies.items():
+        if body.n_modes:
+            print()
+            print_modes(name, body)
+    print()
+    for line in (*_orbit_lines(prepared), _attitude_line(prepared)):
+        print(line)
+    step = f"{len(prepared.times)} rows to {prepared.times[-1]:.6g} s"
+    print(f"integrator  {prepared.integrator.name}: {prepared.reason}; {step}")
+
+
+def _orbit_lines(prepared: Prepared) -> list[str]:
+    from math import degrees
+
+    orbit, table = prepared.system.orbit, prepared.case.orbit
+    if orbit is None:
+        return ["orbit       none"]
+    altitude = (table.perigee_radius - table.radius) / 1e3
+    text = f"orbit       {table.kind}, perigee {altitude:.6g} km over {table.radius / 1e3:.6g} km, e = {orbit.eccentricity:.6g}"
+    motion = f"            period {orbit.period:.6g} s, n = {orbit.mean_motion:.6g} rad/s, begins at anomaly {degrees(orbit.true_anomaly):.4g} deg"
+    return [text, motion]
+
+
+def _attitude_line(prepared: Prepared) -> str:
+    from math import degrees
+
+    case, system = prepared.case, prepared.system
+    seen = prepared.model.observe(prepared.times[:1], prepared.model.x0[None])
+    angles = [degrees(a) for a in seen["attitude/angles"][0]]
+    names = prepared.model.channels["attitude/angles"].names
+    told = ", ".join(f"{name} {angle:.4g}" for name, angle in zip(names, angles, strict=True))
+    how = "held" if case.attitude.held else system.joint_of(system.root).kind
+    return f"attitude    {system.root} {how} in the {system.frame.kind} frame: {told} deg"
+
+
+def say_what_came_out(run: Run, output: Path) -> None:
+    """Print how the run ended and how far its monitors drifted."""
+    import numpy as np
+
+    s = run.statistics
+    print(f"done        {output}: {s.get('accepted', 0)} steps, {s.get('rejected', 0)} rejected, {s.get('evaluations', 0)} evaluations")
+    for path in ("monitors/jacobi", "monitors/energy", "monitors/angular_momentum", "monitors/quaternion_norm"):
+        if path not in run:
+            continue
+        value = run[path]
+        if path == "monitors/quaternion_norm":
+            print(f"monitor     quaternion norm off by up to {np.abs(value).max():.2e}")
+            continue
+        change = float(np.abs(value - value[0]).max())
+        size = float(np.abs(value).max())
+        relative = f", {change / size:.2e} of its size" if size > 0 else ""
+        print(f"monitor     {path.split('/')[1].replace('_', ' ')} changed by up to {change:.3e} {run.unit(path)}{relative}")
+
+
+def say_verdicts(case: Case, run: Run) -> bool:
+    """Print whether each expectation of the case holds; False if one does not."""
+    from femflex.case.evaluate import judged
+
+    verdicts = judged(case, run)
+    for verdict in verdicts:
+        print(f"expected    {verdict}")
+    return all(verdict.holds for verdict in verdicts)
+
+
+def draw_pictures(case: Case, run: Run, output: Path, force: bool) -> None:
+    """Draw what the case asks for; where no renderer can start, say so and keep the run."""
+    from femflex.cli.pictures import draw
+    from femflex.view import NoRenderer
+
+    if case.pictures is None:
+        return
+    try:
+        for path in draw(case.pictures, run, output, force=True or force):
+            print(f"picture     {path}")
+    except NoRenderer as error:
+        complain(f"no pictures: {error}; the run is kept in {output}")
+
+
+def check_pictures(case: Case, output: Path, force: bool) -> None:
+    """Raise FileExistsError when a picture the case asks for exists already, unless force."""
+    from femflex.cli.pictures import names
+
+    if case.pictures is None or force:
+        return
+    there = [str(path) for path in names(case.pictures, output) if path.exists()]
+    if there:
+        raise FileExistsError(f"{', '.join(there)} exist{'s' * (len(there) == 1)}; choose another --output, --force to overwrite, or --no-pictures")

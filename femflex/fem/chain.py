@@ -1,0 +1,110 @@
+"""Line cells as straight elements, and the arc length along the chains they form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse import csgraph
+
+if TYPE_CHECKING:
+    from femflex.mesh import Mesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+PARALLEL = 1e-3  # sine of the angle below which an element counts as parallel to a reference direction
+LINE_TYPES = ("line", "line3")
+
+
+def straight_elements(cells: dict[str, Index]) -> Index:
+    """End nodes (e, 2) of the straight elements that line cells stand for; line3 is two, joined at its middle node."""
+    line, line3 = cells.get("line", np.zeros((0, 2), np.int64)), cells.get("line3", np.zeros((0, 3), np.int64))
+    return np.concatenate([line, line3[:, [0, 2, 2, 1]].reshape(-1, 2)])
+
+
+def element_frames(start: Array, end: Array, orientation: Array | None, group: str) -> tuple[Array, Array]:
+    """Lengths (e,) and frames (e, 3, 3) of elements from start to end (e, 3); rows of a frame are its x, y, z axes.
+
+    x runs along the element. With an orientation vector, y is that vector made normal to x. Without, z points as
+    nearly as it can along the mesh's z axis; elements parallel to that axis take y along the mesh's y axis.
+    Raises ValueError on elements of no length and on an orientation parallel to an element.
+    """
+    length = np.linalg.norm(end - start, axis=1)
+    scale = max(1.0, float(np.abs(start).max(initial=0.0)))
+    if (length <= 1e-12 * scale).any():
+        raise ValueError(f"group {group!r} has {int((length <= 1e-12 * scale).sum())} line cells of no length")
+    x = (end - start) / length[:, None]
+    if orientation is None:
+        y = np.cross([0.0, 0.0, 1.0], x)
+        upright = np.linalg.norm(y, axis=1) < PARALLEL
+        y[upright] = [0.0, 1.0, 0.0]
+    else:
+        y = np.broadcast_to(orientation, x.shape)
+    y = y - np.einsum("ei,ei->e", y, x)[:, None] * x
+    size = np.linalg.norm(y, axis=1)
+    along = size < PARALLEL * (1.0 if orientation is None else np.linalg.norm(orientation))
+    if orientation is not None and along.any():
+        raise ValueError(
+            f"orientation {orientation.tolist()} is parallel to {int(along.sum())} of the {len(x)} elements of group "
+            f"{group!r}; give a vector that points across them"
+        )
+    y = y / size[:, None]
+    return length, np.stack([x, y, np.cross(x, y)], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class ArcLength:
+    """Arc length of elements along their chain: at both ends (e, 2), and of the whole chain (e,) [m]."""
+
+    ends: Array
+    whole: Array
+
+    def at(self, xi: Array) -> Array:
+        """Arc lengths (e, q) at positions xi (q,) in [0, 1] of every element."""
+        return self.ends[:, :1] * (1 - xi) + self.ends[:, 1:] * xi
+
+
+def arc_length(mesh: Mesh, elements: Index, group: str, start: str | None) -> ArcLength:
+    """Arc length along the chains that elements (e, 2) form, from the points of group `start`.
+
+    Without `start` a chain begins at the end from which its cells point away (the first node of an end cell; of two
+    such ends, the one with the lower point number). Raises ValueError on branches, on closed chains without a start,
+    and on chains that no start, or more than one, lies on.
+    """
+    nodes, local = np.unique(elements, return_inverse=True)
+    local = local.reshape(-1, 2)
+    length = np.linalg.norm(mesh.points[elements[:, 1]] - mesh.points[elements[:, 0]], axis=1)
+    graph = sparse.coo_array((length, (local[:, 0], local[:, 1])), shape=(nodes.size, nodes.size)).tocsr()
+    degree = np.bincount(local.ravel(), minlength=nodes.size)
+    if degree.max() > 2:
+        raise ValueError(
+            f"group {group!r} branches at {int((degree > 2).sum())} of its nodes, so it has no arc length for "
+            "properties that vary along it; make each branch a group and a member of its own"
+        )
+    n_chains, chain = csgraph.connected_components(graph, directed=False)
+    if start is None:
+        begins = _free_ends(local, degree, chain)
+    else:
+        begins = np.flatnonzero(np.isin(nodes, mesh.group_points(start)))
+    per_chain = np.bincount(chain[begins], minlength=n_chains)
+    if (per_chain != 1).any():
+        raise ValueError(
+            f"the {n_chains} chains of group {group!r} have {per_chain.tolist()} points where the arc length may "
+            'start; name one point of each in a point group and give it as the option "start"'
+        )
+    s = csgraph.dijkstra(graph, directed=False, indices=begins, min_only=True)
+    whole = np.zeros(n_chains)
+    np.maximum.at(whole, chain, s)
+    return ArcLength(s[local], whole[chain[local[:, 0]]])
+
+
+def _free_ends(local: Index, degree: Index, chain: NDArray[np.int32]) -> Index:
+    """One end node of each open chain: where a cell begins rather than stops, then the lowest number."""
+    ends = np.flatnonzero(degree == 1)
+    begins = np.isin(ends, local[:, 0])
+    ordered = ends[np.lexsort((ends, ~begins, chain[ends]))]
+    return ordered[np.unique(chain[ordered], return_index=True)[1]].astype(np.int64)

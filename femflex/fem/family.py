@@ -1,0 +1,93 @@
+"""What a member family contributes to a Structure, and the register of families by name.
+
+A new family is one new file in this folder: a function decorated with `family("name")` that asks the numbering for
+dofs and returns its inertia and strain blocks and the skin it is drawn with.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.numbering import Numbering
+from femflex.fem.tables import InertiaBlock, StrainBlock
+
+if TYPE_CHECKING:
+    from femflex.fem.structure import Member
+    from femflex.mesh import Mesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class SkinPart:
+    """Drawable surface of one member: points (n_p, 3), cells by meshio name, and the points' motion as triplets.
+
+    rows number 3 * point + axis, cols raw dofs: displacement of a point = sum of values over its row.
+    """
+
+    points: Array
+    cells: dict[str, Index]
+    rows: Index
+    cols: Index
+    values: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Contribution:
+    """What one member adds to the tables and to the picture."""
+
+    inertia: tuple[InertiaBlock, ...]
+    strain: tuple[StrainBlock, ...]
+    skin: SkinPart | None = None
+
+
+Family = Callable[["Mesh", "Member", Numbering], Contribution]
+FAMILIES: dict[str, Family] = {}
+
+
+def family(name: str) -> Callable[[Family], Family]:
+    """Register a member family under the name used in Member.family and in case files."""
+
+    def register(function: Family) -> Family:
+        FAMILIES[name] = function
+        return function
+
+    return register
+
+
+def member_cells(mesh: Mesh, member: Member, accepted: tuple[str, ...]) -> dict[str, Index]:
+    """Connectivity (n_c, nodes) by cell type of the member's group, all of types the family accepts.
+
+    Raises ValueError when the group is unknown or empty, or holds cells the family cannot use.
+    """
+    cells = mesh.group_cells(member.group)
+    foreign = sorted(set(cells) - set(accepted))
+    if foreign:
+        raise ValueError(
+            f"group {member.group!r} holds {', '.join(foreign)} cells; the {member.family} family is made of "
+            f"{', '.join(accepted)}. Choose another family, or a group of those cells."
+        )
+    return cells
+
+
+def member_options(member: Member, defaults: Mapping[str, Any]) -> dict[str, Any]:
+    """The member's options over the family's defaults.
+
+    Raises ValueError on an option the family does not have, with the nearest name it has.
+    """
+    for name in member.options:
+        if name not in defaults:
+            near = difflib.get_close_matches(name, list(defaults), n=1)
+            hint = f" Did you mean {near[0]!r}?" if near else ""
+            raise ValueError(
+                f"{member.family} on group {member.group!r} has no option {name!r}; its options are "
+                f"{sorted(defaults)}.{hint}"
+            )
+    return {**defaults, **member.options}

@@ -1,0 +1,98 @@
+"""Plate members on any triangles: thin (DKT) or of any thickness (DKMT), with a quadratic in-plane field."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefTri
+
+from femflex.fem.family import Contribution, family, member_cells, member_options
+from femflex.fem.laminates import PlateSection
+from femflex.fem.numbering import Numbering
+from femflex.fem.plate_blocks import LocalDofs, PlateInertia, PlateStrain, mass_points
+from femflex.fem.plate_elastic import section_stiffness
+from femflex.fem.plate_frames import plane_frames, plane_normals, shared_axes
+from femflex.fem.plate_map import flat_map, member_section
+from femflex.fem.plate_skin import plate_skin
+from femflex.fem.plate_triangle import Triangles, inplane_gradients, inplane_shapes, triangles
+
+if TYPE_CHECKING:
+    from femflex.fem.structure import Member
+    from femflex.mesh import Mesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+CELLS = ("triangle", "triangle6")
+DEFAULTS = {"element": "dkmt", "axis": (1.0, 0.0, 0.0)}
+
+
+@family("plate")
+def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
+    """Flat plate elements on the triangles of the member's group, in any position in space.
+
+    section   PlateSection, or a thickness [m] with a material
+    material  Material, with a thickness only
+    options   element  "dkmt" (any thickness, default) or "dkt" (thin: no transverse shear)
+              axis     (3,) direction in the mesh's axes of the section's x axis, laid into the plates
+
+    Sides are straight: second-order triangles are used by their corners. Raises ValueError on other cells, sections
+    or options, and on triangles without area.
+    """
+    options = member_options(member, DEFAULTS)
+    element = options["element"]
+    if element not in ("dkt", "dkmt"):
+        raise ValueError(f"plate on group {member.group!r} names element {element!r}; it can be 'dkmt' or 'dkt'")
+    section = member_section(member)
+    cells = member_cells(mesh, member, CELLS)
+    corners = np.concatenate([nodes[:, :3] for nodes in cells.values()])
+    where = f"plate on group {member.group!r}"
+    normals = plane_normals(mesh.points[corners], where)
+    corners = _counterclockwise(mesh.points, corners, normals)
+    axes = shared_axes(plane_frames(normals))
+    stiffness = section_stiffness(section, options["axis"], axes)
+    x = mesh.points[corners]
+    plane = np.matmul(x - x[:, :1], axes[:, :2].swapaxes(1, 2))
+    shears = element == "dkmt"
+    fields = triangles(plane, stiffness.D, stiffness.S if shears else None)
+    dof_map = flat_map(mesh, corners, axes, numbering)
+    return Contribution(
+        inertia=(triangle_inertia(x, axes, section, fields, dof_map),),
+        strain=(triangle_strain(stiffness.matrix(shears), fields, dof_map, shears),),
+        skin=plate_skin(mesh.points, corners, axes, section.thickness, dof_map),
+    )
+
+
+def triangle_inertia(x: Array, axes: Array, section: PlateSection, fields: Triangles, dof_map: LocalDofs) -> PlateInertia:
+    """Inertia of triangles with corners x (e, 3, 3): 12 points, exact for the cubic deflection."""
+    L, weight = area_points(6)
+    dm, rho, heights = mass_points(np.matmul(L, x), fields.area[:, None] * weight, axes, section)
+    return PlateInertia(dm, rho, dof_map, axes, heights, inplane_shapes(L), fields.deflection_and_rotation(L))
+
+
+def triangle_strain(elastic: Array, fields: Triangles, dof_map: LocalDofs, shears: bool) -> PlateStrain:
+    """Strain of triangles: 3 points, exact for their linear strains."""
+    L, weight = area_points(2)
+    return PlateStrain(
+        weight=fields.area[:, None] * weight,
+        elastic=elastic,
+        map=dof_map,
+        dP=inplane_gradients(L, fields.dL),
+        bending=fields.gradients(L, shears),
+    )
+
+
+def area_points(degree: int) -> tuple[Array, Array]:
+    """Area coordinates (q, 3) and weights (q,), summing to 1, of a quadrature exact to the degree."""
+    points, weight = get_quadrature(RefTri, degree)
+    return np.stack([1 - points[0] - points[1], points[0], points[1]], axis=1), 2 * weight
+
+
+def _counterclockwise(points: Array, corners: Index, normals: Array) -> Index:
+    """The corners (e, 3) in the order that turns counterclockwise about the normals."""
+    x = points[corners]
+    sense = np.sum(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]) * normals, axis=1)
+    return np.where(sense[:, None] < 0, corners[:, ::-1], corners)

@@ -1,0 +1,106 @@
+"""Plate members on rectangles: the thin plate element of Bogner, Fox and Schmit, with frequencies to the fourth order."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem import plate_rectangle
+from femflex.fem.family import Contribution, family, member_cells, member_options
+from femflex.fem.numbering import Numbering
+from femflex.fem.plate_blocks import PlateInertia, PlateStrain, mass_points
+from femflex.fem.plate_elastic import section_stiffness
+from femflex.fem.plate_frames import DUST, oriented, plane_normals, shared_axes
+from femflex.fem.plate_map import flat_map, member_section
+from femflex.fem.plate_sides import side_table
+from femflex.fem.plate_skin import plate_skin
+
+if TYPE_CHECKING:
+    from femflex.fem.structure import Member
+    from femflex.mesh import Mesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+CELLS = ("quad", "quad8", "quad9")
+DEFAULTS = {"axis": (1.0, 0.0, 0.0)}
+SQUARENESS = 1e-6  # cosine of a corner, and misfit of the fourth corner to the size, that pass for a rectangle
+# A direction that no usual mesh line halves the angle to: the element's x axis is the side nearer to it.
+REFERENCE = np.array([0.8137, 0.4519, 0.3658])
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # exact for the square of the bicubic deflection
+
+
+@family("plate_bfs")
+def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
+    """Thin flat plate elements on the rectangles of the member's group, in any position in space.
+
+    section   PlateSection, or a thickness [m] with a material; its transverse shear stiffness is not used
+    material  Material, with a thickness only
+    options   axis  (3,) direction in the mesh's axes of the section's x axis, laid into the plates
+
+    Second-order quadrilaterals are used by their corners. Raises ValueError on other cells, sections or options, and
+    on quadrilaterals that are not rectangles (the plate family on triangles takes any shape).
+    """
+    options = member_options(member, DEFAULTS)
+    section = member_section(member)
+    cells = member_cells(mesh, member, CELLS)
+    corners = np.concatenate([nodes[:, :4] for nodes in cells.values()])
+    corners, axes, a, b = rectangles(mesh.points, corners, f"plate_bfs on group {member.group!r}")
+    stiffness = section_stiffness(section, options["axis"], axes)
+    normals = np.broadcast_to(axes[:, 2], (len(corners), 3))
+    twists = side_table(mesh, numbering).twists(corners.ravel(), np.repeat(normals, 4, axis=0), numbering)
+    bubbles = numbering.extra(2 * len(corners))
+    own = np.concatenate([twists.reshape(-1, 4), bubbles.reshape(-1, 2)], axis=1)
+    dof_map = flat_map(mesh, corners, axes, numbering, own)
+    xi, eta = (grid.ravel() for grid in np.meshgrid(_POINTS, _POINTS, indexing="ij"))
+    area = (a * b)[:, None] * np.outer(_WEIGHTS, _WEIGHTS).ravel()
+    place = plate_rectangle.inplane_shapes(xi, eta)
+    dm, rho, heights = mass_points(np.matmul(place[:, :4], mesh.points[corners]), area, axes, section)
+    one = slice(0, 1) if _alike(a) and _alike(b) else slice(None)
+    rows = plate_rectangle.deflection_and_rotation(xi, eta, a[one], b[one])
+    strain = PlateStrain(
+        weight=area,
+        elastic=stiffness.matrix(shears=False),
+        map=dof_map,
+        dP=plate_rectangle.inplane_gradients(xi, eta, a[one], b[one]),
+        bending=plate_rectangle.bending_gradients(xi, eta, a[one], b[one]),
+    )
+    return Contribution(
+        inertia=(PlateInertia(dm, rho, dof_map, axes, heights, place, rows),),
+        strain=(strain,),
+        skin=plate_skin(mesh.points, corners, axes, section.thickness, dof_map),
+    )
+
+
+def rectangles(points: Array, corners: Index, where: str) -> tuple[Index, Array, Array, Array]:
+    """Corners (e, 4) counterclockwise from the least local x and y, axes (1|e, 3, 3), half lengths a, b (e,).
+
+    The axes lie along the sides, the same for all rectangles of one plane and direction however their nodes are
+    ordered, so that neighbours mean the same by the twist w,xy. Raises ValueError on other quadrilaterals.
+    """
+    x = points[corners]
+    normals = plane_normals(x, where)
+    first, second = x[:, 1] - x[:, 0], x[:, 3] - x[:, 0]
+    lengths = np.linalg.norm(first, axis=1), np.linalg.norm(second, axis=1)
+    misfit = np.linalg.norm(x[:, 2] - x[:, 1] - second, axis=1) / (lengths[0] + lengths[1])
+    cosine = np.abs(np.sum(first * second, axis=1)) / (lengths[0] * lengths[1])
+    skewed = np.flatnonzero((misfit > SQUARENESS) | (cosine > SQUARENESS))
+    if len(skewed):
+        raise ValueError(
+            f"{where}: {len(skewed)} of {len(x)} quadrilaterals are not rectangles; element {skewed[0]} has corners "
+            f"{x[skewed[0]].tolist()}. Use the plate family on triangles there"
+        )
+    u, v = first / lengths[0][:, None], second / lengths[1][:, None]
+    chosen = np.where((np.abs(u @ REFERENCE) > np.abs(v @ REFERENCE))[:, None], u, v)
+    e1 = oriented(chosen)
+    axes = shared_axes(np.stack([e1, np.cross(normals, e1), normals], axis=1))
+    local = np.matmul(x - x.mean(axis=1, keepdims=True), axes[:, :2].swapaxes(1, 2))
+    turn = np.argsort(np.arctan2(local[:, :, 1], local[:, :, 0]), axis=1)  # from the third quadrant, counterclockwise
+    half = np.abs(local).mean(axis=1)
+    return np.take_along_axis(corners, turn, axis=1), axes, half[:, 0], half[:, 1]
+
+
+def _alike(lengths: Array) -> bool:
+    return bool(np.abs(lengths - lengths[0]).max() < DUST * lengths[0])

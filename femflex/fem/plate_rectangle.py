@@ -1,0 +1,80 @@
+"""Fields of the rectangle of Bogner, Fox and Schmit (1965) with a biquadratic in-plane field.
+
+Coordinates xi, eta in [-1, 1] from the middle, half lengths a, b along the element's axes. Bending dofs at each corner
+(w, theta_x, theta_y, twist) = (w, w,y, -w,x, w,xy); w is the bicubic Hermite interpolation, continuous with its
+slopes, and the normal stays normal: beta = -grad w, no transverse shear.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from numpy.polynomial import polynomial
+
+Array = NDArray[np.float64]
+
+# Corners counterclockwise; sides from each corner to the next.
+XI, ETA = np.array([-1.0, 1.0, 1.0, -1.0]), np.array([-1.0, -1.0, 1.0, 1.0])
+
+
+def hermite(s: float, value: bool) -> Array:
+    """Coefficients (4,) of the cubic that is 1 in s = -1 or 1 (or whose slope is) and flat and zero at the other end."""
+    return np.array([2, 3 * s, 0, -s]) / 4 if value else np.array([-s, -1, s, 1]) / 4
+
+
+def deflection(xi: Array, eta: Array, order: tuple[int, int]) -> Array:
+    """Derivative (q, 16), order times by xi and eta, of w over the dofs (w, w,eta, w,xi, w,xi eta) of each corner."""
+    columns = []
+    for s, t in zip(XI, ETA, strict=True):
+        for by_xi, by_eta in ((True, True), (True, False), (False, True), (False, False)):
+            along = polynomial.polyder(hermite(s, by_xi), order[0])
+            across = polynomial.polyder(hermite(t, by_eta), order[1])
+            columns.append(polynomial.polyval(xi, along) * polynomial.polyval(eta, across))
+    return np.stack(columns, axis=1)
+
+
+def dof_scale(a: Array, b: Array) -> Array:
+    """Factors (e, 16) that turn (w, theta_x, theta_y, twist) of each corner into (w, w,eta, w,xi, w,xi eta)."""
+    return np.tile(np.stack([np.ones_like(a), b, -a, a * b], axis=1), 4)
+
+
+def deflection_and_rotation(xi: Array, eta: Array, a: Array, b: Array) -> Array:
+    """w, beta_x, beta_y (e, q, 3, 16) of rectangles with half lengths a, b (e,)."""
+    reference = [deflection(xi, eta, order) for order in ((0, 0), (1, 0), (0, 1))]
+    return _scaled(reference, [np.ones_like(a), -1 / a, -1 / b], a, b)
+
+
+def bending_gradients(xi: Array, eta: Array, a: Array, b: Array) -> Array:
+    """w,x  w,y  kappa (3) of rectangles with half lengths a, b (e,): (e, q, 5, 16); kappa = -(w,xx  w,yy  2 w,xy)."""
+    orders = ((1, 0), (0, 1), (2, 0), (0, 2), (1, 1))
+    reference = [deflection(xi, eta, order) for order in orders]
+    return _scaled(reference, [1 / a, 1 / b, -1 / a**2, -1 / b**2, -2 / (a * b)], a, b)
+
+
+def inplane_shapes(xi: Array, eta: Array) -> Array:
+    """In-plane shape functions (q, 9): corners, beyond the straight line on sides, bubble."""
+    return np.stack([f(xi) * g(eta) for f, g in _INPLANE], axis=1)
+
+
+def inplane_gradients(xi: Array, eta: Array, a: Array, b: Array) -> Array:
+    """Their derivatives by x and y (e, q, 2, 9) on rectangles with half lengths a, b (e,)."""
+    dx = np.stack([f.deriv()(xi) * g(eta) for f, g in _INPLANE], axis=1)
+    dy = np.stack([f(xi) * g.deriv()(eta) for f, g in _INPLANE], axis=1)
+    return np.stack([dx / a[:, None, None], dy / b[:, None, None]], axis=2)
+
+
+def _scaled(reference: list[Array], rows: list[Array], a: Array, b: Array) -> Array:
+    table = np.stack(reference, axis=1)  # (q, rows, 16)
+    return table * np.stack(rows, axis=1)[:, None, :, None] * dof_scale(a, b)[:, None, None, :]
+
+
+def _inplane_factors() -> list[tuple[polynomial.Polynomial, polynomial.Polynomial]]:
+    """The in-plane shape functions as products of polynomials of xi and of eta."""
+    bump = polynomial.Polynomial([1, 0, -1])
+    slope = {s: polynomial.Polynomial([0.5, s / 2]) for s in (-1.0, 1.0)}
+    corners = [(slope[s], slope[t]) for s, t in zip(XI, ETA, strict=True)]
+    sides = [(bump, slope[-1.0]), (slope[1.0], bump), (bump, slope[1.0]), (slope[-1.0], bump)]
+    return [*corners, *sides, (bump, bump)]
+
+
+_INPLANE = _inplane_factors()

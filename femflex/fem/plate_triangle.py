@@ -1,0 +1,156 @@
+"""Fields of the flat triangles DKT and DKMT with a quadratic in-plane field.
+
+Bending dofs (w, theta_x, theta_y) at each corner, in the element's axes; beta = (theta_y, -theta_x) is the rotation of
+the normal. On side k from corner i to j, of length L and direction t (Batoz, Bathe & Ho 1980; Katili 1993):
+
+    beta      linear between the corners, plus sum_k 4 L_i L_j Delta_k t_k
+    Delta_k   = -3/2 / (1 + f_k) [ (w_j - w_i) / L + (beta_i + beta_j).t / 2 ]
+    gamma_k   = -2/3 f_k Delta_k  along the side, constant on it;  f_k = 12 D_k / (S_k L^2)
+
+gamma between the sides is linear over the triangle. f = 0 is DKT: Kirchhoff's condition holds along the sides. With
+D and S of the section along the side, f is that of a beam in equilibrium and thick plates shear without locking.
+
+The deflection of the mass points is cubic with w,s = gamma_k - beta.t exactly along the sides, so that neighbours
+agree; inside it reproduces quadratics (the Bezier form of Zienkiewicz's triangle).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+START, END = np.array([0, 1, 2]), np.array([1, 2, 0])  # corners of the sides
+# Exponents of the cubic Bernstein polynomials: corners, then two per side, then the middle.
+CUBIC = np.array([
+    [3, 0, 0], [0, 3, 0], [0, 0, 3],
+    [2, 1, 0], [1, 2, 0], [0, 2, 1], [0, 1, 2], [1, 0, 2], [2, 0, 1],
+    [1, 1, 1],
+])  # fmt: skip
+FACTOR = np.array([1, 1, 1, 3, 3, 3, 3, 3, 3, 6])  # 3! / (i! j! k!)
+# beta (corner, component, bending dof) from the dofs.
+BETA = np.zeros((3, 2, 9))
+BETA[[0, 1, 2], 0, [2, 5, 8]] = 1.0
+BETA[[0, 1, 2], 1, [1, 4, 7]] = -1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """Bending fields of triangles as rows over their 9 bending dofs.
+
+    area     (e,)
+    dL       (e, 2, 3)     derivatives of the area coordinates by x and y
+    bubble   (e, 3, 2, 9)  Delta_k t_k of the sides
+    shear    (e, 3, 2, 9)  gamma at the corners
+    cubic    (e, 10, 9)    Bezier coefficients of w
+    """
+
+    area: Array
+    dL: Array
+    bubble: Array
+    shear: Array
+    cubic: Array
+
+    def deflection_and_rotation(self, L: Array) -> Array:
+        """w, beta_x, beta_y (e, q, 3, 9) at area coordinates L (q, 3)."""
+        w = np.matmul(bernstein(L), self.cubic)
+        bumps = 4 * L[:, START] * L[:, END]
+        linear = np.einsum("qi,ial->qal", L, BETA)
+        e = len(self.area)
+        beta = linear + np.matmul(bumps, self.bubble.reshape(e, 3, -1)).reshape(e, len(L), 2, 9)
+        return np.concatenate([w[:, :, None], beta], axis=2)
+
+    def gradients(self, L: Array, shears: bool) -> Array:
+        """w,x  w,y  kappa (3) and, if it shears, gamma (2): (e, q, 5|7, 9) at area coordinates L (q, 3)."""
+        e, q = len(self.area), len(L)
+        by_L = np.matmul(bernstein_derivatives(L).reshape(3 * q, 10), self.cubic).reshape(e, q, 3, 9)
+        slope = np.matmul(self.dL[:, None], by_L)
+        bumps = 4 * (L[:, START, None] * np.eye(3)[END] + L[:, END, None] * np.eye(3)[START])  # (q, side, coordinate)
+        beta_by_L = np.matmul(bumps.swapaxes(1, 2), self.bubble.reshape(e, 1, 3, -1)).reshape(e, q, 3, 2, 9) + BETA
+        dbeta = np.matmul(self.dL[:, None], beta_by_L.reshape(e, q, 3, 18)).reshape(e, q, 2, 2, 9)  # (by, component)
+        kappa = [dbeta[:, :, 0, 0], dbeta[:, :, 1, 1], dbeta[:, :, 0, 1] + dbeta[:, :, 1, 0]]
+        rows = [slope, np.stack(kappa, axis=2)]
+        if shears:
+            rows.append(np.matmul(L, self.shear.reshape(e, 3, -1)).reshape(e, q, 2, 9))
+        return np.concatenate(rows, axis=2)
+
+
+def triangles(x: Array, D: Array, S: Array | None) -> Triangles:
+    """Fields of triangles with corners x (e, 3, 2) in their planes; D (1|e, 3, 3), S (1|e, 2, 2), or None for DKT."""
+    system = np.concatenate([np.ones((len(x), 3, 1)), x], axis=2)
+    dL = np.linalg.inv(system)[:, 1:]
+    area = np.abs(np.linalg.det(system)) / 2
+    span = x[:, END] - x[:, START]
+    length = np.linalg.norm(span, axis=2)
+    t = span / length[:, :, None]
+    f = np.zeros_like(length) if S is None else side_shear_factor(t, length, D, S)
+    delta = np.einsum("eka,kal->ekl", t, (BETA[START] + BETA[END]) / 2)
+    k = np.arange(3)
+    delta[:, k, 3 * END] += 1 / length
+    delta[:, k, 3 * START] -= 1 / length
+    delta *= (-1.5 / (1 + f))[:, :, None]
+    shear = corner_vectors(t, -2 / 3 * f[:, :, None] * delta)
+    bubble = t[..., None] * delta[:, :, None, :]
+    return Triangles(area, dL, bubble, shear, cubic_coefficients(x, shear - BETA))
+
+
+def side_shear_factor(t: Array, length: Array, D: Array, S: Array) -> Array:
+    """f (e, 3) = 12 D_k / (S_k L^2) with the section's stiffness along the sides t (e, 3, 2)."""
+    bend = np.stack([t[..., 0] ** 2, t[..., 1] ** 2, 2 * t[..., 0] * t[..., 1]], axis=-1)
+    D_side = np.sum(np.matmul(bend, D) * bend, axis=-1)
+    flexibility = np.sum(np.matmul(t, np.linalg.inv(S)) * t, axis=-1)
+    return 12 * D_side * flexibility / length**2
+
+
+def corner_vectors(t: Array, along: Array) -> Array:
+    """Vectors (e, corner, 2, 9) whose components along the two sides of each corner are along (e, side, 9)."""
+    before = np.array([2, 0, 1])  # the side that ends in each corner
+    sides = np.stack([t, t[:, before]], axis=2)  # (e, corner, which, xy)
+    return np.matmul(np.linalg.inv(sides), np.stack([along, along[:, before]], axis=2))
+
+
+def cubic_coefficients(x: Array, slope: Array) -> Array:
+    """Bezier coefficients (e, 10, 9) of w from the deflections and the slopes (e, 3, 2, 9) of the corners x (e, 3, 2).
+
+    The middle one, (sum of the six on the sides) / 4 - (sum of the corners) / 6, makes quadratics exact.
+    """
+    e = len(x)
+    c = np.zeros((e, 10, 9))
+    c[:, [0, 1, 2], [0, 3, 6]] = 1.0
+    for k, (i, j) in enumerate(zip(START, END, strict=True)):
+        span = (x[:, j] - x[:, i])[:, :, None]
+        c[:, 3 + 2 * k] = c[:, i] + np.sum(span * slope[:, i], axis=1) / 3
+        c[:, 4 + 2 * k] = c[:, j] - np.sum(span * slope[:, j], axis=1) / 3
+    c[:, 9] = c[:, 3:9].sum(axis=1) / 4 - c[:, :3].sum(axis=1) / 6
+    return c
+
+
+def bernstein(L: Array) -> Array:
+    """Cubic Bernstein polynomials (q, 10) at area coordinates L (q, 3)."""
+    return FACTOR * np.prod(L[:, None, :] ** CUBIC, axis=2)
+
+
+def bernstein_derivatives(L: Array) -> Array:
+    """Derivatives (q, 3, 10) of the cubic Bernstein polynomials by the area coordinates."""
+    rows = []
+    for axis in range(3):
+        lowered = CUBIC.copy()
+        lowered[:, axis] = np.maximum(CUBIC[:, axis] - 1, 0)
+        rows.append(FACTOR * CUBIC[:, axis] * np.prod(L[:, None, :] ** lowered, axis=2))
+    return np.stack(rows, axis=1)
+
+
+def inplane_shapes(L: Array) -> Array:
+    """In-plane shape functions (q, 6) at area coordinates L (q, 3): corners, then 4 L_i L_j of the sides."""
+    return np.concatenate([L, 4 * L[:, START] * L[:, END]], axis=1)
+
+
+def inplane_gradients(L: Array, dL: Array) -> Array:
+    """Their derivatives by x and y (e, q, 2, 6), dL (e, 2, 3)."""
+    bumps = 4 * (L[:, START, None] * np.eye(3)[END] + L[:, END, None] * np.eye(3)[START])
+    by_L = np.concatenate([np.broadcast_to(np.eye(3), (len(L), 3, 3)), bumps.swapaxes(1, 2)], axis=2)
+    return np.matmul(dL[:, None], by_L)

@@ -1,0 +1,116 @@
+"""Concentrated masses and inertias at named points, as equivalent points of the inertia table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from femflex.fem.numbering import Numbering
+from femflex.fem.tables import DenseInertia
+
+if TYPE_CHECKING:
+    from femflex.mesh import Mesh
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class PointMass:
+    """A concentrated mass at every point of a mesh group, rigidly held by the node.
+
+    group    point group (or cell group: all its nodes); each of its points carries the whole mass
+    mass     [kg], positive
+    inertia  (3, 3) about the mass's own centre, mesh axes [kg m^2]; None: a point without inertia
+    offset   (3,) the mass's centre from the node [m]
+    """
+
+    group: str
+    mass: float
+    inertia: ArrayLike | None = None
+    offset: ArrayLike = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.mass) and self.mass > 0):
+            raise ValueError(f"point mass at group {self.group!r} is {self.mass} kg; a mass is positive and finite")
+        if np.shape(self.offset) != (3,) or not np.isfinite(self.offset).all():
+            raise ValueError(f"offset of the point mass at group {self.group!r} is {self.offset}; give three lengths")
+        if self.inertia is not None:
+            check_inertia(np.asarray(self.inertia, float), self.group)
+
+
+def check_inertia(inertia: Array, group: str) -> None:
+    """Raise ValueError unless inertia (3, 3) is one that a distribution of mass can have."""
+    where = f"inertia of the point mass at group {group!r}"
+    if inertia.shape != (3, 3) or not np.isfinite(inertia).all():
+        raise ValueError(f"{where} is {inertia.tolist()}; give a 3 x 3 matrix of finite numbers")
+    if not np.allclose(inertia, inertia.T, rtol=1e-9, atol=1e-12 * np.abs(inertia).max()):
+        raise ValueError(f"{where} is not symmetric: {inertia.tolist()}")
+    principal = np.linalg.eigvalsh(inertia)
+    rounding = 1e-9 * np.abs(principal).max()
+    if principal[0] < -rounding:
+        raise ValueError(f"{where} is not positive: its principal moments are {principal.tolist()} kg m^2")
+    if principal[0] + principal[1] < principal[2] - rounding:
+        raise ValueError(
+            f"{where} breaks the triangle inequality: of its principal moments {principal.tolist()} kg m^2 the two "
+            "smaller must sum to at least the largest"
+        )
+
+
+def equivalent_points(mass: float, inertia: Array) -> tuple[Array, Array]:
+    """Masses (6,) and places (6, 3) of six points with this mass and this inertia (3, 3) about their centre.
+
+    int r r^T dm = tr(J)/2 1 - J = sum_k q_k v_k v_k^T; a pair of points m/6 at +-sqrt(3 q_k / m) v_k gives each term.
+    """
+    second, axes = np.linalg.eigh(np.trace(inertia) / 2 * np.eye(3) - inertia)
+    arms = np.sqrt(3 * np.maximum(second, 0.0) / mass) * axes
+    return np.full(6, mass / 6), np.concatenate([arms.T, -arms.T])
+
+
+def point_mass_block(mesh: Mesh, point_mass: PointMass, numbering: Numbering) -> DenseInertia:
+    """Inertia block of a concentrated mass at each node of its group: u + theta x r at the equivalent points.
+
+    Nodes of flat plates turn only about axes in the plate: the inertia about its normal takes part in the body's
+    motion, not in the elastic one. Raises ValueError at nodes without a member, and for an inertia or an offset at
+    nodes that have no rotation.
+    """
+    nodes = mesh.group_points(point_mass.group)
+    translation, rotation = numbering.translation_of(nodes), numbering.rotation_of(nodes)
+    bare = int((translation[:, 0] < 0).sum())
+    if bare:
+        raise ValueError(
+            f"point mass at group {point_mass.group!r}: {bare} of its {len(nodes)} nodes belong to no member; "
+            "put the mass on a group that lies on a member"
+        )
+    masses, arms = _distribution(point_mass)
+    turns = bool(np.any(arms))
+    if turns and (rotation < 0).any():
+        raise ValueError(
+            f"point mass at group {point_mass.group!r} has an inertia or an offset, but its nodes have no rotation "
+            "(solid elements); give a mass alone, or spread points of mass over several nodes"
+        )
+    N = np.concatenate([np.broadcast_to(np.eye(3), (len(masses), 3, 3)), -_skew(arms)], axis=2)
+    dofs = np.concatenate([translation, rotation], axis=1) if turns else translation
+    return DenseInertia(
+        dofs=dofs,
+        dm=np.broadcast_to(masses, (len(nodes), len(masses))),
+        rho=mesh.points[nodes][:, None] + arms,
+        N=N[None, :, :, : dofs.shape[1]],
+    )
+
+
+def _distribution(point_mass: PointMass) -> tuple[Array, Array]:
+    offset = np.asarray(point_mass.offset, float)
+    if point_mass.inertia is None or not np.any(point_mass.inertia):
+        return np.array([point_mass.mass], float), offset[None]
+    masses, arms = equivalent_points(point_mass.mass, np.asarray(point_mass.inertia, float))
+    return masses, arms + offset
+
+
+def _skew(r: Array) -> Array:
+    """Cross-product matrices (k, 3, 3) of r (k, 3)."""
+    x, y, z = r.T
+    o = np.zeros_like(x)
+    return np.stack([o, -z, y, z, o, -x, -y, x, o], axis=1).reshape(-1, 3, 3)

@@ -1,0 +1,179 @@
+"""A Structure: mass and stiffness of a mesh with members on it, its two tables, and the motion of nodes and skin."""
+
+from __future__ import annotations
+
+import difflib
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from femflex.fem.family import FAMILIES, Contribution, SkinPart
+from femflex.fem.materials import Material
+from femflex.fem.numbering import COMPONENTS, Numbering
+from femflex.fem.point_mass import PointMass, point_mass_block
+from femflex.fem.tables import InertiaBlock, StrainBlock, assemble_blocks
+from femflex.warning import PhysicsWarning
+
+if TYPE_CHECKING:
+    from femflex.mesh import Mesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Member:
+    """A mesh group that becomes structure: the family of its elements, their section, material and options.
+
+    Which sections, materials and options a family takes is said in its own docstring (`femflex.fem.FAMILIES`).
+    """
+
+    group: str
+    family: str
+    section: Any = None
+    material: Material | None = None
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class StructureSkin:
+    """Drawable surface of a Structure: points (n_p, 3), cells by meshio name, motion (3 n_p, n_dof) of the points."""
+
+    points: Array
+    cells: dict[str, Index]
+    operator: sparse.csr_array
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """Finite elements of a mesh, in mesh coordinates.
+
+    M, K         (n_dof, n_dof)        mass and stiffness on the independent dofs
+    T            (n_raw, n_dof)        raw dofs, which the tables use, from the independent ones
+    inertia      InertiaBlock, ...     points with mass; M = sum over them
+    strain       StrainBlock, ...      points with stiffness; K = sum over them
+    translation  (3 n_points, n_dof)   displacement of the mesh's points, row 3 * point + axis; zero where none
+    rotation     (3 n_points, n_dof)   small rotation of the mesh's points, likewise
+    skin         StructureSkin or None
+    """
+
+    mesh: Mesh
+    M: sparse.csr_array
+    K: sparse.csr_array
+    T: sparse.csr_array
+    inertia: tuple[InertiaBlock, ...]
+    strain: tuple[StrainBlock, ...]
+    translation: sparse.csr_array
+    rotation: sparse.csr_array
+    skin: StructureSkin | None
+    numbering: Numbering
+
+    @property
+    def n_dof(self) -> int:
+        """Number of independent dofs."""
+        return self.T.shape[1]
+
+    def clamped_dofs(self, group: str, components: Sequence[str] = COMPONENTS) -> Index:
+        """Independent dofs (k,), ascending, that a clamp of the group's nodes fixes.
+
+        components: of "x", "y", "z", "rx", "ry", "rz" (global axes); all six are a clamp, the first three a ball
+        joint. Extra dofs (bubbles, edges, twists) go with them when all the nodes they lie on are in the group.
+        Raises ValueError when the group is unknown or no member gave its nodes such dofs.
+        """
+        nodes = self.mesh.group_points(group)
+        held = np.zeros(self.T.shape[0], bool)
+        held[self.numbering.raw_dofs_on(nodes, components)] = True
+        columns = self.T.tocsc()
+        free_entries = np.add.reduceat((~held[columns.indices]).astype(int), columns.indptr[:-1])
+        clamped = np.flatnonzero(free_entries == 0)
+        if not clamped.size:
+            raise ValueError(
+                f"no member moves the {len(nodes)} nodes of group {group!r} in {', '.join(components)}; "
+                "clamp a group that lies on a member"
+            )
+        return clamped
+
+
+def build_structure(mesh: Mesh, members: Sequence[Member], point_masses: Sequence[PointMass] = ()) -> Structure:
+    """The Structure of a mesh with these members and concentrated masses.
+
+    Members may share nodes and cells; nodes without a member carry no dofs. Raises ValueError on an unknown group or
+    family, on cells, sections, materials or options a family cannot use, and on masses at nodes without a member.
+    """
+    if not members:
+        raise ValueError("a structure needs at least one member; found none")
+    warn_of_doubled_cells(mesh, members)
+    numbering = Numbering(len(mesh.points))
+    parts = [contribution(mesh, member, numbering) for member in members]
+    inertia = tuple(block for part in parts for block in part.inertia)
+    inertia += tuple(point_mass_block(mesh, point_mass, numbering) for point_mass in point_masses)
+    strain = tuple(block for part in parts for block in part.strain)
+    T = numbering.independent()
+    translation, rotation = numbering.node_rows(T.shape[0])
+    return Structure(
+        mesh=mesh,
+        M=assemble_blocks(inertia, T),
+        K=assemble_blocks(strain, T),
+        T=T,
+        inertia=inertia,
+        strain=strain,
+        translation=_on_independent(translation, T),
+        rotation=_on_independent(rotation, T),
+        skin=_merged_skin([part.skin for part in parts if part.skin is not None], T),
+        numbering=numbering,
+    )
+
+
+def contribution(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
+    """What the member's family makes of it; ValueError with the known families when there is no such family."""
+    if member.family not in FAMILIES:
+        near = difflib.get_close_matches(member.family, list(FAMILIES), n=1)
+        hint = f" Did you mean {near[0]!r}?" if near else ""
+        raise ValueError(
+            f"member on group {member.group!r} names family {member.family!r}; the families are "
+            f"{sorted(FAMILIES)}.{hint}"
+        )
+    return FAMILIES[member.family](mesh, member, numbering)
+
+
+def warn_of_doubled_cells(mesh: Mesh, members: Sequence[Member]) -> None:
+    """Warn when two members of one family lie on the same cells: their mass and stiffness add."""
+    for i, first in enumerate(members):
+        for second in members[i + 1 :]:
+            if first.family != second.family:
+                continue
+            a, b = (mesh.cell_groups.get(member.group, {}) for member in (first, second))
+            shared = sum(np.intersect1d(a[kind], b[kind]).size for kind in a.keys() & b.keys())
+            if shared:
+                size = sum(len(cells) for cells in b.values())
+                warnings.warn(
+                    f"{shared} of the {size} cells of group {second.group!r} already belong to the {first.family} "
+                    f"member on group {first.group!r}; mass and stiffness of the two add",
+                    PhysicsWarning,
+                    stacklevel=3,
+                )
+
+
+def _on_independent(rows: sparse.csr_array, T: sparse.csr_array) -> sparse.csr_array:
+    if T.shape[0] == T.shape[1]:  # nothing was eliminated: T is the identity
+        return rows
+    return (rows @ T).tocsr()
+
+
+def _merged_skin(parts: list[SkinPart], T: sparse.csr_array) -> StructureSkin | None:
+    if not parts:
+        return None
+    points = np.concatenate([part.points for part in parts])
+    starts = np.cumsum([0] + [len(part.points) for part in parts[:-1]])
+    placed = list(zip(parts, starts, strict=True))
+    kinds = sorted({kind for part in parts for kind in part.cells})
+    cells = {k: np.concatenate([part.cells[k] + at for part, at in placed if k in part.cells]) for k in kinds}
+    rows = np.concatenate([part.rows + 3 * at for part, at in placed])
+    cols, values = (np.concatenate([getattr(part, name) for part in parts]) for name in ("cols", "values"))
+    raw = sparse.coo_array((values, (rows, cols)), shape=(points.size, T.shape[0])).tocsr()
+    return StructureSkin(points, cells, _on_independent(raw, T))

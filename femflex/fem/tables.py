@@ -1,0 +1,136 @@
+"""The two tables that describe any flexible body (THEORY section 3): inertia and strain over quadrature points.
+
+A table is a tuple of blocks, one per member and element layout. Mass, stiffness, moments and strain tensors are
+all sums over the same points, so phi^T M phi and the elastic mass of the moments agree to rounding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from femflex.fem.assembly import Part, assembled
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+CHUNK_VALUES = 4_000_000  # doubles held at once while a table is contracted with a basis (32 MB)
+
+
+class InertiaBlock(Protocol):
+    """Points with mass: dm (e, q) [kg] at rho (e, q, 3) [m], moved by the raw dofs (e, l) of their element."""
+
+    @property
+    def dofs(self) -> Index: ...
+    @property
+    def dm(self) -> Array: ...
+    @property
+    def rho(self) -> Array: ...
+
+    def shapes(self, phi: Array, elements: slice) -> Array:
+        """Displacement of the points per column of phi (n_raw, n): (e, q, 3, n)."""
+
+    def mass(self) -> Array:
+        """Element mass matrices (e, l, l)."""
+
+    def parts(self) -> tuple[Part, ...]:
+        """The same for assembly, apart where dofs do not couple."""
+
+
+class StrainBlock(Protocol):
+    """Points with stiffness: weight (e, q), elastic matrix (e|1, q|1, s, s), strains from generalised gradients g.
+
+    With g = gradients @ delta: eps = linear_map g + 1/2 g . quadratic_map g, so that B0 = linear_map gradients.
+    """
+
+    @property
+    def dofs(self) -> Index: ...
+    @property
+    def weight(self) -> Array: ...
+    @property
+    def elastic(self) -> Array: ...
+    @property
+    def linear_map(self) -> Array: ...  # (s, g)
+    @property
+    def quadratic_map(self) -> Array: ...  # (s, g, g)
+
+    def gradients(self, phi: Array, elements: slice) -> Array:
+        """Generalised gradients per column of phi (n_raw, n): (e, q, g, n)."""
+
+    def stiffness(self) -> Array:
+        """Element stiffness matrices of the linear strain (e, l, l)."""
+
+    def parts(self) -> tuple[Part, ...]:
+        """The same for assembly, apart where dofs do not couple."""
+
+
+@dataclass(frozen=True, eq=False)
+class DenseInertia:
+    """An inertia block with its shape functions stored, N (e|1, q, 3, l)."""
+
+    dofs: Index
+    dm: Array
+    rho: Array
+    N: Array
+
+    def shapes(self, phi: Array, elements: slice) -> Array:
+        """See InertiaBlock."""
+        N = self.N if self.N.shape[0] == 1 else self.N[elements]
+        return np.matmul(N, phi[self.dofs[elements]][:, None])
+
+    def mass(self) -> Array:
+        """See InertiaBlock."""
+        e, q = self.dm.shape
+        N = np.broadcast_to(self.N, (e, *self.N.shape[1:]))
+        flat = N.reshape(e, q * 3, -1)
+        weighted = flat * np.repeat(self.dm, 3, axis=1)[:, :, None]
+        return np.matmul(flat.swapaxes(1, 2), weighted)
+
+    def parts(self) -> tuple[Part, ...]:
+        """See InertiaBlock."""
+        return (Part(self.dofs, self.mass().__getitem__),)
+
+
+@dataclass(frozen=True, eq=False)
+class DenseStrain:
+    """A strain block with its gradient rows stored, G (e|1, q, g, l)."""
+
+    dofs: Index
+    weight: Array
+    elastic: Array
+    linear_map: Array
+    quadratic_map: Array
+    G: Array
+
+    def gradients(self, phi: Array, elements: slice) -> Array:
+        """See StrainBlock."""
+        G = self.G if self.G.shape[0] == 1 else self.G[elements]
+        return np.matmul(G, phi[self.dofs[elements]][:, None])
+
+    def stiffness(self) -> Array:
+        """See StrainBlock."""
+        e, q = self.weight.shape
+        B0 = np.broadcast_to(self.linear_map @ self.G, (e, q, self.linear_map.shape[0], self.G.shape[-1]))
+        stress = np.matmul(self.elastic * self.weight[:, :, None, None], B0)
+        return np.matmul(B0.reshape(e, -1, B0.shape[-1]).swapaxes(1, 2), stress.reshape(e, -1, B0.shape[-1]))
+
+    def parts(self) -> tuple[Part, ...]:
+        """See StrainBlock."""
+        return (Part(self.dofs, self.stiffness().__getitem__),)
+
+
+def assemble_blocks(blocks: Sequence[InertiaBlock | StrainBlock], T: sparse.csr_array) -> sparse.csr_array:
+    """Mass or stiffness (n_dof, n_dof) of blocks on raw dofs, T (n_raw, n_dof) of the independent ones."""
+    return assembled([part for block in blocks for part in block.parts()], T)
+
+
+def element_chunks(n_elements: int, values_per_element: int) -> Iterator[slice]:
+    """Slices of elements whose values fit in CHUNK_VALUES doubles."""
+    step = max(1, CHUNK_VALUES // max(1, values_per_element))
+    for start in range(0, n_elements, step):
+        yield slice(start, min(start + step, n_elements))

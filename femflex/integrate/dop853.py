@@ -1,0 +1,50 @@
+"""The explicit method for smooth problems: Dormand and Prince of order 8, adaptive, with dense output of order 7."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.integrate.driver import Adaptive, Fill, Span
+from femflex.integrate.protocol import Model
+from femflex.integrate.starting import first_step
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Dop853(Adaptive):
+    """Explicit Runge-Kutta method of order 8(5,3) of Dormand and Prince (Hairer, Norsett & Wanner 1993, II.10).
+
+    Twelve rates a step, three more when an output time lies inside it. Euler parameters named by the model are
+    brought to unit length at the end of each accepted step, before the rate there is taken: a change of the size of
+    the local error, so the order stays 8.
+    """
+
+    name: ClassVar[str] = "dop853"
+    order: ClassVar[int] = 8
+    number: ClassVar[int] = 1
+    n_vectors: ClassVar[int] = 10
+
+    def restart(self, model: Model, vectors: Array, t: float, span: Span) -> tuple[float, int]:
+        """First step of a smooth interval, after k1 = f(t, x) at its beginning is set."""
+        x, k1 = vectors[0], vectors[1]
+        return first_step(model, self.order, t, span, x, k1, self.rtol, self.absolute(model.n_x)), 2
+
+    def filler(self, model: Model) -> Fill:
+        """The compiled loop of `dop853_kernel` (compiled on first use in a fresh installation, else read from disk)."""
+        from femflex.integrate.dop853_kernel import N_SCRATCH, N_STAGES, fill
+
+        own = (model.table, model.pool, model.work)
+        renormalise = np.ascontiguousarray(model.renormalise, np.int64)
+        atol = self.absolute(model.n_x)
+        k, scratch = np.zeros((N_STAGES, model.n_x)), np.zeros((N_SCRATCH, model.n_x))
+
+        def filled(state: Array, vectors: Array, times: Array, rows: Array, span: Span, budget: int) -> tuple[int, int]:
+            limits = (self.rtol, atol, self.max_step)
+            return fill(model.rate, own, span, renormalise, *limits, state, vectors, k, scratch, times, rows, budget)
+
+        return filled

@@ -1,0 +1,212 @@
+"""Compiled steps of the order-8 Dormand-Prince method: trial step, error, interpolant, and the loop over them.
+
+Notation of Hairer, Norsett & Wanner (1993) II.4 and II.10: stages k (16, n), step h from (t, x) to y. The vectors kept
+between calls are (10, n): x, k1 = f(t, x), and the interpolant of the last step (x_old, F0, ..., F6). `own` is the
+model's (table, pool, work); `span` is (end, lo, hi): where to stop, and the open interval the rate may be asked in.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import float64, int64, njit, types
+from numpy.typing import NDArray
+
+from femflex.integrate import resume as head
+from femflex.integrate.dop853_table import A, C, D, E
+from femflex.integrate.protocol import OWN, RATE, Call, Own
+from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, normalise, put
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Span = tuple[float, float, float]
+
+X, K1, X_OLD, F0 = 0, 1, 2, 3  # rows of the kept vectors
+N_VECTORS = 10
+Y, E3, E5 = 0, 1, 2  # rows of the scratch vectors: end of the trial step, its two errors
+N_SCRATCH, N_STAGES = 3, 16
+
+SAFETY, BETA = 0.95, 0.04  # h_new = h * SAFETY * err^-(1/8 - BETA/5) * err_old^BETA (II.4, "PI" control)
+SHRINK, GROW = 1 / 3, 6.0  # limits of h_new / h
+RETREAT = 0.2  # h_new / h after a value that is not finite
+FMA = {"contract"}  # fused multiply-add is the only freedom given: results repeat bit for bit
+
+
+@njit(fastmath=FMA, error_model="numpy")
+def add(y: Array, h: float, weights: Array, k: Array) -> None:
+    """Add h * sum_j weights[j] k[j] to y."""
+    for j in range(weights.size):
+        weight = h * weights[j]
+        if weight != 0.0:
+            for i in range(y.size):
+                y[i] += weight * k[j, i]
+
+
+@njit(error_model="numpy")
+def stages(rate: Call, own: Own, span: Span, which: range, t: float, h: float, x: Array, k: Array, y: Array) -> None:
+    """Set the stages k[s] for s in `which`, each from those before it; y is scratch."""
+    for s in which:
+        put(x, y)
+        add(y, h, A[s, :s], k)
+        rate(clipped(t + C[s] * h, span[1], span[2]), y, k[s], *own)
+
+
+@njit(fastmath={"contract", "reassoc"}, error_model="numpy")
+def scaled_error(h: float, x: Array, scratch: Array, rtol: float, atol: Array) -> float:
+    """Error of the step in units of the tolerance, orders 5 and 3 blended (II.10)."""
+    sum3, sum5 = 0.0, 0.0
+    for i in range(x.size):
+        scale = 1.0 / (atol[i] + rtol * max(abs(x[i]), abs(scratch[Y, i])))
+        sum3 += (scratch[E3, i] * scale) ** 2
+        sum5 += (scratch[E5, i] * scale) ** 2
+    if sum5 == 0.0 and sum3 == 0.0:
+        return 0.0
+    return h * sum5 / math.sqrt((sum5 + 0.01 * sum3) * x.size)
+
+
+@njit(error_model="numpy")
+def trial(
+    rate: Call, own: Own, span: Span, t: float, h: float, x: Array, k: Array, scratch: Array, rtol: float, atol: Array
+) -> float:
+    """Scaled error of a step of size h from k[0] = f(t, x); its end is left in scratch[Y]."""
+    stages(rate, own, span, range(1, 12), t, h, x, k, scratch[Y])
+    put(x, scratch[Y])
+    add(scratch[Y], h, A[12, :12], k)
+    for i in range(x.size):
+        scratch[E3, i] = scratch[E5, i] = 0.0
+    add(scratch[E3], 1.0, E[3], k)
+    add(scratch[E5], 1.0, E[5], k)
+    return scaled_error(h, x, scratch, rtol, atol)
+
+
+@njit(error_model="numpy")
+def reject(h: float, error: float, n_k: int, x: Array, k: Array, scratch: Array, rtol: float, atol: Array, state: Array) -> None:
+    """Shorten the step after a failed trial and note why: the first value not finite, or the largest error."""
+    state[head.REJECTED] += 1
+    state[head.REJECTED_LAST] = 1.0
+    for s in range(n_k + 1):  # the step's end comes last: there a bad value has spread
+        index = first_not_finite(k[s] if s < n_k else scratch[Y])
+        if index >= 0:
+            state[head.CAUSE], state[head.COORDINATE], state[head.H] = head.NOT_FINITE, index, h * RETREAT
+            return
+    state[head.CAUSE] = head.ERROR_TEST
+    largest = -1.0
+    for i in range(x.size):
+        scaled = abs(scratch[E5, i]) / (atol[i] + rtol * abs(x[i]))
+        if scaled > largest:
+            largest, state[head.COORDINATE] = scaled, i
+    state[head.H] = h * (max(SHRINK, SAFETY * error ** (-1 / 8)) if math.isfinite(error) else RETREAT)
+
+
+@njit(fastmath=FMA, error_model="numpy")
+def set_interpolant(h: float, k: Array, vectors: Array) -> None:
+    """Set F0 ... F6 of the dense output of order 7 from all sixteen stages (II.10)."""
+    F = vectors[F0:]
+    for i in range(k.shape[1]):
+        difference = vectors[X, i] - vectors[X_OLD, i]
+        F[0, i] = difference
+        F[1, i] = h * k[0, i] - difference
+        F[2, i] = 2.0 * difference - h * (k[12, i] + k[0, i])
+        F[3, i] = F[4, i] = F[5, i] = F[6, i] = 0.0
+    for row in range(4):
+        add(F[3 + row], h, D[row], k)
+
+
+@njit(fastmath=FMA, error_model="numpy")
+def interpolate(theta: float, vectors: Array, row: Array) -> None:
+    """Set row to the state at the fraction theta of the last step (nested as in the program DOP853)."""
+    rest = 1.0 - theta
+    F = vectors[F0:]
+    for i in range(row.size):
+        inner = F[3, i] + theta * (F[4, i] + rest * (F[5, i] + theta * F[6, i]))
+        row[i] = vectors[X_OLD, i] + theta * (F[0, i] + rest * (F[1, i] + theta * (F[2, i] + rest * inner)))
+
+
+@njit(error_model="numpy")
+def hand_out(times: Array, rows: Array, row: int, state: Array, vectors: Array, renormalise: IntArray) -> int:
+    """Number of rows written in all, after those whose times the steps have reached."""
+    t, t_old = state[head.T], state[head.T_OLD]
+    while row < rows.shape[0] and times[row] <= t:
+        if times[row] == t:
+            put(vectors[X], rows[row])
+        else:
+            interpolate((times[row] - t_old) / (t - t_old), vectors, rows[row])
+            normalise(rows[row], renormalise)
+        state[head.LAST_OUT] = times[row]
+        row += 1
+    return row
+
+
+_VECTOR, _TABLE = float64[::1], float64[:, ::1]
+_SPAN = types.UniTuple(float64, 3)
+_TOLERANCES = (float64, _VECTOR, float64)  # rtol, atol, max_step
+_KEPT = (_VECTOR, _TABLE, _TABLE, _TABLE)  # state, vectors, k, scratch
+_OUTPUT = (_VECTOR, _TABLE)  # times, rows
+_SIGNATURE = types.UniTuple(int64, 2)(
+    types.FunctionType(RATE), OWN, _SPAN, int64[::1], *_TOLERANCES, *_KEPT, *_OUTPUT, int64
+)
+
+
+@njit(_SIGNATURE, cache=True, nogil=True, error_model="numpy")
+def fill(
+    rate: Call,
+    own: Own,
+    span: Span,
+    renormalise: IntArray,
+    rtol: float,
+    atol: Array,
+    max_step: float,
+    state: Array,
+    vectors: Array,
+    k: Array,
+    scratch: Array,
+    times: Array,
+    rows: Array,
+    budget: int,
+) -> tuple[int, int]:
+    """How the call ended (FULL, END, PAUSE, STUCK) and the number of rows written, after at most `budget` trials.
+
+    `times` starts with the first output time not handed out yet and goes on beyond the last row asked for.
+    """
+    row = 0
+    x, y = vectors[X], scratch[Y]
+    while True:
+        row = hand_out(times, rows, row, state, vectors, renormalise)
+        t, wanted = state[head.T], min(state[head.H], max_step)
+        if row == rows.shape[0]:
+            return head.FULL, row
+        if t >= span[0]:
+            return head.END, row
+        if budget == 0:
+            return head.PAUSE, row
+        if wanted < head.TINY * abs(t) or wanted < head.TINIEST:
+            return head.STUCK, row
+        budget -= 1
+
+        h = cut(t, wanted, span[0])
+        put(vectors[K1], k[0])
+        error = trial(rate, own, span, t, h, x, k, scratch, rtol, atol)
+        state[head.EVALUATIONS] += 11
+        if not error <= 1.0:
+            reject(h, error, 12, x, k, scratch, rtol, atol, state)
+            continue
+        normalise(y, renormalise)
+        t_new = span[0] if h == span[0] - t else t + h
+        rate(clipped(t_new, span[1], span[2]), y, k[12], *own)
+        state[head.EVALUATIONS] += 1
+        if first_not_finite(k[12]) >= 0 or first_not_finite(y) >= 0:
+            reject(h, error, 13, x, k, scratch, rtol, atol, state)
+            continue
+
+        dense = times[row] < t_new
+        put(x, vectors[X_OLD])
+        if dense:
+            stages(rate, own, span, range(13, 16), t, h, vectors[X_OLD], k, scratch[E3])
+            state[head.EVALUATIONS] += 3
+        put(y, x)
+        put(k[12], vectors[K1])
+        if dense:
+            set_interpolant(h, k, vectors)
+        factor = SAFETY * error ** (0.2 * BETA - 1 / 8) * state[head.ERROR] ** BETA if error > 0.0 else GROW
+        accept(t_new, h, wanted, min(GROW, max(SHRINK, factor)), error, dense, state)

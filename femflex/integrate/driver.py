@@ -1,0 +1,204 @@
+"""The loop around a compiled method: smooth intervals, blocks of rows, bounded kernel calls, failure and interruption.
+
+A kernel is called for about 0.1 s at a time, so that Ctrl-C, progress and writing are served between two calls. What
+is cut where never changes a step: the resume array holds everything the method knows.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from time import perf_counter
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.integrate import resume as head
+from femflex.integrate.outcome import Block, IntegrationError, Interrupted, Solution, Steps, joined
+from femflex.integrate.protocol import Model, Progress
+
+Array = NDArray[np.float64]
+Span = tuple[float, float, float]  # end of the interval, and the limits of the times at which the model may be asked
+Fill = Callable[[Array, Array, Array, Array, Span, int], tuple[int, int]]  # state, vectors, times, rows, span, budget
+
+ROWS = 1024  # of a block
+BLOCK_SECONDS, CALL_SECONDS = 0.2, 0.1
+FIRST_BUDGET = 8  # trial steps of the first kernel call, before their cost is known
+
+
+@dataclass(frozen=True, eq=False)
+class Adaptive(ABC):
+    """Settings common to the adaptive methods, and the driver they share.
+
+    rtol      relative tolerance of a step's error [1]
+    atol      absolute tolerance, one number or (n_x,), in the units of x
+    max_step  largest step [s]
+    """
+
+    rtol: float = 1e-9
+    atol: float | Array = 1e-10
+    max_step: float = math.inf
+
+    name: ClassVar[str]
+    order: ClassVar[int]
+    number: ClassVar[int]  # of the method, written into its resume arrays
+    n_vectors: ClassVar[int]
+
+    def __post_init__(self) -> None:
+        if not self.rtol >= 0.0 or not np.all(np.asarray(self.atol, float) > 0.0):
+            raise ValueError(f"tolerances: rtol = {self.rtol} must not be negative, atol = {self.atol} be positive.")
+        if not self.max_step > 0.0:
+            raise ValueError(f"max_step = {self.max_step} must be positive.")
+
+    @abstractmethod
+    def restart(self, model: Model, vectors: Array, t: float, span: Span) -> tuple[float, int]:
+        """First step of a smooth interval and the number of model calls spent; sets what the method keeps beside x."""
+
+    @abstractmethod
+    def filler(self, model: Model) -> Fill:
+        """The compiled loop, bound to the model, this method's settings and scratch of its own."""
+
+    def absolute(self, n_x: int) -> Array:
+        """Absolute tolerance of every state, (n_x,)."""
+        return np.broadcast_to(np.asarray(self.atol, float), (n_x,)).copy()
+
+    def blocks(self, model: Model, times: Array, x0: Array, state: Array | None = None) -> Iterator[Block]:
+        """Blocks of the states at `times` (n_t,), ascending [s]; x0 (n_x,) is the state at times[0].
+
+        With `state` (the `resume` of an earlier block, of a run over the same times) the run goes on from there and
+        x0 is not used; times handed out before may be left out or left in. The rows are those of an uninterrupted
+        run, bit for bit. On Ctrl-C the rows so far come as one last block before KeyboardInterrupt is raised.
+        """
+        times, x0 = checked(times, x0, model.n_x)
+        breaks = np.unique(np.asarray(model.breaks, float))
+        resume = self._begin(model, times, x0, breaks) if state is None else self._continued(model, times, state)
+        return self._blocks(model, times[times > resume[head.LAST_OUT]], breaks, resume)
+
+    def solve(
+        self, model: Model, times: Array, x0: Array, progress: Progress | None = None, state: Array | None = None
+    ) -> Solution:
+        """All states at `times`; `progress(t)` is called after each block, and a true answer from it stops the run.
+
+        Raises IntegrationError, or Interrupted on Ctrl-C; both carry what was computed.
+        """
+        return collected(self.blocks(model, times, x0, state), progress, model.n_x)
+
+    def _begin(self, model: Model, times: Array, x0: Array, breaks: Array) -> Array:
+        resume = np.zeros(head.HEAD + self.n_vectors * model.n_x)
+        resume[head.METHOD], resume[head.N_X] = self.number, model.n_x
+        resume[head.T], resume[head.T_OLD], resume[head.LAST_OUT] = times[0], times[0], -math.inf
+        resume[head.ERROR], resume[head.SMALLEST] = 1e-4, math.inf
+        resume[head.HEAD : head.HEAD + model.n_x] = x0
+        self._restart(model, resume, interval(times[0], times[-1], breaks))
+        return resume
+
+    def _restart(self, model: Model, resume: Array, span: Span) -> None:
+        vectors = resume[head.HEAD :].reshape(self.n_vectors, -1)
+        h, calls = self.restart(model, vectors, resume[head.T], span)
+        resume[head.H], resume[head.ERROR], resume[head.REJECTED_LAST] = min(h, self.max_step), 1e-4, 0.0
+        resume[head.EVALUATIONS] += calls
+
+    def _continued(self, model: Model, times: Array, state: Array) -> Array:
+        resume = np.array(state, float)
+        expected = (float(self.number), float(model.n_x), head.HEAD + self.n_vectors * model.n_x)
+        if resume.size < head.HEAD or (resume[head.METHOD], resume[head.N_X], resume.size) != expected:
+            raise ValueError(
+                f"the stored state ({resume.size} numbers) was not written by {self.name!r} for {model.n_x} states. "
+                "Resume with the method and the model of the first part, or start anew."
+            )
+        ahead = times[times > resume[head.LAST_OUT]]
+        if ahead.size and ahead[0] < resume[head.T] and resume[head.DENSE] == 0.0:
+            raise ValueError(
+                f"the stored state can give no rows before t = {resume[head.T]:.9g} s, but the first time asked for is "
+                f"{ahead[0]:.9g} s. Resume with the output times of the first part."
+            )
+        return resume
+
+    def _blocks(self, model: Model, todo: Array, breaks: Array, resume: Array) -> Iterator[Block]:
+        fill, budget = self.filler(model), FIRST_BUDGET
+        vectors = resume[head.HEAD :].reshape(self.n_vectors, -1)
+        while todo.size:
+            rows = np.empty((min(ROWS, todo.size), model.n_x))
+            kept, status = (0, resume.copy()), head.PAUSE  # what stands when a call is interrupted
+            stop_at = perf_counter() + BLOCK_SECONDS
+            try:
+                while kept[0] < len(rows) and status != head.STUCK and perf_counter() < stop_at:
+                    span = interval(resume[head.T], todo[-1], breaks)
+                    count, called = kept[0], perf_counter()
+                    status, written = fill(resume, vectors, todo[count:], rows[count:], span, budget)
+                    if status == head.PAUSE:
+                        budget = adapted(budget, perf_counter() - called)
+                    elif status == head.END:
+                        self._restart(model, resume, interval(resume[head.T], todo[-1], breaks))
+                    kept = count + written, resume.copy()
+            except KeyboardInterrupt:
+                yield Block(todo[: kept[0]], rows[: kept[0]], kept[1])
+                raise
+            yield Block(todo[: kept[0]], rows[: kept[0]], kept[1])
+            if status == head.STUCK:
+                raise failure(self.name, resume, vectors[0])
+            todo = todo[kept[0] :]
+
+
+def interval(t: float, end: float, breaks: Array) -> Span:
+    """The smooth interval that begins at or holds t: its end, and the open limits set by the breaks around it."""
+    after = int(np.searchsorted(breaks, t, side="right"))
+    lo = np.nextafter(breaks[after - 1], math.inf) if after > 0 else -math.inf
+    if after == breaks.size:
+        return float(end), float(lo), math.inf
+    return float(min(end, breaks[after])), float(lo), float(np.nextafter(breaks[after], -math.inf))
+
+
+def adapted(budget: int, seconds: float) -> int:
+    """Trial steps for the next kernel call, so that it takes about CALL_SECONDS."""
+    return max(1, int(budget * min(8.0, CALL_SECONDS / max(seconds, 1e-9))))
+
+
+def checked(times: Array, x0: Array, n_x: int) -> tuple[Array, Array]:
+    """Output times and first state as contiguous arrays, or a ValueError that says what is wrong with them."""
+    times, x0 = np.ascontiguousarray(times, float), np.ascontiguousarray(x0, float)
+    if times.ndim != 1 or times.size == 0 or not np.all(np.isfinite(times)) or not np.all(np.diff(times) > 0.0):
+        raise ValueError("output times must be a list of at least one finite number, strictly ascending.")
+    if x0.shape != (n_x,):
+        raise ValueError(f"the first state has shape {x0.shape}; the model has {n_x} states.")
+    if not np.all(np.isfinite(x0)):
+        bad = int(np.argmin(np.isfinite(x0)))
+        raise ValueError(f"the first state is not finite: coordinate {bad} is {x0[bad]}.")
+    return times, x0
+
+
+def failure(name: str, resume: Array, x: Array) -> IntegrationError:
+    """The error that tells why the steps of method `name` shrank to nothing; it carries the last finite state."""
+    t, coordinate = float(resume[head.T]), int(resume[head.COORDINATE])
+    reason = {
+        head.NOT_FINITE: f"the motion is not finite beyond this: coordinate {coordinate} is the first to fail",
+        head.ERROR_TEST: f"no step is small enough to hold the error of coordinate {coordinate}",
+        head.NEWTON: f"Newton's iteration does not converge, coordinate {coordinate} least",
+    }[int(resume[head.CAUSE])]
+    message = f"{name} stopped at t = {t:.9g} s: {reason}. The state at this time is the last one kept."
+    steps = Steps.of(resume, ended=f"failed: {reason}")
+    return IntegrationError(message, np.array([t]), x.copy()[None, :], coordinate, steps)
+
+
+def collected(blocks: Iterator[Block], progress: Progress | None, n_x: int) -> Solution:
+    """The blocks of a run in one Solution; errors and interrupts carry the rows collected before them."""
+    kept: list[Block] = []
+    try:
+        for block in blocks:
+            kept.append(block)
+            if progress is not None and progress(block.t):
+                return joined(kept, "stopped", n_x)
+    except IntegrationError as error:
+        before = joined(kept, error.steps.ended, n_x)
+        new = slice(1, None) if before.times.size and before.times[-1] == error.t else slice(None)
+        error.states = np.concatenate([before.states, error.states[new]])
+        error.times = np.concatenate([before.times, error.times[new]])
+        raise
+    except KeyboardInterrupt as stop:
+        if not kept:
+            raise
+        raise Interrupted(joined(kept, "interrupted", n_x)) from stop
+    return joined(kept, "finished", n_x)

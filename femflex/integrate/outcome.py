@@ -1,0 +1,107 @@
+"""What comes out of an integration: blocks of rows, the state to resume from, statistics, and how it ended."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.integrate import resume as head
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Step statistics of a run, counted over all its parts if it was resumed.
+
+    accepted, rejected  steps; a rejected one failed its error test, its Newton iteration, or was not finite
+    evaluations         calls of the rate (explicit) or of the residual (implicit)
+    smallest, largest   accepted step sizes [s]; inf and 0 before the first
+    ended               "running", "finished", "stopped", "interrupted", or "failed: ..."
+    """
+
+    accepted: int
+    rejected: int
+    evaluations: int
+    smallest: float
+    largest: float
+    ended: str = "running"
+
+    @classmethod
+    def of(cls, resume: Array, ended: str = "running") -> Steps:
+        """Statistics kept in the head of a resume array."""
+        accepted, rejected, evaluations = (int(resume[i]) for i in (head.ACCEPTED, head.REJECTED, head.EVALUATIONS))
+        return cls(
+            accepted, rejected, evaluations, float(resume[head.SMALLEST]), float(resume[head.LARGEST]), ended=ended
+        )
+
+
+class Block(NamedTuple):
+    """Rows of a trajectory in order, and the state to resume from after them.
+
+    times   (n_rows,)      [s]; may be empty when a block's time ran out before the next output time
+    states  (n_rows, n_x)
+    resume  (n,)           the integrator's complete state, a plain array; hand it back as `state`
+    """
+
+    times: Array
+    states: Array
+    resume: Array
+
+    @property
+    def t(self) -> float:
+        """Time reached by the steps [s], at or after the last row."""
+        return float(self.resume[head.T])
+
+    @property
+    def steps(self) -> Steps:
+        """Statistics so far."""
+        return Steps.of(self.resume)
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A trajectory: times (n_t,), states (n_t, n_x), statistics, and the state to resume from."""
+
+    times: Array
+    states: Array
+    steps: Steps
+    resume: Array
+
+
+class IntegrationError(RuntimeError):
+    """The numerics failed; carries what was computed so that it can still be saved.
+
+    times, states  the rows not yet handed out, ending with the last finite state (on no output time in general);
+                   from `blocks` that is the last finite state alone, from `solve` the whole trajectory up to it
+    coordinate     index in x of the first coordinate that was not finite, or else of the one with the largest error
+    steps          statistics
+    """
+
+    def __init__(self, message: str, times: Array, states: Array, coordinate: int, steps: Steps) -> None:
+        super().__init__(message)
+        self.times, self.states, self.coordinate, self.steps = times, states, coordinate, steps
+
+    @property
+    def t(self) -> float:
+        """Time of the last finite state [s]."""
+        return float(self.times[-1])
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C, or an interrupt raised by a progress callback, during `solve`; `solution` is what was computed."""
+
+    def __init__(self, solution: Solution) -> None:
+        super().__init__(f"interrupted at t = {solution.resume[head.T]:.6g} s; {len(solution.times)} rows are kept")
+        self.solution = solution
+
+
+def joined(blocks: list[Block], ended: str, n_x: int) -> Solution:
+    """The solution made of consecutive blocks (at least one)."""
+    times = np.concatenate([np.empty(0), *(block.times for block in blocks)])
+    states = np.concatenate([np.empty((0, n_x)), *(block.states for block in blocks)])
+    last = blocks[-1].resume
+    return Solution(times, states, Steps.of(last, ended), last)

@@ -1,0 +1,137 @@
+"""What an integrator asks of a compiled model, and what everybody may ask of an integrator.
+
+All calls are first-class numba functions of ONE fixed signature each, so a kernel that takes them by
+`types.FunctionType` is compiled once, kept on disk, and serves every model. A model declares its functions with
+`@njit(RATE, cache=True)` and so on. With the compiler off they are plain Python functions of the same arguments.
+
+The trailing arguments `table, pool, work` are the model's own arrays. `work` is scratch: no call may rely on what an
+earlier one left there. Outputs are written in place, every entry.
+
+FIRST-ORDER CALL (every model)
+
+    RATE       rate(t, x, dxdt, table, pool, work)
+               dxdt = f(t, x), both (n_x,).
+
+SECOND-ORDER CALLS (models that offer the implicit methods). There x = (q, u) with q (n_q,) and u (n_u,),
+n_x = n_q + n_u; n_q may exceed n_u (Euler parameters). Quasi-coordinate increments are (n_u,), like u.
+
+    RESIDUAL   residual(t, q, u, udot, out, table, pool, work)
+               out = M(q, t) udot + h(q, u, t) - Q(q, u, t), (n_u,); zero along the motion.
+    SOLVE      solve(t, q, rhs, out, c_mass, c_damp, c_stiff, table, pool, work)
+               (c_mass M(q, t) + c_damp D + c_stiff K) out = rhs, both (n_u,). D and K: the linear dampers and
+               springs of modes and joints, in quasi-coordinates; an approximation of -dQ/du and -dQ/dq is enough
+               (it sets the speed of Newton's method, never the answer). rhs is not changed.
+    KINEMATIC  kinematic(t, q, u, qdot, table, pool, work)
+               qdot = N(q) u, (n_q,), linear in u.
+    ADVANCE    advance(q, increment, out, table, pool, work)
+               out = q o exp(increment), (n_q,): where q is after unit time at the constant quasi-velocity
+               `increment` (n_u,). Sums for ordinary coordinates, q * exp(rotation vector / 2) for Euler parameters.
+               out is never q itself.
+
+Stage values may carry Euler parameters that are off unit length by the size of the local error; the calls must not
+mind (normalise inside, or use formulas of degree zero).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numba import float64, int64, types
+from numpy.typing import NDArray
+
+from femflex.integrate.outcome import Block, Solution
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Own = tuple[IntArray, Array, Array]
+Call = Callable[..., Any]
+
+_VECTOR = float64[::1]
+_OWN = (int64[::1], _VECTOR, _VECTOR)  # table, pool, work
+
+RATE = types.void(float64, _VECTOR, _VECTOR, *_OWN)
+RESIDUAL = types.void(float64, _VECTOR, _VECTOR, _VECTOR, _VECTOR, *_OWN)
+SOLVE = types.void(float64, _VECTOR, _VECTOR, _VECTOR, float64, float64, float64, *_OWN)
+KINEMATIC = types.void(float64, _VECTOR, _VECTOR, _VECTOR, *_OWN)
+ADVANCE = types.void(_VECTOR, _VECTOR, _VECTOR, *_OWN)
+OWN = types.Tuple(_OWN)  # the three arrays as kernels take them
+
+
+class SecondOrder(Protocol):
+    """The second-order calls of a model with x = (q, u); they share the model's table, pool and work."""
+
+    @property
+    def n_q(self) -> int:
+        """Number of coordinates q."""
+    @property
+    def n_u(self) -> int:
+        """Number of quasi-velocities u."""
+    @property
+    def residual(self) -> Call:
+        """First-class function of signature RESIDUAL."""
+    @property
+    def solve(self) -> Call:
+        """First-class function of signature SOLVE."""
+    @property
+    def kinematic(self) -> Call:
+        """First-class function of signature KINEMATIC."""
+    @property
+    def advance(self) -> Call:
+        """First-class function of signature ADVANCE."""
+
+
+class Model(Protocol):
+    """A compiled model as seen from here: one call, its arrays, and where its motion is not smooth."""
+
+    @property
+    def n_x(self) -> int:
+        """Number of states."""
+    @property
+    def rate(self) -> Call:
+        """First-class function of signature RATE."""
+    @property
+    def table(self) -> IntArray:
+        """Integers of the model, passed to every call."""
+    @property
+    def pool(self) -> Array:
+        """Numbers of the model, passed to every call."""
+    @property
+    def work(self) -> Array:
+        """Scratch of the model, passed to every call."""
+    @property
+    def renormalise(self) -> IntArray:
+        """Positions in x where four Euler parameters start; they are brought to unit length after each step."""
+    @property
+    def breaks(self) -> Array:
+        """Ascending times where the rate or a derivative of it jumps (table knots, pulses); no step straddles one."""
+    @property
+    def second_order(self) -> SecondOrder | None:
+        """The second-order calls, or None if the model has only its rate."""
+
+
+Progress = Callable[[float], object]  # called with the time reached; a true answer stops the run
+
+
+@runtime_checkable
+class Integrator(Protocol):
+    """A method of solution: frozen settings, no memory of any run.
+
+    `blocks` is the working form: a generator of `Block(times, states, resume)`, each about 1024 rows or 0.2 s of
+    work, whichever is first (so a block may hold no row at all). Saving `resume` with the rows and handing it back as
+    `state` continues the run; `solve` collects the blocks.
+    """
+
+    @property
+    def name(self) -> str:
+        """Name in the register INTEGRATORS."""
+    @property
+    def order(self) -> int:
+        """Order of the global error in the step size."""
+    def blocks(self, model: Model, times: Array, x0: Array, state: Array | None = None) -> Iterator[Block]:
+        """Blocks of the states at `times` (n_t,), ascending; x0 is the state at times[0]."""
+    def solve(
+        self, model: Model, times: Array, x0: Array, progress: Progress | None = None, state: Array | None = None
+    ) -> Solution:
+        """All states at `times` in one object."""

@@ -1,0 +1,161 @@
+"""The cell types femflex understands, in meshio's names and node order (the order of VTK).
+
+Every type is told by the positions of its nodes on the unit cell and the monomials its shape functions are made of;
+interpolation, subdivision, generators and quality all follow from these two tables.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class CellType:
+    """One cell type on its unit cell: [0, 1]^d, the unit simplex, or triangle x line.
+
+    nodes      (n, d)  positions of the nodes, corners first
+    exponents  (n, d)  monomials x^a y^b z^c spanned by the shape functions
+    corner     name of the cell with the same corners and no further nodes
+    """
+
+    name: str
+    shape: str
+    order: int
+    nodes: Array
+    exponents: Index
+    corner: str
+
+    @property
+    def dimension(self) -> int:
+        """Dimension of the cell: 0 a point, 1 a line, 2 a surface, 3 a solid."""
+        return int(self.nodes.shape[1])
+
+    @property
+    def n_corners(self) -> int:
+        """Number of corner nodes; they come first."""
+        return CORNERS[self.shape]
+
+    @cached_property
+    def _coefficients(self) -> Array:
+        return np.asarray(np.linalg.inv(_monomials(self.nodes, self.exponents)), np.float64)
+
+    def interpolation(self, positions: Array) -> Array:
+        """Shape functions (k, n) at positions (k, d) of the unit cell."""
+        return np.asarray(_monomials(positions, self.exponents) @ self._coefficients, np.float64)
+
+    def gradients(self, positions: Array) -> Array:
+        """Derivatives (k, n, d) of the shape functions along the unit cell's axes at positions (k, d)."""
+        parts = []
+        for axis in range(self.dimension):
+            power = self.exponents[:, axis]
+            lowered = self.exponents.copy()
+            lowered[:, axis] = np.maximum(power - 1, 0)
+            parts.append((_monomials(positions, lowered) * power) @ self._coefficients)
+        return np.stack(parts, axis=-1)
+
+    @property
+    def ideal(self) -> Array:
+        """Jacobian (d, d) of the cell with equal edges."""
+        return IDEAL[self.shape]
+
+
+def _monomials(positions: Array, exponents: Index) -> Array:
+    return np.asarray(np.prod(positions[:, None, :] ** exponents[None], axis=2))
+
+
+CORNERS = {"point": 1, "line": 2, "triangle": 3, "quad": 4, "tetra": 4, "hexahedron": 8, "wedge": 6}
+_S3, _S6 = np.sqrt(3) / 2, np.sqrt(6) / 3
+IDEAL: dict[str, Array] = {
+    "point": np.eye(0),
+    "line": np.eye(1),
+    "triangle": np.array([[1, 0.5], [0, _S3]]),
+    "quad": np.eye(2),
+    "tetra": np.array([[1, 0.5, 0.5], [0, _S3, _S3 / 3], [0, 0, _S6]]),
+    "hexahedron": np.eye(3),
+    "wedge": np.array([[1, 0.5, 0], [0, _S3, 0], [0, 0, 1]]),
+}
+
+# Corners on the unit cell, then edges and faces in VTK's order by their corner numbers.
+_SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
+_CORNERS: dict[str, list[tuple[int, ...]]] = {
+    "point": [()],
+    "line": [(0,), (1,)],
+    "triangle": [(0, 0), (1, 0), (0, 1)],
+    "quad": [*_SQUARE],
+    "tetra": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
+    "hexahedron": [(*xy, z) for z in (0, 1) for xy in _SQUARE],
+    "wedge": [(*xy, z) for z in (0, 1) for xy in ((0, 0), (1, 0), (0, 1))],
+}
+EDGES: dict[str, list[tuple[int, int]]] = {
+    "point": [],
+    "line": [(0, 1)],
+    "triangle": [(0, 1), (1, 2), (2, 0)],
+    "quad": [(0, 1), (1, 2), (2, 3), (3, 0)],
+    "tetra": [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)],
+    "hexahedron": [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)],
+    "wedge": [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)],
+}
+_QUAD_FACES: dict[str, list[tuple[int, ...]]] = {
+    "quad": [(0, 1, 2, 3)],
+    "hexahedron": [(0, 3, 4, 7), (1, 2, 5, 6), (0, 1, 4, 5), (2, 3, 6, 7), (0, 1, 2, 3), (4, 5, 6, 7), tuple(range(8))],
+    "wedge": [(0, 1, 3, 4), (1, 2, 4, 5), (2, 0, 5, 3)],
+}
+
+
+def _exponents(shape: str, order: int, serendipity: bool) -> Index:
+    """Monomials of full tensor or total degree; serendipity keeps those of superlinear degree <= 2."""
+    dimension = len(_CORNERS[shape][0])
+    every = np.array(list(product(range(order + 1), repeat=dimension)), np.int64)
+    keep = np.ones(len(every), bool)
+    if shape in ("triangle", "tetra"):
+        keep = every.sum(axis=1) <= order
+    elif shape == "wedge":
+        keep = every[:, :2].sum(axis=1) <= order
+        if serendipity:  # 15 nodes: no middle nodes on the quadrilateral faces, so z^2 goes with 1, x, y only
+            keep &= (every[:, 2] < 2) | (every[:, :2].sum(axis=1) < 2)
+    elif serendipity:
+        keep = np.where(every >= 2, every, 0).sum(axis=1) <= 2
+    return every[keep]
+
+
+def _cell_type(name: str, shape: str, order: int, faces: bool = False) -> CellType:
+    corners = np.array(_CORNERS[shape], float)
+    nodes = list(corners)
+    if order == 2:
+        nodes += [corners[list(edge)].mean(axis=0) for edge in EDGES[shape]]
+        if faces:
+            nodes += [corners[list(face)].mean(axis=0) for face in _QUAD_FACES.get(shape, [])]
+    serendipity = order == 2 and not faces and shape in ("quad", "hexahedron", "wedge")
+    corner = "vertex" if shape == "point" else shape
+    return CellType(name, shape, order, np.array(nodes), _exponents(shape, order, serendipity), corner)
+
+
+CELL_TYPES: dict[str, CellType] = {
+    cell.name: cell
+    for cell in (
+        _cell_type("vertex", "point", 1),
+        _cell_type("line", "line", 1),
+        _cell_type("line3", "line", 2),
+        _cell_type("triangle", "triangle", 1),
+        _cell_type("triangle6", "triangle", 2),
+        _cell_type("quad", "quad", 1),
+        _cell_type("quad8", "quad", 2),
+        _cell_type("quad9", "quad", 2, faces=True),
+        _cell_type("tetra", "tetra", 1),
+        _cell_type("tetra10", "tetra", 2),
+        _cell_type("hexahedron", "hexahedron", 1),
+        _cell_type("hexahedron20", "hexahedron", 2),
+        _cell_type("hexahedron27", "hexahedron", 2, faces=True),
+        _cell_type("wedge", "wedge", 1),
+        _cell_type("wedge15", "wedge", 2),
+        _cell_type("wedge18", "wedge", 2, faces=True),
+    )
+}

@@ -1,0 +1,90 @@
+"""What is wrong with a mesh before any mechanics: cells without size, inside-out solids, points that hold nothing."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.merge import coincident, unused
+from femflex.mesh.mesh import Mesh
+from femflex.mesh.quality import qualities, sizes
+from femflex.warning import PhysicsWarning
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+COINCIDENT = 1e-9  # of the mesh's extent: points closer than this are taken for one point written twice
+FLAT = 1e-12  # length, area or volume below this times the longest edge to that power counts as zero
+
+
+def check(mesh: Mesh, source: str = "the mesh") -> None:
+    """Raise ValueError for cells that have no size or are turned inside out; warn of loose and coincident points."""
+    problems = [*_degenerate(mesh), *_inverted(mesh)]
+    if problems:
+        raise ValueError(f"{source}: " + " ".join(problems))
+    for text in (_loose(mesh), _coincident(mesh)):
+        if text:
+            warnings.warn(f"{source}: {text}", PhysicsWarning, stacklevel=3)
+
+
+def _degenerate(mesh: Mesh) -> list[str]:
+    problems = []
+    for cell, nodes in mesh.cells.items():
+        kind = CELL_TYPES[cell]
+        corners = mesh.points[nodes[:, : kind.n_corners]]
+        longest = np.linalg.norm(corners - corners[:, :1], axis=2).max(axis=1)
+        flat = np.abs(sizes(mesh.points, cell, nodes)) <= FLAT * longest**kind.dimension
+        if kind.dimension and flat.any():
+            first = int(np.argmax(flat))
+            what = ("", "length", "area", "volume")[kind.dimension]
+            problems.append(
+                f"{int(flat.sum())} of {len(nodes)} cells of type {cell} have no {what}, the first is number {first} "
+                f"at {_at(corners[first].mean(axis=0))}; remove them or move their nodes apart."
+            )
+    return problems
+
+
+def _inverted(mesh: Mesh) -> list[str]:
+    problems = []
+    for cell, nodes in mesh.cells.items():
+        if CELL_TYPES[cell].dimension < 2:
+            continue
+        bad = np.flatnonzero(qualities(mesh.points, cell, nodes) < 0)
+        if len(bad):
+            problems.append(
+                f"{len(bad)} of {len(nodes)} cells of type {cell} are folded or turned inside out, the first is number "
+                f"{bad[0]} at {_at(mesh.points[nodes[bad[0]]].mean(axis=0))}; mesh again or correct their node order."
+            )
+    return problems
+
+
+def _loose(mesh: Mesh) -> str:
+    free = unused(mesh)
+    if not len(free):
+        return ""
+    groups = sorted(group for group, rows in mesh.point_groups.items() if np.isin(rows, free).any())
+    where = f"; some are in the point groups {groups}" if groups else ""
+    return (
+        f"{len(free)} of {len(mesh.points)} points belong to no cell{where}. They carry nothing and can hold nothing; "
+        "connect them, or take them out of the mesh."
+    )
+
+
+def _coincident(mesh: Mesh) -> str:
+    extent = float(np.linalg.norm(np.ptp(mesh.points, axis=0))) if len(mesh.points) else 0.0
+    pairs = coincident(mesh.points, COINCIDENT * extent)
+    if not len(pairs):
+        return ""
+    at = mesh.points[pairs[0, 0]]
+    return (
+        f"{len(pairs)} pairs of points lie within {COINCIDENT * extent:.3g} m (the mesh is {extent:.6g} m across); "
+        f"the first is {pairs[0].tolist()} at {_at(at)}. The parts are not joined there; fuse them with "
+        "mesh.merged(..., tolerance) or in the mesher if they should be."
+    )
+
+
+def _at(position: Array) -> str:
+    return "(" + ", ".join(f"{x:.6g}" for x in position) + ") m"

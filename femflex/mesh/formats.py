@@ -1,0 +1,93 @@
+"""The register of mesh file formats, and the one door to meshio.
+
+A new format is one new file: a function that reads Contents and one that writes a Mesh, registered under its suffixes.
+meshio prints its complaints and may end the process; both are turned into sentences here.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from femflex.mesh.contents import Contents
+from femflex.mesh.mesh import Mesh
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class WriteOptions:
+    """What a writer may be told: binary or text, and the version of the format (None: the newest)."""
+
+    binary: bool = True
+    version: str | None = None
+
+
+Reader = Callable[[Path], Contents]
+Writer = Callable[[Path, Mesh, WriteOptions], None]
+
+
+@dataclass(frozen=True)
+class Format:
+    """Name for messages, reader and writer of one format."""
+
+    name: str
+    read: Reader
+    write: Writer
+
+
+FORMATS: dict[str, Format] = {}  # by suffix
+
+
+def register(name: str, suffixes: tuple[str, ...], read: Reader, write: Writer) -> None:
+    """Make a format known under its suffixes."""
+    for suffix in suffixes:
+        FORMATS[suffix] = Format(name, read, write)
+
+
+def format_of(path: Path) -> Format:
+    """Format by the suffix of a path."""
+    try:
+        return FORMATS[path.suffix.lower()]
+    except KeyError:
+        known = ", ".join(f"{suffix} ({FORMATS[suffix].name})" for suffix in sorted(FORMATS))
+        raise ValueError(
+            f"{path.name}: {path.suffix or 'no suffix'} is not a known mesh format; known are {known}."
+        ) from None
+
+
+def load_meshio() -> Any:
+    """The module meshio, loaded when first needed, with the cell types its tables lack."""
+    import meshio
+
+    meshio._mesh.topological_dimension.update(wedge15=3, pyramid13=3)
+    for cell, code in (("quad9", "QU9"), ("hexahedron27", "H27"), ("wedge18", "P18")):
+        meshio.med._med.meshio_to_med_type[cell] = code
+        meshio.med._med.med_to_meshio_type[code] = cell
+    return meshio
+
+
+@contextlib.contextmanager
+def meshio_speaking(path: Path, name: str, verb: str = "read", hint: str = "") -> Iterator[io.StringIO]:
+    """Context in which meshio is called, giving what it printed: that is logged, what it raises becomes a sentence."""
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            yield said
+    except (Exception, SystemExit) as error:
+        detail = " ".join(f"{type(error).__name__} {error} {said.getvalue()}".split())
+        advice = (
+            hint
+            or {
+                "read": "The file may be cut short or of another format; write it again from its source.",
+                "written": "Another format may hold it: .msh, .vtu.",
+            }[verb]
+        )
+        raise ValueError(f"{path.name} could not be {verb} as {name}: {detail}. {advice}") from error
+    if said.getvalue().strip():
+        log.info("meshio on %s: %s", path.name, " ".join(said.getvalue().split()))

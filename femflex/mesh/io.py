@@ -1,0 +1,56 @@
+"""Reading and writing mesh files; every format keeps groups by its own means."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from femflex.mesh import io_abaqus, io_gmsh, io_med, io_nastran, io_vtk
+from femflex.mesh.check import check
+from femflex.mesh.contents import renamed, to_mesh, without_vertices
+from femflex.mesh.formats import WriteOptions, format_of
+from femflex.mesh.mesh import Mesh
+
+__all__ = ["io_abaqus", "io_gmsh", "io_med", "io_nastran", "io_vtk", "read_mesh", "write_mesh"]
+
+
+def read_mesh(path: str | Path, groups: Mapping[str, str] | None = None) -> Mesh:
+    """Mesh of a file, by its suffix: .msh, .bdf/.nas/.dat, .inp, .vtu, .vtk or .med.
+
+    groups renames, {wanted name: name in the file}; for Nastran the file's names are "PID 1", "SET 4" and the like.
+    Elements and points without meaning are left out and said; the mesh is checked (see check.py).
+    """
+    path = Path(path)
+    kind = format_of(path)
+    if not path.is_file():
+        near = sorted(p.name for p in path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
+        raise ValueError(f"mesh file {path} does not exist; {path.parent} holds {near or 'no such files'}.")
+    try:
+        contents = kind.read(path)
+    except (ValueError, LookupError, StopIteration, OSError) as error:
+        if path.name in str(error):
+            raise
+        raise ValueError(f"{path.name} could not be read as {kind.name}: {error or type(error).__name__}.") from error
+    mesh = renamed(to_mesh(contents, path.name), groups, contents.titles, path.name)
+    check(mesh, path.name)
+    return mesh
+
+
+def write_mesh(path: str | Path, mesh: Mesh, *, binary: bool = True, version: str | None = None) -> None:
+    """Write a mesh with its groups to a file, by its suffix; an existing file is replaced when all is written.
+
+    binary   False: text, where the format has both (.msh, .vtk, .vtu)
+    version  of the format: "4.1" or "2.2" for .msh; None: the newest
+    """
+    path = Path(path)
+    kind = format_of(path)
+    if not mesh.cells:
+        raise ValueError(f"a mesh without cells cannot be written to {path.name}.")
+    if not path.parent.is_dir():
+        raise ValueError(f"{path.name} cannot be written: the folder {path.parent} does not exist.")
+    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".femflex-") as folder:
+        draft = Path(folder) / path.name
+        kind.write(draft, without_vertices(mesh), WriteOptions(binary, version))
+        os.replace(draft, path)

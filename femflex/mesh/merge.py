@@ -1,0 +1,71 @@
+"""Joining meshes, fusing coincident points, leaving out unused ones."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.mesh.mesh import CellGroup, Mesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+def merged(first: Mesh, second: Mesh) -> Mesh:
+    """Both meshes side by side: points and cells of the second after those of the first, equal groups united."""
+    shift = len(first.points)
+    cells = dict(first.cells)
+    for name, rows in second.cells.items():
+        cells[name] = np.concatenate([cells[name], rows + shift]) if name in cells else rows + shift
+    cell_groups: dict[str, CellGroup] = {g: dict(by_type) for g, by_type in first.cell_groups.items()}
+    for group, by_type in second.cell_groups.items():
+        into = cell_groups.setdefault(group, {})
+        for name, rows in by_type.items():
+            moved = rows + len(first.cells.get(name, ()))
+            into[name] = np.concatenate([into[name], moved]) if name in into else moved
+    point_groups = dict(first.point_groups)
+    for group, rows in second.point_groups.items():
+        point_groups[group] = np.concatenate([point_groups.get(group, rows[:0]), rows + shift])
+    return Mesh(np.concatenate([first.points, second.points]), cells, cell_groups, point_groups)
+
+
+def fused(mesh: Mesh, tolerance: float) -> Mesh:
+    """The mesh with points closer than tolerance [m] made one (the first of each cluster is kept)."""
+    pairs = coincident(mesh.points, tolerance)
+    number = np.arange(len(mesh.points))
+    for low, high in pairs[np.lexsort(pairs.T[::-1])]:
+        number[high] = min(number[high], number[low])
+    return _renumbered(mesh, number)
+
+
+def coincident(points: Array, tolerance: float) -> Index:
+    """Pairs (k, 2) of points closer than tolerance [m], lower index first."""
+    from scipy.spatial import cKDTree
+
+    pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray") if len(points) else np.empty((0, 2))
+    return np.asarray(pairs, np.int64)
+
+
+def unused(mesh: Mesh) -> Index:
+    """Points that belong to no cell."""
+    free = np.ones(len(mesh.points), bool)
+    for rows in mesh.cells.values():
+        free[rows] = False
+    return np.flatnonzero(free)
+
+
+def compacted(mesh: Mesh) -> Mesh:
+    """The mesh without points that belong to no cell and no point group."""
+    number = np.arange(len(mesh.points))
+    loose = np.setdiff1d(unused(mesh), np.concatenate([number[:0], *mesh.point_groups.values()]))
+    number[loose] = -1
+    return _renumbered(mesh, number) if len(loose) else mesh
+
+
+def _renumbered(mesh: Mesh, representative: Index) -> Mesh:
+    """The mesh on the points that represent themselves; -1 where a point goes without replacement."""
+    keep = representative == np.arange(len(representative))
+    new = np.where(representative >= 0, (np.cumsum(keep) - 1)[representative], -1)
+    cells = {name: new[rows] for name, rows in mesh.cells.items()}
+    point_groups = {group: new[rows] for group, rows in mesh.point_groups.items()}
+    return Mesh(mesh.points[keep], cells, mesh.cell_groups, point_groups)

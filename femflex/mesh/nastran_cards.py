@@ -1,0 +1,133 @@
+"""Nastran bulk data as cards: free, small and large fields, continuations, includes; case-control SETs and names."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+NAME = "Nastran bulk data"
+WIDTH = {False: 8, True: 16}  # columns of a data field, small and large
+
+
+@dataclass
+class Deck:
+    """Cards (name, fields), SETs of case control by number, and names told in comments by what they name."""
+
+    cards: list[tuple[str, list[str]]] = field(default_factory=list)
+    sets: dict[int, list[int]] = field(default_factory=dict)
+    set_names: dict[int, tuple[str, str]] = field(default_factory=dict)  # number -> (1 nodes | 2 elements, name)
+    property_names: dict[int, str] = field(default_factory=dict)
+    by_gmsh: bool = False  # Gmsh puts the middle node of a second-order line where CBAR has its orientation point
+
+
+def read_deck(path: Path) -> Deck:
+    """Deck of a file; without BEGIN BULK all of it is bulk data."""
+    lines = list(_lines(path, 0))
+    deck = Deck()
+    for line in lines:
+        if line.startswith("$"):
+            _comment(line, deck)
+    text = [line.split("$")[0].expandtabs(8).rstrip() for line in lines]
+    begin = next((k for k, line in enumerate(text) if re.match(r"\s*BEGIN\s+BULK", line, re.I)), None)
+    rest = _case_control(text if begin is None else text[:begin], deck)
+    deck.cards = list(_cards(rest if begin is None else text[begin + 1 :]))
+    return deck
+
+
+def expanded(words: list[str]) -> list[int]:
+    """Numbers of a list such as 1, 3, THRU, 7, BY, 2."""
+    numbers: list[int] = []
+    rest = [word.upper() for word in reversed(words) if word]
+    while rest:
+        word = rest.pop()
+        if word == "EXCEPT":
+            without = set(expanded(rest[::-1]))
+            return [number for number in numbers if number not in without]
+        if word != "THRU":
+            numbers.append(int(word))
+            continue
+        last, step = int(rest.pop()), 1
+        if rest and rest[-1] == "BY":
+            rest.pop()
+            step = int(rest.pop())
+        numbers += range(numbers[-1] + step, last + 1, step)
+    return numbers
+
+
+def _lines(path: Path, depth: int) -> Iterator[str]:
+    """Lines of a file with those it includes."""
+    if not path.is_file():
+        raise ValueError(f"{path} is included in a Nastran deck but does not exist.")
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+        found = re.match(r"\s*INCLUDE\s+['\"]?([^'\"]+)['\"]?\s*$", line, re.I)
+        if found and depth < 10:
+            yield from _lines(path.parent / found[1].strip(), depth + 1)
+        else:
+            yield line
+
+
+def _comment(line: str, deck: Deck) -> None:
+    """Names as HyperMesh ($HMNAME PROP, $HMSET) and Femap write them."""
+    if found := re.match(r'\$HMSET\s+(\d+)\s+([12])\s+"(.*)"', line):
+        deck.set_names[int(found[1])] = (found[2], found[3])
+    elif found := re.match(r'\$HMNAME PROP\s+(\d+)\s*"(.*)"', line) or re.match(
+        r"\$ Femap.* Property (\d+) : (.*\S)", line
+    ):
+        deck.property_names[int(found[1])] = found[2]
+    elif line.startswith("$ Created by Gmsh"):
+        deck.by_gmsh = True
+
+
+def _case_control(lines: list[str], deck: Deck) -> list[str]:
+    """Take the SETs out of case control (a comma at the end continues them); the other lines."""
+    rest, k = [], 0
+    while k < len(lines):
+        found = re.match(r"\s*SET\s+(\d+)\s*=\s*(.*)$", lines[k], re.I)
+        if not found:
+            rest.append(lines[k])
+            k += 1
+            continue
+        text = found[2]
+        while text.rstrip().endswith(",") and k + 1 < len(lines):
+            k += 1
+            text += lines[k]
+        words = text.replace(",", " ").split()
+        if all(re.fullmatch(r"\d+|THRU|BY|EXCEPT", word, re.I) for word in words):  # not ALL, not real numbers
+            deck.sets[int(found[1])] = expanded(words)
+        k += 1
+    return rest
+
+
+def _cards(lines: list[str]) -> Iterator[tuple[str, list[str]]]:
+    name, fields = "", list[str]()
+    for line in lines:
+        if not line.strip():
+            continue
+        if re.match(r"\s*ENDDATA", line, re.I):
+            break
+        first, data = _fields(line)
+        if first == "" or first[0] in "+*":  # continuation
+            fields += data
+            continue
+        if name:
+            yield name, fields
+        name, fields = first.rstrip("*").upper(), data
+    if name:
+        yield name, fields
+
+
+def _fields(line: str) -> tuple[str, list[str]]:
+    """First field and the data fields of one line, padded to a full line: 8 of them, 4 when large."""
+    if "," in line:
+        words = [word.strip() for word in line.split(",")]
+        first, words = words[0], words[1:]
+        size = 4 if "*" in first else 8
+        if len(words) == size + 1 and (words[-1] == "" or words[-1][0] in "+*"):
+            words = words[:-1]  # mark of the continuation
+    else:
+        first, large = line[:8].strip(), "*" in line[:8]
+        size, width = (4, WIDTH[True]) if large else (8, WIDTH[False])
+        words = [line[8 + k * width : 8 + (k + 1) * width].strip() for k in range(size)]
+    return first, words + [""] * (size - len(words))

@@ -1,0 +1,136 @@
+"""Writing Nastran bulk data: GRIDs, elements with property ids, SETs, and their names in comments."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.mesh.formats import WriteOptions, load_meshio, meshio_speaking
+from femflex.mesh.membership import classes
+from femflex.mesh.mesh import Mesh
+from femflex.mesh.nastran_cards import NAME
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+WRITTEN = {
+    "line": "CBAR",
+    "triangle": "CTRIA3",
+    "quad": "CQUAD4",
+    "triangle6": "CTRIA6",
+    "quad8": "CQUAD8",
+    "tetra": "CTETRA",
+    "tetra10": "CTETRA",
+    "wedge": "CPENTA",
+    "wedge15": "CPENTA",
+    "hexahedron": "CHEXA",
+    "hexahedron20": "CHEXA",
+}
+SET_LINE = 60  # columns of a SET line; case control allows 72
+
+
+def write(path: Path, mesh: Mesh, options: WriteOptions) -> None:
+    """Write a deck of GRIDs, elements and SETs, with names in comments; no properties or materials."""
+    unknown = sorted(set(mesh.cells) - set(WRITTEN))
+    if unknown:
+        raise ValueError(f"Nastran has no element for cells of type {unknown}; write {path.stem}.msh or .vtu instead.")
+    bad = [name for name in mesh.groups if '"' in name or "\n" in name or not name]
+    if bad:
+        raise ValueError(f"group names {bad} cannot stand in a Nastran comment; rename them.")
+    pids, names, by_set = _property_ids(mesh)
+    comments = [f'$HMNAME PROP {pid:15d}"{name}"' for pid, name in names.items()]
+    number, sets = 0, list[str]()
+    first = dict(zip(mesh.cells, np.cumsum([1, *map(len, mesh.cells.values())]), strict=False))
+    members = [("1", g, rows + 1) for g, rows in mesh.point_groups.items()]
+    for group in by_set:
+        by_type = mesh.cell_groups[group]
+        members.append(("2", group, np.concatenate([rows + first[cell] for cell, rows in by_type.items()])))
+    for kind, group, numbers in members:
+        number += 1
+        comments.append(f'$HMSET {number:8d} {kind:>8} "{group}"')
+        sets += _set_lines(number, numbers)
+    bulk = [*_grid_lines(mesh.points), *_element_lines(mesh, pids, path)]
+    path.write_text("\n".join(["CEND", *comments, *sets, "BEGIN BULK", *bulk, "ENDDATA", ""]), encoding="utf-8")
+
+
+def _property_ids(mesh: Mesh) -> tuple[dict[str, Index], dict[int, str], list[str]]:
+    """Property id of every cell by type, name of every id ("" for cells in no group), and groups that need a SET.
+
+    Cells with the same groups share an id. A group whose cells all have one id gives it its name; groups of several
+    ids, and further groups of the same cells, are told as SETs.
+    """
+    pids = {cell: np.zeros(len(nodes), np.int64) for cell, nodes in mesh.cells.items()}
+    kinds: dict[tuple[str, ...], int] = {}
+    for cell, nodes in mesh.cells.items():
+        mine = {group: by_type[cell] for group, by_type in mesh.cell_groups.items() if cell in by_type}
+        for kind, rows in classes(mine, len(nodes)):
+            pids[cell][rows] = kinds.setdefault(kind, len(kinds) + 1)
+    names, by_set = dict.fromkeys(kinds.values(), ""), list[str]()
+    for group, by_type in mesh.cell_groups.items():
+        inside = [pid for kind, pid in kinds.items() if group in kind]
+        if len(inside) == 1 and not names[inside[0]]:
+            names[inside[0]] = group
+        elif by_type:
+            by_set.append(group)
+    return pids, names, by_set
+
+
+def _set_lines(number: int, members: Index) -> list[str]:
+    """Lines of SET number = ..., runs shortened by THRU."""
+    ordered = np.unique(members)
+    words = []
+    for run in np.split(ordered, np.flatnonzero(np.diff(ordered) != 1) + 1):
+        words += [f"{run[0]} THRU {run[-1]}"] if len(run) > 2 else [str(n) for n in run]
+    lines, line = [], f"SET {number} = "
+    for k, word in enumerate(words):
+        if len(line) + len(word) > SET_LINE:
+            lines.append(line.rstrip())
+            line = " "
+        line += word + (", " if k + 1 < len(words) else "")
+    return [*lines, line.rstrip()]
+
+
+def _grid_lines(points: Array) -> list[str]:
+    lines = []
+    for k, (x, y, z) in enumerate(points):
+        lines.append(f"GRID*   {k + 1:16d}{'':16}{_field(x):>16}{_field(y):>16}*")
+        lines.append(f"*       {_field(z):>16}")
+    return lines
+
+
+def _field(value: float) -> str:
+    """The value in at most 16 columns with as many digits as fit, always with a point."""
+    for digits in range(17, 8, -1):
+        text = f"{value:.{digits}g}"
+        if "e" in text:
+            mantissa, exponent = text.split("e")
+            text = f"{mantissa}{'' if '.' in mantissa else '.'}E{int(exponent):+d}"
+        elif "." not in text:
+            text += "."
+        if len(text) <= 16:
+            return text
+    raise AssertionError(value)  # 9 digits always fit
+
+
+def _element_lines(mesh: Mesh, pids: dict[str, Index], path: Path) -> list[str]:
+    """Element cards as meshio writes them; its GRID cards are dropped."""
+    cells = [(cell, nodes) for cell, nodes in mesh.cells.items()]
+    raw = load_meshio().Mesh(
+        np.zeros((len(mesh.points), 3)), cells, cell_data={"nastran:ref": [pids[cell] for cell in mesh.cells]}
+    )
+    text = io.StringIO()
+    with meshio_speaking(path, NAME, "written"):
+        load_meshio().nastran.write(text, raw, point_format="fixed-small", cell_format="fixed-small")
+    return [
+        _named(line)
+        for line in text.getvalue().splitlines()
+        if line[:4] not in ("GRID", "BEGI", "ENDD") and line[0] != "$"
+    ]
+
+
+def _named(line: str) -> str:
+    """meshio's invented names of second-order solids (CHEXA_) as Nastran calls them."""
+    return line.replace("_", " ", 1) if line[:8].rstrip().endswith("_") else line

@@ -1,0 +1,167 @@
+"""Uniform subdivision: every cell in two along each edge, groups kept.
+
+New points lie where the cell's own shape functions put the middles (and quarters) of its unit cell, so curved cells
+stay curved. Neighbours find their shared points by a key: the weights of the point on the corners of its cell, which
+only involve the corners of the edge or face it lies on.
+
+Groups of cells go to the children exactly. A new point joins a group of points if all nodes of the smallest edge, face
+or cell it lies in belong to the group: middles between two points of a group join it wherever a cell has that edge, and
+groups of single points stay as they are. Where two boundaries of one group are a single cell apart, the edges that
+cross from one to the other join as well; name such boundaries as groups of cells.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.mesh.cells import CELL_TYPES, CellType
+from femflex.mesh.mesh import Mesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Keys = NDArray[np.uint64]
+
+STEPS = 64  # corner weights of all new points are whole multiples of 1/64
+
+
+def refined(mesh: Mesh) -> Mesh:
+    """The mesh with every cell divided in two along each edge."""
+    marks = np.random.default_rng(0).integers(1, 2**63, len(mesh.points), dtype=np.uint64)
+    old_keys, old_points = _known(mesh, marks)
+    keys, places = [], []
+    for cell, nodes in mesh.cells.items():
+        at = _lattice(cell)
+        keys.append(_keys(cell, nodes, at, marks))
+        places.append(CELL_TYPES[cell].interpolation(at) @ mesh.points[nodes])
+    flat = np.concatenate([np.empty(0, np.uint64), *(k.ravel() for k in keys)])
+    unique, first, number = np.unique(flat, return_index=True, return_inverse=True)
+    slot = np.minimum(np.searchsorted(old_keys, unique), max(len(old_keys) - 1, 0))
+    fresh = old_keys[slot] != unique
+    point = np.where(fresh, len(mesh.points) + np.cumsum(fresh) - 1, old_points[slot])
+    where = np.concatenate([np.empty((0, 3)), *(p.reshape(-1, 3) for p in places)])
+    points = np.concatenate([mesh.points, where[first[fresh]]])
+
+    cells, counts, rows = {}, {}, np.split(point[number.ravel()], np.cumsum([k.size for k in keys])[:-1])
+    lattices = {cell: part.reshape(k.shape) for cell, part, k in zip(mesh.cells, rows, keys, strict=True)}
+    for cell, nodes in mesh.cells.items():
+        children = _children(cell, mesh.points[nodes], lattices[cell])
+        counts[cell] = children.shape[1]
+        cells[cell] = children.reshape(-1, children.shape[2])
+    cell_groups = {
+        group: {c: (r[:, None] * counts[c] + np.arange(counts[c])).ravel() for c, r in by_type.items()}
+        for group, by_type in mesh.cell_groups.items()
+    }
+    point_groups = {g: _grown(mesh, members, lattices, len(points)) for g, members in mesh.point_groups.items()}
+    return Mesh(points, cells, cell_groups, point_groups)
+
+
+def _keys(cell: str, nodes: Index, at: Array, marks: Keys) -> Keys:
+    """Keys (n, m) of positions at (m, d): the weighted sum, modulo 2^64, of random marks of the corners.
+
+    Two different points share a key with probability 2^-64.
+    """
+    kind = CELL_TYPES[cell]
+    weights = np.rint(CELL_TYPES[kind.corner].interpolation(at) * STEPS).astype(np.uint64)
+    corners = marks[nodes[:, : kind.n_corners]]
+    total = np.zeros((len(nodes), len(at)), np.uint64)
+    for corner in range(kind.n_corners):
+        total += corners[:, corner, None] * weights[None, :, corner]
+    return total
+
+
+def _known(mesh: Mesh, marks: Keys) -> tuple[Keys, Index]:
+    """Sorted keys of the points that cells have already, and these points."""
+    keys = [_keys(cell, nodes, CELL_TYPES[cell].nodes, marks).ravel() for cell, nodes in mesh.cells.items()]
+    points = [nodes.ravel() for nodes in mesh.cells.values()]
+    pairs_key = np.concatenate([np.empty(0, np.uint64), *keys])
+    pairs_point = np.concatenate([np.empty(0, np.int64), *points])
+    unique, first, which = np.unique(pairs_key, return_index=True, return_inverse=True)
+    differ = pairs_point[first][which.ravel()] != pairs_point
+    if differ.any():
+        a, b = pairs_point[first][which.ravel()][differ][0], pairs_point[differ][0]
+        raise ValueError(
+            f"points {a} and {b} are both the middle of one edge or face: two curved cells there share their corners "
+            "but not their middles. Such cells cannot be subdivided; mesh them finer."
+        )
+    return unique, pairs_point[first]
+
+
+@cache
+def _lattice(cell: str) -> Array:
+    """Positions (m, d) on the unit cell of all nodes of all its possible children."""
+    every = np.concatenate([child for option in _child_nodes(cell) for child in option])
+    return np.unique(every, axis=0)
+
+
+@cache
+def _child_nodes(cell: str) -> list[list[Array]]:
+    """Node positions (k, d) of the children, for each way of cutting (three for tetrahedra)."""
+    kind = CELL_TYPES[cell]
+    within = CELL_TYPES[kind.corner].interpolation(kind.nodes)
+    return [[within @ corners for corners in option] for option in _cuts(kind)]
+
+
+def _cuts(kind: CellType) -> list[list[Array]]:
+    """Corner positions of the children, for each way of cutting."""
+    corners = kind.nodes[: kind.n_corners]
+    halves = [(corners + corner) / 2 for corner in corners]
+    if kind.shape == "triangle":
+        return [[*halves, 0.5 - corners / 2]]
+    if kind.shape == "wedge":
+        turned = np.column_stack([0.5 - corners[:, :2] / 2, corners[:, 2] / 2])
+        return [[*halves, turned, turned + np.array([0, 0, 0.5])]]
+    if kind.shape == "tetra":
+        return [halves + _octahedron(corners, pair) for pair in _OPPOSITE]
+    return [halves]
+
+
+# The inner octahedron of a tetrahedron by its diagonal (two opposite edges) and the ring of the other four edges.
+_OPPOSITE = [
+    [(0, 1), (2, 3), (0, 2), (0, 3), (1, 3), (1, 2)],
+    [(0, 2), (1, 3), (0, 1), (0, 3), (2, 3), (1, 2)],
+    [(0, 3), (1, 2), (0, 1), (0, 2), (2, 3), (1, 3)],
+]
+
+
+def _octahedron(corners: Array, edges: list[tuple[int, int]]) -> list[Array]:
+    """Four tetrahedra round a diagonal of the inner octahedron."""
+    low, high, *ring = (corners[list(edge)].mean(axis=0) for edge in edges)
+    parts = []
+    for a, b in zip(ring, ring[1:] + ring[:1], strict=True):
+        part = np.array([low, high, a, b])
+        parts.append(part if np.linalg.det(part[1:] - part[0]) > 0 else part[[0, 1, 3, 2]])
+    return parts
+
+
+def _children(cell: str, places: Array, lattice: Index) -> Index:
+    """Nodes (n, children, k) of the children; tetrahedra are cut along their shortest inner diagonal."""
+    at = _lattice(cell)
+    tables = []
+    for option in _child_nodes(cell):
+        table = [[int(np.argmin(np.abs(at - node).sum(axis=1))) for node in child] for child in option]
+        tables.append(lattice[:, np.array(table)])
+    if len(tables) == 1:
+        return tables[0]
+    diagonals = [places[:, list(e[0])].mean(axis=1) - places[:, list(e[1])].mean(axis=1) for e in _OPPOSITE]
+    shortest = np.argmin([np.linalg.norm(d, axis=1) for d in diagonals], axis=0)
+    return np.asarray(np.stack(tables)[shortest, np.arange(len(lattice))])
+
+
+def _grown(mesh: Mesh, members: Index, lattices: dict[str, Index], n_points: int) -> Index:
+    """A point group with the new points whose whole edge, face or cell is in it."""
+    inside = np.zeros(n_points, bool)
+    inside[members] = True
+    joins = np.ones(n_points, bool)
+    joins[: len(mesh.points)] = inside[: len(mesh.points)]
+    for cell, nodes in mesh.cells.items():
+        kind = CELL_TYPES[cell]
+        weights = CELL_TYPES[kind.corner].interpolation
+        held = weights(_lattice(cell)) > 0  # corners of the smallest part that holds the position
+        needed = ~((weights(kind.nodes) > 0)[None] & ~held[:, None]).any(axis=2)  # nodes of that part
+        missing = (~inside[nodes]).astype(np.int64) @ needed.T.astype(np.int64) > 0
+        joins[lattices[cell][missing]] = False
+    joins[: len(mesh.points)] = inside[: len(mesh.points)]
+    return np.flatnonzero(joins)

@@ -1,0 +1,42 @@
+"""Structure -> FlexibleBody: sets of shapes, and what a body keeps of them."""
+
+from __future__ import annotations
+
+from femflex.reduction.admissible import beam_body, sampled_functions
+from femflex.reduction.craig_bampton import craig_bampton
+from femflex.reduction.damping import Damping, ModalDamping, RayleighDamping
+from femflex.reduction.effective_mass import EffectiveMass, effective_mass, mac, mac_of_bodies
+from femflex.reduction.matrices import body_from_matrices
+from femflex.reduction.modes import cantilever_modes, free_free_modes, with_attachment
+from femflex.reduction.modeset import ModeSet, rigid_set
+from femflex.reduction.nodal import lumped, nodal, nodal_translations
+from femflex.reduction.reduce import reduce_structure
+from femflex.reduction.store import load_body, save_body
+from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
+
+__all__ = [
+    "BeamFunctions",
+    "Damping",
+    "EffectiveMass",
+    "ModalDamping",
+    "ModeSet",
+    "RayleighDamping",
+    "UniformBeam",
+    "beam_body",
+    "body_from_matrices",
+    "cantilever_modes",
+    "craig_bampton",
+    "effective_mass",
+    "free_free_modes",
+    "load_body",
+    "lumped",
+    "mac",
+    "mac_of_bodies",
+    "nodal",
+    "nodal_translations",
+    "reduce_structure",
+    "rigid_set",
+    "sampled_functions",
+    "save_body",
+    "with_attachment",
+]

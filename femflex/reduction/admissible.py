@@ -1,0 +1,160 @@
+"""A straight uniform beam on analytic admissible functions: a FlexibleBody without any mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody, Marker, Skin, StrainTensors
+from femflex.fem.canonical import canonical, signs
+from femflex.fem.eigen import dense_modes
+from femflex.fem.structure import Structure
+from femflex.reduction.beam_functions import ends_of, gauss, points_for
+from femflex.reduction.clamps import Groups, held_dofs, names
+from femflex.reduction.damping import Damping, ModalDamping
+from femflex.reduction.modes import TURN
+from femflex.reduction.modeset import ModeSet
+from femflex.reduction.moments import point_moments
+from femflex.reduction.rigid import lifted
+from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
+
+Array = NDArray[np.float64]
+
+SIDES = 16  # of the tube that is drawn
+ON_LINE = 1e-6  # distance over length within which a node lies on the beam's line
+
+
+def beam_body(
+    beam: UniformBeam, functions: BeamFunctions, damping: Damping | None = None, orthonormal: bool = True
+) -> FlexibleBody:
+    """The FlexibleBody of a uniform beam on admissible functions, with markers "root" and "tip".
+
+    Moments and stiffness by Gauss quadrature along the length, mass at four points of each section.
+    orthonormal: the functions are recombined into the modes of the beam confined to them, with their omega.
+    Raises ValueError on torsion of a beam whose section has no inertia.
+    """
+    if functions.torsion and not (beam.ry or beam.rz):
+        raise ValueError(
+            "torsion functions were asked for, but the section has no inertia (ry = rz = 0); give radii of gyration."
+        )
+    xi, weight = gauss(points_for(max(functions.y, functions.z, functions.axial, functions.torsion)))
+    offsets = _section_points(beam.rz, beam.ry)
+    dm = np.repeat(weight * beam.mass_per_length * beam.length / 4, 4)
+    V1, X = _stiffness(beam, functions, xi, weight), np.eye(functions.count)
+    rho, shapes = _places(beam, xi, offsets), _motion(beam, functions, xi, offsets, beam.rotary_inertia)
+    omega = np.full(functions.count, np.nan)
+    if orthonormal:
+        Me = point_moments(dm, rho, shapes).elastic_mass()
+        eigenvalues, X = dense_modes(V1, Me)
+        X = canonical(eigenvalues, X)
+        X, omega = X * _tip_signs(beam, functions, X), np.sqrt(eigenvalues)
+    else:
+        X = X / np.sqrt(beam.mass_per_length * beam.length)
+    moments = point_moments(dm, rho, shapes @ X)
+    V1 = X.T @ V1 @ X
+    V1 = (V1 + V1.T) / 2
+    return FlexibleBody(
+        moments=moments,
+        strain=StrainTensors.linear(V1),
+        damping=(damping or ModalDamping(0.0)).matrix(moments.elastic_mass(), V1),
+        markers={"root": _marker(beam, functions, 0, X), "tip": _marker(beam, functions, 1, X)},
+        skin=_skin(beam, functions, X),
+        kinds=("admissible",) * functions.count,
+        omega=omega,
+    )
+
+
+def sampled_functions(structure: Structure, beam: UniformBeam, functions: BeamFunctions, clamp: Groups = ()) -> ModeSet:
+    """The same functions as shapes of a Structure whose nodes lie on the beam's line; clamp names what the root is.
+
+    Nodes take the functions' values and slopes; dofs between nodes follow with least strain energy, so that a shape is
+    cubic in each element whatever its order: 1e-6 in a frequency wants beta h < 0.2.
+    Raises ValueError when nodes lie off the line.
+    """
+    d = structure.mesh.points - np.asarray(beam.root, float)
+    along = d @ beam.frame[0]
+    off = float(np.linalg.norm(d - np.outer(along, beam.frame[0]), axis=1).max())
+    past = float(max(0.0, -along.min(), along.max() - beam.length))
+    if max(off, past) > ON_LINE * beam.length:
+        raise ValueError(
+            f"nodes lie up to {off:.3g} m off the beam's line and {past:.3g} m past its ends; "
+            "give the beam the root, direction and length of the mesh."
+        )
+    centre, turn = _section_motion(beam, functions, np.clip(along / beam.length, 0.0, 1.0))
+    phi = lifted(structure, centre, turn)
+    phi[held_dofs(structure, clamp)] = 0.0
+    phi /= np.sqrt(np.einsum("in,in->n", phi, structure.M @ phi))
+    unknown = np.full(functions.count, np.nan)
+    return ModeSet(phi, ("admissible",) * functions.count, unknown, names(clamp), held_dofs(structure, clamp))
+
+
+def _stiffness(beam: UniformBeam, functions: BeamFunctions, xi: Array, weight: Array) -> Array:
+    """V1 = int EA u'^2 + EIz v''^2 + EIy w''^2 + GJ theta'^2 dx over the functions."""
+    slope, curvature = (functions.fields(xi, beam.length, d) for d in (1, 2))
+    dx = weight * beam.length
+    terms = ((beam.EA, slope[:, 0]), (beam.EIz, curvature[:, 1]), (beam.EIy, curvature[:, 2]), (beam.GJ, slope[:, 3]))
+    V1 = sum(
+        ((f * dx[:, None] * stiffness).T @ f for stiffness, f in terms), np.zeros((functions.count, functions.count))
+    )
+    return (V1 + V1.T) / 2
+
+
+def _section_points(rz: float, ry: float) -> Array:
+    """Four points (4, 2) of a section with the second moments of its mass."""
+    a, b = np.sqrt(2) * rz, np.sqrt(2) * ry
+    return np.array([[a, 0.0], [-a, 0.0], [0.0, b], [0.0, -b]])
+
+
+def _places(beam: UniformBeam, xi: Array, offsets: Array) -> Array:
+    """Undeformed positions (len(xi) k, 3) of section points offsets (k, 2), body frame."""
+    x, y, z = beam.frame
+    axis = np.asarray(beam.root, float) + np.outer(xi * beam.length, x)
+    return (axis[:, None] + offsets @ np.stack([y, z])).reshape(-1, 3)
+
+
+def _section_motion(beam: UniformBeam, functions: BeamFunctions, xi: Array) -> tuple[Array, Array]:
+    """Displacement and rotation (len(xi), 3, count) of the sections, body frame."""
+    value, slope = functions.fields(xi, beam.length), functions.fields(xi, beam.length, 1)
+    turn = np.stack([value[:, 3], -slope[:, 2], slope[:, 1]], axis=1)
+    return beam.frame.T @ value[:, :3], beam.frame.T @ turn
+
+
+def _motion(beam: UniformBeam, functions: BeamFunctions, xi: Array, offsets: Array, rotary: bool) -> Array:
+    """Displacement u + theta x offset of section points (len(xi) k, 3, count); without rotary, twist alone."""
+    value, slope = functions.fields(xi, beam.length)[:, None], functions.fields(xi, beam.length, 1)[:, None]
+    y, z = offsets[:, 0, None], offsets[:, 1, None]
+    axial = value[:, :, 0] - rotary * (y * slope[:, :, 1] + z * slope[:, :, 2])
+    local = np.stack([axial, value[:, :, 1] - z * value[:, :, 3], value[:, :, 2] + y * value[:, :, 3]], axis=2)
+    return (beam.frame.T @ local).reshape(-1, 3, functions.count)
+
+
+def _marker(beam: UniformBeam, functions: BeamFunctions, end: int, X: Array) -> Marker:
+    """The section at the root (0) or the tip (1); a clamped end does not move at all, not even by rounding."""
+    xi = np.array([float(end)])
+    position = _places(beam, xi, np.zeros((1, 2)))[0]
+    if ends_of(functions.ends)[end] == "clamped":
+        return Marker.rigid(position, n_modes=X.shape[1])
+    centre, turn = _section_motion(beam, functions, xi)
+    return Marker(position, centre[0] @ X, turn[0] @ X)
+
+
+def _tip_signs(beam: UniformBeam, functions: BeamFunctions, X: Array) -> Array:
+    """Signs (n,) by the rule of modes.signed: the largest translation positive, the tip's in a tie."""
+    centre, turn = _section_motion(beam, functions, np.linspace(1.0, 0.0, 201))
+    return signs(np.concatenate([centre, TURN * beam.length * turn]).reshape(-1, functions.count) @ X)
+
+
+def _skin(beam: UniformBeam, functions: BeamFunctions, X: Array) -> Skin:
+    """A tube of the drawn radius, or a line."""
+    xi = np.linspace(0.0, 1.0, 1 + 4 * max(5, functions.y, functions.z, functions.axial, functions.torsion))
+    if beam.radius is None:
+        offsets, cells = np.zeros((1, 2)), {"line": np.stack([np.arange(len(xi) - 1), np.arange(1, len(xi))], axis=1)}
+    else:
+        angle = np.arange(SIDES) * 2 * np.pi / SIDES
+        offsets = beam.radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        at, side = np.meshgrid(np.arange(len(xi) - 1), np.arange(SIDES), indexing="ij")
+        ring = np.stack([at, at + 1, at + 1, at], axis=-1) * SIDES
+        around = np.stack([side, side, (side + 1) % SIDES, (side + 1) % SIDES], axis=-1)
+        cells = {"quad": (ring + around).reshape(-1, 4)}
+    shapes = _motion(beam, functions, xi, offsets, True) @ X
+    return Skin(_places(beam, xi, offsets), cells, np.ascontiguousarray(shapes.transpose(2, 0, 1)))

@@ -1,0 +1,213 @@
+"""Functions on the unit interval that satisfy a member's end conditions: characteristic functions and polynomials.
+
+Every set is a function (xi, derivative) -> (len(xi), n), orthonormal over 0 <= xi <= 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import comb
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.special import eval_jacobi, poch
+
+from femflex.fem.canonical import signs
+
+Array = NDArray[np.float64]
+
+
+class FunctionSet(Protocol):
+    """Functions on the unit interval, or a derivative of them, at xi (k,): (k, n)."""
+
+    def __call__(self, xi: Array, derivative: int = 0) -> Array:
+        """Values or derivatives, (k, n)."""
+
+
+SUPPORTS = ("free", "pinned", "clamped")
+CONDITIONS = {"free": (2, 3), "pinned": (0, 2), "clamped": (0, 1)}  # derivatives that vanish at an end in bending
+
+
+def ends_of(ends: str) -> tuple[str, str]:
+    """Supports at root and tip from "root-tip", e.g. "clamped-free".
+
+    Raises ValueError with the supports known.
+    """
+    root, _, tip = ends.partition("-")
+    if root not in SUPPORTS or tip not in SUPPORTS:
+        raise ValueError(
+            f"ends {ends!r} are not understood; give root and tip as two of {list(SUPPORTS)}, as in 'clamped-free'."
+        )
+    return root, tip
+
+
+def gauss(n: int) -> tuple[Array, Array]:
+    """Gauss–Legendre points and weights (n,) on the unit interval."""
+    x, w = np.polynomial.legendre.leggauss(n)
+    return np.asarray((x + 1) / 2, float), np.asarray(w / 2, float)
+
+
+# --- characteristic functions ---------------------------------------------------------------------------------------
+
+
+def bending_roots(ends: str, n: int) -> Array:
+    """The n lowest elastic roots beta L of a uniform beam's frequency equation, (n,).
+
+    Written with 1 / cosh and tanh, which do not overflow: cos b = -+1 / cosh b, tan b = tanh b, sin b = 0.
+    """
+    k = np.arange(1.0, n + 1)
+    kind = frozenset(ends_of(ends))
+    if kind == {"pinned"}:
+        return k * np.pi
+    if kind == {"clamped", "free"}:
+        return np.array([_root(lambda b: np.cos(b) + _sech(b), (j - 1) * np.pi, j * np.pi) for j in k])
+    if "pinned" in kind:
+        return np.array([_root(lambda b: np.sin(b) - np.tanh(b) * np.cos(b), j * np.pi, (j + 0.5) * np.pi) for j in k])
+    return np.array([_root(lambda b: np.cos(b) - _sech(b), j * np.pi, (j + 1) * np.pi) for j in k])
+
+
+def bending_characteristic(ends: str, n: int) -> FunctionSet:
+    """Vibration shapes of a uniform Euler–Bernoulli beam, stable at any order.
+
+    Each is a combination of cos b xi, sin b xi, exp(-b xi) and exp(-b (1 - xi)), all of size one at most, whose
+    coefficients are the null vector of the four end conditions: no cosh and cos that cancel.
+    """
+    supports = ends_of(ends)
+    roots = bending_roots(ends, n)
+    coefficients = np.zeros((4, n))
+    for j, b in enumerate(roots):
+        rows = [
+            _waves(np.array([at]), b, d)[0] for at, s in zip((0.0, 1.0), supports, strict=True) for d in CONDITIONS[s]
+        ]
+        coefficients[:, j] = np.linalg.svd(np.array(rows))[2][-1]
+
+    def functions(xi: Array, derivative: int = 0) -> Array:
+        columns = [b**derivative * (_waves(xi, b, derivative) @ c) for b, c in zip(roots, coefficients.T, strict=True)]
+        return np.stack(columns, axis=1) if columns else np.zeros((len(xi), 0))
+
+    return _normalised(functions, points_for(n))
+
+
+def axial_characteristic(ends: str, n: int) -> FunctionSet:
+    """Vibration shapes of a uniform bar or shaft: sines and cosines; pinned and clamped ends hold it alike."""
+    root, tip = (support != "free" for support in ends_of(ends))
+    k: Array = np.arange(1.0, n + 1) - (0.5 if root != tip else 0.0)
+    phase = -np.pi / 2 if root else 0.0  # sine from a held root, cosine from a free one
+
+    def functions(xi: Array, derivative: int = 0) -> Array:
+        waves = np.cos(np.outer(xi, k * np.pi) + phase + derivative * np.pi / 2)
+        return np.asarray((k * np.pi) ** derivative * waves, float)
+
+    return _normalised(functions, points_for(n))
+
+
+def _waves(xi: Array, b: float, derivative: int) -> Array:
+    """cos b xi, sin b xi, exp(-b xi), exp(-b (1 - xi)) and their derivatives over b^derivative, (len(xi), 4)."""
+    cos, sin = np.cos(b * xi), np.sin(b * xi)
+    turned = [(cos, sin), (-sin, cos), (-cos, -sin), (sin, -cos)][derivative % 4]
+    return np.stack([*turned, (-1.0) ** derivative * np.exp(-b * xi), np.exp(-b * (1 - xi))], axis=1)
+
+
+def _root(f: Callable[[float], float], low: float, high: float) -> float:
+    return float(brentq(f, low, high, xtol=1e-15, rtol=4 * np.finfo(float).eps))
+
+
+def _sech(b: float) -> float:
+    return float(2 * np.exp(-b) / (1 + np.exp(-2 * b)))
+
+
+# --- polynomials ----------------------------------------------------------------------------------------------------
+
+
+def polynomials(root_order: int, tip_order: int, n: int, rigid: int = 2) -> FunctionSet:
+    """xi^p (1 - xi)^q times Jacobi polynomials: orthogonal, well conditioned at any degree.
+
+    p, q: how many derivatives (value, slope) vanish at root and tip. With weights (2q, 2p) the Jacobi polynomials make
+    the products orthogonal. Rigid motions that the ends allow are left out: in bending (rigid = 2) 1 and xi, or one
+    of them; along and about the axis (rigid = 1) the constant.
+    """
+    p, q = root_order, tip_order
+    degrees = np.arange(n) + max(0, rigid - p - q)
+
+    def functions(xi: Array, derivative: int = 0) -> Array:
+        total = np.zeros((len(xi), n))
+        for i in range(derivative + 1):  # Leibniz over weight and polynomial
+            weight = _weight(xi, p, q, derivative - i)
+            total += comb(derivative, i) * weight[:, None] * _jacobi(degrees, 2 * q, 2 * p, xi, i)
+        return total
+
+    return _normalised(functions, n + p + q + 4)
+
+
+def _jacobi(degrees: NDArray[np.int64], a: int, b: int, xi: Array, derivative: int) -> Array:
+    """Derivative of P_k^(a, b)(2 xi - 1) by xi: (k + a + b + 1)_d P_(k - d)^(a + d, b + d)."""
+    lower = degrees - derivative
+    values = eval_jacobi(np.maximum(lower, 0), a + derivative, b + derivative, 2 * xi[:, None] - 1)
+    return np.where(lower >= 0, poch(degrees + a + b + 1.0, derivative) * values, 0.0)
+
+
+def _weight(xi: Array, p: int, q: int, derivative: int) -> Array:
+    polynomial = np.polynomial.Polynomial([0.0, 1.0]) ** p * np.polynomial.Polynomial([1.0, -1.0]) ** q
+    return np.asarray(polynomial.deriv(derivative)(xi) if derivative else polynomial(xi), float)
+
+
+# --- static shapes --------------------------------------------------------------------------------------------------
+
+
+def with_static_bending(functions: FunctionSet, n: int) -> FunctionSet:
+    """Clamped-free functions with the static shapes of a root that accelerates or starts to turn, made orthonormal.
+
+    w'''' = 1 and w'''' = xi. Truncated modes leave out just these; see modes.with_attachment.
+    """
+    uniform = np.polynomial.Polynomial([0, 0, 1 / 4, -1 / 6, 1 / 24])
+    linear = np.polynomial.Polynomial([0, 0, 1 / 6, -1 / 12, 0, 1 / 120])
+    return _beside(functions, [uniform, linear], points_for(n))
+
+
+def with_static_axial(functions: FunctionSet, n: int) -> FunctionSet:
+    """Held-free functions with the static shape of a root that accelerates, u'' = -1, made orthonormal."""
+    return _beside(functions, [np.polynomial.Polynomial([0, 1, -1 / 2])], points_for(n))
+
+
+def _beside(functions: FunctionSet, added: list[np.polynomial.Polynomial], n_points: int) -> FunctionSet:
+    """The set with polynomials added, less their part in the set (projected twice: the rest is small)."""
+
+    def everything(xi: Array, derivative: int = 0) -> Array:
+        extra = [f.deriv(derivative)(xi) if derivative else f(xi) for f in added]
+        return np.column_stack([functions(xi, derivative), *extra])
+
+    xi, w = gauss(n_points)
+    values = everything(xi, 0)
+    n = values.shape[1]
+    combine = np.eye(n)
+    for j in range(n - len(added), n):
+        for _ in range(2):
+            column = values @ combine[:, j]
+            combine[:, j] -= combine[:, :j] @ ((values @ combine[:, :j]).T @ (w * column))
+        column = values @ combine[:, j]
+        combine[:, j] /= np.sqrt(w @ column**2) * np.sign(column[-1])
+
+    def combined(xi: Array, derivative: int = 0) -> Array:
+        return everything(xi, derivative) @ combine
+
+    return combined
+
+
+def points_for(n: int) -> int:
+    """Gauss points that integrate products of the n-th characteristic functions to rounding."""
+    return 40 + 8 * n
+
+
+def _normalised(functions: FunctionSet, n_points: int) -> FunctionSet:
+    """The functions with unit square integral, the largest value positive (at the tip, if it is free)."""
+    xi, w = gauss(n_points)
+    values = functions(xi, 0)
+    ends = functions(np.array([1.0, 0.0]), 0)  # the tip first: it wins a tie
+    factor = signs(np.concatenate([ends, values])) / np.sqrt(w @ values**2)
+
+    def normalised(xi: Array, derivative: int = 0) -> Array:
+        return functions(xi, derivative) * factor
+
+    return normalised

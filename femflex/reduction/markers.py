@@ -1,0 +1,95 @@
+"""Markers: the translation and small rotation of a named place, as rows on a Structure's dofs."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from femflex.body import Marker
+from femflex.fem.structure import Structure
+from femflex.reduction.rigid import rigid_motion
+from femflex.warning import PhysicsWarning
+
+Array = NDArray[np.float64]
+
+FLAT = 1e-10  # relative second moment of a group's nodes about an axis below which they cannot show a rotation about it
+
+
+@dataclass(frozen=True, eq=False)
+class MarkerRows:
+    """Mean position (3,) of a group's nodes, and its translation and rotation rows (3, n_dof).
+
+    blind (3, k): unit axes about which the group shows no rotation; the rotation rows are zero about them.
+    """
+
+    position: Array
+    translation: sparse.csr_array
+    rotation: sparse.csr_array
+    blind: Array
+
+
+def marker_rows(structure: Structure, group: str) -> MarkerRows:
+    """Rows of the place a mesh group stands for.
+
+    One node: its own translation and rotation. Several: the mean displacement and the unweighted least-squares
+    rotation of the nodes about their mean position, theta = (sum |d|^2 1 - d d^T)^-1 sum d x u; about an axis they
+    all lie on, the mean of the nodes' own rotations, if they have any.
+    """
+    nodes = structure.mesh.group_points(group)
+    position = structure.mesh.points[nodes].mean(axis=0)
+    d = structure.mesh.points[nodes] - position
+    rows = (3 * nodes[:, None] + np.arange(3)).ravel()
+    u, theta = structure.translation[rows], structure.rotation[rows]
+    bare = int((np.diff(u.indptr).reshape(-1, 3).sum(axis=1) == 0).sum())
+    if bare:
+        raise ValueError(
+            f"{bare} of the {len(nodes)} nodes of group {group!r} belong to no member, so nothing can be attached "
+            "there; name a group that lies on a member."
+        )
+    fit, hidden = rotation_fit(d)
+    own = sparse.csr_array(hidden @ hidden.T @ mean_rows(_turning(theta))) @ theta
+    return MarkerRows(
+        position=position,
+        translation=(sparse.csr_array(mean_rows(np.ones(len(nodes)))) @ u).tocsr(),
+        rotation=(sparse.csr_array(fit) @ u + own).tocsr(),
+        blind=hidden[:, :0] if theta.nnz else hidden,
+    )
+
+
+def marker(rows: MarkerRows, phi: Array, name: str) -> Marker:
+    """The Marker with these rows on shapes phi (n_dof, n), axes along the body frame.
+
+    Warns when the place moves but shows no rotation about some axis (nodes of solids and membranes have none).
+    """
+    translation, rotation = rows.translation @ phi, rows.rotation @ phi
+    if rows.blind.size and np.abs(translation).max(initial=0.0) > 0:
+        warnings.warn(
+            f"marker {name!r} shows no rotation about {rows.blind.shape[1]} of 3 axes: its nodes have no rotation and "
+            "lie on one point or line. A joint there keeps those axes still; name a group of nodes around the place.",
+            PhysicsWarning,
+            stacklevel=3,
+        )
+    return Marker(rows.position, translation, rotation)
+
+
+def _turning(theta: sparse.csr_array) -> Array:
+    """1 for each node that has a rotation, else 0, (n_nodes,)."""
+    per_row = np.diff(theta.indptr).reshape(-1, 3)
+    return (per_row.sum(axis=1) > 0).astype(float)
+
+
+def rotation_fit(d: Array) -> tuple[Array, Array]:
+    """Least-squares rotation (3, 3 n) of nodes at d (n, 3) from their mean, and unit axes (3, k) it cannot see."""
+    moment, axes = np.linalg.eigh((d**2).sum() * np.eye(3) - d.T @ d)
+    seen = moment > FLAT * max(moment[-1], np.finfo(float).tiny)
+    arms = rigid_motion(d)[0][:, :, 3:].reshape(-1, 3)  # u = arms theta in a rigid rotation
+    return (axes[:, seen] / moment[seen]) @ axes[:, seen].T @ arms.T, axes[:, ~seen]
+
+
+def mean_rows(weight: Array) -> Array:
+    """Row operator (3, 3 n) of the weighted mean over nodes."""
+    return np.kron(weight / max(weight.sum(), 1.0), np.eye(3))

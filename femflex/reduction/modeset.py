@@ -1,0 +1,53 @@
+"""A set of shapes on a Structure's dofs: what a body is allowed to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ModeSet:
+    """Shapes on the independent dofs of a Structure.
+
+    phi    (n_dof, n)  one shape per column; M-orthonormal unless the set says otherwise (nodal sets)
+    kinds  (n,)        vibration, free-free, attachment, craig-bampton, constraint, admissible, nodal
+    omega  (n,)        natural frequency of each shape where it means something, else nan [rad/s]
+    groups             mesh groups the set is about (clamps, interfaces); they become markers of the body
+    held   (k,)        dofs that clamps fix in every shape
+    note               says what the reader should know of the set (a close pair kept whole), or is empty
+    """
+
+    phi: Array
+    kinds: tuple[str, ...]
+    omega: Array
+    groups: tuple[str, ...] = ()
+    held: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    note: str = ""
+
+    def __post_init__(self) -> None:
+        n = self.phi.shape[1]
+        if len(self.kinds) != n or self.omega.shape != (n,):
+            raise ValueError(
+                f"a set of {n} shapes needs as many kinds and frequencies; "
+                f"found {len(self.kinds)} and {self.omega.shape[0]}."
+            )
+
+    @property
+    def n_modes(self) -> int:
+        """Number of shapes."""
+        return self.phi.shape[1]
+
+    def picked(self, columns: list[int] | NDArray[np.int64]) -> ModeSet:
+        """The set with these columns alone, in this order."""
+        index = np.asarray(columns, np.int64)
+        return replace(self, phi=self.phi[:, index], kinds=tuple(self.kinds[i] for i in index), omega=self.omega[index])
+
+
+def rigid_set(n_dof: int) -> ModeSet:
+    """The empty set: a Structure reduced by it is a rigid body."""
+    return ModeSet(np.zeros((n_dof, 0)), (), np.zeros(0))

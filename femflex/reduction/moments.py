@@ -1,0 +1,74 @@
+"""Mass moments of shapes from the inertia table, by matrix products over chunks of its points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from femflex.body import MassMoments
+from femflex.fem.tables import InertiaBlock, StrainBlock, element_chunks
+
+Array = NDArray[np.float64]
+
+MOST_BYTES = 2e9  # of the second moments; some five thousand shapes
+
+
+def mass_moments(inertia: Sequence[InertiaBlock], phi_raw: Array) -> MassMoments:
+    """Mass moments of z = (rho, phi) over all points of the inertia table (THEORY section 3).
+
+    phi_raw (n_raw, n): shapes on the raw dofs, T phi. Memory stays bounded: blocks are cut into chunks of elements.
+    """
+    n = phi_raw.shape[1]
+    size = 8 * (3 * (1 + n)) ** 2
+    if size > MOST_BYTES:
+        raise ValueError(
+            f"the mass moments of {n} shapes would take {size / 1e9:.3g} GB; a body may take {MOST_BYTES / 1e9:g} GB. "
+            "Reduce the structure to fewer shapes."
+        )
+    total = _empty(n)
+    for block in inertia:
+        n_points = block.dm.shape[1]
+        for chunk in element_chunks(block.dm.shape[0], 2 * n_points * 3 * (1 + n)):
+            dm, rho = block.dm[chunk].ravel(), block.rho[chunk].reshape(-1, 3)
+            total = _sum(total, point_moments(dm, rho, block.shapes(phi_raw, chunk).reshape(dm.size, 3, n)))
+    return total
+
+
+def point_moments(dm: Array, rho: Array, shapes: Array) -> MassMoments:
+    """Mass moments of points dm (p,) at rho (p, 3), moved by shapes (p, 3, n)."""
+    z = np.concatenate([rho[:, :, None], shapes], axis=2)  # p, axis, 1 + n
+    weighted = z * dm[:, None, None]
+    flat = z.reshape(len(dm), 3 * z.shape[2])
+    second = (weighted.reshape(flat.shape).T @ flat).reshape(3, z.shape[2], 3, z.shape[2])
+    return MassMoments(float(dm.sum()), weighted.sum(axis=0).T, second.transpose(1, 0, 3, 2))
+
+
+def linear_stiffness(K: sparse.csr_array, phi: Array) -> Array:
+    """V1 = phi^T K phi, symmetric to the last bit, (n, n)."""
+    V1 = phi.T @ (K @ phi)
+    return (V1 + V1.T) / 2
+
+
+def strain_stiffness(strain: Sequence[StrainBlock], phi_raw: Array) -> Array:
+    """V1 = sum of weight B0^T C B0 over the points of the strain table (THEORY section 3), (n, n)."""
+    n = phi_raw.shape[1]
+    V1 = np.zeros((n, n))
+    for block in strain:
+        n_points, s, g = block.weight.shape[1], *block.linear_map.shape
+        for chunk in element_chunks(block.weight.shape[0], n_points * n * (g + 2 * s)):
+            B0 = block.linear_map @ block.gradients(phi_raw, chunk)
+            elastic = block.elastic if block.elastic.shape[0] == 1 else block.elastic[chunk]
+            stress = np.matmul(elastic, B0) * block.weight[chunk][:, :, None, None]
+            V1 += np.einsum("eqsi,eqsj->ij", B0, stress, optimize=True)
+    return (V1 + V1.T) / 2
+
+
+def _empty(n: int) -> MassMoments:
+    return MassMoments(0.0, np.zeros((1 + n, 3)), np.zeros((1 + n, 3, 1 + n, 3)))
+
+
+def _sum(a: MassMoments, b: MassMoments) -> MassMoments:
+    return MassMoments(a.mass + b.mass, a.first + b.first, a.second + b.second)

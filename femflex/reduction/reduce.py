@@ -1,0 +1,56 @@
+"""Structure and ModeSet -> FlexibleBody."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody, Skin, StrainTensors
+from femflex.fem.structure import Structure
+from femflex.reduction.damping import Damping, ModalDamping
+from femflex.reduction.markers import marker, marker_rows
+from femflex.reduction.modeset import ModeSet
+from femflex.reduction.moments import linear_stiffness, mass_moments
+from femflex.reduction.rigid import check_no_rigid_motion, rigid_shapes
+
+Array = NDArray[np.float64]
+
+
+def reduce_structure(
+    structure: Structure, modes: ModeSet, markers: Mapping[str, str] | None = None, damping: Damping | None = None
+) -> FlexibleBody:
+    """The FlexibleBody of a structure that moves in these shapes; the body frame is the mesh's coordinates.
+
+    markers: name -> mesh group; the set's own groups (clamps, interfaces) are markers under their own names.
+    damping: ModalDamping or RayleighDamping; none when left out.
+    Raises ValueError when a group is unknown, or the shapes depend on each other or hold a rigid motion.
+    """
+    phi = modes.phi
+    check_no_rigid_motion(rigid_shapes(structure), phi, dof_weight(structure))
+    places = {**{group: group for group in modes.groups}, **(markers or {})}
+    moments = mass_moments(structure.inertia, structure.T @ phi)
+    V1 = linear_stiffness(structure.K, phi)
+    return FlexibleBody(
+        moments=moments,
+        strain=StrainTensors.linear(V1),
+        damping=(damping or ModalDamping(0.0)).matrix(moments.elastic_mass(), V1),
+        markers={name: marker(marker_rows(structure, group), phi, name) for name, group in places.items()},
+        skin=_skin(structure, phi),
+        kinds=modes.kinds,
+        omega=modes.omega,
+    )
+
+
+def dof_weight(structure: Structure) -> Array:
+    """Root of the stiffness diagonal (n_dof,): makes lengths, angles and other dofs comparable."""
+    diagonal = structure.K.diagonal()
+    return np.sqrt(np.maximum(diagonal, 1e-12 * diagonal.max(initial=0.0)))
+
+
+def _skin(structure: Structure, phi: Array) -> Skin | None:
+    if structure.skin is None:
+        return None
+    shapes = (structure.skin.operator @ phi).T.reshape(phi.shape[1], len(structure.skin.points), 3)
+    return Skin(structure.skin.points, dict(structure.skin.cells), np.ascontiguousarray(shapes))

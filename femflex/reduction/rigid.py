@@ -1,0 +1,98 @@
+"""Rigid motions, and other motions given at the nodes, as vectors of a Structure's dofs."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from femflex.fem.eigen import factorised
+from femflex.fem.structure import Structure
+
+Array = NDArray[np.float64]
+
+RANK = 1e-9  # smallest singular value of unit columns below which they count as dependent
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def lifted(structure: Structure, translation: Array, rotation: Array) -> Array:
+    """Dof vectors (n_dof, k) of motions given as node translations and rotations (n_points, 3, k).
+
+    Dofs at nodes follow the nodes (a flat plate's node takes the part of the rotation it can follow); the dofs that
+    belong to no node take the values of least strain energy, K_ee x_e = -K_en x_n.
+    """
+    k = translation.shape[2]
+    A = sparse.vstack([structure.translation, structure.rotation]).tocsc()
+    nodal = np.flatnonzero(np.diff(A.indptr) > 0)
+    A = A[:, nodal]
+    given = np.concatenate([translation.reshape(-1, k), rotation.reshape(-1, k)])
+    x = np.zeros((structure.n_dof, k))
+    x[nodal] = splu((A.T @ A).tocsc()).solve(np.ascontiguousarray(A.T @ given))
+    extra = np.setdiff1d(np.arange(structure.n_dof), nodal)
+    if extra.size:
+        K = structure.K[extra]
+        x[extra] = -factorised(K[:, extra]).solve(np.ascontiguousarray(K[:, nodal] @ x[nodal]))
+    return x
+
+
+def rigid_shapes(structure: Structure, about: Array | None = None) -> Array:
+    """Dof vectors (n_dof, 6) of three unit translations and three unit rotations about a point (default: origin)."""
+    r = structure.mesh.points - (np.zeros(3) if about is None else about)
+    return lifted(structure, *rigid_motion(r))
+
+
+def rigid_motion(r: Array) -> tuple[Array, Array]:
+    """Translations and rotations (n, 3, 6) of places r (n, 3) in three unit translations and three unit rotations."""
+    translation, rotation = np.zeros((len(r), 3, 6)), np.zeros((len(r), 3, 6))
+    translation[:, :, :3] = np.eye(3)
+    translation[:, :, 3:] = np.cross(np.eye(3)[None], r[:, None, :]).swapaxes(1, 2)  # e_k x r in column k
+    rotation[:, :, 3:] = np.eye(3)
+    return translation, rotation
+
+
+def independent_columns(columns: Array) -> Array:
+    """Indices of a largest set of independent columns, found in their order."""
+    kept: list[int] = []
+    basis = np.zeros((columns.shape[0], 0))
+    for j, column in enumerate((columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)).T):
+        rest = column - basis @ (basis.T @ column)
+        rest -= basis @ (basis.T @ rest)
+        size = np.linalg.norm(rest)
+        if size > 1e-6:
+            kept.append(j)
+            basis = np.column_stack([basis, rest / size])
+    return np.array(kept, np.int64)
+
+
+def check_no_rigid_motion(R: Array, phi: Array, weight: Array) -> None:
+    """Raise ValueError unless the shapes phi are independent of each other and of the rigid motions R.
+
+    weight (n_dof,) makes dofs of different units comparable, e.g. the root of the stiffness diagonal. Measured as the
+    smallest singular value of the unit columns of [R, phi].
+    """
+    if not phi.shape[1]:
+        return
+    alone = _smallest_singular_value(weight[:, None] * phi)
+    if alone < RANK:
+        raise ValueError(
+            f"the {phi.shape[1]} shapes are not independent (smallest singular value {alone:.1e} of unit columns); "
+            "leave out shapes that repeat others."
+        )
+    R = weight[:, None] * R
+    together = _smallest_singular_value(np.column_stack([R[:, independent_columns(R)], weight[:, None] * phi]))
+    if together < RANK:
+        raise ValueError(
+            "the shapes hold a rigid motion of the body frame "
+            f"(smallest singular value {together:.1e} of rigid motions and shapes together, unit columns); "
+            "clamp a group, name a reference interface, or use free-free modes."
+        )
+
+
+def _smallest_singular_value(columns: Array) -> float:
+    norms = np.linalg.norm(columns, axis=0)
+    if not norms.all():
+        return 0.0
+    if columns.shape[0] < columns.shape[1]:
+        return 0.0
+    return float(np.linalg.svd(np.linalg.qr(columns / norms, mode="r"), compute_uv=False)[-1])

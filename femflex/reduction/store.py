@@ -1,0 +1,183 @@
+"""A reduced body in an HDF5 file: written beside and moved into place, read back bit for bit.
+
+Layout: attributes `format` "femflex body", `format_version`, `femflex_version`, `kinds`; datasets with a `description`
+and `units` each:
+
+    moments/{mass, first, second}     strain/{V1, f0}     damping     omega
+    markers/<name>/{position, phi, psi, orientation}
+    skin/{points, shapes}, skin/cells/<meshio cell name>         absent for a body that cannot be drawn
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody, Marker, MassMoments, Skin, StrainTensors
+
+if TYPE_CHECKING:
+    import h5py
+
+FORMAT = "femflex body"
+FORMAT_VERSION = 1
+
+# name -> (description, units); units hold for mass-normalised shapes
+FIELDS = {
+    "mass": ("int dm", "kg"),
+    "first": ("int z dm over z = (position, shapes), body frame", "kg m | kg^1/2"),
+    "second": ("int z z^T dm, indices shape, axis, shape, axis", "kg m^2 | kg^1/2 m | 1"),
+    "V1": ("stiffness of the elastic coordinates", "1/s^2"),
+    "f0": ("elastic force at rest, int sigma0 B0", "kg^1/2 m/s^2"),
+    "damping": ("damping matrix of the elastic coordinates", "1/s"),
+    "omega": ("natural frequency of each shape, nan where it means nothing", "rad/s"),
+    "position": ("undeformed position, body frame", "m"),
+    "phi": ("translation per elastic coordinate", "kg^-1/2"),
+    "psi": ("small rotation per elastic coordinate", "kg^-1/2 m^-1"),
+    "orientation": ("turns marker components into body components", "1"),
+    "points": ("undeformed points of the skin, body frame", "m"),
+    "shapes": ("displacement of the skin's points per elastic coordinate: shape, point, axis", "kg^-1/2"),
+}
+
+
+def save_body(path: str | os.PathLike[str], body: FlexibleBody, force: bool = False) -> Path:
+    """The path of the HDF5 file the body was written to; the file appears whole or not at all.
+
+    Raises FileExistsError when there is one already, unless force is given.
+    """
+    import h5py
+
+    target = Path(path)
+    if target.exists() and not force:
+        raise FileExistsError(f"{target} exists already; give another name, or force to write over it.")
+    if not target.parent.is_dir():
+        raise FileNotFoundError(f"folder {target.parent} does not exist; make it, or give another path for the body.")
+    handle, beside = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
+    os.close(handle)
+    try:
+        with h5py.File(beside, "w") as file:
+            _write(file, body)
+        _give_default_mode(beside)
+        os.replace(beside, target)
+    except BaseException:
+        Path(beside).unlink(missing_ok=True)
+        raise
+    return target
+
+
+def load_body(path: str | os.PathLike[str]) -> FlexibleBody:
+    """The FlexibleBody of a file that save_body wrote.
+
+    Raises FileNotFoundError when there is none, ValueError when it is not a femflex body or is of a later format.
+    """
+    import h5py
+
+    source = Path(path)
+    if not source.is_file():
+        raise FileNotFoundError(f"body file {source} does not exist; make one with `femflex body`.")
+    try:
+        file = h5py.File(source, "r")
+    except OSError as error:
+        raise ValueError(
+            f"{source} is not a femflex body file: it is not HDF5. Make one with `femflex body`."
+        ) from error
+    with file:
+        found = file.attrs.get("format")
+        if found != FORMAT:
+            raise ValueError(
+                f"{source} is not a femflex body file: its format is {found!r}. Make one with `femflex body`."
+            )
+        number = int(file.attrs["format_version"])
+        if number > FORMAT_VERSION:
+            raise ValueError(
+                f"{source} has body format {number}, and this femflex reads up to {FORMAT_VERSION}; "
+                "use a newer femflex, or make the body again."
+            )
+        try:
+            return _read(file)
+        except KeyError as error:
+            raise ValueError(
+                f"{source} is a femflex body file with parts missing: {error.args[0]}. Make it again."
+            ) from error
+
+
+def _write(file: h5py.File, body: FlexibleBody) -> None:
+    file.attrs.update(format=FORMAT, format_version=FORMAT_VERSION, femflex_version=_version())
+    file.attrs["frame"] = "body frame: the coordinates of the mesh the body was made from"
+    file.attrs["kinds"] = list(body.kinds) if body.kinds else np.zeros(0, "S1")
+    _put(file, "damping", body.damping)
+    _put(file, "omega", body.omega)
+    _put_all(file.create_group("moments"), body.moments, "mass", "first", "second")
+    _put_all(file.create_group("strain"), body.strain, "V1", "f0")
+    markers = file.create_group("markers", track_order=True)
+    for name, marker in body.markers.items():
+        _put_all(markers.create_group(_escaped(name)), marker, "position", "phi", "psi", "orientation")
+    if body.skin is not None:
+        skin = file.create_group("skin")
+        _put_all(skin, body.skin, "points", "shapes")
+        cells = skin.create_group("cells", track_order=True)
+        for kind, rows in body.skin.cells.items():
+            cells.create_dataset(kind, data=rows)
+
+
+def _read(file: h5py.File) -> FlexibleBody:
+    moments, strain = file["moments"], file["strain"]
+    skin = None
+    if "skin" in file:
+        part = file["skin"]
+        cells = {kind: np.asarray(rows, np.int64) for kind, rows in part["cells"].items()}
+        skin = Skin(_get(part, "points"), cells, _get(part, "shapes"))
+    return FlexibleBody(
+        moments=MassMoments(float(moments["mass"][()]), _get(moments, "first"), _get(moments, "second")),
+        strain=StrainTensors(_get(strain, "V1"), _get(strain, "f0")),
+        damping=_get(file, "damping"),
+        markers={
+            _unescaped(name): Marker(*(_get(rows, key) for key in ("position", "phi", "psi", "orientation")))
+            for name, rows in file["markers"].items()
+        },
+        skin=skin,
+        kinds=tuple(str(kind) for kind in file.attrs["kinds"]),
+        omega=_get(file, "omega"),
+    )
+
+
+def _put_all(group: h5py.Group, owner: Any, *names: str) -> None:
+    for name in names:
+        _put(group, name, getattr(owner, name))
+
+
+def _put(group: h5py.Group, name: str, value: NDArray[np.float64] | float) -> None:
+    dataset = group.create_dataset(name, data=np.asarray(value, float))
+    dataset.attrs["description"], dataset.attrs["units"] = FIELDS[name]
+
+
+def _get(group: h5py.Group, name: str) -> NDArray[np.float64]:
+    return np.asarray(group[name][()], np.float64)
+
+
+def _escaped(name: str) -> str:
+    """A marker name as one HDF5 link: slashes and lone dots would be read as paths."""
+    return name.replace("%", "%25").replace("/", "%2F").replace(".", "%2E")
+
+
+def _unescaped(name: str) -> str:
+    return name.replace("%2E", ".").replace("%2F", "/").replace("%25", "%")
+
+
+def _give_default_mode(path: str) -> None:
+    """Access rights as any new file would have; a temporary one is private."""
+    mask = os.umask(0)
+    os.umask(mask)
+    os.chmod(path, 0o666 & ~mask)
+
+
+def _version() -> str:
+    try:
+        return version("femflex")
+    except PackageNotFoundError:
+        return "unknown"

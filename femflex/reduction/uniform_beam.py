@@ -1,0 +1,143 @@
+"""A straight uniform beam, and the admissible functions its four fields may use."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from femflex.fem.chain import element_frames
+from femflex.reduction.beam_functions import (
+    FunctionSet,
+    axial_characteristic,
+    bending_characteristic,
+    ends_of,
+    polynomials,
+    with_static_axial,
+    with_static_bending,
+)
+
+Array = NDArray[np.float64]
+
+BENDING_ORDER = {"free": 0, "pinned": 1, "clamped": 2}  # derivatives, from the value on, that vanish at an end
+
+
+@dataclass(frozen=True, eq=False)
+class UniformBeam:
+    """A straight uniform Euler–Bernoulli beam.
+
+    length                 [m]
+    EA, EIy, EIz, GJ       axial [N], bending in x-z and in x-y, torsional stiffness [N m^2]; x along the beam
+    mass_per_length        [kg/m]
+    ry, rz                 radii of gyration of the section's mass, sqrt(int z^2 dm), sqrt(int y^2 dm) per mass [m]
+    rotary_inertia         False leaves the section's inertia out of bending (it stays in torsion)
+    root, direction        where the beam starts [m] and where it points, body frame
+    orientation            vector near the section's y axis; default as for beam members (fem.chain.element_frames)
+    radius                 of the tube that is drawn [m]; None draws a line
+    """
+
+    length: float
+    EA: float
+    EIy: float
+    EIz: float
+    GJ: float
+    mass_per_length: float
+    ry: float = 0.0
+    rz: float = 0.0
+    rotary_inertia: bool = True
+    root: ArrayLike = (0.0, 0.0, 0.0)
+    direction: ArrayLike = (1.0, 0.0, 0.0)
+    orientation: ArrayLike | None = None
+    radius: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("length", "EA", "EIy", "EIz", "GJ", "mass_per_length"):
+            if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
+                raise ValueError(f"{name} of the beam is {getattr(self, name)}; it must be positive and finite.")
+        for name in ("ry", "rz"):
+            if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
+                raise ValueError(
+                    f"{name} of the beam is {getattr(self, name)}; a radius of gyration is zero or positive."
+                )
+
+    @property
+    def frame(self) -> Array:
+        """Beam axes in the body frame, rows x, y, z (3, 3)."""
+        start = np.asarray(self.root, float)
+        end = start + np.asarray(self.direction, float)
+        orientation = None if self.orientation is None else np.asarray(self.orientation, float)
+        return element_frames(start[None], end[None], orientation, "beam")[1][0]
+
+
+@dataclass(frozen=True)
+class BeamFunctions:
+    """Which admissible functions, and how many for each of a beam's four fields.
+
+    y, z, axial, torsion   how many functions for v(x), w(x), u(x), theta(x)
+    family                 "characteristic": vibration shapes; "polynomial": Jacobi polynomials that meet the supports
+    ends                   supports of root and tip, of "free", "pinned", "clamped", in the body frame
+    static                 the last two of y and z, and the last of axial and torsion, are the static shapes of an
+                           accelerated root (characteristic, "clamped-free"): converges far faster beside a light hub
+    """
+
+    y: int = 0
+    z: int = 0
+    axial: int = 0
+    torsion: int = 0
+    family: Literal["characteristic", "polynomial"] = "characteristic"
+    ends: str = "clamped-free"
+    static: bool = False
+
+    def __post_init__(self) -> None:
+        ends_of(self.ends)
+        if self.family not in ("characteristic", "polynomial"):
+            raise ValueError(
+                f"family {self.family!r} of beam functions is not known; give 'characteristic' or 'polynomial'."
+            )
+        counts = (self.y, self.z, self.axial, self.torsion)
+        if min(counts) < 0 or not any(counts):
+            raise ValueError(
+                f"beam functions were asked for in numbers {counts} (y, z, axial, torsion); give some, none negative."
+            )
+        if self.static and (self.family, self.ends) != ("characteristic", "clamped-free"):
+            raise ValueError(
+                "static shapes stand beside characteristic functions of clamped-free ends; change family or ends."
+            )
+        if self.static and (self.y == 1 or self.z == 1):
+            raise ValueError(
+                "static shapes of bending come in twos; ask for at least two functions along y and z, or none."
+            )
+
+    @property
+    def count(self) -> int:
+        """Number of functions in all."""
+        return self.y + self.z + self.axial + self.torsion
+
+    def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
+        """Derivative by x of u, v, w, theta (len(xi), 4, count) at x = xi length."""
+        found = np.zeros((len(xi), 4, self.count))
+        at = 0
+        for row, n, bends in ((1, self.y, True), (2, self.z, True), (0, self.axial, False), (3, self.torsion, False)):
+            if n:
+                functions = self._bending(n) if bends else self._axial(n)
+                found[:, row, at : at + n] = functions(xi, derivative) / length**derivative
+            at += n
+        return found
+
+    def _bending(self, n: int) -> FunctionSet:
+        if self.family == "polynomial":
+            root, tip = (BENDING_ORDER[support] for support in ends_of(self.ends))
+            return polynomials(root, tip, n)
+        if self.static:
+            return with_static_bending(bending_characteristic(self.ends, n - 2), n)
+        return bending_characteristic(self.ends, n)
+
+    def _axial(self, n: int) -> FunctionSet:
+        if self.family == "polynomial":
+            root, tip = (min(BENDING_ORDER[support], 1) for support in ends_of(self.ends))
+            return polynomials(root, tip, n, rigid=1)
+        if self.static:
+            return with_static_axial(axial_characteristic(self.ends, n - 1), n)
+        return axial_characteristic(self.ends, n)

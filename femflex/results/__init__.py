@@ -1,0 +1,33 @@
+"""The result file of a run (HDF5): one documented layout, its writer and its reader.
+
+Layout, version 1 (plain HDF5 1.8 format; any HDF5 reader opens it):
+
+    /                     attributes: format, layout, title, case_text, femflex_version, complete, ended,
+                          and what the run adds
+    /progress      (2,)   rows that are valid, and the slot of /resume that belongs to them (-1: none)
+    /time          (n,)   [s]
+    /q  /u         (n, k) coordinates and quasi-velocities; attribute `names` per column
+    /bodies/<name>/{position,attitude,rate,delta}    inertial axes, Euler parameters of C_NB (scalar first), body axes
+    /markers/<body>.<marker>/{position,velocity,deflection}
+    /attitude/angles  /orbit/...  /loads/<name>/...  /monitors/...
+    /model/<body>         attributes: mass, n_modes; omega (n,), kinds (n,), markers/<name> (3,) [m],
+                          points (n_p, 3) [m], cells/<type> (n_c, nodes), shapes (n, n_p, 3)
+    /resume/{0,1}/...     state of the integrator after the last block, written in turn
+    /statistics           attributes: steps, evaluations, ... as the integrator counted them
+    /versions             attributes: versions of Python and of the libraries
+
+Every data set over time has the attributes unit, description, names (of the entries along its last axis) and frame.
+A body point at an instant is position + C_NB (points + sum_k delta_k shapes[k]).
+
+A run in progress, or one that was killed, has `complete` False and some rows of nan after the valid ones; `open_run`
+leaves them away. The file opens and is consistent at every moment, also while it is written: blocks go into space that
+was laid out before, `progress` is written last, and whatever changes the layout (more room, the end of the run) is
+written beside as `<file>.part` and moved into place. An existing file is refused unless `force` is given, and then
+replaced only when the new run has its first block.
+"""
+
+from femflex.results.reader import Run, RunBody, open_run
+from femflex.results.resume import ResumePoint, resume_point
+from femflex.results.writer import RunWriter
+
+__all__ = ["ResumePoint", "Run", "RunBody", "RunWriter", "open_run", "resume_point"]

@@ -1,0 +1,113 @@
+"""A whole result file: its skeleton in memory, and copies of it with other room and attributes."""
+
+from __future__ import annotations
+
+import os
+import platform
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+import femflex
+from femflex.body import FlexibleBody
+from femflex.results.layout import FORMAT, LAYOUT, SLACK_BYTES, TIME, create_channel, reserve, row_bytes
+from femflex.results.model import write_bodies
+from femflex.results.resume import lay_slots
+from femflex.system.channel import Channel
+
+LIBRARIES = ("numpy", "scipy", "numba", "h5py", "scikit-fem", "meshio")
+COPY_BYTES = 2**23
+
+
+@dataclass(frozen=True, eq=False)
+class Changes:
+    """What a copy has that its source has not.
+
+    capacity    rows to lay out
+    attributes  of the root;  statistics  of the integrator
+    slots       None, or the integrator's state to lay out room for, by path
+    alone       whether that state is one array
+    """
+
+    capacity: int
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+    statistics: Mapping[str, Any] = field(default_factory=dict)
+    slots: dict[str, NDArray[Any]] | None = None
+    alone: bool = False
+
+
+def skeleton(channels: dict[str, Channel], bodies: dict[str, FlexibleBody], attributes: Mapping[str, Any]) -> h5py.File:
+    """A file in memory with everything but rows."""
+    file = h5py.File("skeleton", "w", driver="core", backing_store=False)
+    basic = {"format": FORMAT, "layout": LAYOUT, "femflex_version": femflex.__version__, "title": "", "case_text": ""}
+    set_attributes(file, {**basic, **attributes, "complete": False, "ended": ""})
+    set_attributes(file.create_group("versions"), _versions())
+    file.create_group("statistics")
+    file.create_dataset("progress", data=np.array([0, -1], np.int64))
+    write_bodies(file.create_group("model"), bodies)
+    for path, channel in {"time": TIME, **channels}.items():
+        create_channel(file, path, channel, 0)
+    return file
+
+
+def write_copy(source: h5py.File, part: Path, channels: dict[str, Channel], rows: int, changes: Changes) -> None:
+    """Write the file `part`, on the disk when this returns: the source's valid rows, with the changes."""
+    row = row_bytes({"time": TIME, **channels})
+    reserve(part, changes.capacity * row + SLACK_BYTES * (1 + len(channels) // 64) + _fixed_bytes(source, changes))
+    with h5py.File(part, "w", locking=False) as target:
+        _copy_fixed(source, target, changes)
+        target.create_dataset("progress", data=np.array([rows, source["progress"][1]], np.int64))
+        for path, channel in {"time": TIME, **channels}.items():
+            _copy_rows(source[path], create_channel(target, path, channel, changes.capacity), rows)
+    with open(part, "rb+") as written:
+        os.fsync(written.fileno())
+
+
+def set_attributes(item: h5py.Group, values: Mapping[str, Any]) -> None:
+    """Set attributes, which must be text, numbers or arrays of numbers (ValueError)."""
+    for key, value in values.items():
+        if not isinstance(value, str) and np.asarray(value).dtype.kind not in "biuf":
+            raise ValueError(f"attribute {key!r} is {value!r}; a result file keeps text, numbers and arrays of numbers")
+        item.attrs[key] = value
+
+
+def _copy_fixed(source: h5py.File, target: h5py.File, changes: Changes) -> None:
+    for name in ("model", "statistics", "versions", "resume"):
+        if name in source:
+            source.copy(name, target)
+    set_attributes(target, {**source.attrs, **changes.attributes})
+    set_attributes(target["statistics"], changes.statistics)
+    if changes.slots is not None:
+        lay_slots(target, changes.slots, changes.alone, kept=int(source["progress"][1]))
+
+
+def _copy_rows(source: h5py.Dataset, target: h5py.Dataset, rows: int) -> None:
+    step = max(1, COPY_BYTES // (8 * max(1, int(np.prod(target.shape[1:])))))
+    for k in range(0, rows, step):
+        target[k : min(k + step, rows)] = source[k : min(k + step, rows)]
+
+
+def _fixed_bytes(file: h5py.File, changes: Changes) -> int:
+    """Bytes of the model, the slots and the texts, which every copy takes along."""
+    sizes = [len(value) for value in file.attrs.values() if isinstance(value, str)]
+    sizes += [2 * (value.nbytes + 1024) for value in (changes.slots or {}).values()]
+    for name in ("model", "resume"):
+        if name in file:
+            file[name].visititems(lambda _, item: sizes.append(1024 + getattr(item, "nbytes", 0)))
+    return sum(sizes)
+
+
+def _versions() -> dict[str, str]:
+    found = {"python": platform.python_version(), "hdf5": h5py.version.hdf5_version}
+    for name in LIBRARIES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found

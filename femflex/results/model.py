@@ -1,0 +1,72 @@
+"""Bodies in the result file: enough of each to draw it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody, Skin
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class RunBody:
+    """What a result file keeps of a body.
+
+    mass [kg], kinds (n,), omega (n,) [rad/s], markers name -> undeformed position (3,) [m, body frame],
+    skin  None for a body that cannot be drawn
+    """
+
+    mass: float
+    kinds: tuple[str, ...]
+    omega: Array
+    markers: dict[str, Array]
+    skin: Skin | None
+
+    @property
+    def n_modes(self) -> int:
+        """Number of elastic coordinates."""
+        return len(self.omega)
+
+
+def write_bodies(group: h5py.Group, bodies: dict[str, FlexibleBody]) -> None:
+    """Write every body under its name."""
+    for name, body in bodies.items():
+        _check_name(name)
+        own = group.create_group(name)
+        own.attrs["mass"] = float(body.moments.mass)
+        own.attrs["n_modes"] = body.n_modes
+        own["omega"] = np.asarray(body.omega, float) if len(body.omega) else np.full(body.n_modes, np.nan)
+        own.create_dataset("kinds", data=np.array(body.kinds, dtype=object), dtype=h5py.string_dtype())
+        markers = own.create_group("markers")
+        for marker, place in body.markers.items():
+            markers[marker] = place.position
+        if body.skin is not None:
+            own["points"], own["shapes"] = body.skin.points, body.skin.shapes
+            cells = own.create_group("cells")
+            for kind, nodes in body.skin.cells.items():
+                cells[kind] = nodes
+
+
+def read_body(group: h5py.Group) -> RunBody:
+    """One body of /model."""
+    skin = None
+    if "points" in group:
+        cells = {kind: np.asarray(nodes[()], np.int64) for kind, nodes in group["cells"].items()}
+        skin = Skin(group["points"][()], cells, group["shapes"][()])
+    return RunBody(
+        float(group.attrs["mass"]),
+        tuple(group["kinds"].asstr()[()]),
+        group["omega"][()],
+        {name: place[()] for name, place in group["markers"].items()},
+        skin,
+    )
+
+
+def _check_name(name: str) -> None:
+    if not name or "/" in name or name in (".", ".."):
+        raise ValueError(f"body name {name!r} cannot be a name in the result file; use letters, digits, - and _")

@@ -1,0 +1,200 @@
+"""Run: the result file, read."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.results.layout import FORMAT, LAYOUT, channel_of, channels_of
+from femflex.results.model import RunBody, read_body
+from femflex.system.channel import Channel
+
+if TYPE_CHECKING:
+    import xarray
+
+Array = NDArray[np.float64]
+
+__all__ = ["Run", "RunBody", "open_file", "open_run"]
+
+
+def open_run(path: str | Path) -> Run:
+    """The run in a result file, finished or not; close it, or use it in a `with` statement.
+
+    Raises FileNotFoundError, and ValueError for a file that is not a result file.
+    """
+    return Run(open_file(Path(path)), Path(path))
+
+
+def open_file(path: Path) -> h5py.File:
+    """The HDF5 file of a run, open for reading (also while a run is writing it)."""
+    if not path.is_file():
+        raise FileNotFoundError(f"result file {path} does not exist")
+    if not h5py.is_hdf5(path):
+        raise ValueError(f"{path} is not a result file: it is not in the HDF5 format")
+    file = h5py.File(path, "r", locking=False)
+    if file.attrs.get("format") != FORMAT or "progress" not in file:
+        file.close()
+        raise ValueError(f"{path} is an HDF5 file, but not a result file: its attribute `format` is not {FORMAT!r}")
+    if file.attrs["layout"] > LAYOUT:
+        found, writer = file.attrs["layout"], file.attrs["femflex_version"]
+        file.close()
+        raise ValueError(
+            f"{path} has layout {found}, written by femflex {writer}; this version reads layouts up to {LAYOUT}"
+        )
+    return file
+
+
+class Run:
+    """A run as read from its file: `run.time`, `run["bodies/panel/position"]`; arrays are read when asked for.
+
+    >>> with open_run("run.h5") as run:  # doctest: +SKIP
+    ...     angles = run["attitude/angles"]  # (n_t, 3)
+    ...     run.names("attitude/angles"), run.unit("attitude/angles")
+    """
+
+    def __init__(self, file: h5py.File, path: Path) -> None:
+        self.file = file
+        self.path = path
+        self._data = channels_of(file)
+        self._rows = int(file["progress"][0])
+
+    @cached_property
+    def time(self) -> Array:
+        """Instants of the rows, (n_t,) [s]."""
+        return self.read("time")
+
+    @cached_property
+    def channels(self) -> dict[str, Channel]:
+        """Path -> Channel of every array over time."""
+        return {path: channel_of(data) for path, data in self._data.items() if path != "time"}
+
+    def __getitem__(self, path: str) -> Array:
+        return self.read(path)
+
+    def read(self, path: str, rows: slice = slice(None)) -> Array:
+        """The array of a channel, or some rows of it, (n_t, *shape).
+
+        Raises KeyError with the nearest paths when there is none of that name.
+        """
+        data = self._find(path)
+        return np.asarray(data[slice(*rows.indices(self._rows))], float)
+
+    def __contains__(self, path: object) -> bool:
+        return path in self._data
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.channels)
+
+    def __len__(self) -> int:
+        """Number of instants."""
+        return self._rows
+
+    def unit(self, path: str) -> str:
+        """Unit of a channel; for columns of several units, all of them separated by ", "."""
+        return str(self._find(path).attrs["unit"])
+
+    def units(self, path: str) -> tuple[str, ...]:
+        """Unit of every entry along the last axis."""
+        shape, unit = self._find(path).shape[1:], self.unit(path)
+        each = tuple(unit.split(", "))
+        count = shape[-1] if shape else 1
+        return each if len(each) == count else (unit,) * count
+
+    def names(self, path: str) -> tuple[str, ...]:
+        """Names of the entries along the last axis, () where they have none."""
+        return tuple(str(name) for name in self._find(path).attrs["names"])
+
+    def bodies(self) -> dict[str, RunBody]:
+        """The bodies by name, with what is needed to draw them."""
+        return {name: read_body(group) for name, group in self._opened()["model"].items()}
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """Attributes of the file: title, case_text, complete, ended, integrator, ..."""
+        return _plain(self._opened().attrs)
+
+    @property
+    def title(self) -> str:
+        """Title of the case, or ""."""
+        return str(self.attributes["title"])
+
+    @property
+    def case_text(self) -> str:
+        """Text of the case file that was run, or ""."""
+        return str(self.attributes["case_text"])
+
+    @property
+    def complete(self) -> bool:
+        """Whether the run reached its end."""
+        return bool(self.attributes["complete"])
+
+    @property
+    def ended(self) -> str:
+        """How the run ended, in words; "" while it has not."""
+        return str(self.attributes["ended"])
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """Versions of femflex, Python and the libraries that made the run."""
+        return {"femflex": str(self.attributes["femflex_version"]), **dict(self._opened()["versions"].attrs)}
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        """Counts of the integrator: steps, evaluations, ..."""
+        return _plain(self._opened()["statistics"].attrs)
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last row [s]."""
+        return float(self.time[-1] - self.time[0]) if len(self) else 0.0
+
+    def to_xarray(self) -> xarray.Dataset:
+        """All channels as an xarray Dataset over time, with units, descriptions and names ("/" becomes ".")."""
+        from femflex.results.labelled import dataset
+
+        return dataset(self)
+
+    def close(self) -> None:
+        """Close the file."""
+        self.file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        from femflex.results.outline import outline
+
+        return outline(self) if self.file else f"{self.path} (closed)"
+
+    def _opened(self) -> h5py.File:
+        if not self.file:
+            raise ValueError(f"{self.path} has been closed; open the run again")
+        return self.file
+
+    def _find(self, path: str) -> h5py.Dataset:
+        self._opened()
+        if path not in self._data:
+            raise KeyError(f"{path!r} is not in {self.path}; {_nearest(path, list(self._data))}")
+        return self._data[path]
+
+
+def _plain(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: value.item() if isinstance(value, np.generic) else value for key, value in attributes.items()}
+
+
+def _nearest(path: str, known: list[str]) -> str:
+    near = difflib.get_close_matches(path, known, n=4, cutoff=0.5)
+    near += [k for k in known if path.strip("/") and path.strip("/") in k and k not in near][:4]
+    if near:
+        return f"near it are {near}"
+    return f"it holds {known}" if len(known) <= 12 else f"its groups are {sorted({k.split('/')[0] for k in known})}"

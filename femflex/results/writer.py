@@ -1,0 +1,219 @@
+"""RunWriter: the result file of a run, block by block, whole at every moment."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Self
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody
+from femflex.results.copying import Changes, set_attributes, skeleton, write_copy
+from femflex.results.layout import TIME, channel_of, channels_of, row_bytes
+from femflex.results.place import check_place
+from femflex.results.reader import open_file
+from femflex.results.resume import fits, flattened, write_slot
+from femflex.system.channel import Channel
+
+Array = NDArray[np.float64]
+
+FIRST_BLOCKS = 4  # room for this many blocks at first; doubled whenever it is full
+EAGER_BYTES = 2**28  # room for all expected rows is laid out at once up to this size
+
+
+class RunWriter:
+    """Writes a result file; its layout and what a kill leaves are told in `femflex.results`.
+
+    channels    path -> Channel of everything `write_block` will bring; bodies for pictures
+    attributes  of the root: title, case_text, integrator, ...: text, numbers or arrays of numbers
+    rows        instants expected in all, when known: room for them is laid out at once
+
+    >>> with RunWriter(path, channels, bodies, {"title": "slew"}) as writer:  # doctest: +SKIP
+    ...     writer.write_block(times, arrays, resume=state)
+    ...     writer.finish(complete=True, ended="reached the end")
+
+    Leaving the `with` block without `finish` keeps what was written, marked incomplete with the reason.
+    """
+
+    _file: h5py.File | None
+    _data: dict[str, h5py.Dataset]
+
+    def __init__(
+        self,
+        path: str | Path,
+        channels: dict[str, Channel],
+        bodies: dict[str, FlexibleBody],
+        attributes: Mapping[str, Any] | None = None,
+        *,
+        rows: int = 0,
+        force: bool = False,
+    ) -> None:
+        self.path = Path(path)
+        self._part = self.path.with_name(self.path.name + ".part")
+        check_place(self.path, force)
+        per_row = row_bytes({"time": TIME, **channels})
+        self._expected = rows if rows * per_row <= EAGER_BYTES else 0
+        self._not_finite = ""
+        self._skeleton = skeleton(channels, bodies, attributes or {})
+        self._adopt(self._skeleton)
+
+    @classmethod
+    def resumed(cls, path: str | Path) -> Self:
+        """A writer that appends to a run after its last block (see `resume_point` for the integrator's state)."""
+        writer = cls.__new__(cls)
+        writer.path = Path(path)
+        writer._part = writer.path.with_name(writer.path.name + ".part")
+        writer._expected, writer._not_finite = 0, ""
+        writer._skeleton = open_file(writer.path)
+        writer._adopt(writer._skeleton)
+        writer._lay_out(Changes(writer.rows, {"complete": False, "ended": ""}))
+        return writer
+
+    def write_block(self, times: Array, arrays: Mapping[str, Array], resume: Any = None) -> None:
+        """Append instants (k,) [s] and their arrays (k, *shape) by path, with the integrator's state after the last.
+
+        The block is in the file when this returns; one without rows only brings a new state. The state is an array,
+        or nested dicts of arrays and numbers, of the same shapes in every block (other shapes cost a copy of the
+        file). Raises ValueError when times do not increase or paths or shapes are not those of the channels, OSError
+        when the block cannot be written; what was written before is kept.
+        """
+        block = {"time": np.asarray(times, float), **{path: np.asarray(value, float) for path, value in arrays.items()}}
+        self._check(block)
+        state = None if resume is None else flattened(resume)
+        if not self.rows + len(block["time"]):
+            return
+        self._make_room(self.rows + len(block["time"]), state, alone=not isinstance(resume, Mapping))
+        try:
+            self._write(block, state)
+        except (OSError, RuntimeError) as error:
+            raise self._unwritten(error) from error
+
+    def finish(self, complete: bool, ended: str = "", statistics: Mapping[str, Any] | None = None) -> None:
+        """Close the file, trimmed to its valid rows, saying how the run ended; a run without a block leaves no file.
+
+        A run that brought numbers that are not finite is never marked complete; `ended` then says which.
+        """
+        if self._not_finite:
+            complete, ended = False, "; ".join(filter(None, [ended, self._not_finite]))
+        how = {"complete": bool(complete), "ended": ended}
+        try:
+            if self._file is not None and self.rows:
+                try:
+                    self._lay_out(Changes(self.rows, how, statistics or {}))
+                except OSError:  # no room for the trimmed copy: say it in place
+                    set_attributes(self._opened(), how)
+        finally:
+            self.close()
+
+    def close(self) -> None:
+        """Close the file as it stands."""
+        for file in (self._file, self._skeleton):
+            if file is not None:
+                file.close()
+        self._file, self._data = None, {}
+        self._part.unlink(missing_ok=True)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: object) -> None:
+        if self._file is None:
+            return
+        if kind is None:
+            self.finish(complete=False, ended="not finished")
+        elif issubclass(kind, KeyboardInterrupt):
+            self.finish(complete=False, ended="interrupted")
+        else:
+            self.finish(complete=False, ended=f"stopped by {kind.__name__}: {error}")
+
+    def _opened(self) -> h5py.File:
+        if self._file is None:
+            raise ValueError(f"{self.path} is finished; nothing more can be written to it")
+        return self._file
+
+    def _adopt(self, file: h5py.File) -> None:
+        self._file = file
+        self._data = channels_of(file)
+        self.channels = {path: channel_of(data) for path, data in self._data.items() if path != "time"}
+        self.rows, self._slot = (int(k) for k in file["progress"][()])
+
+    def _check(self, block: dict[str, Array]) -> None:
+        self._opened()
+        missing, unknown = sorted(self._data.keys() - block.keys()), sorted(block.keys() - self._data.keys())
+        if missing or unknown:
+            raise ValueError(f"the block lacks the channels {missing}; of what it has, {unknown} are not channels")
+        count = len(block["time"])
+        for path, value in block.items():
+            expected = (count, *self._data[path].shape[1:])
+            if value.shape != expected:
+                raise ValueError(f"channel {path!r} of the block has shape {value.shape}; expected {expected}")
+            finite = np.isfinite(value).all(axis=tuple(range(1, value.ndim)))
+            if not finite.all() and not self._not_finite:
+                self._not_finite = f"values of {path} are not finite from t = {block['time'][np.argmin(finite)]:g} s on"
+        before = self._data["time"][self.rows - 1 : self.rows] if self.rows else np.zeros(0)
+        if np.any(np.diff(np.concatenate([before, block["time"]])) <= 0):
+            raise ValueError("the times of the block do not increase, or do not follow those in the file")
+
+    def _make_room(self, rows: int, state: dict[str, NDArray[Any]] | None, alone: bool) -> None:
+        capacity = len(self._data["time"])
+        slots = None if state is None or fits(self._opened(), state, self._next_slot) else state
+        if rows <= capacity and slots is None:
+            return
+        if capacity < rows <= self._expected:
+            capacity = self._expected
+        elif capacity < rows:
+            capacity = max(rows, 2 * capacity) if self.rows else FIRST_BLOCKS * rows
+        self._lay_out(Changes(capacity, slots=slots, alone=alone))
+
+    def _lay_out(self, changes: Changes) -> None:
+        """Go on in a copy with these changes; it takes the file's place unless there are no rows in it yet."""
+        source = self._opened() if self.rows else self._skeleton
+        if self._file is not source:
+            self._opened().close()
+        try:
+            write_copy(source, self._part, self.channels, self.rows, changes)
+        except (OSError, RuntimeError) as error:
+            self._part.unlink(missing_ok=True)
+            raise self._unwritten(error) from error
+        if self.rows:
+            source.close()
+        self._go_on_in(self._moved() if self.rows else self._part)
+
+    def _moved(self) -> Path:
+        os.replace(self._part, self.path)
+        return self.path
+
+    def _go_on_in(self, path: Path) -> None:
+        self._adopt(h5py.File(path, "r+", locking=False))
+
+    @property
+    def _next_slot(self) -> int:
+        return 1 - self._slot if self._slot >= 0 else 0
+
+    def _write(self, block: dict[str, Array], state: dict[str, NDArray[Any]] | None) -> None:
+        file, first = self._opened(), self.rows
+        last, slot = first + len(block["time"]), -1 if state is None else self._next_slot
+        for path, value in block.items():
+            self._data[path][first:last] = value
+        if state is not None:
+            write_slot(file, state, slot)
+        file.flush()
+        file["progress"][...] = [last, slot]  # sixteen bytes in place: the block counts from here on
+        file.flush()
+        self.rows, self._slot = last, slot
+        if first == 0 < last:
+            file.close()
+            self._go_on_in(self._moved())
+
+    def _unwritten(self, error: Exception) -> OSError:
+        number = getattr(error, "errno", None)
+        reason = os.strerror(number) if number else str(error).splitlines()[0]
+        kept = f"the {self.rows} instants written before are kept" if self.rows else "nothing had been written before"
+        told = OSError(f"{self.path} cannot be written ({reason}); {kept}")
+        told.errno = number or errno.EIO
+        return told

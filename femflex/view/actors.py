@@ -1,0 +1,113 @@
+"""Bodies and traces as actors whose points are updated in place."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.view.overlay import matrix
+from femflex.view.surface import Surface
+from femflex.view.theme import Theme
+from femflex.view.units import Bar
+
+Array = NDArray[np.float64]
+
+THIN, THICK, DOT = 1.1, 4.0, 9.0  # pixels: edges of faces, bodies that are lines, bodies that are points
+
+
+class BodyActor:
+    """One body in a scene: faces, edges, lines and dots over one set of points, moved as a whole and deformed in place."""
+
+    def __init__(
+        self, plotter: Any, surface: Surface, colour: str, theme: Theme, bar: Bar | None, pixel: float
+    ) -> None:
+        self._surface, self._bar = surface, bar
+        self._delta: Array | None = None
+        self._parts = _parts(surface)
+        self._actors = []
+        for kind, data in self._parts.items():
+            look: dict[str, Any] = {"color": theme.edge if kind == "edges" else colour}
+            if bar is not None and kind != "edges":
+                data.point_data["displacement"] = np.zeros(len(surface.points), np.float32)
+                look = {"scalars": "displacement", "cmap": theme.colour_map, "clim": (0.0, bar.top)}
+            actor = plotter.add_mesh(data, show_scalar_bar=False, smooth_shading=False, reset_camera=False, **look)
+            _style(actor, kind, pixel, surface.closed)
+            self._actors.append(actor)
+
+    def show(self, position: Array, attitude: Array, delta: Array, scale: float) -> None:
+        """Move to a pose, position (3,) and C_VB (3, 3), with elastic coordinates (n,) magnified."""
+        pose = matrix(position, attitude)
+        for actor in self._actors:
+            actor.SetUserMatrix(pose)
+        if self._delta is None or not np.array_equal(delta, self._delta):
+            self._delta = np.array(delta)
+            self._deform(*self._surface.deformed(delta, scale))
+
+    def _deform(self, points: NDArray[np.float32], length: NDArray[np.float32]) -> None:
+        for kind, data in self._parts.items():
+            data.points[:] = points
+            data.GetPoints().Modified()
+            if kind == "faces":
+                data.point_data["Normals"][:] = self._surface.normals(points)
+                data.GetPointData().GetNormals().Modified()
+            if self._bar is not None and kind != "edges":
+                data.point_data["displacement"][:] = length * np.float32(self._bar.factor)
+                data.GetPointData().GetArray("displacement").Modified()
+            data.Modified()
+
+
+class TraceActor:
+    """The path of a marker up to an instant."""
+
+    def __init__(self, plotter: Any, path: Array, theme: Theme, pixel: float) -> None:
+        import pyvista as pv
+
+        self._path = path.astype(np.float32)
+        self._data = pv.PolyData(self._path.copy(), lines=_packed(np.arange(len(path))[None, :]))
+        plotter.add_mesh(self._data, color=theme.trace, line_width=2.0 * pixel, lighting=False, reset_camera=False)
+
+    def show(self, k: int, now: Array) -> None:
+        """Draw points 0 to k - 1 and the present place (3,)."""
+        drawn = np.arange(len(self._path))[:, None] < k
+        self._data.points[:] = np.where(drawn, self._path, now.astype(np.float32))
+        self._data.GetPoints().Modified()
+        self._data.Modified()
+
+
+def _parts(surface: Surface) -> dict[str, Any]:
+    import pyvista as pv
+
+    cells = {
+        "faces": {"faces": _packed(surface.triangles, surface.quads)},
+        "edges": {"lines": _packed(surface.edges)},
+        "lines": {"lines": _packed(surface.lines)},
+        "dots": {"verts": _packed(surface.vertices[:, None])},
+    }
+    filled = {kind: table for kind, table in cells.items() if all(len(values) for values in table.values())}
+    parts = {kind: pv.PolyData(surface.points.copy(), **table) for kind, table in filled.items()}
+    if "faces" in parts:
+        parts["faces"].point_data["Normals"] = surface.normals(surface.points)
+        parts["faces"].GetPointData().SetActiveNormals("Normals")
+    return parts
+
+
+def _style(actor: Any, kind: str, pixel: float, closed: bool) -> None:
+    style = actor.prop
+    style.ambient, style.diffuse, style.specular, style.specular_power = 0.34, 0.72, 0.12, 24.0
+    if kind == "faces":
+        style.interpolation = "Phong"
+        style.culling = "back" if closed else "none"
+        return
+    style.lighting = False
+    style.line_width = pixel * (THIN if kind == "edges" else THICK)
+    style.point_size = pixel * DOT
+    style.render_points_as_spheres = kind == "dots"
+    actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+    actor.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, -4.0)
+
+
+def _packed(*tables: NDArray[Any]) -> NDArray[np.int64]:
+    rows = [np.column_stack([np.full(len(table), table.shape[1]), table]).ravel() for table in tables]
+    return np.concatenate(rows).astype(np.int64)

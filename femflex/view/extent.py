@@ -1,0 +1,88 @@
+"""How far a run reaches: the points that frame it, and its largest elastic displacement."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import Skin
+from femflex.results import Run, RunBody
+from femflex.view.motion import Motion
+from femflex.view.units import round_below
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+DIRECTIONS = 64
+MOST_ROWS = 2000  # rows of a run that are looked at
+VISIBLE = 0.08  # of the size: the displacement that an automatic scale aims at
+
+
+def outer_points(skin: Skin) -> Index:
+    """Numbers of the points that reach furthest in many directions, undeformed and in every shape."""
+    golden = np.pi * (3 - np.sqrt(5)) * np.arange(DIRECTIONS)
+    height = np.linspace(-1, 1, DIRECTIONS)
+    level = np.sqrt(1 - height**2)
+    sphere = np.stack([level * np.cos(golden), level * np.sin(golden), height])
+    found = [np.argmax(skin.points @ sphere, axis=0)]
+    found += [np.argmax(np.abs(shape), axis=0) for shape in skin.shapes]
+    stride = max(1, len(skin.points) // 100)
+    return np.unique(np.concatenate([*found, np.arange(0, len(skin.points), stride)]))
+
+
+def thinned(skins: dict[str, Skin]) -> dict[str, Skin]:
+    """The same skins with their outer points alone, and no cells."""
+    chosen = {name: outer_points(skin) for name, skin in skins.items()}
+    return {name: Skin(skin.points[chosen[name]], {}, skin.shapes[:, chosen[name]]) for name, skin in skins.items()}
+
+
+def some_rows(run: Run) -> Index:
+    """Numbers of rows spread over the run, all of them in a short one."""
+    return np.unique(np.linspace(0, len(run) - 1, min(len(run), MOST_ROWS)).round().astype(np.int64))
+
+
+def displacement(run: Run, skins: dict[str, Skin]) -> tuple[Array, Array]:
+    """Instants (k,) spread over the run, and the largest elastic displacement of thinned skins at each [m]."""
+    rows = some_rows(run)
+    largest = np.zeros(len(rows))
+    for name, skin in skins.items():
+        path = f"bodies/{name}/delta"
+        if path in run and len(skin.shapes):
+            n = len(skin.shapes)
+            moved = (run[path][rows] @ skin.shapes.reshape(n, -1)).reshape(len(rows), -1, 3)
+            largest = np.maximum(largest, np.linalg.norm(moved, axis=2).max(axis=1))
+    return run.time[rows], largest
+
+
+def cloud(motion: Motion, skins: dict[str, Skin], scale: float, arms: float) -> Array:
+    """Points (n_t, n, 3) that thinned skins, the tips of triads with such arms, and traces reach at each instant [m]."""
+    parts = []
+    for name, r in motion.position.items():
+        C = motion.attitude[name]
+        local = np.broadcast_to(np.concatenate([np.zeros((1, 3)), arms * np.eye(3)]), (len(r), 4, 3))
+        if name in skins:
+            skin, n = skins[name], len(skins[name].shapes)
+            moved = (
+                (motion.delta[name] @ skin.shapes.reshape(n, -1)).reshape(len(r), -1, 3) if n else np.zeros((1, 1, 3))
+            )
+            local = np.concatenate([local, skin.points + scale * moved + np.zeros((len(r), 1, 1))], axis=1)
+        parts.append(r[:, None] + np.einsum("tij,tpj->tpi", C, local))
+    return np.concatenate([*parts, *(line[:, None] for line in motion.traces.values())], axis=1)
+
+
+def automatic_scale(largest: float, size: float) -> float:
+    """A round magnification that shows a displacement [m] on a craft of that size [m]; never below 1."""
+    if not largest > 0:
+        return 1.0
+    return max(1.0, round_below(VISIBLE * size / largest))
+
+
+def skins_of(bodies: dict[str, RunBody]) -> dict[str, Skin]:
+    """The skins of the bodies that have one.
+
+    Raises ValueError when none has.
+    """
+    skins = {name: body.skin for name, body in bodies.items() if body.skin is not None}
+    if not skins:
+        raise ValueError(f"no body of the run can be drawn: {sorted(bodies)} have no skin; give one of them a shape")
+    return skins

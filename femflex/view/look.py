@@ -1,0 +1,76 @@
+"""How a picture looks: everything about it that is not the run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypedDict
+
+from femflex.view.theme import Theme, theme_of
+
+EDGES = ("sharp", "mesh", "none")
+
+
+class LookOptions(TypedDict, total=False):
+    """Keywords of `Look`, for functions that take them one by one."""
+
+    theme: str
+    size: tuple[int, int]
+    scale: float | str
+    camera: str
+    view: tuple[float, float, float] | None
+    triads: bool
+    edges: str
+    traces: tuple[str, ...]
+    title: str | None
+    samples: int
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a picture looks.
+
+    theme    "light" or "dark"
+    size     width and height [pixels]
+    scale    magnification of the elastic displacement, 1 is true; "auto" makes it visible. The picture says it.
+             (Bodies stand where they truly are, so a body on a magnified one seems detached.)
+    camera   "auto", "fixed", "follow", "orbital", "body" or "body:<name>"
+    view     direction from the scene to the camera, in the camera's frame; None shows the most of the craft
+    triads   axes of the bodies, and of the orbital or inertial frame in the corner
+    edges    "sharp", "mesh" (every edge of the elements) or "none"
+    traces   markers, "<body>.<marker>", whose path is drawn
+    title    None takes the run's
+    samples  each pixel is the mean of samples x samples; 0 means 2 for pictures and 1 for movies
+    """
+
+    theme: str = "light"
+    size: tuple[int, int] = (1280, 720)
+    scale: float | str = 1.0
+    camera: str = "auto"
+    view: tuple[float, float, float] | None = None
+    triads: bool = True
+    edges: str = "sharp"
+    traces: tuple[str, ...] = ()
+    title: str | None = None
+    samples: int = 0
+
+    def __post_init__(self) -> None:
+        theme_of(self.theme)
+        if self.edges not in EDGES:
+            raise ValueError(f"edges {self.edges!r} are not known; known are {list(EDGES)}")
+        width, height = self.size
+        if not (64 <= width <= 16384 and 64 <= height <= 16384):
+            raise ValueError(f"size {width} x {height} is not between 64 and 16384 pixels each way")
+        if (
+            isinstance(self.scale, str)
+            and self.scale != "auto"
+            or not isinstance(self.scale, str)
+            and not self.scale > 0
+        ):
+            raise ValueError(f"scale {self.scale!r} of the deformation is neither a positive number nor 'auto'")
+        if self.view is not None and not any(self.view):
+            raise ValueError("the view direction (0, 0, 0) has no direction; give one from the scene to the camera")
+
+    @property
+    def colours(self) -> Theme:
+        """The theme itself."""
+        return theme_of(self.theme)

@@ -1,0 +1,114 @@
+"""Poses and elastic coordinates of a run's bodies at any instants, in the frame the camera stands in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.results import Run, RunBody
+
+Array = NDArray[np.float64]
+
+CAMERAS = ("auto", "fixed", "follow", "orbital", "body")
+FAR = 1.0  # travel over size beyond which the automatic camera follows
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Where everything is at instants (n_t,), in frame V of the camera.
+
+    position  body -> (n_t, 3) [m];  attitude  body -> C_VB (n_t, 3, 3);  delta  body -> (n_t, n)
+    reference (n_t, 3, 3)  C_VR, R the orbital axes when orbiting, else the inertial ones
+    traces    marker -> (n_t, 3) [m]
+    """
+
+    times: Array
+    position: dict[str, Array]
+    attitude: dict[str, Array]
+    delta: dict[str, Array]
+    reference: Array
+    traces: dict[str, Array]
+
+
+class Interpolated:
+    """Channels of a run between its rows: linear, Euler parameters renormalised."""
+
+    def __init__(self, run: Run, times: Array) -> None:
+        self.run, self.times = run, np.asarray(times, float)
+        last = len(run) - 1
+        left = np.clip(np.searchsorted(run.time, self.times, side="right") - 1, 0, max(last - 1, 0))
+        self._rows = np.stack([left, np.minimum(left + 1, last)])
+        start, end = run.time[self._rows]
+        self._weight = np.where(end > start, (self.times - start) / np.where(end > start, end - start, 1.0), 0.0)
+
+    def __call__(self, path: str) -> Array:
+        """Values of a channel at the instants, (n_t, *shape)."""
+        a, b = self.run[path][self._rows]
+        weight = self._weight.reshape(-1, *([1] * (a.ndim - 1)))
+        return np.asarray(a + weight * (b - a))
+
+    def dcm(self, path: str) -> Array:
+        """C_PQ (n_t, 3, 3) of a channel of Euler parameters."""
+        a, b = self.run[path][self._rows]
+        b = b * np.where(np.einsum("ti,ti->t", a, b) < 0, -1.0, 1.0)[:, None]
+        return dcms(a + self._weight[:, None] * (b - a))
+
+
+def dcms(e: Array) -> Array:
+    """C_PQ (n_t, 3, 3) from Euler parameters (n_t, 4), which need not be normalised."""
+    w, x, y, z = (e / np.linalg.norm(e, axis=1, keepdims=True)).T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), 2, 0)
+
+
+def motion(run: Run, times: Array, camera: str = "fixed", body: str = "", traces: tuple[str, ...] = ()) -> Motion:
+    """Motion of all bodies that a run reports, at instants (n_t,) inside it, in the camera's frame.
+
+    camera  "fixed": inertial axes; "follow": moving with the centre of mass; "orbital": orbital axes at O;
+            "body": axes of that body
+    """
+    at = Interpolated(run, times)
+    names = [path.split("/")[1] for path in run if path.startswith("bodies/") and path.endswith("/position")]
+    position = {name: at(f"bodies/{name}/position") for name in names}
+    attitude = {name: at.dcm(f"bodies/{name}/attitude") for name in names}
+    delta = {name: at(f"bodies/{name}/delta") for name in names if f"bodies/{name}/delta" in run}
+    orbital = at.dcm("orbit/attitude") if "orbit/attitude" in run else None
+    place, C_NV = np.zeros((len(times), 3)), np.broadcast_to(np.eye(3), (len(times), 3, 3))
+    if camera == "follow":
+        place = at("monitors/center_of_mass") if "monitors/center_of_mass" in run else next(iter(position.values()))
+    elif camera == "orbital" and orbital is not None:
+        C_NV = orbital
+    elif camera == "body":
+        place, C_NV = position[body], attitude[body]
+    moved = {name: np.einsum("tji,tj->ti", C_NV, r - place) for name, r in position.items()}
+    turned = {name: np.einsum("tji,tjk->tik", C_NV, C) for name, C in attitude.items()}
+    reference = np.einsum("tji,tjk->tik", C_NV, orbital) if orbital is not None else np.swapaxes(C_NV, 1, 2)
+    lines = {m: np.einsum("tji,tj->ti", C_NV, at(f"markers/{m}/position") - place) for m in traces}
+    return Motion(np.asarray(times, float), moved, turned, delta, reference, lines)
+
+
+def chosen_camera(run: Run, bodies: dict[str, RunBody], camera: str, size: float) -> tuple[str, str]:
+    """The camera's frame and body, from "auto", "fixed", "follow", "orbital", "body" or "body:<name>".
+
+    "auto" is orbital in an orbit; else fixed, unless the craft travels further than its size [m]: then it follows.
+    Raises ValueError for a camera the run cannot have.
+    """
+    kind, _, name = camera.partition(":")
+    if kind not in CAMERAS:
+        raise ValueError(f"camera {camera!r} is not known; known are {[*CAMERAS, 'body:<name>']}")
+    if kind == "body":
+        if name and name not in bodies:
+            raise ValueError(f"camera {camera!r} names no body of the run; its bodies are {sorted(bodies)}")
+        return "body", name or max(bodies, key=lambda b: bodies[b].mass)
+    if kind == "orbital" and "orbit/attitude" not in run:
+        raise ValueError("camera 'orbital' needs a run in an orbit; this one has none, use 'fixed' or 'follow'")
+    if kind == "auto":
+        travel = [np.ptp(run[f"bodies/{body}/position"], axis=0).max() for body in bodies]
+        kind = "orbital" if "orbit/attitude" in run else "follow" if min(travel) > FAR * size else "fixed"
+    return kind, ""

@@ -1,0 +1,32 @@
+"""Files that appear whole: written beside and moved into place."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from femflex.results.place import check_place
+
+
+@contextmanager
+def placed(path: str | Path, force: bool = False) -> Iterator[Path]:
+    """A name beside `path` to write to, of the same suffix; what is there moves to `path` at the end.
+
+    An interrupt (Ctrl-C) moves what was written so far; any other error removes it. Raises the OSErrors of
+    `check_place`: an existing file is refused unless `force`.
+    """
+    path = Path(path)
+    check_place(path, force)
+    part = path.with_name(f"{path.stem}.part{path.suffix}")
+    try:
+        yield part
+    except KeyboardInterrupt:
+        if part.exists() and part.stat().st_size:
+            os.replace(part, path)
+        raise
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
+    os.replace(part, path)

@@ -1,0 +1,157 @@
+"""Texts, colour bar and corner triad, laid over a scene."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.view.framing import View
+from femflex.view.theme import Theme
+from femflex.view.units import Bar
+
+Array = NDArray[np.float64]
+
+ALIGN = {"left": 0, "center": 1, "right": 2, "bottom": 0, "top": 2}
+CORNER = (0.19, 0.15)  # centre of the corner triad from the left and the bottom, parts of the height
+CORNER_ARM = 0.075  # length of its axes
+LETTER = 0.023  # height of its letters
+
+
+def add_text(
+    renderer: Any,
+    text: str,
+    where: tuple[float, float],
+    pixels: float,
+    colour: str,
+    align: str = "left top",
+    bold: bool = False,
+) -> Any:
+    """A text at a place given in parts of width and height; returns its actor."""
+    import pyvista as pv
+    from vtkmodules.vtkRenderingCore import vtkTextActor
+
+    actor = vtkTextActor()
+    actor.SetInput(text)
+    actor.GetPositionCoordinate().SetCoordinateSystemToNormalizedViewport()
+    actor.SetPosition(*where)
+    style = actor.GetTextProperty()
+    style.SetFontFamilyToArial()
+    style.SetFontSize(max(6, round(pixels)))
+    style.SetColor(*pv.Color(colour).float_rgb)
+    style.SetBold(bold)
+    across, upward = align.split()
+    style.SetJustification(ALIGN[across])
+    style.SetVerticalJustification(1 if upward == "center" else ALIGN[upward])
+    renderer.AddViewProp(actor)
+    return actor
+
+
+def add_colour_bar(renderer: Any, table: Any, bar: Bar, theme: Theme, height: int) -> None:
+    """A labelled bar at the right rim for a lookup table from 0 to `bar.top`."""
+    import pyvista as pv
+    from vtkmodules.vtkCommonCore import vtkPoints, vtkUnsignedCharArray
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+    from vtkmodules.vtkRenderingCore import vtkActor2D, vtkCoordinate, vtkPolyDataMapper2D
+
+    low, high, left, right, steps = 0.22, 0.74, 0.915, 0.928, 128
+    points, cells, colours = vtkPoints(), vtkCellArray(), vtkUnsignedCharArray()
+    colours.SetNumberOfComponents(3)
+    for k in range(steps):
+        y = [low + (high - low) * j / steps for j in (k, k + 1)]
+        ids = [points.InsertNextPoint(x, h, 0.0) for x, h in ((left, y[0]), (right, y[0]), (right, y[1]), (left, y[1]))]
+        cells.InsertNextCell(4, ids)
+        colours.InsertNextTuple3(*pv.Color(table(k / (steps - 1))[:3]).int_rgb)
+    strip, place, mapper, actor = vtkPolyData(), vtkCoordinate(), vtkPolyDataMapper2D(), vtkActor2D()
+    strip.SetPoints(points)
+    strip.SetPolys(cells)
+    strip.GetCellData().SetScalars(colours)
+    place.SetCoordinateSystemToNormalizedViewport()
+    mapper.SetInputData(strip)
+    mapper.SetTransformCoordinate(place)
+    actor.SetMapper(mapper)
+    renderer.AddViewProp(actor)
+    pixels = height / 42
+    for k, label in enumerate(bar.labels):
+        level = low + (high - low) * k / bar.parts
+        add_text(renderer, label, (right + 0.008, level), pixels, theme.text, "left center")
+    middle = 0.985
+    add_text(
+        renderer, f"elastic\ndisplacement\n[{bar.unit}]", (middle, high + 0.035), pixels, theme.text, "right bottom"
+    )
+
+
+class CornerTriad:
+    """Axes of the reference frame in the lower left corner, turning with it."""
+
+    def __init__(self, plotter: Any, view: View, names: tuple[str, str, str], theme: Theme, size: tuple[int, int]) -> None:
+        from vtkmodules.vtkRenderingCore import vtkRenderer
+
+        self._axes, self._aspect = view.axes, size[0] / size[1]
+        centre, half = (CORNER[0] / self._aspect, CORNER[1]), (CORNER[1] / self._aspect, CORNER[1])
+        renderer = vtkRenderer()
+        renderer.SetViewport(centre[0] - half[0], centre[1] - half[1], centre[0] + half[0], centre[1] + half[1])
+        renderer.SetLayer(1)
+        renderer.InteractiveOff()
+        plotter.render_window.SetNumberOfLayers(2)
+        plotter.render_window.AddRenderer(renderer)
+        self._actor = triad_actor(theme, 1.0, thickness=1.7)
+        renderer.AddViewProp(self._actor)
+        camera = renderer.GetActiveCamera()
+        camera.SetParallelProjection(True)
+        camera.SetParallelScale(CORNER[1] / CORNER_ARM)
+        camera.SetFocalPoint(0.0, 0.0, 0.0)
+        camera.SetPosition(*(-5.0 * view.axes[2]))
+        camera.SetViewUp(*view.axes[1])
+        camera.SetClippingRange(1.0, 10.0)
+        self._renderer = renderer
+        self._labels = [
+            (add_text(plotter.renderer, name, (0, 0), size[1] * LETTER, colour, "center center", bold=True), len(name))
+            for name, colour in zip(names, theme.axes, strict=True)
+        ]
+
+    def show(self, C_VR: Array) -> None:
+        """Turn to the attitude of the reference frame (3, 3) in the camera's frame."""
+        self._actor.SetUserMatrix(matrix(np.zeros(3), C_VR))
+        for (actor, letters), (x, y) in zip(self._labels, (self._axes[:2] @ C_VR).T, strict=True):
+            beyond = 0.02 + 0.3 * LETTER * letters * abs(x)  # half the word's width lies beyond the tip
+            length = np.hypot(x, y) or 1.0
+            right, up = (CORNER_ARM * c + beyond * c / length for c in (x, y))
+            actor.SetPosition((CORNER[0] + right) / self._aspect, CORNER[1] + up)
+
+
+def triad_actor(theme: Theme, length: float, thickness: float = 1.0) -> Any:
+    """Three arrows along x, y and z of that length [m]."""
+    import pyvista as pv
+    from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+
+    parts = []
+    for direction, colour in zip(np.eye(3), theme.axes, strict=True):
+        radius = 0.018 * thickness
+        arrow = pv.Arrow(
+            direction=direction, tip_length=0.2, tip_radius=2.4 * radius, shaft_radius=radius, scale=length
+        )
+        arrow.cell_data["colour"] = np.tile(np.array(pv.Color(colour).int_rgb, np.uint8), (arrow.n_cells, 1))
+        parts.append(arrow)
+    triad = pv.merge(parts)
+    mapper, actor = vtkPolyDataMapper(), vtkActor()
+    mapper.SetInputData(triad)
+    mapper.SetScalarModeToUseCellFieldData()
+    mapper.SelectColorArray("colour")
+    mapper.SetColorModeToDirectScalars()
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetAmbient(0.35)
+    actor.GetProperty().SetDiffuse(0.7)
+    return actor
+
+
+def matrix(position: Array, attitude: Array) -> Any:
+    """The 4 x 4 matrix of a pose, for VTK."""
+    from vtkmodules.vtkCommonMath import vtkMatrix4x4
+
+    whole = np.eye(4)
+    whole[:3, :3], whole[:3, 3] = attitude, position
+    out = vtkMatrix4x4()
+    out.DeepCopy(whole.ravel())
+    return out

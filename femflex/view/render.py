@@ -1,0 +1,98 @@
+"""Pictures and movies of a run, from its result file alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Unpack
+
+import numpy as np
+
+from femflex.results import Run
+from femflex.view.look import Look, LookOptions
+from femflex.view.motion import motion
+from femflex.view.movie import Progress, write_movie, write_png
+from femflex.view.output import placed
+from femflex.view.scene import Plan, Scene, planned
+from femflex.view.window import Image
+
+PICTURE_SAMPLES, MOVIE_SAMPLES = 2, 1
+REAL_TIME = 20.0  # s; a run up to this long is shown as fast as it went
+MOVIE_SECONDS = 12.0  # length of the movie of a longer one
+
+
+def render_picture(
+    run: Run, path: str | Path, time: float | None = None, force: bool = False, **look: Unpack[LookOptions]
+) -> Path:
+    """Path of a PNG picture of the run at a time [s]; without one, at the largest elastic displacement.
+
+    `look` are the fields of `Look`. The camera is framed over the whole run. Raises ValueError for a time outside the
+    run, NoRenderer where nothing can be drawn.
+    """
+    chosen, path = Look(**look), Path(path)
+    if path.suffix.lower() != ".png":
+        raise ValueError(f"a picture is written as .png; {path.name} is not one")
+    plan = planned(run, chosen)
+    _check_markers(run, chosen)
+    at = plan.peak if time is None else _inside(run, time)
+    with placed(path, force) as part, Scene(run, chosen, plan, chosen.samples or PICTURE_SAMPLES) as scene:
+        scene.show(motion(run, np.array([at]), plan.camera, plan.body, chosen.traces), 0)
+        write_png(part, scene.image())
+    return path
+
+
+def render_movie(
+    run: Run,
+    path: str | Path,
+    fps: float = 25.0,
+    speed: float | None = None,
+    span: tuple[float, float] | None = None,
+    force: bool = False,
+    progress: Progress | None = None,
+    **look: Unpack[LookOptions],
+) -> Path:
+    """Path of a movie of the run: an .mp4 file, or a folder of PNG pictures when `path` has no suffix.
+
+    speed     seconds of the run in one of the movie; by default 1 for short runs, else so that it lasts 12 s
+    span      first and last time shown [s], by default the whole run
+    progress  called with frames done and in all; what was drawn before an interrupt is kept
+    """
+    chosen = Look(**look)
+    plan = planned(run, chosen)
+    _check_markers(run, chosen)
+    first, last = (plan.start, plan.start + plan.duration) if span is None else (_inside(run, t) for t in span)
+    if not last > first:
+        raise ValueError(f"a movie needs a span of time; from {first:g} s to {last:g} s there is none")
+    if speed is None:
+        speed = 1.0 if last - first <= REAL_TIME else (last - first) / MOVIE_SECONDS
+    if not speed > 0:
+        raise ValueError(f"speed is {speed}; it is the number of seconds of the run in one of the movie, above 0")
+    count = max(2, round((last - first) / speed * fps) + 1)
+    times = np.linspace(first, last, count)
+    note = "" if abs(speed - 1) < 5e-3 else f"{speed:.3g} × real time"
+    with Scene(run, chosen, plan, chosen.samples or MOVIE_SAMPLES, note) as scene:
+        frames = _frames(run, scene, plan, times, chosen.traces)
+        return write_movie(path, frames, count, fps, force, progress)
+
+
+def _frames(
+    run: Run, scene: Scene, plan: Plan, times: np.typing.NDArray[np.float64], traces: tuple[str, ...]
+) -> Iterator[Image]:
+    moving = motion(run, times, plan.camera, plan.body, traces)
+    for k in range(len(times)):
+        scene.show(moving, k)
+        yield scene.image()
+
+
+def _inside(run: Run, time: float) -> float:
+    first, last = float(run.time[0]), float(run.time[-1])
+    if not first <= time <= last:
+        raise ValueError(f"time {time:g} s is outside the run, which goes from {first:g} s to {last:g} s")
+    return time
+
+
+def _check_markers(run: Run, look: Look) -> None:
+    known = [path.split("/")[1] for path in run if path.startswith("markers/") and path.endswith("/position")]
+    unknown = [name for name in look.traces if name not in known]
+    if unknown:
+        raise ValueError(f"traces {unknown} are not markers of the run; its markers are {known}")

@@ -1,0 +1,170 @@
+"""A body's skin made ready to draw: merged, oriented, with normals and edges that follow the deformation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from femflex.body import Skin
+
+Array = NDArray[np.float64]
+Single = NDArray[np.float32]
+Index = NDArray[np.int64]
+
+CORNERS = {
+    "vertex": 1,
+    "line": 2,
+    "line3": 2,
+    "triangle": 3,
+    "triangle6": 3,
+    "triangle7": 3,
+    "quad": 4,
+    "quad8": 4,
+    "quad9": 4,
+}
+FEATURE_ANGLE = np.deg2rad(50.0)  # sharper edges are drawn and split the shading; tubes have at least 8 sides
+MERGE = 1e-7  # of the size: points nearer than this that move alike are one
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """What is drawn of a body; points are shared where the shading is smooth and split at sharp edges.
+
+    points  (n_p, 3) float32 [m];  shapes  (n, n_p, 3) float32
+    triangles (k, 3), quads (k, 4), edges (k, 2), lines (k, 2), vertices (k,): numbers of points
+    closed  whether every edge has two faces, which then look outward (back faces need not be drawn)
+    """
+
+    points: Single
+    shapes: Single
+    triangles: Index
+    quads: Index
+    edges: Index
+    lines: Index
+    vertices: Index
+    closed: bool
+    summing: sparse.csr_array  # (n_p, n_faces) adds the faces around each point
+
+    def deformed(self, delta: Array, scale: float = 1.0) -> tuple[Single, Single]:
+        """Points (n_p, 3) at elastic coordinates (n,), magnified, and the true length of their displacement (n_p,)."""
+        if not delta.size or not delta.any():
+            return self.points, np.zeros(len(self.points), np.float32)
+        n = len(delta)
+        moved = (delta.astype(np.float32) @ self.shapes.reshape(n, -1)).reshape(-1, 3)
+        return self.points + np.float32(scale) * moved, np.sqrt(np.einsum("pi,pi->p", moved, moved))
+
+    def normals(self, points: Single) -> Single:
+        """Unit normals (n_p, 3) of the faces around each point, weighted by area."""
+        a, b, c = (points[self.triangles[:, k]] for k in range(3))
+        p, q, r, s = (points[self.quads[:, k]] for k in range(4))
+        faces = np.concatenate([np.cross(b - a, c - a), np.cross(r - p, s - q)])
+        total = self.summing @ faces
+        length = np.sqrt(np.einsum("pi,pi->p", total, total))
+        return np.asarray(total / np.where(length > 0, length, 1.0)[:, None], np.float32)
+
+
+def surface_of(skin: Skin, drawn_edges: str = "sharp") -> Surface:
+    """The surface of a skin; its edges are the "sharp" ones, those of the "mesh", or "none".
+
+    Raises ValueError for cells that cannot be drawn.
+    """
+    unknown = sorted(set(skin.cells) - set(CORNERS))
+    if unknown:
+        raise ValueError(f"cells {unknown} of a skin cannot be drawn; known are {sorted(CORNERS)}")
+    keep, merged = _merged(skin)
+    by_corners = {k: [merged[c[:, :k]] for name, c in skin.cells.items() if CORNERS[name] == k] for k in (1, 2, 3, 4)}
+    cells = {k: np.concatenate([np.zeros((0, k), np.int64), *parts]) for k, parts in by_corners.items()}
+    points, shapes = np.asarray(skin.points[keep], float), skin.shapes[:, keep]
+    source, triangles, quads, closed = _oriented(points, cells[3], cells[4])
+    edges = _edges(points, source[triangles], source[quads], drawn_edges)
+    offset = len(source)
+    source = np.concatenate([source, np.arange(len(points))])  # edges, lines and vertices have points of their own
+    return Surface(
+        points=points[source].astype(np.float32),
+        shapes=shapes[:, source].astype(np.float32),
+        triangles=triangles,
+        quads=quads,
+        edges=edges + offset,
+        lines=cells[2] + offset,
+        vertices=cells[1][:, 0] + offset,
+        closed=closed,
+        summing=_summing(len(source), triangles, quads),
+    )
+
+
+def _merged(skin: Skin) -> tuple[Index, Index]:
+    """Numbers of the points to keep, and for every point its place among them: points that are and move alike are one."""
+    n_points = len(skin.points)
+    columns = [skin.points, *skin.shapes]
+    scaled = [c / size for c in columns if (size := np.ptp(c, axis=0).max(initial=0.0) or np.abs(c).max(initial=0.0))]
+    if not scaled:
+        return np.arange(n_points), np.arange(n_points)
+    table = np.concatenate(scaled, axis=1)
+    mixing = np.random.default_rng(0).standard_normal((table.shape[1], 3))  # three numbers tell points apart
+    key = np.round(table @ mixing / (MERGE * np.sqrt(table.shape[1]))).astype(np.int64)
+    _, keep, merged = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    return keep, merged.reshape(-1)
+
+
+def _oriented(points: Array, triangles: Index, quads: Index) -> tuple[Index, Index, Index, bool]:
+    """Source of each drawn point, its triangles and quads (turned alike; outward where closed), and whether closed."""
+    import pyvista as pv
+
+    if not len(triangles) + len(quads):
+        return np.zeros(0, np.int64), triangles, quads, False
+    count = np.unique(np.sort(_sides(triangles, quads), axis=1), axis=0, return_counts=True)[1]
+    closed = bool(np.all(count == 2))
+    faces = [np.column_stack([np.full(len(c), c.shape[1]), c]).ravel() for c in (triangles, quads)]
+    raw = pv.PolyData(points, faces=np.concatenate(faces))
+    raw.point_data["source"] = np.arange(len(points))
+    split = raw.compute_normals(
+        cell_normals=False,
+        split_vertices=True,
+        feature_angle=float(np.rad2deg(FEATURE_ANGLE)),
+        consistent_normals=True,
+        auto_orient_normals=closed,
+    )
+    table, size = split.faces, np.concatenate([np.full(len(triangles), 3), np.full(len(quads), 4)])
+    if len(table) != np.sum(size + 1):
+        raise ValueError("a skin has faces with repeated corners, which cannot be drawn")
+    first = np.cumsum(size + 1) - size
+    corners = [table[first[size == k][:, None] + np.arange(k)].astype(np.int64) for k in (3, 4)]
+    return np.asarray(split.point_data["source"], np.int64), corners[0], corners[1], closed
+
+
+def _sides(triangles: Index, quads: Index) -> Index:
+    """The two ends of every side of every face, face by face, (n_sides, 2)."""
+    return np.concatenate([np.stack([c, np.roll(c, -1, axis=1)], axis=-1).reshape(-1, 2) for c in (triangles, quads)])
+
+
+def _edges(points: Array, triangles: Index, quads: Index, which: str) -> Index:
+    """Sides (k, 2) with one face, or between faces at a sharp angle; or every one."""
+    sides = np.sort(_sides(triangles, quads), axis=1)
+    if not len(sides):
+        return sides
+    unique, side, count = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
+    if which != "sharp":
+        return unique if which == "mesh" else unique[:0]
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    p, q, r, s = (points[quads[:, k]] for k in range(4))
+    normal = np.concatenate([np.cross(b - a, c - a), np.cross(r - p, s - q)])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    face = np.concatenate(
+        [np.repeat(np.arange(len(triangles)), 3), len(triangles) + np.repeat(np.arange(len(quads)), 4)]
+    )
+    total = np.zeros((len(unique), 3))
+    np.add.at(total, side.reshape(-1), normal[face])
+    smooth = (count == 2) & (np.linalg.norm(total, axis=1) > 2 * np.cos(FEATURE_ANGLE / 2))
+    return np.asarray(unique[~smooth])
+
+
+def _summing(n_points: int, triangles: Index, quads: Index) -> sparse.csr_array:
+    rows = np.concatenate([triangles.ravel(), quads.ravel()])
+    columns = np.concatenate(
+        [np.repeat(np.arange(len(triangles)), 3), len(triangles) + np.repeat(np.arange(len(quads)), 4)]
+    )
+    shape = (n_points, len(triangles) + len(quads))
+    return sparse.csr_array((np.ones(len(rows), np.float32), (rows, columns)), shape=shape)

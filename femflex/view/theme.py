@@ -1,0 +1,79 @@
+"""Colours of pictures and plots, light and dark."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from matplotlib.colors import ListedColormap
+
+
+@dataclass(frozen=True)
+class Theme:
+    """Colours by use.
+
+    elastic  colour map of the elastic displacement, and the place on it of zero (its darkest part is hard to see)
+    lines    colours of curves, in turn
+    """
+
+    background: str
+    sky: str  # background at the top of a picture
+    text: str
+    faint: str  # second lines, grids
+    rigid: tuple[str, ...]  # bodies without elastic displacement, in turn
+    edge: str
+    trace: str
+    axes: tuple[str, str, str]
+    elastic: tuple[str, float]
+    lines: tuple[str, ...]
+
+    @property
+    def colour_map(self) -> ListedColormap:
+        """The colours of the elastic displacement, from none to the largest."""
+        import matplotlib
+        from matplotlib.colors import ListedColormap
+
+        name, zero = self.elastic
+        return ListedColormap(matplotlib.colormaps[name](np.linspace(zero, 1.0, 256)))
+
+
+THEMES = {
+    "light": Theme(
+        background="#ffffff",
+        sky="#dfe6ee",
+        text="#1c2733",
+        faint="#6a7886",
+        rigid=("#b9bfc6", "#a5aeb8", "#cdc8bd"),
+        edge="#27313b",
+        trace="#d1495b",
+        axes=("#d62f3c", "#2c9c4b", "#2b62d9"),
+        elastic=("viridis", 0.22),
+        lines=("#1f5fa8", "#d9622b", "#2f8f5b", "#8b4fa3", "#b8860b", "#118a9c", "#c2386b", "#5c6670"),
+    ),
+    "dark": Theme(
+        background="#10151c",
+        sky="#26313f",
+        text="#eef2f6",
+        faint="#97a5b4",
+        rigid=("#98a1ab", "#828d99", "#b0ab9f"),
+        edge="#06090d",
+        trace="#ff8a70",
+        axes=("#ff5a5f", "#4fd06f", "#6a9bff"),
+        elastic=("plasma", 0.22),
+        lines=("#6aaef5", "#ff9d5c", "#67d391", "#cf9be6", "#e8c35a", "#56cfe0", "#f57fa6", "#b4bec8"),
+    ),
+}
+
+
+def theme_of(name: str) -> Theme:
+    """The theme of that name.
+
+    >>> theme_of("dark").background
+    '#10151c'
+    """
+    if name not in THEMES:
+        raise ValueError(f"theme {name!r} is not known; known are {sorted(THEMES)}")
+    return THEMES[name]

@@ -1,0 +1,94 @@
+"""Numbers as a reader wants them: units of length and time, round limits, the clock."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+LENGTHS = ((1.0, "m"), (1e-2, "cm"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"))  # metres in one
+ROUND = ((1.0, 5), (1.2, 4), (1.5, 5), (2.0, 4), (2.5, 5), (3.0, 6), (4.0, 4), (5.0, 5), (6.0, 6), (8.0, 4), (10.0, 5))
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A colour bar from zero: `factor` takes metres into `unit`; `top` is its end and `parts` its divisions, in `unit`."""
+
+    factor: float
+    unit: str
+    top: float
+    parts: int
+
+    @property
+    def labels(self) -> list[str]:
+        """The numbers along it, parts + 1 of them."""
+        step = self.top / self.parts
+        decimals = next(d for d in range(20) if math.isclose(round(step, d), step, rel_tol=1e-9))
+        return [f"{k * step:.{decimals}f}" for k in range(self.parts + 1)]
+
+
+def length_unit(largest: float) -> tuple[float, str]:
+    """Factor and name of the unit in which a length [m] reads between 1 and 1000, cm only from 2 cm to 2 m.
+
+    >>> length_unit(33.0), length_unit(0.3), length_unit(0.004)
+    ((1.0, 'm'), (100.0, 'cm'), (1000.0, 'mm'))
+    """
+    if largest >= 2.0:
+        return 1.0, "m"
+    if largest >= 2e-2:
+        return 1e2, "cm"
+    for metres, name in LENGTHS[2:]:
+        if largest >= metres:
+            return 1.0 / metres, name
+    return 1e9, "nm"
+
+
+def colour_bar(largest: float) -> Bar:
+    """The bar from zero to a round number at or above that length [m].
+
+    >>> colour_bar(0.137)
+    Bar(factor=100.0, unit='cm', top=15.0, parts=5)
+    """
+    factor, unit = length_unit(largest)
+    value = largest * factor
+    power = 10.0 ** math.floor(math.log10(value))
+    top, parts = next((top, parts) for top, parts in ROUND if top * power >= value * (1 - 1e-9))
+    return Bar(factor, unit, top * power, parts)
+
+
+def round_below(value: float) -> float:
+    """The largest 1, 2 or 5 times a power of ten that is not above the value.
+
+    >>> round_below(37.0), round_below(0.6)
+    (20.0, 0.5)
+    """
+    power = 10.0 ** math.floor(math.log10(value))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= value * (1 + 1e-9))
+
+
+def clock(t: float, duration: float) -> str:
+    """Time of a picture as text, of one width over a run of that duration [s].
+
+    >>> clock(12.3456, 20.0), clock(754.2, 3000.0), clock(7384.0, 20000.0)
+    ('12.35 s', '12 min 34.2 s', '2 h 03 min 04 s')
+    """
+    if duration < 600:
+        decimals = max(0, 3 - math.floor(math.log10(max(duration, 1e-9)) + 1e-9))
+        return f"{t:.{min(decimals, 9)}f} s"
+    if duration < 7200:
+        minutes, seconds = divmod(round(t, 1), 60)
+        return f"{minutes:.0f} min {seconds:04.1f} s"
+    minutes, seconds = divmod(round(t), 60)
+    return f"{minutes // 60} h {minutes % 60:02d} min {seconds:02d} s"
+
+
+def time_unit(duration: float) -> tuple[float, str]:
+    """Seconds in one, and name, of the unit for a time axis of that length [s].
+
+    >>> time_unit(300.0), time_unit(3000.0), time_unit(20000.0)
+    ((1.0, 's'), (60.0, 'min'), (3600.0, 'h'))
+    """
+    if duration < 1200:
+        return 1.0, "s"
+    if duration < 7200:
+        return 60.0, "min"
+    return (3600.0, "h") if duration < 4 * 86400 else (86400.0, "days")

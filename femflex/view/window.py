@@ -1,0 +1,55 @@
+"""An off-screen window, opened without noise, or the one sentence that there can be none."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.view.theme import Theme
+
+Image = NDArray[np.uint8]
+
+
+class NoRenderer(RuntimeError):
+    """No off-screen renderer starts on this machine; results are not touched by it."""
+
+
+def open_window(size: tuple[int, int], theme: Theme) -> Any:
+    """A pyvista plotter of that size (pixels) off screen, one sample a pixel, with the theme's background.
+
+    Raises NoRenderer when neither a display nor EGL nor OSMesa can be had.
+    """
+    import pyvista as pv
+    from vtkmodules.vtkCommonCore import vtkObject
+
+    shown = vtkObject.GetGlobalWarningDisplay()
+    vtkObject.GlobalWarningDisplayOff()  # a missing display is told on standard error, though another way is then found
+    try:
+        plotter = pv.Plotter(off_screen=True, window_size=list(size))
+        window = plotter.render_window
+        window.SetMultiSamples(1)
+        window.Initialize()
+        started = window.GetInitialized()
+    finally:
+        vtkObject.SetGlobalWarningDisplay(shown)
+    if not started:
+        plotter.close()
+        raise NoRenderer(
+            "no picture can be drawn: no off-screen renderer starts here; install EGL or OSMesa "
+            "(on Debian and Ubuntu: libegl1 or libosmesa6), or draw the pictures from the result file elsewhere"
+        )
+    plotter.set_background(theme.background, top=theme.sky)
+    return plotter
+
+
+def grabbed(plotter: Any, samples: int = 1) -> Image:
+    """The picture of a plotter's window, (height, width, 3), each pixel the mean of samples x samples drawn ones."""
+    plotter.render_window.Render()
+    image: Image = plotter.screenshot(None, return_img=True)[..., :3]
+    if samples == 1:
+        return image
+    height, width = image.shape[0] // samples, image.shape[1] // samples
+    blocks = image[: height * samples, : width * samples].reshape(height, samples, width, samples, 3)
+    return np.asarray(np.round(blocks.mean(axis=(1, 3), dtype=np.float32)), np.uint8)

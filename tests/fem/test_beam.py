@@ -1,0 +1,216 @@
+"""Frequencies of beams against closed forms: the characteristic equations of uniform and tapered beams."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from scipy.optimize import brentq
+from scipy.special import iv, jv
+
+from femflex.fem import Material, Member, PointMass, Structure, build_structure
+from femflex.fem.sections import Circle, GivenSection, Rectangle, StiffnessSection, Tube
+from femflex.mesh import Mesh, line
+
+E, RHO, L = 70e9, 2700.0, 10.0
+ALUMINIUM = Material(E, 0.33, RHO)
+OBLIQUE = np.array([1.0, 2.0, -0.5]) / np.linalg.norm([1.0, 2.0, -0.5])
+CANTILEVER = [1.8751040687119611, 4.694091132974175, 7.854757438237613, 10.995540734875467, 14.13716839104647]
+FREE_FREE = [4.730040744862704, 7.853204624095838, 10.995607838001671, 14.137165491257464]
+
+
+def boom(n: int, direction=OBLIQUE, start=(3.0, -1.0, 2.0), cell: str = "line") -> Mesh:
+    return line([start, np.asarray(start) + L * np.asarray(direction)], n, cell)
+
+
+def beam(mesh: Mesh, section, point_masses=(), **options) -> Structure:
+    return build_structure(mesh, [Member("line", "beam", section, ALUMINIUM, options)], point_masses)
+
+
+def modes(structure: Structure, clamped=()) -> tuple[np.ndarray, np.ndarray]:
+    """All frequencies [rad/s] and shapes with the clamped dofs held, from one dense solution."""
+    free = np.setdiff1d(np.arange(structure.n_dof), clamped)
+    K, M = (matrix.toarray()[np.ix_(free, free)] for matrix in (structure.K, structure.M))
+    value, vector = eigh(K, M)
+    shapes = np.zeros((structure.n_dof, len(free)))
+    shapes[free] = vector
+    return np.sqrt(np.abs(value)), shapes
+
+
+def bending(beta_L, I: float, A: float) -> np.ndarray:
+    return np.asarray(beta_L) ** 2 / L**2 * np.sqrt(E * I / (RHO * A))
+
+
+def two_planes(roots, b: float, h: float, count: int) -> np.ndarray:
+    return np.sort(np.concatenate([bending(roots, b * h**3 / 12, b * h), bending(roots, h * b**3 / 12, b * h)]))[:count]
+
+
+@pytest.mark.parametrize(("order", "n", "count"), [(3, 75, 8), (5, 8, 8), (6, 4, 6), (8, 2, 6)])
+def test_an_oblique_cantilever_has_the_closed_form_frequencies_with_the_advised_meshes(order, n, count):
+    structure = beam(boom(n), Rectangle(0.02, 0.03), order=order, rotary_inertia=False)
+    omega, _ = modes(structure, structure.clamped_dofs("start"))
+    assert omega[:count] == pytest.approx(two_planes(CANTILEVER, 0.02, 0.03, count), rel=1e-6)
+
+
+def test_a_free_beam_has_six_rigid_modes_and_the_closed_form_frequencies():
+    omega, _ = modes(beam(boom(6), Rectangle(0.02, 0.03), order=6, rotary_inertia=False))
+    assert omega[:6].max() < 1e-3 * omega[6]  # sqrt of rounding: K holds EA beside EI / L^2
+    assert omega[6:12] == pytest.approx(two_planes(FREE_FREE, 0.02, 0.03, 6), rel=1e-6)
+
+
+def test_a_pinned_beam_with_rotary_inertia_is_rayleighs():
+    """omega^2 = EI k^4 / (rho A (1 + r^2 k^2)), k = n pi / L, r^2 = I / A, in both planes."""
+    b, h = 0.3, 0.5
+    structure = beam(boom(6, [1, 0, 0], (0, 0, 0)), Rectangle(b, h), order=7)
+    pins = [structure.clamped_dofs("start", ["x", "y", "z", "rx"]), structure.clamped_dofs("end", ["y", "z"])]
+    omega, _ = modes(structure, np.concatenate(pins))
+    k = np.arange(1, 4) * np.pi / L
+    for r2 in (b**2 / 12, h**2 / 12):
+        for expected in k**2 * np.sqrt(E * r2 / RHO / (1 + r2 * k**2)):
+            assert np.abs(omega / expected - 1).min() < 1e-7
+
+
+@pytest.mark.parametrize("rotary", [True, False])
+def test_axial_and_torsional_frequencies_are_the_rods(rotary):
+    """(n - 1/2) pi c / L with c^2 = E / rho, and G J / rho I_p; rotary inertia off leaves torsion its own."""
+    structure = beam(boom(6, [0, 1, 0]), Rectangle(0.1, 0.2), order=8, rotary_inertia=rotary)
+    clamp, tip = structure.clamped_dofs("start"), structure.mesh.group_points("end")[0]
+    omega, phi = modes(structure, clamp)
+    p = Rectangle(0.1, 0.2).properties(np.zeros(1), 1.0)
+    speed = {"translation": np.sqrt(E / RHO), "rotation": np.sqrt(ALUMINIUM.G * p.J[0] / (RHO * p.polar[0]))}
+    for kind, c in speed.items():
+        along = np.abs((getattr(structure, kind) @ phi)[3 * tip + 1])
+        found = omega[along > 1e-3 * along.max()][:3]
+        assert found == pytest.approx((np.arange(3) + 0.5) * np.pi * c / L, rel=1e-8)
+
+
+@pytest.mark.parametrize(("order", "counts"), [(3, [8, 12, 16, 24]), (4, [6, 8, 12]), (5, [5, 6, 8])])
+def test_frequencies_converge_at_twice_the_order_less_one(order, counts):
+    errors = []
+    for n in counts:
+        structure = beam(boom(n), Circle(0.1), order=order, rotary_inertia=False)
+        omega, _ = modes(structure, structure.clamped_dofs("start"))
+        errors.append(omega[4] / bending(CANTILEVER[2], np.pi / 4 * 1e-4, np.pi * 1e-2) - 1)
+    slope = np.polyfit(np.log(1 / np.array(counts)), np.log(errors), deg=1)[0]
+    assert slope == pytest.approx(2 * (order - 1), abs=0.25)
+
+
+def test_the_cubic_error_is_beta_h_to_the_fourth_over_1440():
+    structure = beam(boom(12), Circle(0.1), rotary_inertia=False)
+    omega, _ = modes(structure, structure.clamped_dofs("start"))
+    for mode in range(3):
+        error = omega[2 * mode] / bending(CANTILEVER[mode], np.pi / 4 * 1e-4, np.pi * 1e-2) - 1
+        assert error == pytest.approx((CANTILEVER[mode] / 12) ** 4 / 1440, rel=0.1)
+
+
+def test_line3_cells_are_two_elements_each():
+    one, two = (modes(beam(boom(n, cell=cell), Circle(0.1)))[0] for n, cell in ((4, "line3"), (8, "line")))
+    assert one[6:20] == pytest.approx(two[6:20], rel=1e-9)
+
+
+def tip_mass_root(mass: float, inertia: float, guess: tuple[float, float]) -> float:
+    """beta L of a cantilever with a tip mass (over the beam's m L) and tip inertia (over m L^3), from its boundary
+    conditions w''' = -mass beta^4 w and w'' = inertia beta^4 w' at x = 1, for w = a(cosh - cos) + b(sinh - sin)."""
+
+    def determinant(k: float) -> float:
+        C, c, S, s = np.cosh(k), np.cos(k), np.sinh(k), np.sin(k)
+        shear = [S - s + mass * k * (C - c), C + c + mass * k * (S - s)]
+        moment = [C + c - inertia * k**3 * (S + s), S + s - inertia * k**3 * (C - c)]
+        return float(shear[0] * moment[1] - shear[1] * moment[0])
+
+    return brentq(determinant, *guess, xtol=1e-14)
+
+
+@pytest.mark.parametrize(("mass", "inertia"), [(0.5, 0.0), (3.0, 0.0), (0.5, 0.02)])
+def test_a_tip_mass_and_inertia_give_the_transcendental_frequencies(mass, inertia):
+    A, I = np.pi * 1e-2, np.pi / 4 * 1e-4
+    m = RHO * A
+    tip = PointMass("end", mass * m * L, inertia * m * L**3 * np.eye(3) if inertia else None)
+    structure = beam(boom(6), Circle(0.1), [tip], order=6, rotary_inertia=False)
+    omega, _ = modes(structure, structure.clamped_dofs("start"))
+    grid = np.linspace(0.3, 8.0, 400)
+    roots = []
+    for a, b in pairwise(grid):
+        try:
+            roots.append(tip_mass_root(mass, inertia, (a, b)))
+        except ValueError:  # no change of sign here
+            continue
+    for root in roots[:2]:
+        assert np.abs(omega / bending(root, I, A) - 1).min() < 1e-6
+    assert omega[0] == pytest.approx(bending(roots[0], I, A), rel=1e-6)
+
+
+def test_an_offset_tip_mass_swings_on_its_arm():
+    """A light cantilever of tip stiffness K with a mass m a rigid distance d beyond its end: omega^-2 = m r.K^-1 r."""
+    mesh = line([[0, 0, 0], [1.0, 0, 0]], 1)
+    light = Member("line", "beam", StiffnessSection(1e9, 1e5, 1e5, 1e5, 1e-4))
+    structure = build_structure(mesh, [light], [PointMass("end", 5.0, offset=(0.7, 0, 0))])
+    omega, _ = modes(structure, structure.clamped_dofs("start"))
+    K, r = 1e5 * np.array([[12.0, -6.0], [-6.0, 4.0]]), np.array([1.0, 0.7])
+    assert omega[0] == pytest.approx(1 / np.sqrt(5.0 * r @ np.linalg.solve(K, r)), rel=1e-5)  # the arm weighs 2e-5 of m
+
+
+@pytest.mark.parametrize(("power", "order_of_bessel"), [(1, 1), (2, 2)], ids=["wedge", "cone"])
+def test_pointed_cantilevers_have_kirchhoffs_bessel_frequencies(power, order_of_bessel):
+    """Wedge (A ~ x, I ~ x^3), cone (A ~ x^2, I ~ x^4): J_n I_n+1 + I_n J_n+1 = 0 at z, omega ~ z^2/4."""
+    n = order_of_bessel
+    roots, grid = [], np.linspace(1.0, 16.0, 200)
+    values = jv(n, grid) * iv(n + 1, grid) + iv(n, grid) * jv(n + 1, grid)
+    for i in np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:])):
+        roots.append(brentq(lambda z: jv(n, z) * iv(n + 1, z) + iv(n, z) * jv(n + 1, z), grid[i], grid[i + 1]))
+    section = Rectangle(0.1, "0.2*(1 - s/L)") if power == 1 else Circle("0.1*(1 - s/L)")
+    p0 = Rectangle(0.1, 0.2).properties(np.zeros(1), 1.0) if power == 1 else Circle(0.1).properties(np.zeros(1), 1.0)
+    structure = beam(boom(6, [1, 0, 0]), section, order=7, rotary_inertia=False)
+    omega, _ = modes(structure, structure.clamped_dofs("start"))
+    for z in roots[:3]:
+        expected = z**2 / 4 * np.sqrt(E * p0.Iy[0] / (RHO * p0.A[0] * L**4))
+        assert np.abs(omega / expected - 1).min() < 1e-6
+
+
+def test_a_table_equals_its_formula():
+    s = np.linspace(0, L, 41)
+    formula = StiffnessSection("1e7*(1-s/20)", "2e4*(1-s/20)**3", "3e4*(1-s/20)**3", "1e4", "4*(1-s/20)")
+    taper = 1 - s / 20
+    table = StiffnessSection((s, 1e7 * taper), (s, 2e4 * taper**3), [s, 3e4 * taper**3], 1e4, np.array([s, 4 * taper]))
+    omega = [modes(beam(boom(6), section, order=5))[0][6:16] for section in (formula, table)]
+    assert omega[1] == pytest.approx(omega[0], rel=1e-5)  # third order in the table's step
+
+
+def test_varying_properties_do_not_depend_on_the_direction_of_cells():
+    mesh = boom(6)
+    cells = mesh.cells["line"].copy()
+    cells[[1, 4]] = cells[[1, 4], ::-1]
+    mixed = Mesh(mesh.points, {"line": cells}, mesh.cell_groups, mesh.point_groups)
+    omega = [modes(beam(m, Tube("0.2 - 0.01*s", 0.005), order=5))[0][6:20] for m in (mesh, mixed)]
+    assert omega[1] == pytest.approx(omega[0], rel=1e-8)
+
+
+def test_the_option_start_tells_from_where_the_arc_length_runs():
+    mesh = boom(6)
+    backwards = beam(mesh, Tube("0.1 + 0.01*s", 0.005), order=5, start="end")
+    forwards = beam(mesh, Tube("0.1 + 0.01*(L - s)", 0.005), order=5, start="start")
+    assert backwards.M.toarray() == pytest.approx(forwards.M.toarray(), rel=1e-12, abs=1e-12)
+
+
+def test_given_numbers_are_the_shape_they_come_from():
+    p = Rectangle(0.1, 0.2).properties(np.zeros(1), 1.0)
+    numbers = GivenSection(p.A[0], p.Iy[0], p.Iz[0], p.J[0])
+    stiffness = StiffnessSection(E * p.A[0], E * p.Iy[0], E * p.Iz[0], ALUMINIUM.G * p.J[0], RHO * p.A[0])
+    shape, *others = (modes(beam(boom(4), section))[0][6:] for section in (Rectangle(0.1, 0.2), numbers, stiffness))
+    for omega in others:
+        assert omega == pytest.approx(shape, rel=1e-9)
+
+
+def test_an_angle_frame_has_the_frequencies_of_a_finer_one():
+    """Bending, torsion and stretch meet at the corner: cubic elements converge on four high-order ones."""
+    corner = [[0, 0, 0], [L, 0, 0], [L, L / 2, 0]]
+    fine = beam(line(corner, 6), Rectangle(0.1, 0.2), order=8)
+    expected = modes(fine, fine.clamped_dofs("start"))[0][:8]
+    errors = []
+    for n in (15, 30):
+        structure = beam(line(corner, n), Rectangle(0.1, 0.2))
+        errors.append(modes(structure, structure.clamped_dofs("start"))[0][:8] / expected - 1)
+    assert errors[1] == pytest.approx(0, abs=3e-5)
+    assert errors[0][4:] / errors[1][4:] == pytest.approx(16, rel=0.1)  # below, rounding shows

@@ -1,0 +1,163 @@
+import numpy as np
+import pytest
+
+from femflex.mesh import line, read_mesh, write_mesh
+from femflex.mesh.quality import sizes
+from femflex.warning import PhysicsWarning
+
+DECK = """\
+*Heading
+ an arm on a plate
+** a comment
+*Node, nset=plate nodes
+ 10, 0., 0.
+ 20, 1., 0., 0.
+ 30, 1., 1., 0.
+ 40, 0., 1., 0.
+*NODE, NSET=ARM
+ 1000, 1., 1., 1.
+ 2000, 1., 1., 2.
+ 1001, 1., 1., .5
+ 2001, 1., 1., 1.5
+ 7777, 9., 9., 9.
+*Element, type=s4r, elset=Skin
+ 1, 10, 20, 30, 40
+*ELEMENT, TYPE=B32, ELSET=Arm
+ 500, 30, 1001, 1000
+*ELEMENT,
+ TYPE=B32, ELSET=ARM
+ 501, 1000, 2001, 2000, 7777
+*Element, type=MASS, elset=lump
+ 900, 2000
+*Element, type=CONN3D2
+ 901, 10, 2000
+*Nset, nset=Root, generate
+ 10, 20, 10
+*Nset, nset=Root
+ 40
+*NSET, NSET="all of it"
+ Root, Arm
+ "plate nodes"
+*NSET, NSET=from elements, ELSET=Arm
+*Elset, elset=everything
+ SKIN, arm,
+*Elset, elset=few, internal, instance=Panel-1
+ 1, 501
+*Elset, elset=gone
+ 900,
+*Beam section, elset=Arm
+"""
+
+
+def deck(tmp_path, text=DECK):
+    path = tmp_path / "arm.inp"
+    path.write_text(text)
+    return path
+
+
+def read(path):
+    with pytest.warns(PhysicsWarning, match=r"left out: CONN3D2 \(1\), MASS \(1\); 3 are kept|1 of 9 points belong"):
+        return read_mesh(path)
+
+
+@pytest.fixture
+def mesh(tmp_path):
+    with pytest.warns(PhysicsWarning) as caught:
+        found = read_mesh(deck(tmp_path))
+    texts = [str(w.message) for w in caught]
+    assert any("left out: CONN3D2 (1), MASS (1); 3 are kept" in text for text in texts)
+    assert any("1 of 9 points belong to no cell; some are in the point groups ['ARM', 'all of it']" in t for t in texts)
+    return found
+
+
+def heights(mesh, group):
+    return sorted(mesh.points[mesh.point_groups[group]][:, 2].tolist())
+
+
+def test_all_node_and_element_blocks_are_read(mesh):
+    assert {c: len(n) for c, n in mesh.cells.items()} == {"quad": 1, "line3": 2}
+    assert len(mesh.points) == 9
+
+
+def test_the_middle_node_of_a_quadratic_beam_comes_last(mesh):
+    assert mesh.points[mesh.cells["line3"]][:, :, 2].tolist() == [[0, 1, 0.5], [1, 2, 1.5]]
+    assert sizes(mesh.points, "line3", mesh.cells["line3"]) == pytest.approx([1, 1])
+
+
+def test_sets_of_all_kinds_are_read(mesh):
+    assert sorted(mesh.cell_groups) == ["Arm", "Skin", "everything", "few", "gone", "lump"]
+    assert len(mesh.group_cells("Arm")["line3"]) == 2  # from two *ELEMENT blocks, in capitals or not
+    assert {c: len(n) for c, n in mesh.group_cells("everything").items()} == {"quad": 1, "line3": 2}
+    assert {c: len(n) for c, n in mesh.group_cells("few").items()} == {"quad": 1, "line3": 1}
+    assert heights(mesh, "ARM") == [0.5, 1, 1.5, 2, 9]
+    assert mesh.points[mesh.group_points("Root")][:, :2].tolist() == [[0, 0], [1, 0], [0, 1]]
+    assert heights(mesh, "all of it") == [0, 0, 0, 0, 0.5, 1, 1.5, 2, 9]
+    assert heights(mesh, "from elements") == [0, 0.5, 1, 1.5, 2]
+
+
+def test_a_set_whose_elements_were_left_out_is_empty_and_says_so(mesh):
+    with pytest.raises(ValueError, match="cell group 'gone' of the mesh is empty"):
+        mesh.group_cells("gone")
+
+
+def test_a_brick_over_several_lines_and_an_included_file(tmp_path):
+    from femflex.mesh import box
+
+    brick = box(1, 1, 1, 1, 1, 1, "hexahedron20")
+    nodes = brick.cells["hexahedron20"][0]
+    (tmp_path / "nodes.inp").write_text(
+        "*NODE\n" + "".join(f"{k + 5}, {x}, {y}, {z}\n" for k, (x, y, z) in enumerate(brick.points))
+    )
+    numbers = [str(n + 5) for n in nodes]
+    path = deck(
+        tmp_path,
+        f"*INCLUDE, INPUT=nodes.inp\n*ELEMENT, TYPE=C3D20R, ELSET=all\n3, {', '.join(numbers[:15])},\n"
+        f"{', '.join(numbers[15:])}\n*ELEMENT, TYPE=C3D27\n4, {', '.join(numbers[:15])},\n{', '.join(numbers[15:])}\n",
+    )
+    with pytest.warns(PhysicsWarning, match=r"C3D27 \(1\)"):
+        mesh = read_mesh(path)
+    assert mesh.points[mesh.cells["hexahedron20"][0]] == pytest.approx(brick.points[nodes])
+
+
+def test_one_part_in_place_is_as_good_as_a_flat_deck(tmp_path):
+    part = (
+        "*PART, NAME=Panel\n"
+        + DECK.split("*Beam")[0]
+        + "*END PART\n*ASSEMBLY, NAME=A\n*INSTANCE, NAME=Panel-1, PART=Panel\n"
+    )
+    mesh = read(deck(tmp_path, part + "*END INSTANCE\n*NSET, NSET=late, INSTANCE=Panel-1\n 10, 20\n*END ASSEMBLY\n"))
+    assert mesh.points[mesh.point_groups["late"]][:, 0].tolist() == [0, 1]
+    with pytest.raises(
+        ValueError, match=r"arm.inp is an assembly of 1 parts and 1 instances, or moves them; only flat"
+    ):
+        read_mesh(deck(tmp_path, part + " 1., 0., 0.\n*END INSTANCE\n"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("*Node, nset=plate nodes", "*NGEN", r"arm.inp makes nodes or elements by \*NGEN; only those written out"),
+        (" 1, 10, 20, 30, 40", " 1, 10, 20, 30, 50", r"elements use nodes \[50\] that no \*NODE block defines"),
+        (" 1, 10, 20, 30, 40", " 1, 10, 20, 30", "element 1 of type S4R has 3 nodes; it needs 4"),
+        (" 1, 10, 20, 30, 40", " 1, 10, 20, 30, 40, 1000", "element 1 of type S4R has 5 nodes; it needs 4"),
+        (" Root, Arm\n", " Rot, Arm\n", r"NSET 'Rot' is used before it is defined; known are \['ARM'"),
+    ],
+)
+def test_decks_that_cannot_be_read_rightly_are_refused(old, new, sentence, tmp_path):
+    with pytest.raises(ValueError, match=sentence):
+        read_mesh(deck(tmp_path, DECK.replace(old, new)))
+
+
+def test_a_deck_without_nodes_is_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"arm.inp has no \*NODE block"):
+        read_mesh(deck(tmp_path, "*HEADING\n text\n"))
+
+
+def test_a_written_deck_names_common_elements_and_quotes_odd_names(tmp_path):
+    mesh = line([[0, 0, 0], [1, 0, 0]], 2, "line3").with_groups(points={"two words": np.array([0, 1])})
+    path = tmp_path / "beam.inp"
+    write_mesh(path, mesh)
+    text = path.read_text()
+    assert "*ELEMENT, TYPE=B32\n1,1,2,3\n2,3,4,5\n" in text
+    assert '*NSET, NSET="two words"\n1, 2\n' in text
+    assert "*ELSET, ELSET=line\n1, 2\n" in text

@@ -1,0 +1,165 @@
+import numpy as np
+import pytest
+
+from femflex.mesh import read_mesh, write_mesh
+from femflex.mesh.generators import rectangle
+from femflex.mesh.nastran_cards import expanded
+from femflex.warning import PhysicsWarning
+
+DECK = """\
+SOL 103
+CEND
+TITLE = A PANEL WITH EVERY FIELD FORMAT
+SET 4 = 101, 104,
+   107
+SET 5 = 11 THRU 12 EXCEPT 99
+SET 6 = ALL
+DISPLACEMENT = 4
+SUBCASE 1
+begin bulk
+$ small, large and free fields, continuations with and without marks
+GRID    101             0.0     0.0     0.0
+GRID    104             0.      1.      0.             123
+GRID*   107                             0.              2.+0            +G1
+*G1     0.
+GRID,102,,1.,0.0,
+GRID*,105,,1.0D+0,1.
+*,0.
+GRID    108             10.-1   .2E+1
+GRID    103             2.      0.      0.
+GRID    106             2.      1.      0.
+GRID    109             2.      2.      0.
+CQUAD4  11      1       101     102     105     104     45.0    0.01
+CQUAD4  12      1       102     103     106     105
+CTRIA3  21      2       104     105     107     30.
+CTRIA3*               22               2             105             108
+*                    107
+CBAR    31      7       106     109     0.      0.      1.
+CONM2   900     109     0       5.0
+RBE2    901     109     123456  106
+SET1    8       21      THRU    22
+SET3    9       GRID    101     102     103
+PSHELL  1       1       0.001
+ENDDATA
+GRID    999             9.      9.      9.
+"""
+
+
+def deck(tmp_path, text=DECK):
+    path = tmp_path / "panel.bdf"
+    path.write_text(text)
+    return path
+
+
+def read(path, **options):
+    with pytest.warns(PhysicsWarning, match=r"left out: CONM2 \(1\), RBE2 \(1\); 5 are kept"):
+        return read_mesh(path, **options)
+
+
+def at(mesh, group):
+    return sorted(mesh.points[mesh.group_points(group)][:, :2].tolist())
+
+
+def test_every_field_format_is_read_with_properties_and_sets(tmp_path):
+    mesh = read(deck(tmp_path))
+    assert {c: len(n) for c, n in mesh.cells.items()} == {"line": 1, "quad": 2, "triangle": 2}
+    assert len(mesh.points) == 9
+    assert mesh.groups == ["pid_1", "pid_2", "pid_7", "set_4", "set_5", "set_8", "set_9"]
+    assert at(mesh, "set_4") == [[0, 0], [0, 1], [0, 2]]
+    assert at(mesh, "set_9") == [[0, 0], [1, 0], [2, 0]]
+    assert at(mesh, "pid_7") == [[2, 1], [2, 2]]
+    assert list(mesh.group_cells("set_5")) == ["quad"]  # no such grid points: a set of elements
+    assert len(mesh.group_cells("set_8")["triangle"]) == 2
+    corners = mesh.points[mesh.group_cells("set_8")["triangle"][1]][:, :2].tolist()
+    assert corners == [[1, 1], [1, 2], [0, 2]]
+
+
+def test_groups_are_named_by_the_caller(tmp_path):
+    mesh = read(deck(tmp_path), groups={"root": "SET 4", "panel": "PID 1", "tip": "set_9"})
+    assert mesh.groups == ["panel", "pid_2", "pid_7", "root", "set_5", "set_8", "tip"]
+    assert at(mesh, "root") == [[0, 0], [0, 1], [0, 2]]
+    with pytest.warns(PhysicsWarning), pytest.raises(ValueError) as error:
+        read_mesh(deck(tmp_path), groups={"root": "SET 44"})
+    assert "panel.bdf has no group 'SET 44' to be named 'root'; it has ['pid_1', 'pid_2'" in str(error.value)
+
+
+def test_names_in_comments_of_preprocessors_are_used(tmp_path):
+    names = '$HMSET        4        1 "root"\n$HMSET 5 2 "first row"\n$HMNAME PROP     1"panel"  4\n'
+    femap = "$ Femap with NX Nastran Property 2 : corner plates\n"
+    path = deck(tmp_path, DECK.replace("SOL 103\n", "SOL 103\n" + names).replace("PSHELL", femap + "PSHELL"))
+    assert read(path).groups == ["corner plates", "first row", "panel", "pid_7", "root", "set_8", "set_9"]
+    both = read(path, groups={"clamp": "SET 4", "skin": "panel"})
+    assert {"clamp", "skin"} <= set(both.groups) and not {"root", "panel"} & set(both.groups)
+
+
+def test_a_set_said_to_be_of_elements_is_not_taken_for_points(tmp_path):
+    text = DECK.replace("$ small", "SET3    10      ELEM    11\n$ small").replace("GRID    101 ", "GRID    11  ")
+    mesh = read(deck(tmp_path, text.replace("101     102     105", "11      102     105")))
+    assert list(mesh.group_cells("set_10")) == ["quad"]
+    assert "set_10" not in mesh.point_groups
+
+
+def test_included_files_are_read(tmp_path):
+    start, stop = DECK.index("GRID    101"), DECK.index("CQUAD4  11")
+    (tmp_path / "grids.bdf").write_text(DECK[start:stop])
+    path = deck(tmp_path, DECK[:start] + "INCLUDE 'grids.bdf'\n" + DECK[stop:])
+    with pytest.warns(PhysicsWarning, match="CONM2"):
+        assert len(read_mesh(path).cells["quad"]) == 2
+    (tmp_path / "grids.bdf").unlink()
+    with pytest.raises(ValueError, match=r"grids.bdf is included in a Nastran deck but does not exist"):
+        read_mesh(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("GRID    103     ", "GRID    103     5", "1 GRID cards, the first is 103, are given in a local coordinate"),
+        ("GRID    103 ", "GRID    113 ", r"elements use grid points \[103\] that no GRID card defines"),
+        ("102     103     106     105", "102     103     106", "CQUAD4 12 has 3 nodes; it may have 4"),
+        (
+            "CQUAD4  12 ",
+            "CQUAD4  1x ",
+            r"panel.bdf could not be read as Nastran bulk data: invalid literal for int\(\)",
+        ),
+        ("GRID", "XRID", "panel.bdf has no GRID cards; it is no Nastran bulk data"),
+        (
+            "GRID    103             2. ",
+            "GRID    103             2.x",
+            r"panel.bdf could not be read as Nastran bulk data",
+        ),
+        ("GRID    103             2. ", "GRID    103             nan", r"1 of 9 mesh points have coordinates that are"),
+    ],
+)
+def test_decks_that_cannot_be_read_rightly_are_refused(old, new, sentence, tmp_path):
+    with pytest.raises(ValueError, match=sentence):
+        read_mesh(deck(tmp_path, DECK.replace(old, new).replace("CONM2", "$").replace("RBE2", "$")))
+
+
+def test_lists_of_numbers():
+    assert expanded("1 THRU 4 7 10 THRU 20 BY 5".split()) == [1, 2, 3, 4, 7, 10, 15, 20]
+    assert expanded("1 THRU 6 EXCEPT 3 4".split()) == [1, 2, 5, 6]
+
+
+def test_a_written_deck_has_properties_sets_and_names(tmp_path):
+    mesh = rectangle(2, 0.4, 10, 2, "quad")
+    quads = np.arange(20)
+    mesh = mesh.with_groups(
+        {"inner": {"quad": quads[:10]}, "outer": {"quad": quads[10:]}}, {"ends": [0, 1, 2, 30, 31, 32], "odd": [1, 5]}
+    )
+    path = tmp_path / "strip.bdf"
+    write_mesh(path, mesh)
+    text = path.read_text()
+    assert "SET 1 = 1 THRU 3" not in text  # points come in the order they were put: corners first
+    assert '"ends"' in text and " = 1 THRU 3, 31 THRU 33" in text and " = 2, 6" in text
+    assert '$HMNAME PROP               1"inner"' in text
+    assert all(len(line) <= 80 for line in text.splitlines())
+    assert read_mesh(path, groups={"first": "PID 1"}).group_cells("first")["quad"].shape == (10, 4)
+
+
+def test_long_sets_stay_within_a_card_and_come_back(tmp_path):
+    mesh = rectangle(1, 1, 40, 40, "quad")
+    mesh = mesh.with_groups(points={"every third": np.arange(0, len(mesh.points), 3)})
+    path = tmp_path / "plate.bdf"
+    write_mesh(path, mesh)
+    assert max(len(line) for line in path.read_text().splitlines()) <= 80
+    assert read_mesh(path).point_groups["every third"].tolist() == mesh.point_groups["every third"].tolist()

@@ -1,0 +1,98 @@
+import numpy as np
+import pytest
+
+from femflex.mesh import Mesh, annulus, box, check, line, rectangle
+from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.quality import qualities, sizes
+
+FLAT = {
+    "line": line([[0, 0, 0], [1, 2, 2]], 3),
+    "line3": line([[0, 0, 0], [1, 2, 2]], 3, "line3"),
+    **{cell: rectangle(3, 2, 3, 2, cell) for cell in ("triangle", "triangle6", "quad", "quad8", "quad9")},
+    **{
+        cell: box(3, 2, 1, 2, 2, 1, cell) for cell in ("tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27")
+    },
+    **{
+        cell: Mesh(CELL_TYPES[cell].nodes, {cell: [np.arange(len(CELL_TYPES[cell].nodes))]})
+        for cell in ("wedge", "wedge15", "wedge18")
+    },
+}
+
+
+@pytest.mark.parametrize("cell", FLAT)
+def test_children_fill_their_parents_and_share_all_points(cell):
+    mesh, fine = FLAT[cell], FLAT[cell].refined()
+    kind = CELL_TYPES[cell]
+    before, after = (sizes(m.points, cell, m.cells[cell]) for m in (mesh, fine))
+    n = 2**kind.dimension
+    assert after.reshape(-1, n).sum(axis=1) == pytest.approx(before, rel=1e-12)  # children follow their parent
+    assert after == pytest.approx(np.repeat(before / n, n), rel=1e-12)
+    check(fine)  # no coincident or loose points, nothing inside out
+    twice = mesh.refined(2)
+    corners = kind.n_corners
+    middles = CELL_TYPES[kind.corner].interpolation(kind.nodes) @ twice.points[twice.cells[cell][:, :corners]]
+    assert middles == pytest.approx(twice.points[twice.cells[cell]], abs=1e-13)  # flat cells stay flat
+
+
+@pytest.mark.parametrize("cell", ["triangle", "triangle6", "quad", "quad8", "quad9"])
+def test_a_refined_rectangle_is_the_finer_rectangle(cell):
+    coarse, fine = rectangle(3, 2, 3, 2, cell).refined(), rectangle(3, 2, 6, 4, cell)
+    assert np.unique(coarse.points.round(12), axis=0) == pytest.approx(np.unique(fine.points.round(12), axis=0))
+    for group in ("left", "right", "bottom", "top", "top_left"):
+        a, b = (np.unique(m.points[m.group_points(group)].round(12), axis=0) for m in (coarse, fine))
+        assert a == pytest.approx(b)
+
+
+def test_a_refined_box_is_the_finer_box():
+    coarse, fine = box(3, 2, 1, 2, 1, 1, "hexahedron27").refined(), box(3, 2, 1, 4, 2, 2, "hexahedron27")
+    assert np.unique(coarse.points.round(12), axis=0) == pytest.approx(np.unique(fine.points.round(12), axis=0))
+    for group in ("left", "back", "top", "volume"):
+        a, b = (np.unique(m.points[m.group_points(group)].round(12), axis=0) for m in (coarse, fine))
+        assert a == pytest.approx(b)
+
+
+def test_curved_cells_keep_their_shape():
+    mesh = annulus(1, 2, 1, 6, "quad9")
+    area = [sizes(m.points, "quad9", m.cells["quad9"]).sum() for m in (mesh, mesh.refined(), mesh.refined(2))]
+    assert area == pytest.approx([area[0]] * 3, rel=1e-12)
+    outer = mesh.refined().points[mesh.refined().group_points("outer")]
+    assert np.linalg.norm(outer, axis=1) == pytest.approx(2, rel=3e-3)  # quarter points lie on the parabola
+
+
+def test_tetrahedra_do_not_degrade():
+    mesh = box(1, 1, 1, 1, 1, 1, "tetra")
+    worst = [qualities(m.points, "tetra", m.cells["tetra"]).min() for m in (mesh, mesh.refined(3))]
+    assert worst[1] > 0.9 * worst[0]
+
+
+def test_point_groups_grow_along_whole_edges_only():
+    plain = rectangle(2, 2, 2, 2, "quad").refined()
+    left = np.flatnonzero(plain.points[:, 0] == 0)
+    far = np.flatnonzero((plain.points[:, 0] == 0) & np.isin(plain.points[:, 1], (0, 1)))
+    mesh = plain.with_groups(points={"root": left, "hinges": far, "all": np.arange(len(plain.points))})
+    fine = mesh.refined()
+    assert fine.group_points("root").tolist() == np.flatnonzero(fine.points[:, 0] == 0).tolist()
+    assert fine.group_points("hinges").tolist() == far.tolist()  # two points with one between them
+    assert len(fine.group_points("all")) == len(fine.points)
+
+
+def test_second_order_point_groups_need_the_middle_node_too():
+    mesh = rectangle(1, 1, 1, 1, "quad9")
+    ends = np.flatnonzero((mesh.points[:, 0] == 0) & (mesh.points[:, 1] != 0.5))
+    fine = mesh.with_groups(points={"ends": ends}).refined()
+    assert fine.group_points("ends").tolist() == ends.tolist()
+
+
+def test_lines_on_the_edge_of_second_order_cells_take_their_middle_nodes():
+    quad = rectangle(2, 1, 2, 1, "quad9")
+    left = quad.group_cells("left")["line3"][:, :2]
+    mesh = Mesh(quad.points, {"quad9": quad.cells["quad9"], "line": left}, {"left": {"line": np.arange(len(left))}})
+    fine = mesh.refined()
+    assert fine.cells["line"].max() < len(quad.points)
+    assert len(fine.group_points("left")) == 3
+
+
+def test_two_curved_cells_between_the_same_ends_are_refused():
+    ring = Mesh([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], {"line3": [[0, 1, 2], [1, 0, 3]]})
+    with pytest.raises(ValueError, match="points 2 and 3 are both the middle of one edge"):
+        ring.refined()

@@ -1,0 +1,153 @@
+"""A planar rigid hub with one beam, pinned or free: ten shapes against the exact transcendental equation.
+
+Unit beam (EI = m' = L = 1) on a hub of mass m and inertia J about its centre, attached at distance r from it. In
+vibration at beta^2 the beam's whole deflection w(x) solves w'''' = beta^4 w with a free tip, and at the root
+w(0) = y + r theta, w'(0) = theta. Virtual work of hub and beam, after two integrations by parts, leaves
+
+    -beta^4 m y + w'''(0) = 0                      (free hub; y = 0 on a pinned one)
+    -beta^4 J theta - w''(0) + r w'''(0) = 0
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from scipy.optimize import brentq
+
+from femflex.fem import Member, build_structure
+from femflex.fem.sections import StiffnessSection
+from femflex.mesh.generators import line
+from femflex.reduction import (
+    BeamFunctions,
+    UniformBeam,
+    beam_body,
+    cantilever_modes,
+    craig_bampton,
+    reduce_structure,
+    sampled_functions,
+    with_attachment,
+)
+
+HUBS = [(0.0, 1.0, 1.0), (0.1, 0.1, 0.5), (0.1, 0.01, 0.1), (0.5, 5.0, 10.0), (0.0, 1e-3, 1e-2)]  # r, J, m
+BEAM = UniformBeam(1.0, EA=1e4, EIy=10.0, EIz=1.0, GJ=10.0, mass_per_length=1.0, rotary_inertia=False)
+
+
+def frequency_equation(beta, r, J, m, pinned):
+    """Determinant of end and hub conditions over cos, sin, exp(-beta x), exp(-beta (1 - x)), scaled by beta^-k."""
+    c, s, e = np.cos(beta), np.sin(beta), np.exp(-beta)
+    w, w1, w2, w3 = (
+        np.array([[1, 0, 1, e], [0, 1, -1, e], [-1, 0, 1, e], [0, -1, -1, e]]) * beta ** np.arange(4)[:, None]
+    )
+    tip = np.array([[-c, -s, e, 1], [s, -c, -e, 1]])  # w'' and w''' at x = 1
+    y = w - r * w1
+    hub = y if pinned else (-(beta**4) * m * y + w3) / beta**3
+    moment = (-(beta**4) * J * w1 - w2 + r * w3) / beta**3
+    return np.linalg.det(np.array([*tip, hub, moment]))
+
+
+def exact_frequencies(r, J, m, pinned, n=3):
+    betas = np.linspace(0.2, 16, 3000)
+    values = [frequency_equation(b, r, J, m, pinned) for b in betas]
+    changes = np.flatnonzero(np.diff(np.sign(values)) != 0)[:n]
+    arguments = (r, J, m, pinned)
+    roots = [
+        brentq(frequency_equation, betas[i], betas[i + 1], args=arguments, xtol=1e-15, rtol=1e-15) for i in changes
+    ]
+    return np.array(roots) ** 2
+
+
+def hub_frequencies(body, r, J, m, pinned, n=3):
+    """Frequencies of the hub (x, y, theta; in-plane) with a body at (r, 0), from the body's moments alone."""
+    P, first, mass = body.moments.second, body.moments.first, body.moments.mass
+    s, turning = first[1:, 1], P[0, 0, 1:, 1] - P[0, 1, 1:, 0]  # int phi_y dm, int (x phi_y - y phi_x) dm
+    k = body.n_modes
+    M, K = np.zeros((k + 2, k + 2)), np.zeros((k + 2, k + 2))
+    M[0, 0] = m + mass
+    M[0, 1] = M[1, 0] = first[0, 0] + r * mass
+    M[1, 1] = J + body.moments.inertia()[2, 2] + 2 * r * first[0, 0] + r**2 * mass
+    M[0, 2:] = M[2:, 0] = s
+    M[1, 2:] = M[2:, 1] = turning + r * s
+    M[2:, 2:], K[2:, 2:] = body.moments.elastic_mass(), body.strain.V1
+    rigid = 1 if pinned else 2
+    M, K = M[2 - rigid :, 2 - rigid :], K[2 - rigid :, 2 - rigid :]
+    scale = np.outer(*2 * [1 / np.sqrt(np.diag(M))])
+    eigenvalues = eigh(K * scale, M * scale, eigvals_only=True)
+    assert np.all(np.abs(eigenvalues[:rigid]) < 1e-6 * eigenvalues[rigid])
+    return np.sqrt(eigenvalues[rigid : rigid + n])
+
+
+def fe_beam(n=8, order=6):
+    section = StiffnessSection(EA=1e4, EIy=10.0, EIz=1.0, GJ=10.0, mass_per_length=1.0, ry=1e-6, rz=1e-6)
+    member = Member("line", "beam", section, options={"order": order, "rotary_inertia": False})
+    return build_structure(line([[0, 0, 0], [1, 0, 0]], n), [member])
+
+
+def in_plane(structure, modes, n):
+    """The first n of the modes that bend in the plane x-y."""
+    sideways = np.abs(structure.translation @ modes.phi)[1::3].max(axis=0)
+    return modes.picked(np.flatnonzero(sideways > 1e-3 * sideways.max())[:n])
+
+
+def vibration_and_static(structure):
+    """Eight cantilever modes and the two static shapes of a root that accelerates along y and about z."""
+    return with_attachment(
+        structure, in_plane(structure, cantilever_modes(structure, "start", 24), 8), directions=("y", "rz")
+    )
+
+
+def test_the_transcendental_equation_has_the_known_limits():
+    clamped = np.array([1.87510406871196, 4.69409113297417, 7.85475743823761]) ** 2
+    pinned_free = np.array([3.92660231204792, 7.06858274562873, 10.2101761228130]) ** 2
+    free_free = np.array([4.73004074486270, 7.85320462409584, 10.9956078380017]) ** 2
+    assert exact_frequencies(0.3, 1e9, 1e9, False) == pytest.approx(clamped, rel=1e-6)
+    assert exact_frequencies(0.0, 1e-10, 1.0, True) == pytest.approx(pinned_free, rel=1e-6)
+    assert exact_frequencies(0.0, 1e-11, 1e-9, False) == pytest.approx(free_free, rel=1e-6)
+
+
+@pytest.mark.parametrize("pinned", [True, False], ids=["pinned", "free"])
+@pytest.mark.parametrize(("r", "J", "m"), HUBS)
+def test_ten_finite_element_shapes_give_three_hub_beam_frequencies(r, J, m, pinned):
+    structure = fe_beam()
+    body = reduce_structure(structure, vibration_and_static(structure))
+    assert body.n_modes == 10
+    assert hub_frequencies(body, r, J, m, pinned) == pytest.approx(exact_frequencies(r, J, m, pinned), rel=1e-9)
+
+
+@pytest.mark.parametrize("pinned", [True, False], ids=["pinned", "free"])
+@pytest.mark.parametrize(("r", "J", "m"), HUBS)
+@pytest.mark.parametrize(
+    ("functions", "tolerance"),
+    [(BeamFunctions(y=10, static=True), 1e-9), (BeamFunctions(y=10, family="polynomial"), 1e-6)],
+    ids=["characteristic", "polynomial"],
+)
+def test_ten_admissible_functions_give_three_hub_beam_frequencies(functions, tolerance, r, J, m, pinned):
+    body = beam_body(BEAM, functions)
+    exact = exact_frequencies(r, J, m, pinned)
+    assert hub_frequencies(body, r, J, m, pinned) == pytest.approx(exact, rel=tolerance)
+
+
+@pytest.mark.parametrize("pinned", [True, False], ids=["pinned", "free"])
+def test_ten_cantilever_modes_alone_reach_it_beside_a_heavy_hub_only(pinned):
+    body = beam_body(BEAM, BeamFunctions(y=10))
+    heavy, light = HUBS[3], HUBS[4]
+    assert hub_frequencies(body, *heavy, pinned) == pytest.approx(exact_frequencies(*heavy, pinned), rel=1e-7)
+    error = np.abs(hub_frequencies(body, *light, pinned) / exact_frequencies(*light, pinned) - 1).max()
+    assert 1e-6 < error < 1e-4  # why static shapes are offered
+
+
+def test_sampled_functions_on_a_mesh_give_the_same():
+    structure = fe_beam(n=80, order=3)
+    functions = BeamFunctions(y=10, static=True)
+    body = reduce_structure(structure, sampled_functions(structure, BEAM, functions, clamp="start"))
+    for pinned in (True, False):
+        found = hub_frequencies(body, *HUBS[1], pinned)
+        assert found == pytest.approx(exact_frequencies(*HUBS[1], pinned), rel=1e-6)
+
+
+def test_ten_craig_bampton_shapes_converge_like_cantilever_modes():
+    structure = fe_beam()
+    modes = in_plane(structure, craig_bampton(structure, ["start", "end"], 30), 10)
+    body = reduce_structure(structure, modes)
+    exact = exact_frequencies(*HUBS[1], False)
+    assert hub_frequencies(body, *HUBS[1], False) == pytest.approx(exact, rel=1e-5)

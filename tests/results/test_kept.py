@@ -1,0 +1,182 @@
+"""Nothing written is lost: to a kill at any moment, to a full disk, to a stop and a resumed run."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from femflex.results import RunWriter, open_run, resume_point
+
+PAGE = 4096
+
+KILLER = """
+import os, random, signal, sys, time
+import numpy as np
+sys.path.insert(0, {here!r})
+from conftest import CHANNELS, known_arrays, known_bodies
+from femflex.results import RunWriter, open_run
+
+def write_on(path, pipe, rows):
+    writer = RunWriter(path, CHANNELS, known_bodies())
+    for k in range(10**6):
+        times = np.arange(float(k * rows), (k + 1) * rows)
+        writer.write_block(times, known_arrays(times), resume={{"next": (k + 1) * rows, "x": np.full(50, k + 0.5)}})
+        os.write(pipe, b".")
+
+random.seed({seed})
+for trial in range({trials}):
+    path, rows = f"{{trial:04d}}.h5", random.choice([1, 20, 1024])
+    reader, pipe = os.pipe()
+    child = os.fork()
+    if child == 0:
+        write_on(path, pipe, rows)
+    os.close(pipe)
+    os.read(reader, 1)
+    time.sleep(random.uniform(0, 0.08))
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    acknowledged = 1
+    while got := os.read(reader, 65536):
+        acknowledged += len(got)
+    os.close(reader)
+    print(path, rows, acknowledged, flush=True)
+"""
+
+
+def killed_runs(folder, trials, seed):
+    """Path, rows of a block, and blocks acknowledged, of runs killed at random moments."""
+    script = KILLER.format(here=str(Path(__file__).parent), trials=trials, seed=seed)
+    done = subprocess.run([sys.executable, "-c", script], cwd=folder, capture_output=True, text=True, check=True)
+    for line in done.stdout.splitlines():
+        name, rows, acknowledged = line.split()
+        yield folder / name, int(rows), int(acknowledged)
+
+
+def check_killed(path, rows, acknowledged, arrays_at):
+    with h5py.File(path, "r") as file:  # plain h5py, locks and all
+        valid, slot = file["progress"][()]
+        assert valid in (rows * acknowledged, rows * (acknowledged + 1))
+        assert len({len(file[name]) for name in ("time", "q", "bodies/hub/position", "monitors/energy")}) == 1
+        assert not file.attrs["complete"]
+        assert file[f"resume/{slot}/next"][()] == valid
+        assert np.all(file[f"resume/{slot}/x"][()] == valid / rows - 0.5)
+    with open_run(path) as run:
+        assert np.array_equal(run.time, np.arange(valid))
+        for name, value in arrays_at(run.time).items():
+            assert np.array_equal(run[name], value), name
+    with RunWriter.resumed(path) as writer:
+        times = np.arange(float(valid), valid + 5)
+        writer.write_block(times, arrays_at(times), resume={"next": int(valid) + 5, "x": np.zeros(50)})
+    with open_run(path) as run:
+        assert np.array_equal(run["q"], arrays_at(np.arange(valid + 5.0))["q"])
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs fork and SIGKILL")
+@pytest.mark.parametrize(("trials", "seed"), [(25, 1), pytest.param(600, 2, marks=pytest.mark.slow)])
+def test_a_kill_at_any_moment_loses_at_most_the_block_being_written(tmp_path, arrays_at, trials, seed):
+    count = 0
+    for path, rows, acknowledged in killed_runs(tmp_path, trials, seed):
+        check_killed(path, rows, acknowledged, arrays_at)
+        count += 1
+    assert count == trials
+
+
+def test_any_mixture_of_old_and_new_pages_is_the_old_run(tmp_path, channels, bodies, arrays_at):
+    """A kill leaves some pages of a block on the disk and others not: whichever, the file is whole."""
+    path, torn = tmp_path / "run.h5", tmp_path / "torn.h5"
+    rng = np.random.default_rng(5)
+    with RunWriter(path, channels, bodies, rows=4000) as writer:
+        images = []
+        for k in range(3):
+            times = np.arange(1000.0 * k, 1000 * k + 1000)
+            writer.write_block(times, arrays_at(times), resume={"x": np.full(3000, float(k))})
+            images.append(path.read_bytes())
+        with h5py.File(path, "r", locking=False) as file:
+            progress = file["progress"].id.get_offset()
+        writer.finish(complete=False)
+    old, new = (np.frombuffer(image + bytes(-len(image) % PAGE), np.uint8) for image in images[1:])
+    assert old.size == new.size
+    for _ in range(20):
+        fresh = rng.random(old.size // PAGE) < rng.random()
+        mixed = np.where(np.repeat(fresh, PAGE), new, old)
+        mixed[progress : progress + 16] = old[progress : progress + 16]
+        torn.write_bytes(mixed.tobytes()[: len(images[1])])
+        with open_run(torn) as run:
+            assert len(run) == 2000
+            assert all(np.array_equal(run[name], value) for name, value in arrays_at(run.time).items())
+        assert np.all(resume_point(torn).state["x"] == 1)
+
+
+def test_a_stopped_run_goes_on_after_its_last_block(tmp_path, channels, bodies, arrays_at):
+    path = tmp_path / "run.h5"
+    first, second = np.arange(0.0, 10), np.arange(10.0, 15)
+    with RunWriter(path, channels, bodies, {"title": "long"}) as writer:
+        writer.write_block(first, arrays_at(first), resume={"h": 0.1, "x": {"q": np.arange(3.0), "order": 8}})
+        writer.finish(complete=False, ended="interrupted")
+    point = resume_point(path)
+    assert (point.rows, point.time) == (10, 9.0)
+    assert point.state["h"] == 0.1 and point.state["x"]["order"] == 8
+    assert np.array_equal(point.state["x"]["q"], np.arange(3.0))
+    with RunWriter.resumed(path) as writer:
+        assert writer.rows == 10 and writer.channels == channels
+        with open_run(path) as run:
+            assert not run.complete and run.ended == ""
+        writer.write_block(second, arrays_at(second), resume={"h": 0.2, "x": {"q": np.arange(3.0), "order": 7}})
+        writer.finish(complete=True, ended="reached the end", statistics={"steps": 3})
+    with open_run(path) as run:
+        assert run.complete and run.title == "long" and np.array_equal(run.time, np.arange(15.0))
+        assert all(np.array_equal(run[name], value) for name, value in arrays_at(run.time).items())
+        assert run.bodies()["boom"].skin is not None
+    assert resume_point(path).state["x"]["order"] == 7
+
+
+def test_a_state_may_be_one_array_and_may_change_its_shape(tmp_path, channels, bodies, arrays_at):
+    path = tmp_path / "run.h5"
+    with RunWriter(path, channels, bodies) as writer:
+        for k in range(4):
+            times = np.arange(10.0 * k, 10 * k + 10)
+            state = np.random.default_rng(k).standard_normal(2 + k // 2)
+            writer.write_block(times, arrays_at(times), resume=state)
+            assert np.array_equal(resume_point(path).state, state)
+
+
+FULL_DISK = """
+import resource, signal, sys
+import numpy as np
+sys.path.insert(0, {here!r})
+from conftest import CHANNELS, known_arrays, known_bodies
+from femflex.results import RunWriter
+
+resource.setrlimit(resource.RLIMIT_FSIZE, (2_000_000, resource.RLIM_INFINITY))
+with RunWriter("run.h5", CHANNELS, known_bodies()) as writer:
+    try:
+        for k in range(10**6):
+            times = np.arange(1000.0 * k, 1000 * k + 1000)
+            writer.write_block(times, known_arrays(times), resume={{"x": times[:10]}})
+    except OSError as error:
+        print(error, writer.rows, sep="|")
+        writer.finish(complete=False, ended="the disk is full")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a limit of file size")
+def test_a_full_disk_keeps_the_file_and_says_so(tmp_path, arrays_at):
+    script = FULL_DISK.format(here=str(Path(__file__).parent))
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True)
+    told, rows = done.stdout.strip().split("|")
+    assert told == f"run.h5 cannot be written (File too large); the {rows} instants written before are kept"
+    assert int(rows) >= 4000 and done.stderr == ""
+    assert [found.name for found in tmp_path.iterdir()] == ["run.h5"]
+    with open_run(tmp_path / "run.h5") as run:
+        assert len(run) == int(rows) and not run.complete and run.ended == "the disk is full"
+        assert all(np.array_equal(run[name], value) for name, value in arrays_at(run.time).items())
+    assert np.array_equal(resume_point(tmp_path / "run.h5").state["x"], run_times(int(rows)))
+
+
+def run_times(rows):
+    return np.arange(rows - 1000.0, rows - 990)
