@@ -70,16 +70,16 @@ def prepare(
     """
     from femflex.case import Case, read_case
     from femflex.case.build import build_system
+    from femflex.case.build.integrator import chosen_integrator
     from femflex.case.build.references import duration_of
     from femflex.dynamics import compile_system
-    from femflex.integrate import choose
 
     case = case if isinstance(case, Case) else read_case(case)
     check_output(case, Path(output), force, resume)
     system = build_system(case, bodies)
     model = compile_system(system)
     times = case.run.times(duration_of(case, system))
-    choice = choose(case.run, model, times)
+    choice = chosen_integrator(case, model, times)
     return Prepared(case, system, model, choice.integrator, choice.reason, times)
 
 

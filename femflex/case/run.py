@@ -26,12 +26,19 @@ class RunTable(Table):
     """Time between rows of the result file."""
     samples: Annotated[int | None, Count(2)] = None
     """Number of rows, first and last included, instead of output_step; 1001 when both are left out."""
-    rtol: Annotated[float, Quantity("", above=0.0, most=0.1)] = 1e-9
-    """Relative error tolerance of a step."""
-    atol: Annotated[float | None, Quantity("", above=0.0)] = None
-    """Absolute error tolerance; left out, rtol times the size each coordinate is expected to have."""
-    integrator: Literal["auto", "dop853", "generalized_alpha"] = "auto"
+    rtol: Annotated[float, Quantity("", above=0.0, most=0.1)] | None = None
+    """Relative error tolerance of a step; left out, 1e-9 (dop853) or the method's own."""
+    atol: Annotated[float, Quantity("", above=0.0)] | None = None
+    """Absolute error tolerance; left out, a tenth of rtol, for rates of joints times a typical rate."""
+    integrator: Literal["auto", "dop853", "esdirk4", "generalized_alpha"] = "auto"
+    """dop853: explicit, order 8; esdirk4: implicit, order 4; generalized_alpha: implicit, order 2, damps high modes."""
+    band: Annotated[float, Quantity("Hz", above=0.0)] | None = None
+    """Highest frequency wanted, for the automatic choice; left out, what the output can show."""
     max_step: Duration | None = None
+    step: Duration | None = None
+    """Constant step of an implicit method, instead of error control."""
+    rho: Annotated[float, Quantity("", least=0.0, most=1.0)] | None = None
+    """Spectral radius of generalized_alpha at infinite frequency; 1 does not damp."""
 
     @model_validator(mode="after")
     def _one_of_each(self) -> RunTable:

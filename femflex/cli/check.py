@@ -17,9 +17,11 @@ def check(case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_de
     with Patience("building the bodies"):
         from femflex.case import read_case
         from femflex.case.build import build_system
+        from femflex.case.values import count
 
         system = build_system(read_case(case))
     elastic = sum(body.n_modes for body in system.bodies.values())
     mass = sum(body.moments.mass for body in system.bodies.values())
     freedoms = len(system.velocity_names())
-    print(f"{case.name}: no problems; {len(system.bodies)} bodies, {mass:.6g} kg, {freedoms} degrees of freedom, {elastic} of them elastic")
+    bodies = count(len(system.bodies), "body", "bodies")
+    print(f"{case.name}: no problems; {bodies}, {mass:.6g} kg, {freedoms} degrees of freedom, {elastic} of them elastic")

@@ -26,11 +26,23 @@ def _starts_as_hdf5(file: Path) -> bool:
         return opened.read(8) == b"\x89HDF\r\n\x1a\n"
 
 
-def _hdf5(file: Path) -> str:
+def kind_of_hdf5(file: Path) -> str:
+    """What an HDF5 file says it is, "femflex run" or "femflex body"; "" for a file that is no HDF5.
+
+    Raises FileNotFoundError.
+    """
+    if not file.is_file():
+        raise FileNotFoundError(f"{file} does not exist" if not file.exists() else f"{file} is a folder; name a file in it")
+    if not _starts_as_hdf5(file):
+        return ""
     import h5py
 
-    with h5py.File(file, "r") as opened:
-        kind = opened.attrs.get("format")
+    with h5py.File(file, "r", locking=False) as opened:
+        return str(opened.attrs.get("format", ""))
+
+
+def _hdf5(file: Path) -> str:
+    kind = kind_of_hdf5(file)
     if kind == "femflex body":
         from femflex.reduction import load_body
 

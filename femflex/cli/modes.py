@@ -37,9 +37,9 @@ def modes(
     if picture is not None and len(bodies) > 1:
         raise ValueError(f"--picture draws one body; name one of {sorted(bodies)} with --body")
     if picture is not None:
-        from femflex.view import render_modes
+        from femflex.view import mode_montage
 
-        render_modes(next(iter(bodies.values())), picture, force=force)
+        mode_montage(next(iter(bodies.values())), picture, title=f"modes of {next(iter(bodies))}", force=force)
     if as_json:
         print_json({name: modes_data(found, other) for name, found in bodies.items()})
         return
@@ -81,12 +81,17 @@ def print_modes(name: str, body: FlexibleBody) -> None:
     from femflex.reduction import effective_mass
 
     found = effective_mass(body)
+    print(f"{name}: {body.moments.mass:.6g} kg, {body.n_modes} elastic coordinates; participation in kg^1/2 and kg^1/2 m")
+    print_table(
+        ["mode", "Hz", *DIRECTIONS],
+        [[str(k + 1), f"{omega / (2 * pi):.6g}", *(f"{p + 0.0:.4f}" for p in np.round(row, 4))] for k, (omega, row) in enumerate(zip(found.omega, found.participation, strict=True))],
+    )
     rows = []
     for k, omega in enumerate(found.omega):
         share = np.divide(found.effective[k], found.total, out=np.zeros(6), where=found.total > 0)
         cells = [f"{100 * s:.2f} ({100 * r:.2f})" for s, r in zip(share, found.running[k], strict=True)]
         rows.append([str(k + 1), f"{omega / (2 * pi):.6g}", *cells])
-    print(f"{name}: {body.moments.mass:.6g} kg, {body.n_modes} elastic coordinates; effective mass in % (running sum)")
+    print("effective mass in % of the body's mass and inertia (running sum)")
     print_table(["mode", "Hz", *DIRECTIONS], rows)
 
 

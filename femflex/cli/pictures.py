@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from femflex.body import FlexibleBody
     from femflex.case.run import PicturesTable
     from femflex.results import Run
 
@@ -16,10 +17,12 @@ def names(table: PicturesTable, output: Path) -> list[Path]:
     return [path for path, _ in _wanted(table, output)]
 
 
-def draw(table: PicturesTable, run: Run, output: Path, force: bool = False) -> Iterator[Path]:
+def draw(
+    table: PicturesTable, run: Run, bodies: Mapping[str, FlexibleBody], output: Path, force: bool = False
+) -> Iterator[Path]:
     """Draw one after the other; yields each path when it is there."""
     from femflex.cli.progress import Bar
-    from femflex.view import plot_history, render_modes, render_movie, render_picture
+    from femflex.view import mode_montage, plot_histories, render_movie, render_picture
 
     look: dict[str, Any] = table.model_dump(include={"scale", "theme", "camera", "view", "triads", "edges", "size"})
     look["traces"] = tuple(table.traces)
@@ -32,9 +35,9 @@ def draw(table: PicturesTable, run: Run, output: Path, force: bool = False) -> I
                 tell = lambda done, count, bar=bar: bar(done / count)  # noqa: E731
                 render_movie(run, path, fps=table.fps, speed=table.speed, span=span, force=force, progress=tell, **look)
         elif kind == "modes":
-            render_modes(run.bodies()[what], path, force=force, theme=table.theme)
+            mode_montage(bodies[what], path, title=f"modes of {what}", force=force, theme=table.theme)
         else:
-            plot_history(run, [what], path, force=force, theme=table.theme)
+            plot_histories(run, path, [what], force=force, theme=table.theme)
         yield path
 
 

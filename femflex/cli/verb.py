@@ -32,6 +32,9 @@ def verb(example: str) -> Callable[[F], F]:
             _show_warnings_neatly()
             try:
                 return function(*args, **kwargs)
+            except BrokenPipeError:  # the reader of the output left, such as `head`
+                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+                raise typer.Exit(0) from None
             except KeyboardInterrupt:
                 complain("interrupted")
                 raise typer.Exit(INTERRUPTED) from None

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigh
 
 from femflex.dynamics import equations
 from femflex.dynamics import observe as seen
@@ -33,7 +33,6 @@ class Model:
     x0                  (n_x,) initial state (q, u)
     breaks              (n,) times at which a load is not smooth [s]
     renormalise         first positions in x of the quadruples of Euler parameters
-    max_frequency       highest natural frequency of shapes and springs [rad/s]
     channels            path -> Channel of everything `observe` returns
     """
 
@@ -46,7 +45,6 @@ class Model:
     x0: Array
     breaks: Array
     renormalise: NDArray[np.int64]
-    max_frequency: float
     channels: dict[str, Channel]
     rate: Any = field(default=equations.rate)
 
@@ -61,6 +59,11 @@ class Model:
         from femflex.dynamics.second_order import SecondOrderCalls
 
         return SecondOrderCalls(self.n_q, self.n_u)
+
+    @cached_property
+    def max_frequency(self) -> float:
+        """Highest natural frequency of shapes and springs at the initial configuration [rad/s]."""
+        return highest_frequency(self)
 
     def state_rate(self, t: float, x: Array) -> Array:
         """dx/dt (n_x,) at the state x (n_x,)."""
@@ -114,7 +117,7 @@ def compile_system(system: System) -> Model:
     n_u = len(system.velocity_names())
     quadruples = [int(b["q"] + b["n_slide"]) for b in body_records(table)[1:] if b["ball"] == BALL_QUATERNION]
     knots = [load.times for load in system.loads if load.times is not None]
-    model = Model(
+    return Model(
         system=system,
         table=table,
         pool=pool,
@@ -124,48 +127,34 @@ def compile_system(system: System) -> Model:
         x0=system.initial_state(),
         breaks=np.unique(np.concatenate(knots)) if knots else np.zeros(0),
         renormalise=np.array(quadruples, np.int64),
-        max_frequency=highest_frequency(system),
         channels=channels_of(system),
     )
-    return model
 
 
-def highest_frequency(system: System) -> float:
-    """Highest natural frequency of any body's shapes alone [rad/s], an estimate of what an explicit step must follow."""
-    highest = 0.0
-    for body in system.bodies.values():
-        if body.n_modes:
-            stiffness = (body.strain.V1 + body.strain.V1.T) / 2
-            square = eigh(
-                stiffness,
-                free_elastic_mass(body.moments.second, body.moments.first, body.moments.mass),
-                eigvals_only=True,
-            )
-            highest = max(highest, float(np.sqrt(max(square[-1], 0.0))))
-    return highest
+def highest_frequency(model: Model) -> float:
+    """Highest natural frequency of shapes and springs at the initial configuration, at rest [rad/s].
 
-
-def free_elastic_mass(second: Array, first: Array, mass: float) -> Array:
-    """Elastic mass (n, n) with the body free to recoil: Me less what its rigid motion takes up.
-
-    The free body rings higher than the fixed one; an appendage on a craft lies between.
+    M^-1 K column by column: the accelerations that a unit of each elastic, sliding or turning coordinate calls up.
     """
-    n = len(first) - 1
-    Me = np.einsum("kala->kl", second[1:, :, 1:, :])
-    Q = second[0, :, 0, :]
-    c = first[0]
-    J = np.trace(Q) * np.eye(3) - Q
-    skew = np.array([[0, -c[2], c[1]], [c[2], 0, -c[0]], [-c[1], c[0], 0]])
-    rigid = np.block([[mass * np.eye(3), -skew], [skew, J]])
-    P = second[0, :, 1:, :]  # b k c
-    Cr = np.stack([P[1, :, 2] - P[2, :, 1], P[2, :, 0] - P[0, :, 2], P[0, :, 1] - P[1, :, 0]])
-    B = np.vstack([first[1:].T, Cr])
-    recoil = Me - B.T @ np.linalg.lstsq(rigid, B, rcond=1e-12)[0]
-    values, axes = np.linalg.eigh((recoil + recoil.T) / 2)
-    floor = (
-        0.05 * np.linalg.eigvalsh(Me)[0] if n else 0.0
-    )  # a shape that is nearly all rigid motion is not let ring without bound
-    return (axes * np.maximum(values, floor)) @ axes.T
+    pairs = [pair for record in body_records(model.table)[1:] for pair in stiff_coordinates(record)]
+    if not pairs:
+        return 0.0
+    q, u = (np.array(side) for side in zip(*pairs, strict=True))
+    rest = np.concatenate([model.x0[: model.n_q], np.zeros(model.n_u)])
+    base = model.state_rate(0.0, rest)[model.n_q :][u]
+    columns = []
+    for j in q:
+        moved = rest.copy()
+        moved[j] += 1e-6
+        columns.append((base - model.state_rate(0.0, moved)[model.n_q :][u]) / 1e-6)
+    return float(np.sqrt(max(np.linalg.eigvals(np.column_stack(columns)).real.max(), 0.0)))
+
+
+def stiff_coordinates(record: np.void) -> list[tuple[int, int]]:
+    """(q, u) places of a body's elastic coordinates, and of its joint's slides and turns when it has springs."""
+    joint = int(record["n_slide"] + record["n_turn"]) if record["sprung"] else 0
+    elastic = [(int(record["qe"]) + k, int(record["ue"]) + k) for k in range(int(record["n"]))]
+    return [(int(record["q"]) + k, int(record["u"]) + k) for k in range(joint)] + elastic
 
 
 def row_length(system: System) -> int:

@@ -2,7 +2,7 @@
 
 The pattern is found on runs of dofs that always come together (the three translations of a node), which are few, and
 laid out as a finished CSR matrix; the element matrices are then made chunk by chunk and added in place, so that no
-list of triplets is ever held.
+list of triplets is ever held. How runs are connected is found once for all matrices on the same elements.
 """
 
 from __future__ import annotations
@@ -27,16 +27,9 @@ class Part:
     dofs: Index
     values: Callable[[slice], Array]
 
-    @property
-    def components(self) -> list[Part]:
-        """One part with dofs (e, l) for every component."""
-        if self.dofs.ndim == 2:
-            return [self]
-        return [Part(self.dofs[:, :, c], self.values) for c in range(self.dofs.shape[2])]
-
 
 @dataclass(frozen=True, eq=False)
-class _Runs:
+class Runs:
     """Dofs of elements (e, l) as runs of consecutive ones.
 
     first   (n_runs,)  first dof of every run, ascending
@@ -53,84 +46,91 @@ class _Runs:
     within: Index
 
 
-def assembled(parts: Sequence[Part], T: sparse.csr_array) -> sparse.csr_array:
-    """T^T (sum of the parts) T, with parts on raw dofs and T (n_raw, n_dof) giving these from the independent ones.
+@dataclass(frozen=True, eq=False)
+class Connections:
+    """Pairs of runs that share an element: row and col (n_pairs,), sorted, and pair (e r r,) of each element's pairs."""
 
-    Parts whose raw dofs are independent ones by another number go straight to their places.
-    """
-    n_raw, n_dof = T.shape
-    number = _renumbering(T)
-    direct, reduced = sparse.csr_array((n_dof, n_dof)), sparse.csr_array((n_raw, n_raw))
-    for part in parts:
-        renumbered = number[part.dofs]
-        if (renumbered >= 0).all():
-            direct = _added(direct, summed(Part(renumbered, part.values), n_dof))
-        else:
-            reduced = _added(reduced, summed(part, n_raw))
-    if reduced.nnz:
-        direct = _added(direct, (T.T.tocsr() @ (reduced @ T)).tocsr())
-    direct.eliminate_zeros()
-    direct.sort_indices()
-    return direct
+    number: Index
+    row: Index
+    col: Index
+    pair: Index
 
 
-def summed(part: Part, n_dof: int) -> sparse.csr_array:
-    """Sparse sum (n_dof, n_dof) of the part's element matrices, indices sorted."""
-    if not part.dofs.size:
-        return sparse.csr_array((n_dof, n_dof))
-    if part.dofs.ndim == 3:
-        return _repeated(part, n_dof)
-    runs = _runs(part.dofs, n_dof)
-    pattern, offset = _pattern(runs, n_dof)
-    start = pattern.indptr[part.dofs]
-    step = max(1, CHUNK_ENTRIES // part.dofs.shape[1] ** 2)
-    for begin in range(0, len(part.dofs), step):
-        chunk = slice(begin, begin + step)
-        place = start[chunk, :, None] + _expanded(offset[chunk], runs)
-        np.add.at(pattern.data, place.ravel(), np.ascontiguousarray(part.values(chunk)).ravel())
-    return pattern
+class Assembler:
+    """Sums of element matrices on raw dofs, which T (n_raw, n_dof) gives from the independent ones."""
 
+    def __init__(self, T: sparse.csr_array) -> None:
+        self._T = T.copy()
+        self._T.eliminate_zeros()
+        self._number = renumbering(self._T)
+        self._known: list[Connections] = []
 
-def _repeated(part: Part, n_dof: int) -> sparse.csr_array:
-    """The sum of a part that is alike on all components: made once, and shifted where they are numbered in a row."""
-    dofs = part.dofs
-    shift = dofs - dofs[:, :, :1]
-    constant = shift.reshape(-1, shift.shape[2])[0]
-    if not (shift == constant).all():
-        return _total([summed(each, n_dof) for each in part.components])
-    one = summed(Part(dofs[:, :, 0], part.values), n_dof)
-    return _total([_shifted(one, int(step)) for step in constant])
+    def total(self, parts: Sequence[Part]) -> sparse.csr_array:
+        """T^T (sum of the parts) T, (n_dof, n_dof), without entries that are zero.
 
+        Parts whose raw dofs are independent ones by another number go straight to their places.
+        """
+        n_raw, n_dof = self._T.shape
+        direct, reduced = sparse.csr_array((n_dof, n_dof)), sparse.csr_array((n_raw, n_raw))
+        for part in parts:
+            renumbered = self._number[part.dofs]
+            if (renumbered >= 0).all():
+                direct = _added(direct, self._sum(Part(renumbered, part.values), n_dof))
+            else:
+                reduced = _added(reduced, self._sum(part, n_raw))
+        if reduced.nnz:
+            direct = _added(direct, (self._T.T.tocsr() @ (reduced @ self._T)).tocsr())
+        direct.eliminate_zeros()
+        direct.sort_indices()
+        return direct
 
-def _shifted(matrix: sparse.csr_array, step: int) -> sparse.csr_array:
-    """The matrix with every row and column number raised by step."""
-    if step == 0:
+    def _sum(self, part: Part, n: int) -> sparse.csr_array:
+        """Sparse sum (n, n) of the part's element matrices, indices sorted."""
+        if not part.dofs.size:
+            return sparse.csr_array((n, n))
+        if part.dofs.ndim == 3:
+            return self._repeated(part, n)
+        runs = find_runs(part.dofs, n)
+        matrix, offset = pattern(runs, self._connections(runs.number), n)
+        start = matrix.indptr[part.dofs]
+        step = max(1, CHUNK_ENTRIES // part.dofs.shape[1] ** 2)
+        for begin in range(0, len(part.dofs), step):
+            chunk = slice(begin, begin + step)
+            place = start[chunk, :, None] + _expanded(offset[chunk], runs)
+            np.add.at(matrix.data, place.ravel(), np.ascontiguousarray(part.values(chunk)).ravel())
         return matrix
-    rows = np.roll(np.diff(matrix.indptr), step)
-    indptr = np.concatenate([[0], np.cumsum(rows)]).astype(matrix.indptr.dtype)
-    data = matrix.data
-    if step < 0 or rows[:step].any():  # rows never wrap round: the last components are dofs too
-        raise ValueError(f"components numbered {step} apart do not fit in {matrix.shape[0]} dofs")
-    return sparse.csr_array((data, matrix.indices + matrix.indices.dtype.type(step), indptr), shape=matrix.shape)
+
+    def _repeated(self, part: Part, n: int) -> sparse.csr_array:
+        """The sum of a part that is alike on all components: made once where they are numbered in a row."""
+        dofs = part.dofs
+        shift = dofs - dofs[:, :, :1]
+        steps = shift[0, 0]
+        if (shift == steps).all():
+            one = self._sum(Part(dofs[:, :, 0], part.values), n)
+            each = [_shifted(one, int(step)) for step in steps]
+        else:
+            each = [self._sum(Part(dofs[:, :, c], part.values), n) for c in range(dofs.shape[2])]
+        total = each[0]
+        for matrix in each[1:]:
+            total = _added(total, matrix)
+        return total
+
+    def _connections(self, number: Index) -> Connections:
+        for known in self._known:
+            if known.number.shape == number.shape and np.array_equal(known.number, number):
+                return known
+        self._known.append(connections(number))
+        return self._known[-1]
 
 
-def _total(matrices: Sequence[sparse.csr_array]) -> sparse.csr_array:
-    total = matrices[0]
-    for matrix in matrices[1:]:
-        total = _added(total, matrix)
-    return total
+def assembled(parts: Sequence[Part], T: sparse.csr_array) -> sparse.csr_array:
+    """T^T (sum of the parts) T, (n_dof, n_dof), with parts on raw dofs and T (n_raw, n_dof)."""
+    return Assembler(T).total(parts)
 
 
-def _added(a: sparse.csr_array, b: sparse.csr_array) -> sparse.csr_array:
-    if a.nnz == 0 or b.nnz == 0:
-        return b if a.nnz == 0 else a
-    return a + b
-
-
-def _renumbering(T: sparse.csr_array) -> Index:
+def renumbering(T: sparse.csr_array) -> Index:
     """Independent dof (n_raw,) that a raw dof is equal to; -1 where it depends on several, or is scaled."""
-    counts = np.diff(T.indptr)
-    single = np.flatnonzero(counts == 1)
+    single = np.flatnonzero(np.diff(T.indptr) == 1)
     entry = T.indptr[single]
     same = T.data[entry] == 1.0
     number = np.full(T.shape[0], -1, np.int64)
@@ -138,8 +138,8 @@ def _renumbering(T: sparse.csr_array) -> Index:
     return number
 
 
-def _runs(dofs: Index, n_dof: int) -> _Runs:
-    """The longest runs of columns whose dofs are consecutive in all elements."""
+def find_runs(dofs: Index, n_dof: int) -> Runs:
+    """The longest runs of columns whose dofs are consecutive in all elements, and share no dof with another run."""
     starts = np.concatenate([[True], ~(np.diff(dofs, axis=1) == 1).all(axis=0)])
     runs = _runs_from(dofs, starts, n_dof)
     owner = np.full(n_dof, -1, np.int64)
@@ -149,49 +149,79 @@ def _runs(dofs: Index, n_dof: int) -> _Runs:
     return runs if disjoint else _runs_from(dofs, np.ones(dofs.shape[1], bool), n_dof)
 
 
-def _runs_from(dofs: Index, starts: NDArray[np.bool_], n_dof: int) -> _Runs:
+def _runs_from(dofs: Index, starts: NDArray[np.bool_], n_dof: int) -> Runs:
     column = np.cumsum(starts) - 1
     begin = np.flatnonzero(starts)
-    within = np.arange(len(starts)) - begin[column]
     size_at = np.zeros(n_dof, np.int64)
     size_at[dofs[:, begin]] = np.diff(begin, append=len(starts))
     first = np.flatnonzero(size_at)
     number_at = np.cumsum(size_at > 0) - 1
-    return _Runs(first, size_at[first], number_at[dofs[:, begin]], column, within)
+    return Runs(first, size_at[first], number_at[dofs[:, begin]], column, np.arange(len(starts)) - begin[column])
 
 
-def _pattern(runs: _Runs, n_dof: int) -> tuple[sparse.csr_array, Index]:
-    """CSR matrix of zeros with an entry for every coupled pair of dofs, and offset (e, r, r): where in its rows a
-    pair of runs begins."""
-    n = len(runs.first)
-    keys = (runs.number[:, :, None] * n + runs.number[:, None, :]).ravel()
-    order = np.argsort(keys, kind="stable")
-    ordered = keys[order]
-    new = np.concatenate([[True], ordered[1:] != ordered[:-1]])
-    pairs = ordered[new]
-    row, col = pairs // n, pairs % n
-    width = np.cumsum(runs.size[col])
-    begin = width - runs.size[col]  # of each pair among all entries of the runs' single rows
-    row_begin = np.concatenate([[0], width[np.flatnonzero(np.diff(row))]])
-    offset = np.empty(len(keys), np.int64)
-    offset[order] = (begin - row_begin[row])[np.cumsum(new) - 1]
-    repeats = runs.size[col]
-    columns = np.repeat(runs.first[col] - begin, repeats) + np.arange(width[-1])
-    row_ends = np.append(row_begin[1:], width[-1])
-    indptr = np.concatenate([[0], row_ends, row_ends[-1:]])  # one empty row at the end, for dofs without a run
-    int_type = np.int32 if int(np.sum((row_ends - row_begin) * runs.size)) < 2**31 else np.int64
-    zeros = np.zeros(len(columns))
-    single = sparse.csr_array((zeros, columns.astype(int_type), indptr.astype(int_type)), shape=(n + 1, n_dof))
+def connections(number: Index) -> Connections:
+    """Which of the runs number (e, r) of elements are connected."""
+    e, r = number.shape
+    rows = np.repeat(number.ravel(), r).astype(np.int32)
+    cols = np.repeat(number, r, axis=0).ravel().astype(np.int32)
+    order = _sorting(cols)
+    order = order[_sorting(rows[order])]
+    rows, cols = rows[order], cols[order]
+    new = np.ones(len(order), bool)
+    np.logical_or(rows[1:] != rows[:-1], cols[1:] != cols[:-1], out=new[1:])
+    pair = np.empty(len(order), np.int32)
+    pair[order] = np.cumsum(new, dtype=np.int32) - 1
+    return Connections(number, rows[new].astype(np.int64), cols[new].astype(np.int64), pair)
+
+
+def pattern(runs: Runs, joined: Connections, n_dof: int) -> tuple[sparse.csr_array, Index]:
+    """CSR matrix (n_dof, n_dof) of zeros with an entry for every coupled pair of dofs, and offset (e, r, r): where in
+    its rows a pair of runs begins."""
+    n, row, col = len(runs.first), joined.row, joined.col
+    width = runs.size[col]
+    end = np.cumsum(width)
+    begin = end - width  # of each pair among the entries of one row of every run
+    row_end = end[np.append(np.flatnonzero(np.diff(row)), len(row) - 1)]
+    row_begin = np.concatenate([[0], row_end[:-1]])
+    columns = np.repeat(runs.first[col] - begin, width) + np.arange(end[-1])
+    indptr = np.concatenate([[0], row_end, row_end[-1:]])  # one empty row at the end, for dofs without a run
+    entries = int(np.sum((row_end - row_begin) * runs.size))
+    kind = np.int32 if entries < 2**31 else np.int64
+    single = sparse.csr_array((np.zeros(len(columns)), columns.astype(kind), indptr.astype(kind)), shape=(n + 1, n_dof))
     run_of = np.full(n_dof, n, np.int64)
     run_of[np.repeat(runs.first, runs.size) + _ramps(runs.size)] = np.repeat(np.arange(n), runs.size)
-    return single[run_of], offset.reshape(len(runs.number), runs.number.shape[1], -1)
+    offset = (begin - row_begin[row])[joined.pair]
+    return single[run_of], offset.reshape(*runs.number.shape, -1)
 
 
-def _expanded(offset: Index, runs: _Runs) -> Index:
+def _sorting(numbers: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Order (k,) that sorts numbers (k,) >= 0 and keeps equal ones in turn; linear, by counting."""
+    k = len(numbers)
+    shape = (k, int(numbers.max()) + 1)
+    one_per_row = sparse.csr_array((np.zeros(k, np.int8), numbers, np.arange(k + 1, dtype=np.int32)), shape=shape)
+    return one_per_row.tocsc().indices
+
+
+def _expanded(offset: Index, runs: Runs) -> Index:
     """Offsets (k, l, l) of single dofs from those of runs (k, r, r)."""
     if len(runs.within) == offset.shape[1]:
         return offset
     return offset[:, runs.column][:, :, runs.column] + runs.within
+
+
+def _shifted(matrix: sparse.csr_array, step: int) -> sparse.csr_array:
+    """The matrix with every row and column number raised by step; its last rows are empty."""
+    if step == 0:
+        return matrix
+    indptr = np.concatenate([np.zeros(step, matrix.indptr.dtype), matrix.indptr[: len(matrix.indptr) - step]])
+    indices = matrix.indices + matrix.indices.dtype.type(step)
+    return sparse.csr_array((matrix.data, indices, indptr), shape=matrix.shape)
+
+
+def _added(a: sparse.csr_array, b: sparse.csr_array) -> sparse.csr_array:
+    if a.nnz == 0 or b.nnz == 0:
+        return b if a.nnz == 0 else a
+    return a + b
 
 
 def _ramps(sizes: Index) -> Index:

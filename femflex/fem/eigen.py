@@ -22,9 +22,8 @@ Array = NDArray[np.float64]
 
 __all__ = ["Modes", "check_residual", "dense_modes", "factorised", "lowest_modes", "orthonormal", "stiffness_ratio"]
 
-NO_STIFFNESS = (
-    1e-15  # strain energy over the size of its summands: rounding leaves about 1e-17 of a shape without stiffness
-)
+NO_STIFFNESS = 1e-15  # strain energy over the size of its summands; rounding leaves about 1e-17 of a rigid motion
+NO_ENERGY = 1e-21  # eigenvalue over a dof's own below which a shape lies in dofs that have no stiffness at all
 FEW_DIGITS = 1e-14  # the same ratio below which rounding of K may reach a hundredth of a natural frequency
 RESIDUAL = 1e-9  # |K phi - omega^2 M phi| over the size of its summands
 
@@ -121,7 +120,7 @@ def _elastic_modes(K: sparse.csr_array, M: sparse.csr_array, n: int, n_null: int
         theta, phi = solver.largest(min(n_null + n + extra, K.shape[0]), surely=n_null + n)
         exhausted = len(theta) < n_null + n + extra
         eigenvalues, phi = _sorted(theta, orthonormal(M, phi), shift)
-        is_null = stiffness_ratio(K, phi) < NO_STIFFNESS
+        is_null = _without_stiffness(K, M, phi)
         null, phi, eigenvalues = phi[:, is_null], phi[:, ~is_null], np.maximum(eigenvalues[~is_null], 0.0)
         if null.shape[1] > n_null and shift == 0.0:
             return Modes(np.zeros(0), phi[:, :0], null)
@@ -162,9 +161,7 @@ def _sorted(theta: Array, phi: Array, shift: float) -> tuple[Array, Array]:
 
 def _null_count(K: sparse.csr_array, M: sparse.csr_array) -> tuple[int, float]:
     """Rough number of motions without stiffness, and a rough lowest elastic eigenvalue to shift by."""
-    k, m = K.diagonal(), M.diagonal()
-    massive = (m > 0) & (k > 0)
-    scale = float(np.median(k[massive] / m[massive])) if massive.any() else 1.0
+    scale = _typical_eigenvalue(K, M)
     for part in (1e-12, 1e-9, 1e-6):  # of a typical dof's own eigenvalue; the least that can be factorised
         try:
             return _probed(K, M, part * scale)
@@ -173,13 +170,26 @@ def _null_count(K: sparse.csr_array, M: sparse.csr_array) -> tuple[int, float]:
     raise ValueError("some motions have neither stiffness nor mass; give every member both.")
 
 
+def _without_stiffness(K: sparse.csr_array, M: sparse.csr_array, phi: Array) -> NDArray[np.bool_]:
+    """Which columns of phi (n_dof, n) store no strain energy, neither beside its summands nor at all."""
+    energy, mass = (np.einsum("in,in->n", phi, A @ phi) for A in (K, M))
+    return (stiffness_ratio(K, phi) < NO_STIFFNESS) | (energy < NO_ENERGY * _typical_eigenvalue(K, M) * mass)
+
+
+def _typical_eigenvalue(K: sparse.csr_array, M: sparse.csr_array) -> float:
+    """Median of a dof's own stiffness over its own mass."""
+    k, m = K.diagonal(), M.diagonal()
+    both = (m > 0) & (k > 0)
+    return float(np.median(k[both] / m[both])) if both.any() else 1.0
+
+
 def _probed(K: sparse.csr_array, M: sparse.csr_array, shift: float) -> tuple[int, float]:
     """Number of motions without stiffness and lowest elastic eigenvalue, from a rough search about a small shift."""
     solver, count = ShiftInverted(K, M, shift), 10
     while True:
         theta, phi = solver.largest(min(count, K.shape[0]), tolerance=1e-4)
         eigenvalues, phi = _sorted(theta, phi, shift)
-        elastic = stiffness_ratio(K, phi) >= NO_STIFFNESS
+        elastic = ~_without_stiffness(K, M, phi)
         if elastic.any():
             return int((~elastic).sum()), float(eigenvalues[elastic][0])
         if len(theta) < count:

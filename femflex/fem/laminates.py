@@ -125,11 +125,7 @@ class PlateSection:
                 raise ValueError(f"{name} of a plate section must be {size} x {size} finite numbers; found {matrix.tolist()}")
             if not np.allclose(matrix, matrix.T, rtol=1e-9, atol=1e-12 * np.abs(matrix).max()):
                 raise ValueError(f"{name} of a plate section is not symmetric: {matrix.tolist()}")
-            if not np.linalg.eigvalsh(matrix)[0] > 0:
-                raise ValueError(
-                    f"{name} of a plate section is not positive definite: its eigenvalues are "
-                    f"{np.linalg.eigvalsh(matrix).tolist()}; every way of straining must cost energy"
-                )
+            _require_positive_definite(name, matrix)
 
     def stiffness(self, angles: Array) -> tuple[Array, Array, Array]:
         """A, D (k, 3, 3) and S (k, 2, 2) in axes from which the section's x axis is turned by angles (k,) [rad]."""
@@ -171,6 +167,7 @@ def layup(plies: Iterable[Ply]) -> PlateSection:
             f"B is up to {np.abs(B).max():.3g} N and its mass centre lies {uneven * (z[-1] - z[0]):.3g} m off; only "
             "symmetric lay-ups are offered, so mirror the plies"
         )
+    _require_positive_definite("D", D)
     S = _shear_stiffness(stack, z, Q, D)
     return PlateSection(float(z[-1] - z[0]), float(rho @ moments[0]), float(rho @ moments[2]), A, D, S)
 
@@ -219,6 +216,15 @@ def _shear_stiffness(stack: list[Ply], z: Array, Q: Array, D: Array) -> Array:
             flexibility += weight * (top - bottom) / 2 * f.T @ np.linalg.solve(G, f)
         below = below + stiffness * (top**2 - bottom**2) / 2
     return np.asarray(np.linalg.inv(flexibility))
+
+
+def _require_positive_definite(name: str, matrix: Array) -> None:
+    values = np.linalg.eigvalsh(matrix)
+    if not values[0] > 0:
+        raise ValueError(
+            f"{name} of a plate section is not positive definite: its eigenvalues are {values.tolist()}; every way of "
+            "straining must cost energy (a soft core needs faces)"
+        )
 
 
 def _require(name: str, value: float, what: str, positive: bool) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -70,7 +71,7 @@ def triangle_inertia(x: Array, axes: Array, section: PlateSection, fields: Trian
     """Inertia of triangles with corners x (e, 3, 3): 12 points, exact for the cubic deflection."""
     L, weight = area_points(6)
     dm, rho, heights = mass_points(np.matmul(L, x), fields.area[:, None] * weight, axes, section)
-    return PlateInertia(dm, rho, dof_map, axes, heights, inplane_shapes(L), fields.deflection_and_rotation(L))
+    return PlateInertia(dm, rho, dof_map, axes, heights, inplane_shapes(L), partial(fields.deflection_and_rotation, L))
 
 
 def triangle_strain(elastic: Array, fields: Triangles, dof_map: LocalDofs, shears: bool) -> PlateStrain:
@@ -81,7 +82,7 @@ def triangle_strain(elastic: Array, fields: Triangles, dof_map: LocalDofs, shear
         elastic=elastic,
         map=dof_map,
         dP=inplane_gradients(L, fields.dL),
-        bending=fields.gradients(L, shears),
+        bending=partial(fields.gradients, L, shears),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from femflex.fem import plate_rectangle
 from femflex.fem.family import Contribution, family, member_cells, member_options
 from femflex.fem.numbering import Numbering
-from femflex.fem.plate_blocks import PlateInertia, PlateStrain, mass_points
+from femflex.fem.plate_blocks import PlateInertia, PlateStrain, mass_points, of
 from femflex.fem.plate_elastic import section_stiffness
 from femflex.fem.plate_frames import DUST, oriented, plane_normals, shared_axes
 from femflex.fem.plate_map import flat_map, member_section
@@ -60,15 +61,16 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     dm, rho, heights = mass_points(np.matmul(place[:, :4], mesh.points[corners]), area, axes, section)
     one = slice(0, 1) if _alike(a) and _alike(b) else slice(None)
     rows = plate_rectangle.deflection_and_rotation(xi, eta, a[one], b[one])
+    slopes = plate_rectangle.bending_gradients(xi, eta, a[one], b[one])
     strain = PlateStrain(
         weight=area,
         elastic=stiffness.matrix(shears=False),
         map=dof_map,
         dP=plate_rectangle.inplane_gradients(xi, eta, a[one], b[one]),
-        bending=plate_rectangle.bending_gradients(xi, eta, a[one], b[one]),
+        bending=partial(of, slopes),
     )
     return Contribution(
-        inertia=(PlateInertia(dm, rho, dof_map, axes, heights, place, rows),),
+        inertia=(PlateInertia(dm, rho, dof_map, axes, heights, place, partial(of, rows)),),
         strain=(strain,),
         skin=plate_skin(mesh.points, corners, axes, section.thickness, dof_map),
     )

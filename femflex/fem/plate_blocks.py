@@ -1,7 +1,7 @@
 """Inertia and strain of flat plate elements, whatever fields they are made of.
 
-An element's local dofs are u (m) and v (m) of its in-plane field and its bending dofs (b), in its own axes; they follow
-from its raw dofs by a map X (1|e, 2 m + b, l). Strains: membrane (3), curvature (3) and, where the plate shears,
+An element's local dofs are (u, v) of each of the m functions of its in-plane field, then its bending dofs (b), in its
+own axes; they follow from its raw dofs by a map X (1|e, 2 m + b, l). Strains: membrane (3), curvature (3) and, where the plate shears,
 shear (2); generalised gradients in the order
 
     g = (u,x  u,y  v,x  v,y  w,x  w,y  kappa_xx  kappa_yy  kappa_xy  [gamma_xz  gamma_yz])
@@ -12,6 +12,7 @@ quadratic terms are those of von Karman, w,x^2/2, w,y^2/2 and w,x w,y.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -83,7 +84,7 @@ class PlateInertia:
     axes      (1|e, 3, 3)   rows e1, e2, normal
     heights   (r,)          of the layers [m]
     P         (q, m)        in-plane shape functions
-    bending   (1|e, q, 3, b)  w, beta_x, beta_y
+    bending   elements -> (1|e, q, 3, b)  w, beta_x, beta_y
     """
 
     dm: Array
@@ -92,7 +93,7 @@ class PlateInertia:
     axes: Array
     heights: Array
     P: Array
-    bending: Array
+    bending: Callable[[slice], Array]
 
     @property
     def dofs(self) -> Index:
@@ -103,8 +104,8 @@ class PlateInertia:
         """Displacement of the points per column of phi (n_raw, n): (e, r q, 3, n)."""
         local = self.map.local(phi, elements)
         m, (e, _, n) = self.P.shape[1], local.shape
-        u, v = np.matmul(self.P, local[:, :m]), np.matmul(self.P, local[:, m : 2 * m])  # (e, q, n)
-        w, bx, by = np.moveaxis(np.matmul(of(self.bending, elements), local[:, None, 2 * m :]), 2, 0)
+        u, v = (np.matmul(self.P, local[:, i : 2 * m : 2]) for i in (0, 1))  # (e, q, n)
+        w, bx, by = np.moveaxis(np.matmul(self.bending(elements), local[:, None, 2 * m :]), 2, 0)
         layers = [np.stack([u + z * bx, v + z * by, w], axis=2) for z in self.heights]
         own = np.stack(layers, axis=1).reshape(e, -1, 3, n)
         return np.matmul(of(self.axes, elements).swapaxes(1, 2)[:, None], own)
@@ -118,7 +119,7 @@ class PlateInertia:
     def bending_mass(self, elements: slice = EVERY) -> Array:
         """Mass matrices (e, b, b) of the bending dofs, with rotary inertia."""
         dm = self._dm_by_layer(elements)
-        N = of(self.bending, elements)
+        N = self.bending(elements)
         turning = np.einsum("erq,r->eq", dm, self.heights**2)
         weight = np.stack([dm.sum(axis=1), turning, turning], axis=2)[..., None]
         flat, weighted = N.reshape(len(N), -1, N.shape[3]), (N * weight).reshape(len(dm), -1, N.shape[3])
@@ -126,11 +127,7 @@ class PlateInertia:
 
     def mass(self, elements: slice = EVERY) -> Array:
         """Element mass matrices (e, l, l)."""
-        scalar = self.scalar_mass(elements)
-        e, m = scalar.shape[:2]
-        inplane = np.zeros((e, 2 * m, 2 * m))
-        inplane[:, :m, :m] = inplane[:, m:, m:] = scalar
-        return self.map.in_raw(inplane, self.bending_mass(elements), elements)
+        return self.map.in_raw(np.kron(self.scalar_mass(elements), np.eye(2)), self.bending_mass(elements), elements)
 
     def parts(self) -> tuple[Part, ...]:
         """Element matrices for assembly: u and v alike, and bending, where they do not mix."""
@@ -139,10 +136,9 @@ class PlateInertia:
             return (Part(self.dofs, self.mass),)
         column, sign = picked
         m = self.P.shape[1]
-        inplane = np.stack([self.dofs[:, column[:m]], self.dofs[:, column[m : 2 * m]]], axis=2)
+        inplane = self.dofs[:, column[: 2 * m]].reshape(-1, m, 2)
         signs = np.outer(sign[2 * m :], sign[2 * m :])
-        alike = (sign[:m] == sign[0]).all() and (sign[m : 2 * m] == sign[m]).all()
-        if not alike:
+        if not (sign[: 2 * m].reshape(m, 2) == sign[:2]).all():
             return (Part(self.dofs, self.mass),)
         return (
             Part(inplane, self.scalar_mass),
@@ -161,14 +157,14 @@ class PlateStrain:
     elastic   (1|e, 1, s, s)  diag(A, D[, S])
     map       LocalDofs
     dP        (1|e, q, 2, m)  in-plane shape functions by x and y
-    bending   (1|e, q, 5|7, b)  w,x  w,y  kappa (3) [gamma (2)]
+    bending   elements -> (1|e, q, 5|7, b)  w,x  w,y  kappa (3) [gamma (2)]
     """
 
     weight: Array
     elastic: Array
     map: LocalDofs
     dP: Array
-    bending: Array
+    bending: Callable[[slice], Array]
 
     @property
     def dofs(self) -> Index:
@@ -178,7 +174,7 @@ class PlateStrain:
     @property
     def linear_map(self) -> Array:
         """Linear strain from g, (6|8, 9|11)."""
-        n = self.bending.shape[2] + 1  # membrane 3 and bending without w,x and w,y
+        n = self.elastic.shape[2]
         linear = np.zeros((n, n + 3))
         linear[0, 0] = linear[1, 3] = linear[2, 1] = linear[2, 2] = 1.0
         linear[3:, 6:] = np.eye(n - 3)
@@ -187,7 +183,7 @@ class PlateStrain:
     @property
     def quadratic_map(self) -> Array:
         """Quadratic strain of von Karman from g, (6|8, 9|11, 9|11)."""
-        n = self.bending.shape[2] + 1
+        n = self.elastic.shape[2]
         quadratic = np.zeros((n, n + 3, n + 3))
         quadratic[0, 4, 4] = quadratic[1, 5, 5] = quadratic[2, 4, 5] = quadratic[2, 5, 4] = 1.0
         return quadratic
@@ -196,21 +192,21 @@ class PlateStrain:
         """Generalised gradients per column of phi (n_raw, n): (e, q, 9|11, n)."""
         local = self.map.local(phi, elements)[:, None]
         m, dP = self.dP.shape[3], of(self.dP, elements)
-        inplane = [np.matmul(dP, local[:, :, :m]), np.matmul(dP, local[:, :, m : 2 * m])]
-        return np.concatenate([*inplane, np.matmul(of(self.bending, elements), local[:, :, 2 * m :])], axis=2)
+        inplane = [np.matmul(dP, local[:, :, i : 2 * m : 2]) for i in (0, 1)]
+        return np.concatenate([*inplane, np.matmul(self.bending(elements), local[:, :, 2 * m :])], axis=2)
 
     def membrane_stiffness(self, elements: slice = EVERY) -> Array:
         """Stiffness matrices (e, 2 m, 2 m) of the in-plane dofs."""
-        dx, dy = np.moveaxis(of(self.dP, elements), 2, 0)
-        none = np.zeros_like(dx)
-        B = np.stack([np.concatenate(row, axis=2) for row in ((dx, none), (none, dy), (dy, dx))], axis=2)
+        dP = of(self.dP, elements)
+        B = np.zeros((*dP.shape[:2], 3, dP.shape[3], 2))
+        B[:, :, 0, :, 0] = B[:, :, 2, :, 1] = dP[:, :, 0]
+        B[:, :, 1, :, 1] = B[:, :, 2, :, 0] = dP[:, :, 1]
+        B = B.reshape(*dP.shape[:2], 3, -1)
         return self._stiffness(B, of(self.elastic, elements)[:, :, :3, :3], elements)
 
     def bending_stiffness(self, elements: slice = EVERY) -> Array:
         """Stiffness matrices (e, b, b) of the bending dofs."""
-        return self._stiffness(
-            of(self.bending, elements)[:, :, 2:], of(self.elastic, elements)[:, :, 3:, 3:], elements
-        )
+        return self._stiffness(self.bending(elements)[:, :, 2:], of(self.elastic, elements)[:, :, 3:, 3:], elements)
 
     def stiffness(self, elements: slice = EVERY) -> Array:
         """Element stiffness matrices of the linear strain (e, l, l)."""

@@ -44,8 +44,7 @@ def flat_map(mesh: Mesh, corners: Index, axes: Array, numbering: Numbering, own:
     """Map of elements with corners (e, c) and axes (1|e, 3, 3), rows e1, e2, normal.
 
     Raw dofs: translations and rotations of the corners, two per side, then own (e, c + 2): a twist per corner and an
-    in-plane bubble. Local: u of corners and sides (and bubble), v likewise, then w, theta_x, theta_y (, twist) by
-    corner.
+    in-plane bubble. Local: (u, v) of corners, sides (and bubble), then (w, theta_x, theta_y (, twist)) of corners.
     """
     e, c = corners.shape
     normals = np.broadcast_to(axes[:, 2], (e, 3))
@@ -61,7 +60,7 @@ def flat_map(mesh: Mesh, corners: Index, axes: Array, numbering: Numbering, own:
     X = _plain_map(axes, c, own is not None)
     if sides.folds.any():
         X = np.array(np.broadcast_to(X, (e, *X.shape[1:])))
-        _follow_folds(X, m, mesh.points[corners], np.broadcast_to(axes, (e, 3, 3)), sides)
+        _follow_folds(X, mesh.points[corners], np.broadcast_to(axes, (e, 3, 3)), sides)
     return LocalDofs(dofs, X, 2 * m)
 
 
@@ -70,19 +69,19 @@ def _plain_map(axes: Array, c: int, extended: bool) -> Array:
     m, b = 2 * c + extended, 3 + extended
     X = np.zeros((len(axes), 2 * m + b * c, 8 * c + (c + 2) * extended))
     for i in range(c):
-        move, turn, side = slice(3 * i, 3 * i + 3), slice(3 * (c + i), 3 * (c + i) + 3), 6 * c + 2 * i
-        bend = 2 * m + b * i
-        X[:, i, move], X[:, m + i, move], X[:, bend, move] = axes[:, 0], axes[:, 1], axes[:, 2]
-        X[:, bend + 1, turn], X[:, bend + 2, turn] = axes[:, 0], axes[:, 1]
-        X[:, c + i, side] = X[:, m + c + i, side + 1] = 1.0
+        move, turn = slice(3 * i, 3 * i + 3), slice(3 * (c + i), 3 * (c + i) + 3)
+        bend, side = 2 * m + b * i, 2 * (c + i)
+        X[:, 2 * i : 2 * i + 2, move], X[:, bend, move] = axes[:, :2], axes[:, 2]
+        X[:, bend + 1 : bend + 3, turn] = axes[:, :2]
+        X[:, side : side + 2, 6 * c + 2 * i : 6 * c + 2 * i + 2] = np.eye(2)
         if extended:
             X[:, bend + 3, 8 * c + i] = 1.0
     if extended:
-        X[:, m - 1, 9 * c] = X[:, 2 * m - 1, 9 * c + 1] = 1.0
+        X[:, 2 * m - 2 : 2 * m, 9 * c :] = np.eye(2)
     return X
 
 
-def _follow_folds(X: Array, m: int, x: Array, axes: Array, sides: Sides) -> None:
+def _follow_folds(X: Array, x: Array, axes: Array, sides: Sides) -> None:
     """Replace the rows of sides at folds in X (e, local, raw): free along the side, following rotations across it."""
     c = x.shape[1]
     for i in range(c):
@@ -92,7 +91,7 @@ def _follow_folds(X: Array, m: int, x: Array, axes: Array, sides: Sides) -> None
         across = np.eye(3) - along[:, :, None] * along[:, None, :]
         span = x[at, j] - x[at, i]
         follow = plane @ across @ np.cross(np.eye(3), -span[:, None, :]) / 8
-        for row, slot in ((c + i, 0), (m + c + i, 1)):
+        for row, slot in ((2 * (c + i), 0), (2 * (c + i) + 1, 1)):
             X[at, row] = 0.0
             X[at, row, 6 * c + 2 * i] = np.sum(plane[:, slot] * along, axis=1)
             X[at, row, 3 * (c + i) : 3 * (c + i) + 3] = follow[:, slot]

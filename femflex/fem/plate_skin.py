@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.family import SkinPart
-from femflex.fem.plate_blocks import LocalDofs, of
+from femflex.fem.plate_blocks import LocalDofs
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -82,11 +82,10 @@ def _side_places(points: Array, corners: Index, axes: Array, dof_map: LocalDofs)
     lift = own[:, 2, :, None] * rise[:, None, :]
     u[:, :, 3:6] += lift
     u[:, :, 9:12] -= lift
-    m = dof_map.n_inplane // 2
     local = 3 * (c + i)[:, None] + np.arange(3), 3 * (c + j)[:, None] + np.arange(3), 6 * c + 2 * i[:, None] + np.arange(2)
     X = of_rows(dof_map.X, element)
     k = np.arange(len(first))
-    for axis, row in ((own[:, 0], c + i), (own[:, 1], m + c + i)):
+    for axis, row in ((own[:, 0], 2 * (c + i)), (own[:, 1], 2 * (c + i) + 1)):
         for target, columns in zip((slice(3, 6), slice(9, 12), slice(12, 14)), local, strict=True):
             u[:, :, target] += axis[:, :, None] * X[k[:, None] if len(X) > 1 else 0, row[:, None], columns][:, None]
     return _Places((x_i + x_j) / 2, own[:, 2], cols, u, theta, number.reshape(e, c))

@@ -55,36 +55,38 @@ class Triangles:
     shear: Array
     cubic: Array
 
-    def deflection_and_rotation(self, L: Array) -> Array:
+    def deflection_and_rotation(self, L: Array, elements: slice) -> Array:
         """w, beta_x, beta_y (e, q, 3, 9) at area coordinates L (q, 3)."""
-        w = np.matmul(bernstein(L), self.cubic)
+        cubic, bubble = self.cubic[elements], self.bubble[elements]
+        N = np.empty((len(cubic), len(L), 3, 9))
+        np.matmul(bernstein(L), cubic, out=N[:, :, 0])
         bumps = 4 * L[:, START] * L[:, END]
-        linear = np.einsum("qi,ial->qal", L, BETA)
-        e = len(self.area)
-        beta = linear + np.matmul(bumps, self.bubble.reshape(e, 3, -1)).reshape(e, len(L), 2, 9)
-        return np.concatenate([w[:, :, None], beta], axis=2)
+        beta = np.matmul(bumps, bubble.reshape(-1, 3, 18)).reshape(-1, len(L), 2, 9)
+        np.add(beta, np.einsum("qi,ial->qal", L, BETA), out=N[:, :, 1:])
+        return N
 
-    def gradients(self, L: Array, shears: bool) -> Array:
+    def gradients(self, L: Array, shears: bool, elements: slice) -> Array:
         """w,x  w,y  kappa (3) and, if it shears, gamma (2): (e, q, 5|7, 9) at area coordinates L (q, 3)."""
-        e, q = len(self.area), len(L)
-        by_L = np.matmul(bernstein_derivatives(L).reshape(3 * q, 10), self.cubic).reshape(e, q, 3, 9)
-        slope = np.matmul(self.dL[:, None], by_L)
-        bumps = 4 * (L[:, START, None] * np.eye(3)[END] + L[:, END, None] * np.eye(3)[START])  # (q, side, coordinate)
-        beta_by_L = np.matmul(bumps.swapaxes(1, 2), self.bubble.reshape(e, 1, 3, -1)).reshape(e, q, 3, 2, 9) + BETA
-        dbeta = np.matmul(self.dL[:, None], beta_by_L.reshape(e, q, 3, 18)).reshape(e, q, 2, 2, 9)  # (by, component)
-        kappa = [dbeta[:, :, 0, 0], dbeta[:, :, 1, 1], dbeta[:, :, 0, 1] + dbeta[:, :, 1, 0]]
-        rows = [slope, np.stack(kappa, axis=2)]
+        cubic, bubble, dL = self.cubic[elements], self.bubble[elements], self.dL[elements, None]
+        e, q = len(cubic), len(L)
+        G = np.empty((e, q, 7 if shears else 5, 9))
+        by_L = np.matmul(bernstein_derivatives(L).reshape(3 * q, 10), cubic).reshape(e, q, 3, 9)
+        np.matmul(dL, by_L, out=G[:, :, :2])
+        beta_by_L = np.matmul(bump_derivatives(L).reshape(3 * q, 3), bubble.reshape(e, 3, 18)).reshape(e, q, 3, 2, 9)
+        dbeta = np.matmul(dL, (beta_by_L + BETA).reshape(e, q, 3, 18)).reshape(e, q, 2, 2, 9)  # (by, component)
+        G[:, :, 2], G[:, :, 3] = dbeta[:, :, 0, 0], dbeta[:, :, 1, 1]
+        np.add(dbeta[:, :, 0, 1], dbeta[:, :, 1, 0], out=G[:, :, 4])
         if shears:
-            rows.append(np.matmul(L, self.shear.reshape(e, 3, -1)).reshape(e, q, 2, 9))
-        return np.concatenate(rows, axis=2)
+            G[:, :, 5:] = np.matmul(L, self.shear[elements].reshape(e, 3, 18)).reshape(e, q, 2, 9)
+        return G
 
 
 def triangles(x: Array, D: Array, S: Array | None) -> Triangles:
     """Fields of triangles with corners x (e, 3, 2) in their planes; D (1|e, 3, 3), S (1|e, 2, 2), or None for DKT."""
-    system = np.concatenate([np.ones((len(x), 3, 1)), x], axis=2)
-    dL = np.linalg.inv(system)[:, 1:]
-    area = np.abs(np.linalg.det(system)) / 2
     span = x[:, END] - x[:, START]
+    twice = span[:, 0, 0] * span[:, 1, 1] - span[:, 0, 1] * span[:, 1, 0]
+    opposite = span[:, [1, 2, 0]]  # the side that does not touch the corner
+    dL = np.stack([-opposite[:, :, 1], opposite[:, :, 0]], axis=1) / twice[:, None, None]
     length = np.linalg.norm(span, axis=2)
     t = span / length[:, :, None]
     f = np.zeros_like(length) if S is None else side_shear_factor(t, length, D, S)
@@ -95,7 +97,7 @@ def triangles(x: Array, D: Array, S: Array | None) -> Triangles:
     delta *= (-1.5 / (1 + f))[:, :, None]
     shear = corner_vectors(t, -2 / 3 * f[:, :, None] * delta)
     bubble = t[..., None] * delta[:, :, None, :]
-    return Triangles(area, dL, bubble, shear, cubic_coefficients(x, shear - BETA))
+    return Triangles(np.abs(twice) / 2, dL, bubble, shear, cubic_coefficients(x, shear - BETA))
 
 
 def side_shear_factor(t: Array, length: Array, D: Array, S: Array) -> Array:
@@ -109,8 +111,11 @@ def side_shear_factor(t: Array, length: Array, D: Array, S: Array) -> Array:
 def corner_vectors(t: Array, along: Array) -> Array:
     """Vectors (e, corner, 2, 9) whose components along the two sides of each corner are along (e, side, 9)."""
     before = np.array([2, 0, 1])  # the side that ends in each corner
-    sides = np.stack([t, t[:, before]], axis=2)  # (e, corner, which, xy)
-    return np.matmul(np.linalg.inv(sides), np.stack([along, along[:, before]], axis=2))
+    s, g = t[:, before], along[:, before]
+    sine = (t[..., 0] * s[..., 1] - t[..., 1] * s[..., 0])[..., None]
+    x = (s[..., 1, None] * along - t[..., 1, None] * g) / sine
+    y = (t[..., 0, None] * g - s[..., 0, None] * along) / sine
+    return np.stack([x, y], axis=2)
 
 
 def cubic_coefficients(x: Array, slope: Array) -> Array:
@@ -121,10 +126,10 @@ def cubic_coefficients(x: Array, slope: Array) -> Array:
     e = len(x)
     c = np.zeros((e, 10, 9))
     c[:, [0, 1, 2], [0, 3, 6]] = 1.0
-    for k, (i, j) in enumerate(zip(START, END, strict=True)):
-        span = (x[:, j] - x[:, i])[:, :, None]
-        c[:, 3 + 2 * k] = c[:, i] + np.sum(span * slope[:, i], axis=1) / 3
-        c[:, 4 + 2 * k] = c[:, j] - np.sum(span * slope[:, j], axis=1) / 3
+    third = (x[:, END] - x[:, START])[..., None] / 3
+    for first, corner, sign in ((3, START, 1), (4, END, -1)):
+        rise = third[:, :, 0] * slope[:, corner, 0] + third[:, :, 1] * slope[:, corner, 1]
+        c[:, first:9:2] = c[:, corner] + sign * rise
     c[:, 9] = c[:, 3:9].sum(axis=1) / 4 - c[:, :3].sum(axis=1) / 6
     return c
 
@@ -151,6 +156,11 @@ def inplane_shapes(L: Array) -> Array:
 
 def inplane_gradients(L: Array, dL: Array) -> Array:
     """Their derivatives by x and y (e, q, 2, 6), dL (e, 2, 3)."""
-    bumps = 4 * (L[:, START, None] * np.eye(3)[END] + L[:, END, None] * np.eye(3)[START])
-    by_L = np.concatenate([np.broadcast_to(np.eye(3), (len(L), 3, 3)), bumps.swapaxes(1, 2)], axis=2)
+    by_L = np.concatenate([np.broadcast_to(np.eye(3), (len(L), 3, 3)), bump_derivatives(L)], axis=2)
     return np.matmul(dL[:, None], by_L)
+
+
+def bump_derivatives(L: Array) -> Array:
+    """Derivatives (q, 3, side) of 4 L_i L_j by the area coordinates."""
+    by_L = L[:, START, None] * np.eye(3)[END] + L[:, END, None] * np.eye(3)[START]
+    return 4 * by_L.swapaxes(1, 2)

@@ -16,7 +16,7 @@ from femflex.fem.family import FAMILIES, Contribution, SkinPart
 from femflex.fem.materials import Material
 from femflex.fem.numbering import COMPONENTS, Numbering
 from femflex.fem.point_mass import PointMass, point_mass_block
-from femflex.fem.tables import InertiaBlock, StrainBlock, assemble_blocks
+from femflex.fem.tables import InertiaBlock, StrainBlock, mass_and_stiffness
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -115,10 +115,11 @@ def build_structure(mesh: Mesh, members: Sequence[Member], point_masses: Sequenc
     strain = tuple(block for part in parts for block in part.strain)
     T = numbering.independent()
     translation, rotation = numbering.node_rows(T.shape[0])
+    M, K = mass_and_stiffness(inertia, strain, T)
     return Structure(
         mesh=mesh,
-        M=assemble_blocks(inertia, T),
-        K=assemble_blocks(strain, T),
+        M=M,
+        K=K,
         T=T,
         inertia=inertia,
         strain=strain,

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from femflex.fem.assembly import Part, assembled
+from femflex.fem.assembly import Assembler, Part, assembled
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -127,6 +127,15 @@ class DenseStrain:
 def assemble_blocks(blocks: Sequence[InertiaBlock | StrainBlock], T: sparse.csr_array) -> sparse.csr_array:
     """Mass or stiffness (n_dof, n_dof) of blocks on raw dofs, T (n_raw, n_dof) of the independent ones."""
     return assembled([part for block in blocks for part in block.parts()], T)
+
+
+def mass_and_stiffness(
+    inertia: Sequence[InertiaBlock], strain: Sequence[StrainBlock], T: sparse.csr_array
+) -> tuple[sparse.csr_array, sparse.csr_array]:
+    """M and K (n_dof, n_dof) of blocks on raw dofs, which T (n_raw, n_dof) gives from the independent ones."""
+    assembler = Assembler(T)  # one for both: it remembers how dofs are connected
+    K = assembler.total([part for block in strain for part in block.parts()])
+    return assembler.total([part for block in inertia for part in block.parts()]), K
 
 
 def element_chunks(n_elements: int, values_per_element: int) -> Iterator[slice]:

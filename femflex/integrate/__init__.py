@@ -1,0 +1,48 @@
+"""Integration in time: explicit, implicit and cross-check methods that know only the compiled model's call.
+
+A model offers the calls of `protocol`; `integrator(name, rtol=...)` makes a method from the register, whose `solve`
+gives a whole trajectory and `blocks` one piece at a time, with a state to resume from, bit for bit. `choose` picks a
+method and says why. Kernels are loaded when a method is first used, not when this package is imported.
+"""
+
+from femflex.integrate.choice import Choice, choose
+from femflex.integrate.dop853 import Dop853
+from femflex.integrate.esdirk import Esdirk4
+from femflex.integrate.generalized_alpha import GeneralizedAlpha
+from femflex.integrate.outcome import Block, IntegrationError, Interrupted, Solution, Steps
+from femflex.integrate.protocol import (
+    ADVANCE,
+    KINEMATIC,
+    RATE,
+    RESIDUAL,
+    SOLVE,
+    Integrator,
+    Model,
+    SecondOrder,
+)
+from femflex.integrate.register import INTEGRATORS, integrator
+from femflex.integrate.scipy_check import Scipy
+
+__all__ = [
+    "ADVANCE",
+    "INTEGRATORS",
+    "KINEMATIC",
+    "RATE",
+    "RESIDUAL",
+    "SOLVE",
+    "Block",
+    "Choice",
+    "Dop853",
+    "Esdirk4",
+    "GeneralizedAlpha",
+    "IntegrationError",
+    "Integrator",
+    "Interrupted",
+    "Model",
+    "Scipy",
+    "SecondOrder",
+    "Solution",
+    "Steps",
+    "choose",
+    "integrator",
+]

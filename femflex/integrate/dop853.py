@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femflex.integrate.driver import Adaptive, Fill, Span
 from femflex.integrate.protocol import Model
+from femflex.integrate.register import INTEGRATORS
 from femflex.integrate.starting import first_step
 
 Array = NDArray[np.float64]
@@ -48,3 +49,6 @@ class Dop853(Adaptive):
             return fill(model.rate, own, span, renormalise, *limits, state, vectors, k, scratch, times, rows, budget)
 
         return filled
+
+
+INTEGRATORS[Dop853.name] = Dop853

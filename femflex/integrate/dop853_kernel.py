@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import float64, int64, njit, types
 from numpy.typing import NDArray
 
 from femflex.integrate import resume as head
+from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABLE, VECTOR, kernel, njit, part, types
 from femflex.integrate.dop853_table import A, C, D, E
 from femflex.integrate.protocol import OWN, RATE, Call, Own
 from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, normalise, put
@@ -23,17 +23,16 @@ IntArray = NDArray[np.int64]
 Span = tuple[float, float, float]
 
 X, K1, X_OLD, F0 = 0, 1, 2, 3  # rows of the kept vectors
-N_VECTORS = 10
+NVECTORS = 10
 Y, E3, E5 = 0, 1, 2  # rows of the scratch vectors: end of the trial step, its two errors
 N_SCRATCH, N_STAGES = 3, 16
 
 SAFETY, BETA = 0.95, 0.04  # h_new = h * SAFETY * err^-(1/8 - BETA/5) * err_old^BETA (II.4, "PI" control)
 SHRINK, GROW = 1 / 3, 6.0  # limits of h_new / h
 RETREAT = 0.2  # h_new / h after a value that is not finite
-FMA = {"contract"}  # fused multiply-add is the only freedom given: results repeat bit for bit
 
 
-@njit(fastmath=FMA, error_model="numpy")
+@part
 def add(y: Array, h: float, weights: Array, k: Array) -> None:
     """Add h * sum_j weights[j] k[j] to y."""
     for j in range(weights.size):
@@ -43,7 +42,7 @@ def add(y: Array, h: float, weights: Array, k: Array) -> None:
                 y[i] += weight * k[j, i]
 
 
-@njit(error_model="numpy")
+@part
 def stages(rate: Call, own: Own, span: Span, which: range, t: float, h: float, x: Array, k: Array, y: Array) -> None:
     """Set the stages k[s] for s in `which`, each from those before it; y is scratch."""
     for s in which:
@@ -65,7 +64,7 @@ def scaled_error(h: float, x: Array, scratch: Array, rtol: float, atol: Array) -
     return h * sum5 / math.sqrt((sum5 + 0.01 * sum3) * x.size)
 
 
-@njit(error_model="numpy")
+@part
 def trial(
     rate: Call, own: Own, span: Span, t: float, h: float, x: Array, k: Array, scratch: Array, rtol: float, atol: Array
 ) -> float:
@@ -80,8 +79,10 @@ def trial(
     return scaled_error(h, x, scratch, rtol, atol)
 
 
-@njit(error_model="numpy")
-def reject(h: float, error: float, n_k: int, x: Array, k: Array, scratch: Array, rtol: float, atol: Array, state: Array) -> None:
+@part
+def reject(
+    h: float, error: float, n_k: int, x: Array, k: Array, scratch: Array, rtol: float, atol: Array, state: Array
+) -> None:
     """Shorten the step after a failed trial and note why: the first value not finite, or the largest error."""
     state[head.REJECTED] += 1
     state[head.REJECTED_LAST] = 1.0
@@ -99,7 +100,7 @@ def reject(h: float, error: float, n_k: int, x: Array, k: Array, scratch: Array,
     state[head.H] = h * (max(SHRINK, SAFETY * error ** (-1 / 8)) if math.isfinite(error) else RETREAT)
 
 
-@njit(fastmath=FMA, error_model="numpy")
+@part
 def set_interpolant(h: float, k: Array, vectors: Array) -> None:
     """Set F0 ... F6 of the dense output of order 7 from all sixteen stages (II.10)."""
     F = vectors[F0:]
@@ -113,7 +114,7 @@ def set_interpolant(h: float, k: Array, vectors: Array) -> None:
         add(F[3 + row], h, D[row], k)
 
 
-@njit(fastmath=FMA, error_model="numpy")
+@part
 def interpolate(theta: float, vectors: Array, row: Array) -> None:
     """Set row to the state at the fraction theta of the last step (nested as in the program DOP853)."""
     rest = 1.0 - theta
@@ -123,7 +124,7 @@ def interpolate(theta: float, vectors: Array, row: Array) -> None:
         row[i] = vectors[X_OLD, i] + theta * (F[0, i] + rest * (F[1, i] + theta * (F[2, i] + rest * inner)))
 
 
-@njit(error_model="numpy")
+@part
 def hand_out(times: Array, rows: Array, row: int, state: Array, vectors: Array, renormalise: IntArray) -> int:
     """Number of rows written in all, after those whose times the steps have reached."""
     t, t_old = state[head.T], state[head.T_OLD]
@@ -138,17 +139,13 @@ def hand_out(times: Array, rows: Array, row: int, state: Array, vectors: Array, 
     return row
 
 
-_VECTOR, _TABLE = float64[::1], float64[:, ::1]
-_SPAN = types.UniTuple(float64, 3)
-_TOLERANCES = (float64, _VECTOR, float64)  # rtol, atol, max_step
-_KEPT = (_VECTOR, _TABLE, _TABLE, _TABLE)  # state, vectors, k, scratch
-_OUTPUT = (_VECTOR, _TABLE)  # times, rows
-_SIGNATURE = types.UniTuple(int64, 2)(
-    types.FunctionType(RATE), OWN, _SPAN, int64[::1], *_TOLERANCES, *_KEPT, *_OUTPUT, int64
-)
+_TOLERANCES = (REAL, VECTOR, REAL)  # rtol, atol, max_step
+_KEPT = (VECTOR, TABLE, TABLE, TABLE)  # state, vectors, k, scratch
+_OUTPUT = (VECTOR, TABLE)  # times, rows
+_SIGNATURE = ENDED(types.FunctionType(RATE), OWN, SPAN, INDICES, *_TOLERANCES, *_KEPT, *_OUTPUT, INTEGER)
 
 
-@njit(_SIGNATURE, cache=True, nogil=True, error_model="numpy")
+@kernel(_SIGNATURE)
 def fill(
     rate: Call,
     own: Own,

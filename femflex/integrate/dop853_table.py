@@ -1,4 +1,4 @@
-"""Coefficients of the Dormand-Prince method of order 8 with error estimates of order 5 and 3 and dense output of order 7.
+"""Coefficients of the Dormand-Prince method of order 8(5,3) with dense output of order 7.
 
 Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., 1993, section II.10,
 and the authors' program DOP853. Stages 0-11 make the step, 12 is the rate at its end, 13-15 serve dense output.

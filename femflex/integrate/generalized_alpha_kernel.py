@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import float64, int64, njit, types
 from numpy.typing import NDArray
 
 from femflex.integrate import resume as head
+from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABLE, VECTOR, kernel, part, types
 from femflex.integrate.hermite import (
     KAPPA,
     MAX_ITERATIONS,
@@ -36,24 +36,221 @@ IntArray = NDArray[np.int64]
 Span = tuple[float, float, float]
 Calls = tuple[Call, Call, Call, Call]  # residual, solve, kinematic, advance
 
-SLOPES, N_VECTORS = 4, 5
+SLOPES, NVECTORS = 4, 5
 # rows of the scratch vectors: end of the trial step, its rate, error, a correction in x; the rest are (n_u,)
 Y, YDOT, E, CHANGE, INCREMENT, A_NEW, RIGHT, DELTA, VELOCITY = 0, 1, 2, 3, 4, 5, 6, 7, 8
 N_SCRATCH = 9
 SAFETY, SHRINK, GROW = 0.9, 0.3, 3.0
 
 
-@njit
+@part
 def parameters(rho: float) -> tuple[float, float, float, float]:
     """alpha_m, alpha_f, beta, gamma for the spectral radius rho at infinite frequency (Chung & Hulbert 1993)."""
     alpha_m, alpha_f = (2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)
     return alpha_m, alpha_f, 0.25 * (1.0 - alpha_m + alpha_f) ** 2, 0.5 - alpha_m + alpha_f
 
 
-@njit
+@part
 def error_constants(rho: float) -> tuple[float, float]:
     """Leading errors of a step, C_q h^3 u'' in q and C_u h^3 u''' in u, by Taylor series; a leads w by d h."""
     alpha_m, alpha_f, beta, gamma = parameters(rho)
     d = alpha_m - alpha_f
     lag = 0.5 * ((1.0 - alpha_f) - (1.0 - alpha_m) * (1.0 + d) ** 2 - alpha_m * d**2)
     return 0.5 * d + beta - 1 / 6, 0.5 * ((1.0 - gamma) * d**2 + gamma * (1.0 + d) ** 2) + lag - 1 / 6
+
+
+@part
+def update(advance: Call, own: Own, h: float, rho: float, n_q: int, vectors: Array, scratch: Array) -> None:
+    """Set the end of the step (q, u) and a from its w, scratch[YDOT]."""
+    alpha_m, alpha_f, beta, gamma = parameters(rho)
+    for i in range(vectors.shape[1] - n_q):
+        u, w, w_new = vectors[X, n_q + i], vectors[XDOT, n_q + i], scratch[YDOT, n_q + i]
+        a = w + h * vectors[SLOPES, i]
+        a_new = ((1.0 - alpha_f) * w_new + alpha_f * w - alpha_m * a) / (1.0 - alpha_m)
+        scratch[A_NEW, i] = a_new
+        scratch[INCREMENT, i] = h * u + h**2 * ((0.5 - beta) * a + beta * a_new)
+        scratch[Y, n_q + i] = u + h * ((1.0 - gamma) * a + gamma * a_new)
+    n_u = vectors.shape[1] - n_q
+    advance(vectors[X][:n_q], scratch[INCREMENT][:n_u], scratch[Y][:n_q], *own)
+
+
+@part
+def newton(
+    residual: Call,
+    solve: Call,
+    kinematic: Call,
+    advance: Call,
+    own: Own,
+    t: float,
+    h: float,
+    rho: float,
+    n_q: int,
+    rtol: float,
+    atol: Array,
+    state: Array,
+    vectors: Array,
+    scratch: Array,
+) -> bool:
+    """Whether Newton's method found the end of the step; S = M + gamma' h D + beta' h^2 K stands for its matrix."""
+    alpha_m, alpha_f, beta, gamma = parameters(rho)
+    ratio = (1.0 - alpha_f) / (1.0 - alpha_m)
+    c_damp, c_stiff = gamma * ratio * h, beta * ratio * h**2
+    n_u = vectors.shape[1] - n_q
+    q, u, w = scratch[Y][:n_q], scratch[Y][n_q:], scratch[YDOT][n_q:]
+    right, delta, velocity = scratch[RIGHT][:n_u], scratch[DELTA][:n_u], scratch[VELOCITY][:n_u]
+    for i in range(n_u):
+        w[i] = vectors[XDOT, n_q + i] + h * vectors[SLOPES, n_u + i]
+    update(advance, own, h, rho, n_q, vectors, scratch)
+    before = 0.0
+    for iteration in range(MAX_ITERATIONS):
+        residual(t, q, u, w, right, *own)
+        state[head.EVALUATIONS] += 1
+        for i in range(n_u):
+            right[i] = -right[i]
+        solve(t, q, right, delta, 1.0, c_damp, c_stiff, *own)
+        for i in range(n_u):
+            w[i] += delta[i]
+            velocity[i] = c_stiff * delta[i]
+            scratch[CHANGE, n_q + i] = c_damp * delta[i]
+        kinematic(t, q, velocity, scratch[CHANGE][:n_q], *own)
+        change = scaled_norm(scratch[CHANGE], vectors[X], scratch[Y], rtol, atol)
+        theta = contraction(iteration, change, before, state[head.CONTRACTION])
+        update(advance, own, h, rho, n_q, vectors, scratch)
+        if not math.isfinite(change) or (iteration > 0 and theta > SLOWEST and change > KAPPA):
+            return False
+        state[head.CONTRACTION] = min(theta, SLOWEST)
+        if converged(theta, change):
+            return True
+        before = change
+    return False
+
+
+@part
+def set_error(
+    residual: Call,
+    solve: Call,
+    kinematic: Call,
+    own: Own,
+    t: float,
+    h: float,
+    rho: float,
+    n_q: int,
+    state: Array,
+    vectors: Array,
+    scratch: Array,
+) -> None:
+    """Set the error of the step, scratch[E], and h times its mean slope of w, scratch[DELTA].
+
+    The change of a over the step is filtered by S^-1 M (M v is a residual with v added to w), so that modes far above
+    1/h, which the method damps, do not govern the step.
+    """
+    alpha_m, alpha_f, beta, gamma = parameters(rho)
+    ratio = (1.0 - alpha_f) / (1.0 - alpha_m)
+    C_q, C_u = error_constants(rho)
+    n_u = vectors.shape[1] - n_q
+    q, u = scratch[Y][:n_q], scratch[Y][n_q:]
+    right, delta, velocity = scratch[RIGHT][:n_u], scratch[DELTA][:n_u], scratch[VELOCITY][:n_u]
+    for i in range(n_u):
+        velocity[i] = scratch[YDOT, n_q + i] + scratch[A_NEW, i] - vectors[XDOT, n_q + i] - h * vectors[SLOPES, i]
+    residual(t, q, u, velocity, right, *own)
+    state[head.EVALUATIONS] += 1
+    solve(t, q, right, delta, 1.0, gamma * ratio * h, beta * ratio * h**2, *own)
+    between = 0.5 * (h + state[head.T] - state[head.T_OLD])  # of the middles of the last two steps
+    for i in range(n_u):
+        velocity[i] = C_q * h**2 * delta[i]
+        scratch[E, n_q + i] = C_u * h**3 * (delta[i] / h - vectors[SLOPES, n_u + i]) / between
+    kinematic(t, q, velocity, scratch[E][:n_q], *own)
+
+
+@part
+def move_on(h: float, n_q: int, vectors: Array, scratch: Array) -> None:
+    """Make the end of the accepted step the state."""
+    put(vectors[X], vectors[X_OLD])
+    put(vectors[XDOT], vectors[XDOT_OLD])
+    put(scratch[Y], vectors[X])
+    put(scratch[YDOT], vectors[XDOT])
+    n_u = vectors.shape[1] - n_q
+    for i in range(n_u):
+        vectors[SLOPES, i] = (scratch[A_NEW, i] - scratch[YDOT, n_q + i]) / h
+        vectors[SLOPES, n_u + i] = scratch[DELTA, i] / h
+
+
+_CALLS = tuple(types.FunctionType(call) for call in (RESIDUAL, SOLVE, KINEMATIC, ADVANCE))
+_SETTINGS = (REAL, REAL, REAL, VECTOR, REAL)  # rho, fixed, rtol, atol, max_step
+_SIGNATURE = ENDED(
+    *_CALLS,
+    OWN,
+    SPAN,
+    INDICES,
+    INTEGER,
+    *_SETTINGS,
+    *(VECTOR, TABLE, TABLE),
+    *(VECTOR, TABLE),
+    INTEGER,
+)
+
+
+@kernel(_SIGNATURE)
+def fill(
+    residual: Call,
+    solve: Call,
+    kinematic: Call,
+    advance: Call,
+    own: Own,
+    span: Span,
+    renormalise: IntArray,
+    n_q: int,
+    rho: float,
+    fixed: float,
+    rtol: float,
+    atol: Array,
+    max_step: float,
+    state: Array,
+    vectors: Array,
+    scratch: Array,
+    times: Array,
+    rows: Array,
+    budget: int,
+) -> tuple[int, int]:
+    """How the call ended (FULL, END, PAUSE, STUCK) and the number of rows written, after at most `budget` trials.
+
+    With fixed > 0 every step that converges is accepted and has that size.
+    """
+    row = 0
+    x, y = vectors[X], scratch[Y]
+    while True:
+        row = hand_out(times, rows, row, state, vectors, renormalise)
+        t, wanted = state[head.T], min(state[head.H], max_step)
+        if row == rows.shape[0]:
+            return head.FULL, row
+        if t >= span[0]:
+            return head.END, row
+        if budget == 0:
+            return head.PAUSE, row
+        if wanted < head.TINY * abs(t) or wanted < head.TINIEST:
+            return head.STUCK, row
+        budget -= 1
+
+        h = cut(t, wanted, span[0])
+        t_new = span[0] if h == span[0] - t else t + h
+        asked = clipped(t_new, span[1], span[2])
+        if not newton(
+            residual, solve, kinematic, advance, own, asked, h, rho, n_q, rtol, atol, state, vectors, scratch
+        ):
+            reject(head.NEWTON, 0.5 * h, scratch[CHANGE], x, scratch[CHANGE], rtol, atol, state)
+            continue
+        normalise(y, renormalise)
+        kinematic(asked, y[:n_q], y[n_q:], scratch[YDOT][:n_q], *own)
+        set_error(residual, solve, kinematic, own, asked, h, rho, n_q, state, vectors, scratch)
+        error = scaled_norm(scratch[E], x, y, rtol, atol)
+        if fixed > 0.0 and math.isfinite(error):
+            error = 0.0
+        if not error <= 1.0 or first_not_finite(scratch[YDOT]) >= 0:
+            factor = max(SHRINK, SAFETY * error ** (-1 / 3)) if math.isfinite(error) else SHRINK
+            reject(head.ERROR_TEST, h * factor, scratch[E], x, scratch[YDOT], rtol, atol, state)
+            continue
+        move_on(h, n_q, vectors, scratch)
+        factor = SAFETY * error ** (-0.7 / 3) * state[head.ERROR] ** (0.4 / 3) if error > 0.0 else GROW
+        accept(t_new, h, wanted, min(GROW, max(SHRINK, factor)), error, True, state)
+        if fixed > 0.0:
+            state[head.H] = fixed

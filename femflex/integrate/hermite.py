@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from femflex.integrate import resume as head
+from femflex.integrate.compiled import part
 from femflex.integrate.vectors import first_not_finite, normalise, put
 
 Array = NDArray[np.float64]
@@ -21,10 +21,9 @@ IntArray = NDArray[np.int64]
 X, XDOT, X_OLD, XDOT_OLD = 0, 1, 2, 3
 KAPPA = 0.01  # Newton's error at the end of an iteration, in units of the tolerance
 MAX_ITERATIONS, SLOWEST = 10, 0.8  # an iteration that contracts less is given up
-FMA = {"contract"}
 
 
-@njit(fastmath=FMA, error_model="numpy")
+@part
 def interpolate(theta: float, h: float, vectors: Array, row: Array) -> None:
     """Set row to the state at the fraction theta of the last step of size h, by values and rates at both ends."""
     rest = 1.0 - theta
@@ -34,7 +33,7 @@ def interpolate(theta: float, h: float, vectors: Array, row: Array) -> None:
         row[i] = rest * x0 + theta * x1 + theta * rest * (rest * v0 - theta * v1)
 
 
-@njit(error_model="numpy")
+@part
 def hand_out(times: Array, rows: Array, row: int, state: Array, vectors: Array, renormalise: IntArray) -> int:
     """Number of rows written in all, after those whose times the steps have reached."""
     t, t_old = state[head.T], state[head.T_OLD]
@@ -49,16 +48,16 @@ def hand_out(times: Array, rows: Array, row: int, state: Array, vectors: Array, 
     return row
 
 
-@njit(error_model="numpy")
+@part
 def scaled_norm(e: Array, x: Array, y: Array, rtol: float, atol: Array) -> float:
     """Root mean square of e in units of the tolerance at x and y."""
     total = 0.0
     for i in range(e.size):
         total += (e[i] / (atol[i] + rtol * max(abs(x[i]), abs(y[i])))) ** 2
-    return math.sqrt(total / e.size)
+    return float(math.sqrt(total / e.size))
 
 
-@njit(error_model="numpy")
+@part
 def contraction(iteration: int, change: float, before: float, memory: float) -> float:
     """Ratio of the last two Newton corrections; before there are two, that of the step before, somewhat worsened."""
     if iteration == 0:
@@ -66,13 +65,13 @@ def contraction(iteration: int, change: float, before: float, memory: float) -> 
     return change / before if before > 0.0 else 0.0
 
 
-@njit(error_model="numpy")
+@part
 def converged(theta: float, change: float) -> bool:
     """Whether what Newton's method still has to correct is below KAPPA, from its contraction theta < 1."""
     return theta < 1.0 and theta / (1.0 - theta) * change <= KAPPA
 
 
-@njit(error_model="numpy")
+@part
 def reject(cause: int, h_new: float, e: Array, x: Array, bad: Array, rtol: float, atol: Array, state: Array) -> None:
     """Shorten the step after a failed trial and note why: an entry of `bad` not finite, or the largest error in e."""
     state[head.REJECTED] += 1

@@ -38,9 +38,9 @@ from collections.abc import Callable, Iterator
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from numba import float64, int64, types
 from numpy.typing import NDArray
 
+from femflex.integrate.compiled import INDICES, REAL, VECTOR, types
 from femflex.integrate.outcome import Block, Solution
 
 Array = NDArray[np.float64]
@@ -48,14 +48,13 @@ IntArray = NDArray[np.int64]
 Own = tuple[IntArray, Array, Array]
 Call = Callable[..., Any]
 
-_VECTOR = float64[::1]
-_OWN = (int64[::1], _VECTOR, _VECTOR)  # table, pool, work
+_OWN = (INDICES, VECTOR, VECTOR)  # table, pool, work
 
-RATE = types.void(float64, _VECTOR, _VECTOR, *_OWN)
-RESIDUAL = types.void(float64, _VECTOR, _VECTOR, _VECTOR, _VECTOR, *_OWN)
-SOLVE = types.void(float64, _VECTOR, _VECTOR, _VECTOR, float64, float64, float64, *_OWN)
-KINEMATIC = types.void(float64, _VECTOR, _VECTOR, _VECTOR, *_OWN)
-ADVANCE = types.void(_VECTOR, _VECTOR, _VECTOR, *_OWN)
+RATE = types.void(REAL, VECTOR, VECTOR, *_OWN)
+RESIDUAL = types.void(REAL, VECTOR, VECTOR, VECTOR, VECTOR, *_OWN)
+SOLVE = types.void(REAL, VECTOR, VECTOR, VECTOR, REAL, REAL, REAL, *_OWN)
+KINEMATIC = types.void(REAL, VECTOR, VECTOR, VECTOR, *_OWN)
+ADVANCE = types.void(VECTOR, VECTOR, VECTOR, *_OWN)
 OWN = types.Tuple(_OWN)  # the three arrays as kernels take them
 
 
@@ -65,18 +64,23 @@ class SecondOrder(Protocol):
     @property
     def n_q(self) -> int:
         """Number of coordinates q."""
+
     @property
     def n_u(self) -> int:
         """Number of quasi-velocities u."""
+
     @property
     def residual(self) -> Call:
         """First-class function of signature RESIDUAL."""
+
     @property
     def solve(self) -> Call:
         """First-class function of signature SOLVE."""
+
     @property
     def kinematic(self) -> Call:
         """First-class function of signature KINEMATIC."""
+
     @property
     def advance(self) -> Call:
         """First-class function of signature ADVANCE."""
@@ -88,24 +92,31 @@ class Model(Protocol):
     @property
     def n_x(self) -> int:
         """Number of states."""
+
     @property
     def rate(self) -> Call:
         """First-class function of signature RATE."""
+
     @property
     def table(self) -> IntArray:
         """Integers of the model, passed to every call."""
+
     @property
     def pool(self) -> Array:
         """Numbers of the model, passed to every call."""
+
     @property
     def work(self) -> Array:
         """Scratch of the model, passed to every call."""
+
     @property
     def renormalise(self) -> IntArray:
         """Positions in x where four Euler parameters start; they are brought to unit length after each step."""
+
     @property
     def breaks(self) -> Array:
         """Ascending times where the rate or a derivative of it jumps (table knots, pulses); no step straddles one."""
+
     @property
     def second_order(self) -> SecondOrder | None:
         """The second-order calls, or None if the model has only its rate."""
@@ -126,11 +137,14 @@ class Integrator(Protocol):
     @property
     def name(self) -> str:
         """Name in the register INTEGRATORS."""
+
     @property
     def order(self) -> int:
         """Order of the global error in the step size."""
+
     def blocks(self, model: Model, times: Array, x0: Array, state: Array | None = None) -> Iterator[Block]:
         """Blocks of the states at `times` (n_t,), ascending; x0 is the state at times[0]."""
+
     def solve(
         self, model: Model, times: Array, x0: Array, progress: Progress | None = None, state: Array | None = None
     ) -> Solution:

@@ -1,7 +1,7 @@
 """The head of a resume array: what every compiled method keeps between two kernel calls, by position.
 
-A resume array is one flat float64 array: this head of HEAD numbers, then the method's vectors of n_x numbers each. It is
-complete: a run continued from it takes the same steps, bit for bit, as one that was never stopped.
+A resume array is one flat float64 array: this head of HEAD numbers, then the method's vectors of n_x numbers each. It
+is complete: a run continued from it takes the same steps, bit for bit, as one that was never stopped.
 """
 
 METHOD = 0  # which method wrote it

@@ -8,29 +8,29 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from femflex.integrate import resume as head
+from femflex.integrate.compiled import part
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-@njit
+@part
 def put(source: Array, target: Array) -> None:
     """Set target[:] = source; a plain loop compiles in a tenth of the time a checked slice takes."""
     for i in range(target.size):
         target[i] = source[i]
 
 
-@njit(error_model="numpy")
+@part
 def clipped(t: float, lo: float, hi: float) -> float:
     """Time t held within lo..hi, so that the model is never asked on or beyond a break."""
     return min(max(t, lo), hi)
 
 
-@njit(error_model="numpy")
+@part
 def cut(t: float, h: float, end: float) -> float:
     """Step h, shortened to land on `end`; the last two steps share what is left so that neither is tiny."""
     left = end - t
@@ -39,7 +39,7 @@ def cut(t: float, h: float, end: float) -> float:
     return 0.5 * left if 2.0 * h > left else h
 
 
-@njit(error_model="numpy")
+@part
 def normalise(x: Array, renormalise: IntArray) -> None:
     """Bring the four Euler parameters at each position of `renormalise` to unit length, in place."""
     for start in renormalise:
@@ -48,7 +48,7 @@ def normalise(x: Array, renormalise: IntArray) -> None:
             x[i] /= length
 
 
-@njit(error_model="numpy")
+@part
 def first_not_finite(v: Array) -> int:
     """Index of the first entry of v that is not finite, or -1."""
     for i in range(v.size):
@@ -57,7 +57,7 @@ def first_not_finite(v: Array) -> int:
     return -1
 
 
-@njit(error_model="numpy")
+@part
 def accept(t_new: float, h: float, wanted: float, factor: float, error: float, dense: bool, state: Array) -> None:
     """Note an accepted step in the state: time, statistics, and the next step h * factor.
 

@@ -17,6 +17,8 @@ MEASURES = (("", ""), ("length", "m"), ("area", "m^2"), ("volume", "m^3"))
 
 def describe(mesh: Mesh) -> str:
     """Text of several lines: points, extent, cells by type with size and quality, groups with what they hold."""
+    if not len(mesh.points):
+        return "points  0"
     loose = len(unused(mesh))
     lines = [f"points  {len(mesh.points)}" + (f", {loose} of them in no cell" if loose else "")]
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)

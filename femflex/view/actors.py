@@ -8,17 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.view.overlay import matrix
-from femflex.view.surface import Surface
+from femflex.view.surface import Points, Surface
 from femflex.view.theme import Theme
 from femflex.view.units import Bar
 
 Array = NDArray[np.float64]
 
 THIN, THICK, DOT = 1.1, 4.0, 9.0  # pixels: edges of faces, bodies that are lines, bodies that are points
+VEIL = 0.16  # opacity
 
 
 class BodyActor:
-    """One body in a scene: faces, edges, lines and dots over one set of points, moved as a whole and deformed in place."""
+    """One body in a scene: faces, edges, lines and dots, moved as a whole and deformed in place."""
 
     def __init__(
         self, plotter: Any, surface: Surface, colour: str, theme: Theme, bar: Bar | None, pixel: float
@@ -30,7 +31,7 @@ class BodyActor:
         for kind, data in self._parts.items():
             look: dict[str, Any] = {"color": theme.edge if kind == "edges" else colour}
             if bar is not None and kind != "edges":
-                data.point_data["displacement"] = np.zeros(len(surface.points), np.float32)
+                data.point_data["displacement"] = np.zeros(data.n_points, np.float32)
                 look = {"scalars": "displacement", "cmap": theme.colour_map, "clim": (0.0, bar.top)}
             actor = plotter.add_mesh(data, show_scalar_bar=False, smooth_shading=False, reset_camera=False, **look)
             _style(actor, kind, pixel, surface.closed)
@@ -43,10 +44,11 @@ class BodyActor:
             actor.SetUserMatrix(pose)
         if self._delta is None or not np.array_equal(delta, self._delta):
             self._delta = np.array(delta)
-            self._deform(*self._surface.deformed(delta, scale))
+            self._deform(self._delta, scale)
 
-    def _deform(self, points: NDArray[np.float32], length: NDArray[np.float32]) -> None:
+    def _deform(self, delta: Array, scale: float) -> None:
         for kind, data in self._parts.items():
+            points, length = _points(self._surface, kind).moved(delta, scale)
             data.points[:] = points
             data.GetPoints().Modified()
             if kind == "faces":
@@ -56,6 +58,14 @@ class BodyActor:
                 data.point_data["displacement"][:] = length * np.float32(self._bar.factor)
                 data.GetPointData().GetArray("displacement").Modified()
             data.Modified()
+
+
+def add_ghost(plotter: Any, surface: Surface, theme: Theme, pixel: float) -> None:
+    """Draw the undeformed body as a veil with its sharp edges."""
+    for kind, data in _parts(surface).items():
+        actor = plotter.add_mesh(data, color=theme.ghost, smooth_shading=False, reset_camera=False)
+        _style(actor, kind, pixel, surface.closed)
+        actor.prop.opacity = VEIL if kind == "faces" else 0.9
 
 
 class TraceActor:
@@ -83,19 +93,26 @@ def _parts(surface: Surface) -> dict[str, Any]:
         "faces": {"faces": _packed(surface.triangles, surface.quads)},
         "edges": {"lines": _packed(surface.edges)},
         "lines": {"lines": _packed(surface.lines)},
-        "dots": {"verts": _packed(surface.vertices[:, None])},
+        "dots": {"verts": _packed(surface.dots[:, None])},
     }
     filled = {kind: table for kind, table in cells.items() if all(len(values) for values in table.values())}
-    parts = {kind: pv.PolyData(surface.points.copy(), **table) for kind, table in filled.items()}
+    parts: dict[str, Any] = {}
+    for kind, table in filled.items():
+        make: Any = pv.PolyData
+        parts[kind] = make(_points(surface, kind).rest.copy(), **table)
     if "faces" in parts:
-        parts["faces"].point_data["Normals"] = surface.normals(surface.points)
+        parts["faces"].point_data["Normals"] = surface.normals(surface.skin.rest)
         parts["faces"].GetPointData().SetActiveNormals("Normals")
     return parts
 
 
+def _points(surface: Surface, kind: str) -> Points:
+    return surface.skin if kind == "faces" else surface.wires
+
+
 def _style(actor: Any, kind: str, pixel: float, closed: bool) -> None:
     style = actor.prop
-    style.ambient, style.diffuse, style.specular, style.specular_power = 0.34, 0.72, 0.12, 24.0
+    style.ambient, style.diffuse, style.specular, style.specular_power = 0.36, 0.64, 0.10, 24.0
     if kind == "faces":
         style.interpolation = "Phong"
         style.culling = "back" if closed else "none"
@@ -104,7 +121,6 @@ def _style(actor: Any, kind: str, pixel: float, closed: bool) -> None:
     style.line_width = pixel * (THIN if kind == "edges" else THICK)
     style.point_size = pixel * DOT
     style.render_points_as_spheres = kind == "dots"
-    actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
     actor.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, -4.0)
 
 

@@ -8,6 +8,7 @@ from typing import TypedDict
 from femflex.view.theme import Theme, theme_of
 
 EDGES = ("sharp", "mesh", "none")
+FITS = ("run", "picture")
 
 
 class LookOptions(TypedDict, total=False):
@@ -21,6 +22,7 @@ class LookOptions(TypedDict, total=False):
     triads: bool
     edges: str
     traces: tuple[str, ...]
+    fit: str
     title: str | None
     samples: int
 
@@ -38,6 +40,7 @@ class Look:
     triads   axes of the bodies, and of the orbital or inertial frame in the corner
     edges    "sharp", "mesh" (every edge of the elements) or "none"
     traces   markers, "<body>.<marker>", whose path is drawn
+    fit      "run": the camera is framed over the whole run; "picture": over the one instant drawn
     title    None takes the run's
     samples  each pixel is the mean of samples x samples; 0 means 2 for pictures and 1 for movies
     """
@@ -50,6 +53,7 @@ class Look:
     triads: bool = True
     edges: str = "sharp"
     traces: tuple[str, ...] = ()
+    fit: str = "run"
     title: str | None = None
     samples: int = 0
 
@@ -60,12 +64,9 @@ class Look:
         width, height = self.size
         if not (64 <= width <= 16384 and 64 <= height <= 16384):
             raise ValueError(f"size {width} x {height} is not between 64 and 16384 pixels each way")
-        if (
-            isinstance(self.scale, str)
-            and self.scale != "auto"
-            or not isinstance(self.scale, str)
-            and not self.scale > 0
-        ):
+        if self.fit not in FITS:
+            raise ValueError(f"fit {self.fit!r} is not known; known are {list(FITS)}")
+        if self.scale != "auto" if isinstance(self.scale, str) else not self.scale > 0:
             raise ValueError(f"scale {self.scale!r} of the deformation is neither a positive number nor 'auto'")
         if self.view is not None and not any(self.view):
             raise ValueError("the view direction (0, 0, 0) has no direction; give one from the scene to the camera")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +16,7 @@ from femflex.view.units import Bar
 Array = NDArray[np.float64]
 
 ALIGN = {"left": 0, "center": 1, "right": 2, "bottom": 0, "top": 2}
-CORNER = (0.19, 0.15)  # centre of the corner triad from the left and the bottom, parts of the height
+CORNER = (0.19, 0.175)  # centre of the corner triad from the left and the bottom, parts of the height
 CORNER_ARM = 0.075  # length of its axes
 LETTER = 0.023  # height of its letters
 
@@ -37,10 +39,10 @@ def add_text(
     actor.GetPositionCoordinate().SetCoordinateSystemToNormalizedViewport()
     actor.SetPosition(*where)
     style = actor.GetTextProperty()
-    style.SetFontFamilyToArial()
+    style.SetFontFamily(4)  # from a file
+    style.SetFontFile(_font(bold))
     style.SetFontSize(max(6, round(pixels)))
     style.SetColor(*pv.Color(colour).float_rgb)
-    style.SetBold(bold)
     across, upward = align.split()
     style.SetJustification(ALIGN[across])
     style.SetVerticalJustification(1 if upward == "center" else ALIGN[upward])
@@ -82,6 +84,14 @@ def add_colour_bar(renderer: Any, table: Any, bar: Bar, theme: Theme, height: in
     )
 
 
+@cache
+def _font(bold: bool) -> str:
+    """The file of a font that has every sign used, and comes with matplotlib."""
+    import matplotlib
+
+    return str(Path(matplotlib.get_data_path(), "fonts", "ttf", "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"))
+
+
 class CornerTriad:
     """Axes of the reference frame in the lower left corner, turning with it."""
 
@@ -96,7 +106,7 @@ class CornerTriad:
         renderer.InteractiveOff()
         plotter.render_window.SetNumberOfLayers(2)
         plotter.render_window.AddRenderer(renderer)
-        self._actor = triad_actor(theme, 1.0, thickness=1.7)
+        self._actor = triad_actor(theme, 1.0, thickness=1.4)
         renderer.AddViewProp(self._actor)
         camera = renderer.GetActiveCamera()
         camera.SetParallelProjection(True)
@@ -128,7 +138,7 @@ def triad_actor(theme: Theme, length: float, thickness: float = 1.0) -> Any:
 
     parts = []
     for direction, colour in zip(np.eye(3), theme.axes, strict=True):
-        radius = 0.018 * thickness
+        radius = 0.022 * thickness
         arrow = pv.Arrow(
             direction=direction, tip_length=0.2, tip_radius=2.4 * radius, shaft_radius=radius, scale=length
         )

@@ -13,7 +13,8 @@ from femflex.view.look import Look, LookOptions
 from femflex.view.motion import motion
 from femflex.view.movie import Progress, write_movie, write_png
 from femflex.view.output import placed
-from femflex.view.scene import Plan, Scene, planned
+from femflex.view.plan import Plan, planned
+from femflex.view.scene import Scene
 from femflex.view.window import Image
 
 PICTURE_SAMPLES, MOVIE_SAMPLES = 2, 1
@@ -32,9 +33,10 @@ def render_picture(
     chosen, path = Look(**look), Path(path)
     if path.suffix.lower() != ".png":
         raise ValueError(f"a picture is written as .png; {path.name} is not one")
-    plan = planned(run, chosen)
-    _check_markers(run, chosen)
-    at = plan.peak if time is None else _inside(run, time)
+    if time is not None:
+        _inside(run, time)
+    plan = planned(run, chosen, time)
+    at = plan.peak if time is None else time
     with placed(path, force) as part, Scene(run, chosen, plan, chosen.samples or PICTURE_SAMPLES) as scene:
         scene.show(motion(run, np.array([at]), plan.camera, plan.body, chosen.traces), 0)
         write_png(part, scene.image())
@@ -59,8 +61,7 @@ def render_movie(
     """
     chosen = Look(**look)
     plan = planned(run, chosen)
-    _check_markers(run, chosen)
-    first, last = (plan.start, plan.start + plan.duration) if span is None else (_inside(run, t) for t in span)
+    first, last = plan.span if span is None else (_inside(run, t) for t in span)
     if not last > first:
         raise ValueError(f"a movie needs a span of time; from {first:g} s to {last:g} s there is none")
     if speed is None:
@@ -89,10 +90,3 @@ def _inside(run: Run, time: float) -> float:
     if not first <= time <= last:
         raise ValueError(f"time {time:g} s is outside the run, which goes from {first:g} s to {last:g} s")
     return time
-
-
-def _check_markers(run: Run, look: Look) -> None:
-    known = [path.split("/")[1] for path in run if path.startswith("markers/") and path.endswith("/position")]
-    unknown = [name for name in look.traces if name not in known]
-    if unknown:
-        raise ValueError(f"traces {unknown} are not markers of the run; its markers are {known}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,38 +31,47 @@ MERGE = 1e-7  # of the size: points nearer than this that move alike are one
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
-    """What is drawn of a body; points are shared where the shading is smooth and split at sharp edges.
+class Points:
+    """Points that move with the elastic coordinates: at rest (n_p, 3) [m], and shapes (n, n_p, 3)."""
 
-    points  (n_p, 3) float32 [m];  shapes  (n, n_p, 3) float32
-    triangles (k, 3), quads (k, 4), edges (k, 2), lines (k, 2), vertices (k,): numbers of points
+    rest: Single
+    shapes: Single
+
+    @classmethod
+    def of(cls, skin: Skin, numbers: Index) -> Points:
+        """Those points of a skin."""
+        return cls(skin.points[numbers].astype(np.float32), skin.shapes[:, numbers].astype(np.float32))
+
+    def moved(self, delta: Array, scale: float = 1.0) -> tuple[Single, Single]:
+        """Points (n_p, 3) at elastic coordinates (n,), magnified, and the true length of their displacement (n_p,)."""
+        if not delta.any():
+            return self.rest, np.zeros(len(self.rest), np.float32)
+        u = (delta.astype(np.float32) @ self.shapes.reshape(len(delta), -1)).reshape(-1, 3)
+        return self.rest + np.float32(scale) * u, np.sqrt(np.einsum("pi,pi->p", u, u))
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """What is drawn of a body: faces over `skin`; edges, lines and dots over `wires`.
+
+    Points of the skin are shared where the shading is smooth and split at sharp edges.
+    triangles (k, 3), quads (k, 4); edges (k, 2), lines (k, 2), dots (k,): numbers of points
     closed  whether every edge has two faces, which then look outward (back faces need not be drawn)
     """
 
-    points: Single
-    shapes: Single
+    skin: Points
     triangles: Index
     quads: Index
+    closed: bool
+    wires: Points
     edges: Index
     lines: Index
-    vertices: Index
-    closed: bool
-    summing: sparse.csr_array  # (n_p, n_faces) adds the faces around each point
-
-    def deformed(self, delta: Array, scale: float = 1.0) -> tuple[Single, Single]:
-        """Points (n_p, 3) at elastic coordinates (n,), magnified, and the true length of their displacement (n_p,)."""
-        if not delta.size or not delta.any():
-            return self.points, np.zeros(len(self.points), np.float32)
-        n = len(delta)
-        moved = (delta.astype(np.float32) @ self.shapes.reshape(n, -1)).reshape(-1, 3)
-        return self.points + np.float32(scale) * moved, np.sqrt(np.einsum("pi,pi->p", moved, moved))
+    dots: Index
+    summing: sparse.csr_array  # (n_p, n_faces) adds the faces around each point of the skin
 
     def normals(self, points: Single) -> Single:
-        """Unit normals (n_p, 3) of the faces around each point, weighted by area."""
-        a, b, c = (points[self.triangles[:, k]] for k in range(3))
-        p, q, r, s = (points[self.quads[:, k]] for k in range(4))
-        faces = np.concatenate([np.cross(b - a, c - a), np.cross(r - p, s - q)])
-        total = self.summing @ faces
+        """Unit normals (n_p, 3) of the faces around each point of the skin, weighted by area."""
+        total = self.summing @ _area_vectors(points, self.triangles, self.quads)
         length = np.sqrt(np.einsum("pi,pi->p", total, total))
         return np.asarray(total / np.where(length > 0, length, 1.0)[:, None], np.float32)
 
@@ -77,20 +87,19 @@ def surface_of(skin: Skin, drawn_edges: str = "sharp") -> Surface:
     keep, merged = _merged(skin)
     by_corners = {k: [merged[c[:, :k]] for name, c in skin.cells.items() if CORNERS[name] == k] for k in (1, 2, 3, 4)}
     cells = {k: np.concatenate([np.zeros((0, k), np.int64), *parts]) for k, parts in by_corners.items()}
-    points, shapes = np.asarray(skin.points[keep], float), skin.shapes[:, keep]
-    source, triangles, quads, closed = _oriented(points, cells[3], cells[4])
-    edges = _edges(points, source[triangles], source[quads], drawn_edges)
-    offset = len(source)
-    source = np.concatenate([source, np.arange(len(points))])  # edges, lines and vertices have points of their own
+    edges = _edges(skin.points[keep], cells[3], cells[4], drawn_edges)
+    source, triangles, quads, closed = _oriented(skin.points[keep], cells[3], cells[4])
+    used, wires = np.unique(np.concatenate([edges.ravel(), cells[2].ravel(), cells[1].ravel()]), return_inverse=True)
+    of_edges, of_lines = edges.size, edges.size + cells[2].size
     return Surface(
-        points=points[source].astype(np.float32),
-        shapes=shapes[:, source].astype(np.float32),
+        skin=Points.of(skin, keep[source]),
         triangles=triangles,
         quads=quads,
-        edges=edges + offset,
-        lines=cells[2] + offset,
-        vertices=cells[1][:, 0] + offset,
         closed=closed,
+        wires=Points.of(skin, keep[used.astype(np.int64)]),
+        edges=wires[:of_edges].reshape(-1, 2),
+        lines=wires[of_edges:of_lines].reshape(-1, 2),
+        dots=wires[of_lines:],
         summing=_summing(len(source), triangles, quads),
     )
 
@@ -148,23 +157,28 @@ def _edges(points: Array, triangles: Index, quads: Index, which: str) -> Index:
     unique, side, count = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
     if which != "sharp":
         return unique if which == "mesh" else unique[:0]
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    p, q, r, s = (points[quads[:, k]] for k in range(4))
-    normal = np.concatenate([np.cross(b - a, c - a), np.cross(r - p, s - q)])
+    normal = _area_vectors(points, triangles, quads)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    face = np.concatenate(
-        [np.repeat(np.arange(len(triangles)), 3), len(triangles) + np.repeat(np.arange(len(quads)), 4)]
-    )
     total = np.zeros((len(unique), 3))
-    np.add.at(total, side.reshape(-1), normal[face])
+    np.add.at(total, side.reshape(-1), normal[_face_of_corner(triangles, quads)])
     smooth = (count == 2) & (np.linalg.norm(total, axis=1) > 2 * np.cos(FEATURE_ANGLE / 2))
     return np.asarray(unique[~smooth])
 
 
+def _area_vectors(points: NDArray[Any], triangles: Index, quads: Index) -> NDArray[Any]:
+    """Twice the area of each face along its normal, (n_faces, 3)."""
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    p, q, r, s = (points[quads[:, k]] for k in range(4))
+    return np.concatenate([np.cross(b - a, c - a), np.cross(r - p, s - q)])
+
+
+def _face_of_corner(triangles: Index, quads: Index) -> Index:
+    """Number of the face that each corner, in order, belongs to."""
+    return np.concatenate([np.repeat(np.arange(len(triangles)), 3), len(triangles) + np.repeat(np.arange(len(quads)), 4)])
+
+
 def _summing(n_points: int, triangles: Index, quads: Index) -> sparse.csr_array:
-    rows = np.concatenate([triangles.ravel(), quads.ravel()])
-    columns = np.concatenate(
-        [np.repeat(np.arange(len(triangles)), 3), len(triangles) + np.repeat(np.arange(len(quads)), 4)]
+    rows, columns = np.concatenate([triangles.ravel(), quads.ravel()]), _face_of_corner(triangles, quads)
+    return sparse.csr_array(
+        (np.ones(len(rows), np.float32), (rows, columns)), shape=(n_points, len(triangles) + len(quads))
     )
-    shape = (n_points, len(triangles) + len(quads))
-    return sparse.csr_array((np.ones(len(rows), np.float32), (rows, columns)), shape=shape)

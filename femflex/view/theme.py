@@ -26,6 +26,7 @@ class Theme:
     rigid: tuple[str, ...]  # bodies without elastic displacement, in turn
     edge: str
     trace: str
+    ghost: str  # undeformed outline
     axes: tuple[str, str, str]
     elastic: tuple[str, float]
     lines: tuple[str, ...]
@@ -49,8 +50,9 @@ THEMES = {
         rigid=("#b9bfc6", "#a5aeb8", "#cdc8bd"),
         edge="#27313b",
         trace="#d1495b",
+        ghost="#8a97a4",
         axes=("#d62f3c", "#2c9c4b", "#2b62d9"),
-        elastic=("viridis", 0.22),
+        elastic=("viridis", 0.26),
         lines=("#1f5fa8", "#d9622b", "#2f8f5b", "#8b4fa3", "#b8860b", "#118a9c", "#c2386b", "#5c6670"),
     ),
     "dark": Theme(
@@ -61,6 +63,7 @@ THEMES = {
         rigid=("#98a1ab", "#828d99", "#b0ab9f"),
         edge="#06090d",
         trace="#ff8a70",
+        ghost="#7d8b9a",
         axes=("#ff5a5f", "#4fd06f", "#6a9bff"),
         elastic=("plasma", 0.22),
         lines=("#6aaef5", "#ff9d5c", "#67d391", "#cf9be6", "#e8c35a", "#56cfe0", "#f57fa6", "#b4bec8"),

@@ -7,9 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.view.framing import View
 from femflex.view.theme import Theme
 
 Image = NDArray[np.uint8]
+
+
+LIGHTS = (((0.0, 0.0, 1.0), 0.6), ((-0.7, 0.8, 0.8), 0.5), ((0.9, 0.1, 0.4), 0.3))  # beside the camera, at z = 1
 
 
 class NoRenderer(RuntimeError):
@@ -27,7 +31,7 @@ def open_window(size: tuple[int, int], theme: Theme) -> Any:
     shown = vtkObject.GetGlobalWarningDisplay()
     vtkObject.GlobalWarningDisplayOff()  # a missing display is told on standard error, though another way is then found
     try:
-        plotter = pv.Plotter(off_screen=True, window_size=list(size))
+        plotter = pv.Plotter(off_screen=True, window_size=list(size), lighting="none")
         window = plotter.render_window
         window.SetMultiSamples(1)
         window.Initialize()
@@ -41,6 +45,8 @@ def open_window(size: tuple[int, int], theme: Theme) -> Any:
             "(on Debian and Ubuntu: libegl1 or libosmesa6), or draw the pictures from the result file elsewhere"
         )
     plotter.set_background(theme.background, top=theme.sky)
+    for place, intensity in LIGHTS:
+        plotter.add_light(pv.Light(position=place, focal_point=(0, 0, 0), intensity=intensity, light_type="camera light"))
     return plotter
 
 
@@ -53,3 +59,13 @@ def grabbed(plotter: Any, samples: int = 1) -> Image:
     height, width = image.shape[0] // samples, image.shape[1] // samples
     blocks = image[: height * samples, : width * samples].reshape(height, samples, width, samples, 3)
     return np.asarray(np.round(blocks.mean(axis=(1, 3), dtype=np.float32)), np.uint8)
+
+
+def place_camera(plotter: Any, view: View) -> None:
+    """Put the camera of a plotter in its place."""
+    plotter.camera.position = tuple(view.place)
+    plotter.camera.focal_point = tuple(view.focus)
+    plotter.camera.up = tuple(view.up)
+    plotter.camera.view_angle = float(np.rad2deg(view.angle))
+    plotter.camera.clipping_range = (view.near, view.far)
+    plotter.camera_set = True

@@ -10,9 +10,21 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from femflex.integrate.protocol import RATE, SecondOrder
+from femflex.integrate.protocol import ADVANCE, KINEMATIC, RATE, RESIDUAL, SOLVE
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Second:
+    """Second-order calls by hand."""
+
+    n_q: int
+    n_u: int
+    residual: Callable[..., Any]
+    solve: Callable[..., Any]
+    kinematic: Callable[..., Any]
+    advance: Callable[..., Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +38,7 @@ class Compiled:
     work: Array = field(default_factory=lambda: np.zeros(1))
     renormalise: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     breaks: Array = field(default_factory=lambda: np.zeros(0))
-    second_order: SecondOrder | None = None
+    second_order: Second | None = None
 
 
 @njit(RATE, cache=True)
@@ -39,3 +51,222 @@ def oscillator_rate(t, x, dxdt, table, pool, work):
 def oscillator(omega: float = 1.0) -> Compiled:
     """Harmonic oscillator, x = (position, velocity)."""
     return Compiled(2, oscillator_rate, np.array([omega]))
+
+
+@njit(RATE, cache=True)
+def kepler_rate(t, x, dxdt, table, pool, work):
+    """Planar two-body motion with unit gravitational constant, x = (position, velocity)."""
+    cube = (x[0] ** 2 + x[1] ** 2) ** 1.5
+    dxdt[0], dxdt[1], dxdt[2], dxdt[3] = x[2], x[3], -x[0] / cube, -x[1] / cube
+
+
+def kepler() -> Compiled:
+    """Planar two-body motion; period 2 pi from perihelion (1 - e, 0) with speed sqrt((1 + e) / (1 - e))."""
+    return Compiled(4, kepler_rate)
+
+
+@njit(RATE, cache=True)
+def duffing_rate(t, x, dxdt, table, pool, work):
+    """x'' + x + pool[0] x^3 = 0."""
+    dxdt[0] = x[1]
+    dxdt[1] = -x[0] - pool[0] * x[0] ** 3
+
+
+def duffing(cubic: float) -> Compiled:
+    """Free Duffing oscillator; its motion is a Jacobi cn."""
+    return Compiled(2, duffing_rate, np.array([cubic]))
+
+
+@njit(RATE, cache=True)
+def pulse_rate(t, x, dxdt, table, pool, work):
+    """x'' = 1 between pool[0] and pool[1], and -3 x' after pool[1]: the rate jumps twice."""
+    dxdt[0] = x[1]
+    dxdt[1] = 1.0 if pool[0] <= t < pool[1] else (-3.0 * x[1] if t >= pool[1] else 0.0)
+
+
+def pulse(on: float, off: float, known: bool = True) -> Compiled:
+    """A mass pushed from `on` to `off` and braked after; it tells its breaks or keeps them to itself."""
+    return Compiled(2, pulse_rate, np.array([on, off]), breaks=np.array([on, off] if known else []))
+
+
+@njit(RATE, cache=True)
+def failing_rate(t, x, dxdt, table, pool, work):
+    """x' = 1 for all three; the middle one is not a number from pool[0] on."""
+    dxdt[0] = 1.0
+    dxdt[1] = 1.0 if t < pool[0] else np.nan
+    dxdt[2] = x[1]
+
+
+def failing(t: float) -> Compiled:
+    """A model whose second coordinate fails at time t."""
+    return Compiled(3, failing_rate, np.array([t]))
+
+
+@njit(RATE, cache=True)
+def explosion_rate(t, x, dxdt, table, pool, work):
+    """x0' = 0, x1' = x1^2: x1 = 1 / (1 - t) from 1."""
+    dxdt[0], dxdt[1] = 0.0, x[1] ** 2
+
+
+def explosion() -> Compiled:
+    """A motion that leaves all bounds at t = 1."""
+    return Compiled(2, explosion_rate)
+
+
+# A chain of n masses between walls, x = (q, u): springs k, dampers c, a cubic spring and a force on the last mass.
+# table = (n,), pool = (cubic, force, frequency, masses n, springs n + 1, dampers n + 1), work = (2 n,) for elimination
+
+
+@njit(inline="always")
+def chain_stress(i, q, u, table, pool):
+    """Tension of spring and damper i, between masses i - 1 and i."""
+    n = table[0]
+    stretch = (q[i] if i < n else 0.0) - (q[i - 1] if i > 0 else 0.0)
+    speed = (u[i] if i < n else 0.0) - (u[i - 1] if i > 0 else 0.0)
+    return pool[3 + n + i] * stretch + pool[4 + 2 * n + i] * speed
+
+
+@njit
+def chain_force(t, q, u, i, table, pool):
+    """All force on mass i."""
+    n = table[0]
+    force = chain_stress(i + 1, q, u, table, pool) - chain_stress(i, q, u, table, pool)
+    if i == n - 1:
+        force += pool[1] * np.sin(pool[2] * t) - pool[0] * q[i] ** 3
+    return force
+
+
+@njit(RATE, cache=True)
+def chain_rate(t, x, dxdt, table, pool, work):
+    """First-order form of the chain."""
+    n = table[0]
+    for i in range(n):
+        dxdt[i] = x[n + i]
+        dxdt[n + i] = chain_force(t, x[:n], x[n:], i, table, pool) / pool[3 + i]
+
+
+@njit(RESIDUAL, cache=True)
+def chain_residual(t, q, u, udot, out, table, pool, work):
+    """M udot - forces."""
+    for i in range(table[0]):
+        out[i] = pool[3 + i] * udot[i] - chain_force(t, q, u, i, table, pool)
+
+
+@njit(SOLVE, cache=True)
+def chain_solve(t, q, rhs, out, c_mass, c_damp, c_stiff, table, pool, work):
+    """Elimination in the tridiagonal c_mass M + c_damp D + c_stiff K."""
+    n = table[0]
+    upper, pivot, above, before = work[:n], 0.0, 0.0, 0.0
+    for i in range(n):
+        left = c_stiff * pool[3 + n + i] + c_damp * pool[4 + 2 * n + i]
+        right = c_stiff * pool[4 + n + i] + c_damp * pool[5 + 2 * n + i]
+        pivot = c_mass * pool[3 + i] + left + right + (left * above if i > 0 else 0.0)
+        upper[i] = -right / pivot
+        out[i] = (rhs[i] + (left * before if i > 0 else 0.0)) / pivot
+        above, before = upper[i], out[i]
+    for i in range(n - 2, -1, -1):
+        out[i] -= upper[i] * out[i + 1]
+
+
+@njit(KINEMATIC, cache=True)
+def plain_kinematic(t, q, u, qdot, table, pool, work):
+    """qdot = u."""
+    for i in range(q.size):
+        qdot[i] = u[i]
+
+
+@njit(ADVANCE, cache=True)
+def plain_advance(q, increment, out, table, pool, work):
+    """q + increment."""
+    for i in range(q.size):
+        out[i] = q[i] + increment[i]
+
+
+def chain(
+    masses: Array, springs: Array, dampers: Array | None = None, cubic: float = 0.0, force: float = 0.0, w: float = 1.0
+) -> Compiled:
+    """The chain of masses (n,), springs (n + 1,) and dampers (n + 1,), with force * sin(w t) on the last mass."""
+    n = len(masses)
+    dampers = np.zeros(n + 1) if dampers is None else dampers
+    second = Second(n, n, chain_residual, chain_solve, plain_kinematic, plain_advance)
+    pool = np.concatenate([[cubic, force, w], masses, springs, dampers])
+    return Compiled(2 * n, chain_rate, pool, np.array([n]), np.zeros(2 * n), second_order=second)
+
+
+def chain_matrices(model: Compiled) -> tuple[Array, Array, Array]:
+    """Dense M, D, K of a chain, assembled spring by spring."""
+    n = int(model.table[0])
+    springs, dampers = model.pool[3 + n : 4 + 2 * n], model.pool[4 + 2 * n : 5 + 3 * n]
+    difference = np.eye(n + 1, n) - np.eye(n + 1, n, -1)
+    return np.diag(model.pool[3 : 3 + n]), *(difference.T @ np.diag(v) @ difference for v in (dampers, springs))
+
+
+# A rigid body turning about its centre of mass, x = (Euler parameters, body rates); pool = (inertias 3, spring)
+# The spring pulls the third body axis towards the third inertial axis with energy -spring * cosine.
+
+
+@njit
+def body_torque(q, u, i, pool):
+    """Torque component i: of the spring, and -omega x J omega."""
+    j, k = (i + 1) % 3, (i + 2) % 3
+    length = q[0] ** 2 + q[1] ** 2 + q[2] ** 2 + q[3] ** 2
+    up = (
+        2.0 * (q[1] * q[3] - q[0] * q[2]) / length,
+        2.0 * (q[2] * q[3] + q[0] * q[1]) / length,
+        0.0,
+    )  # third inertial axis in the body, first two components
+    spring = pool[3] * (-up[1] if i == 0 else (up[0] if i == 1 else 0.0))
+    return (pool[j] - pool[k]) * u[j] * u[k] + spring
+
+
+@njit(KINEMATIC, cache=True)
+def body_kinematic(t, q, u, qdot, table, pool, work):
+    """Rates of the Euler parameters (scalar first) at body rates u."""
+    qdot[0] = -0.5 * (q[1] * u[0] + q[2] * u[1] + q[3] * u[2])
+    qdot[1] = 0.5 * (q[0] * u[0] - q[3] * u[1] + q[2] * u[2])
+    qdot[2] = 0.5 * (q[3] * u[0] + q[0] * u[1] - q[1] * u[2])
+    qdot[3] = 0.5 * (-q[2] * u[0] + q[1] * u[1] + q[0] * u[2])
+
+
+@njit(ADVANCE, cache=True)
+def body_advance(q, increment, out, table, pool, work):
+    """q times the Euler parameters of the rotation vector."""
+    angle = np.sqrt(increment[0] ** 2 + increment[1] ** 2 + increment[2] ** 2)
+    c, s = np.cos(0.5 * angle), (np.sin(0.5 * angle) / angle if angle > 1e-8 else 0.5)
+    a, b, d = s * increment[0], s * increment[1], s * increment[2]
+    out[0] = q[0] * c - q[1] * a - q[2] * b - q[3] * d
+    out[1] = q[0] * a + q[1] * c + q[2] * d - q[3] * b
+    out[2] = q[0] * b - q[1] * d + q[2] * c + q[3] * a
+    out[3] = q[0] * d + q[1] * b - q[2] * a + q[3] * c
+
+
+@njit(RATE, cache=True)
+def body_rate(t, x, dxdt, table, pool, work):
+    """Kinematic equation and Euler's equations."""
+    q, u = x[:4], x[4:]
+    dxdt[0] = -0.5 * (q[1] * u[0] + q[2] * u[1] + q[3] * u[2])
+    dxdt[1] = 0.5 * (q[0] * u[0] - q[3] * u[1] + q[2] * u[2])
+    dxdt[2] = 0.5 * (q[3] * u[0] + q[0] * u[1] - q[1] * u[2])
+    dxdt[3] = 0.5 * (-q[2] * u[0] + q[1] * u[1] + q[0] * u[2])
+    for i in range(3):
+        dxdt[4 + i] = body_torque(q, u, i, pool) / pool[i]
+
+
+@njit(RESIDUAL, cache=True)
+def body_residual(t, q, u, udot, out, table, pool, work):
+    """J udot - torques."""
+    for i in range(3):
+        out[i] = pool[i] * udot[i] - body_torque(q, u, i, pool)
+
+
+@njit(SOLVE, cache=True)
+def body_solve(t, q, rhs, out, c_mass, c_damp, c_stiff, table, pool, work):
+    """(c_mass J) out = rhs: the spring is left to Newton's iteration."""
+    for i in range(3):
+        out[i] = rhs[i] / (c_mass * pool[i])
+
+
+def rigid_body(inertia: tuple[float, float, float] = (1.0, 2.0, 2.5), spring: float = 0.0) -> Compiled:
+    """A rigid body that turns freely or under the spring; its Euler parameters are kept at unit length."""
+    second = Second(4, 3, body_residual, body_solve, body_kinematic, body_advance)
+    return Compiled(7, body_rate, np.array([*inertia, spring]), renormalise=np.array([0]), second_order=second)

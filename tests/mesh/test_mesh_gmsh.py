@@ -145,7 +145,7 @@ def test_curved_edges_in_nastran_decks_of_gmsh_keep_their_middle_nodes(tmp_path)
     mesh = read_mesh(tmp_path / "disk.bdf", groups={"rim": "PID 1", "disk": "PID 2"})
     rim = mesh.points[mesh.group_points("rim")]
     assert len(rim) == 2 * len(mesh.group_cells("rim")["line3"])
-    assert np.linalg.norm(rim, axis=1) == pytest.approx(1, abs=1e-5)
+    assert np.linalg.norm(rim, axis=1) == pytest.approx(1, abs=1e-4)  # 8 columns
     assert sizes(mesh.points, "line3", mesh.cells["line3"]).sum() == pytest.approx(2 * np.pi, rel=1e-4)
 
 

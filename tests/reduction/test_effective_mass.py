@@ -96,6 +96,10 @@ def test_mac_of_turned_shapes_is_the_squared_cosine(boom):
     assert mac(np.eye(3)[:, :2], np.eye(3)[:, 1:]) == pytest.approx(np.array([[0, 0], [1, 0]]))
 
 
+def test_mac_beside_a_shape_that_moves_nothing_is_zero():
+    assert np.array_equal(mac(np.array([[1.0, 0.0], [2.0, 0.0]]), np.array([[1.0], [2.0]])), [[1.0], [0.0]])
+
+
 def test_mac_of_the_same_beam_on_two_meshes():
     bodies = []
     for n in (16, 20):

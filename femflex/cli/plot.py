@@ -1,0 +1,35 @@
+"""`femflex plot`: time histories and spectra of a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from femflex.cli.verb import verb
+
+
+@verb("femflex plot run.h5 attitude/angles markers/beam.tip/deflection -o tip.svg")
+def plot(
+    file: Annotated[Path, typer.Argument(help="Result file of a run.", show_default=False)],
+    channels: Annotated[list[str] | None, typer.Argument(help="Channels, such as attitude/angles; left out, the telling ones. `femflex info` lists them.", show_default=False)] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="PNG or SVG file; left out, beside the run.")] = None,
+    spectrum: Annotated[bool, typer.Option("--spectrum", help="Amplitude spectra with named peaks instead of histories.")] = False,
+    highest: Annotated[float | None, typer.Option("--highest", help="Last frequency of a spectrum in Hz.")] = None,
+    radians: Annotated[bool, typer.Option("--radians", help="Angles in radians instead of degrees.")] = False,
+    theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
+    title: Annotated[str | None, typer.Option("--title", help="Left out, that of the case.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
+) -> None:
+    """Plot channels of a run over time, or their spectra, as PNG or SVG."""
+    from femflex.results import open_run
+    from femflex.view import plot_histories, plot_spectra
+
+    target = output or file.with_name(f"{file.stem}_{'spectrum' if spectrum else 'plot'}.png")
+    with open_run(file) as run:
+        if spectrum:
+            plot_spectra(run, target, channels or None, not radians, theme, title, highest=highest, force=force)
+        else:
+            plot_histories(run, target, channels or None, not radians, theme, title, force=force)
+    print(f"picture     {target}")

@@ -1,0 +1,28 @@
+"""How the kernels are compiled: two decorators, and the argument types they share.
+
+Division follows IEEE rules (no Python exceptions inside), and fused multiply-add is the only freedom the compiler is
+given: results repeat bit for bit. With the compiler off the decorators return the plain Python functions.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+import numba.types
+
+types: Any = numba.types  # numba's own annotations do not cover its types and first-class functions
+njit: Any = numba.njit
+
+VECTOR, TABLE = types.float64[::1], types.float64[:, ::1]
+INDICES = types.int64[::1]
+REAL, INTEGER = types.float64, types.int64
+SPAN = types.UniTuple(REAL, 3)  # end of a smooth interval, and the limits within which the model may be asked
+ENDED = types.UniTuple(INTEGER, 2)  # how a kernel call ended, and the number of rows it wrote
+
+part: Any = njit(error_model="numpy", fastmath={"contract"})  # of a kernel; compiled with each kernel that uses it
+
+
+def kernel(signature: Any) -> Any:
+    """Decorator of a kernel: compiled for this one signature, kept on disk, and free of the interpreter's lock."""
+    return njit(signature, error_model="numpy", fastmath={"contract"}, cache=True, nogil=True)

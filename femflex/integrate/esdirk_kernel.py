@@ -1,0 +1,211 @@
+"""Compiled steps of the order-4 implicit Runge-Kutta method: Newton's iteration of a stage, and the loop over steps.
+
+Stage s solves M udot_s = Q - h at q_s = q + h sum_j A[s, j] N(q_j) u_j, u_s = u + h sum_j A[s, j] udot_j; the last
+one is the end of the step. The vectors kept between calls are (4, n_x): x = (q, u), dx/dt, and both at the beginning
+of the last step. k (6, n_x) holds dx/dt = (N u, udot) of the stages.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.integrate import resume as head
+from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABLE, VECTOR, kernel, part, types
+from femflex.integrate.esdirk_table import ERROR, GAMMA, GUESS, A, C
+from femflex.integrate.hermite import (
+    KAPPA,
+    MAX_ITERATIONS,
+    SLOWEST,
+    X_OLD,
+    XDOT,
+    XDOT_OLD,
+    X,
+    contraction,
+    converged,
+    hand_out,
+    reject,
+    scaled_norm,
+)
+from femflex.integrate.protocol import KINEMATIC, OWN, RESIDUAL, SOLVE, Call, Own
+from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, normalise, put
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Span = tuple[float, float, float]
+
+NVECTORS, N_STAGES = 4, 6
+# rows of the scratch vectors: the stage, what is known of it beforehand, error, a correction in x; the rest (n_u,)
+Y, BASE, E, CHANGE, RIGHT, DELTA = 0, 1, 2, 3, 4, 5
+N_SCRATCH = 6
+SAFETY, SHRINK, GROW = 0.9, 0.25, 4.0
+
+
+@part
+def begin_stage(
+    kinematic: Call, own: Own, s: int, t: float, h: float, n_q: int, x: Array, k: Array, scratch: Array
+) -> None:
+    """Set the known part of stage s, scratch[BASE], and the first guess of the stage, scratch[Y] and k[s]."""
+    base, y = scratch[BASE], scratch[Y]
+    for i in range(x.size):
+        base[i], k[s, i] = x[i], 0.0
+        for j in range(s):
+            base[i] += h * A[s, j] * k[j, i]
+            k[s, i] += GUESS[s, j] * k[j, i]
+        y[i] = base[i] + h * GAMMA * k[s, i]
+    kinematic(t, y[:n_q], y[n_q:], k[s][:n_q], *own)
+    for i in range(n_q):  # the guess of q must follow from that of u: Newton's matrix takes it for granted
+        y[i] = base[i] + h * GAMMA * k[s, i]
+
+
+@part
+def stage(
+    residual: Call,
+    solve: Call,
+    kinematic: Call,
+    own: Own,
+    s: int,
+    t: float,
+    h: float,
+    n_q: int,
+    rtol: float,
+    atol: Array,
+    state: Array,
+    x: Array,
+    k: Array,
+    scratch: Array,
+) -> bool:
+    """Whether Newton's method found stage s, scratch[Y] and k[s]; S = M + (gamma h) D + (gamma h)^2 K is its matrix."""
+    begin_stage(kinematic, own, s, t, h, n_q, x, k, scratch)
+    y, base, change = scratch[Y], scratch[BASE], scratch[CHANGE]
+    n_u = x.size - n_q
+    q, u, qdot, udot = y[:n_q], y[n_q:], k[s][:n_q], k[s][n_q:]
+    right, delta = scratch[RIGHT][:n_u], scratch[DELTA][:n_u]
+    g = GAMMA * h
+    before = 0.0
+    for iteration in range(MAX_ITERATIONS):
+        residual(t, q, u, udot, right, *own)
+        state[head.EVALUATIONS] += 1
+        for i in range(n_u):
+            right[i] = -right[i]
+        solve(t, q, right, delta, 1.0, g, g**2, *own)
+        for i in range(n_u):
+            udot[i] += delta[i]
+            change[n_q + i] = g * delta[i]
+            u[i] += g * delta[i]
+        kinematic(t, q, u, qdot, *own)
+        for i in range(n_q):
+            new = base[i] + g * qdot[i]
+            change[i] = new - q[i]
+            q[i] = new
+        size = scaled_norm(change, x, y, rtol, atol)
+        theta = contraction(iteration, size, before, state[head.CONTRACTION])
+        if not math.isfinite(size) or (iteration > 0 and theta > SLOWEST and size > KAPPA):
+            return False
+        state[head.CONTRACTION] = min(theta, SLOWEST)
+        if converged(theta, size):
+            return True
+        before = size
+    return False
+
+
+@part
+def stages(
+    residual: Call,
+    solve: Call,
+    kinematic: Call,
+    own: Own,
+    span: Span,
+    h: float,
+    n_q: int,
+    rtol: float,
+    atol: Array,
+    state: Array,
+    vectors: Array,
+    k: Array,
+    scratch: Array,
+) -> bool:
+    """Whether all stages of a step of size h were found; its end is left in scratch[Y], its error in scratch[E]."""
+    x = vectors[X]
+    put(vectors[XDOT], k[0])
+    for s in range(1, N_STAGES):
+        t = clipped(state[head.T] + C[s] * h, span[1], span[2])
+        if not stage(residual, solve, kinematic, own, s, t, h, n_q, rtol, atol, state, x, k, scratch):
+            return False
+    for i in range(x.size):
+        scratch[E, i] = 0.0
+        for s in range(N_STAGES):
+            scratch[E, i] += h * ERROR[s] * k[s, i]
+    return True
+
+
+_CALLS = tuple(types.FunctionType(call) for call in (RESIDUAL, SOLVE, KINEMATIC))
+_SETTINGS = (REAL, REAL, VECTOR, REAL)  # fixed, rtol, atol, max_step
+_KEPT = (VECTOR, TABLE, TABLE, TABLE)  # state, vectors, k, scratch
+_SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, INTEGER, *_SETTINGS, *_KEPT, *(VECTOR, TABLE), INTEGER)
+
+
+@kernel(_SIGNATURE)
+def fill(
+    residual: Call,
+    solve: Call,
+    kinematic: Call,
+    own: Own,
+    span: Span,
+    renormalise: IntArray,
+    n_q: int,
+    fixed: float,
+    rtol: float,
+    atol: Array,
+    max_step: float,
+    state: Array,
+    vectors: Array,
+    k: Array,
+    scratch: Array,
+    times: Array,
+    rows: Array,
+    budget: int,
+) -> tuple[int, int]:
+    """How the call ended (FULL, END, PAUSE, STUCK) and the number of rows written, after at most `budget` trials.
+
+    With fixed > 0 every step that converges is accepted and has that size.
+    """
+    row = 0
+    x, y = vectors[X], scratch[Y]
+    while True:
+        row = hand_out(times, rows, row, state, vectors, renormalise)
+        t, wanted = state[head.T], min(state[head.H], max_step)
+        if row == rows.shape[0]:
+            return head.FULL, row
+        if t >= span[0]:
+            return head.END, row
+        if budget == 0:
+            return head.PAUSE, row
+        if wanted < head.TINY * abs(t) or wanted < head.TINIEST:
+            return head.STUCK, row
+        budget -= 1
+
+        h = cut(t, wanted, span[0])
+        if not stages(residual, solve, kinematic, own, span, h, n_q, rtol, atol, state, vectors, k, scratch):
+            reject(head.NEWTON, 0.5 * h, scratch[CHANGE], x, scratch[CHANGE], rtol, atol, state)
+            continue
+        t_new = span[0] if h == span[0] - t else t + h
+        normalise(y, renormalise)
+        kinematic(clipped(t_new, span[1], span[2]), y[:n_q], y[n_q:], k[5][:n_q], *own)
+        error = scaled_norm(scratch[E], x, y, rtol, atol)
+        if fixed > 0.0 and math.isfinite(error):
+            error = 0.0
+        if not error <= 1.0 or first_not_finite(k[5]) >= 0:
+            factor = max(SHRINK, SAFETY * error ** (-1 / 4)) if math.isfinite(error) else SHRINK
+            reject(head.ERROR_TEST, h * factor, scratch[E], x, k[5], rtol, atol, state)
+            continue
+        put(x, vectors[X_OLD])
+        put(vectors[XDOT], vectors[XDOT_OLD])
+        put(y, x)
+        put(k[5], vectors[XDOT])
+        factor = SAFETY * error ** (-0.7 / 4) * state[head.ERROR] ** (0.4 / 4) if error > 0.0 else GROW
+        accept(t_new, h, wanted, min(GROW, max(SHRINK, factor)), error, True, state)
+        if fixed > 0.0:
+            state[head.H] = fixed

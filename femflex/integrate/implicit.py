@@ -1,0 +1,70 @@
+"""What the implicit methods share outside their kernels: which models they take, and the start of a smooth interval."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.integrate.driver import Adaptive, Span
+from femflex.integrate.protocol import Model, SecondOrder
+from femflex.integrate.starting import asked, first_step
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Implicit(Adaptive):
+    """An adaptive method for M udot = Q - h, with dense output by cubic Hermite polynomials of x.
+
+    step  constant step [s] instead of error control; rtol and atol then only say when Newton's method is done
+    """
+
+    rtol: float = 1e-6
+    atol: float | Array = 1e-7
+    step: float | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.step is not None and not self.step > 0.0:
+            raise ValueError(f"step = {self.step} must be positive.")
+
+    def calls(self, model: Model) -> SecondOrder:
+        """The second-order calls of the model, or a ValueError if it has none that fit."""
+        offered = model.second_order
+        if offered is None:
+            raise ValueError(
+                f"the integrator {self.name!r} needs a model with second-order calls (residual, solve, kinematic, "
+                "advance), and this one has only its rate. Choose 'dop853'."
+            )
+        if offered.n_q + offered.n_u != model.n_x or offered.n_u > offered.n_q:
+            raise ValueError(
+                f"the integrator {self.name!r} needs x = (q, u) with n_u <= n_q, but n_q = {offered.n_q}, "
+                f"n_u = {offered.n_u} and n_x = {model.n_x}."
+            )
+        return offered
+
+    def restart(self, model: Model, vectors: Array, t: float, span: Span) -> tuple[float, int]:
+        """First step of a smooth interval, after dx/dt at its beginning and the slope of udot there are set."""
+        self.calls(model)
+        x, xdot = vectors[0], vectors[1]
+        h = first_step(model, self.order, t, span, x, xdot, self.rtol, self.absolute(model.n_x))
+        h = min(h if self.step is None else self.step, self.max_step)
+        self.set_slopes(model, vectors, t, h, span)
+        return h, 3
+
+    def set_slopes(self, model: Model, vectors: Array, t: float, h: float, span: Span) -> None:
+        """Set what the method keeps of the past beside dx/dt; nothing by default."""
+
+
+def slope(model: Model, vectors: Array, t: float, h: float, span: Span) -> Array:
+    """Second derivative of x along the motion at (t, x), (n_x,), by a difference over a small part of the step h."""
+    x, xdot, later = vectors[0], vectors[1], np.empty_like(vectors[1])
+    small = 1e-4 * min(h, span[0] - t)
+    if small <= 0.0:
+        return np.zeros_like(x)
+    asked(model, t + small, x + small * xdot, later, span)
+    later -= xdot
+    later /= small
+    return later

@@ -1,0 +1,164 @@
+"""An independent check: scipy's solvers driving the same compiled rate."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import scipy.integrate
+from numpy.typing import NDArray
+
+from femflex.integrate import resume as head
+from femflex.integrate.driver import BLOCK_SECONDS, ROWS, Span, checked, collected, interval
+from femflex.integrate.outcome import Block, IntegrationError, Solution, Steps
+from femflex.integrate.protocol import Model, Progress
+from femflex.integrate.register import INTEGRATORS
+from femflex.integrate.starting import asked
+
+Array = NDArray[np.float64]
+
+ORDERS = {"RK23": 3, "RK45": 5, "DOP853": 8, "Radau": 5, "BDF": 5, "LSODA": 12}
+NUMBER = 9
+
+
+@dataclass(frozen=True, eq=False)
+class Scipy:
+    """Any method of `scipy.integrate.solve_ivp` on the model's compiled rate; slow, and written by others.
+
+    It stops at breaks like our own methods and brings Euler parameters to unit length only in the rows. A run resumes
+    from its last row with a fresh start of the solver: to the tolerance, not bit for bit.
+    """
+
+    method: str = "DOP853"
+    rtol: float = 1e-9
+    atol: float | Array = 1e-10
+    max_step: float = math.inf
+
+    def __post_init__(self) -> None:
+        if self.method not in ORDERS:
+            raise ValueError(f"scipy method {self.method!r} is not known; its methods are {sorted(ORDERS)}.")
+
+    @property
+    def name(self) -> str:
+        """Name in the register, such as scipy_radau."""
+        return f"scipy_{self.method.lower()}"
+
+    @property
+    def order(self) -> int:
+        """Highest order of the method."""
+        return ORDERS[self.method]
+
+    def blocks(self, model: Model, times: Array, x0: Array, state: Array | None = None) -> Iterator[Block]:
+        """Blocks of the states at `times` (n_t,), ascending [s]; x0 (n_x,) is the state at times[0]."""
+        times, x0 = checked(times, x0, model.n_x)
+        if state is None:
+            resume = np.concatenate([np.zeros(head.HEAD), x0])
+            resume[head.METHOD], resume[head.N_X] = NUMBER, model.n_x
+            resume[head.T], resume[head.LAST_OUT], resume[head.SMALLEST] = times[0], -math.inf, math.inf
+        else:
+            resume = np.array(state, float)
+            if resume.size != head.HEAD + model.n_x or resume[head.METHOD] != NUMBER:
+                raise ValueError(f"the stored state was not written by a scipy method for {model.n_x} states.")
+        return self._blocks(model, times[times > resume[head.LAST_OUT]], resume)
+
+    def solve(
+        self, model: Model, times: Array, x0: Array, progress: Progress | None = None, state: Array | None = None
+    ) -> Solution:
+        """All states at `times`; `progress(t)` is called after each block, and a true answer from it stops the run."""
+        return collected(self.blocks(model, times, x0, state), progress, model.n_x)
+
+    def _blocks(self, model: Model, todo: Array, resume: Array) -> Iterator[Block]:
+        rows: list[Array] = []
+        done, stop_at = 0, perf_counter() + BLOCK_SECONDS
+        for solver in self._steps(model, todo[-1] if todo.size else resume[head.T], resume):
+            reach = int(np.searchsorted(todo, solver.t, side="right"))
+            if reach > done:
+                dense = solver.dense_output() if solver.t_old is not None else None
+                rows += [unit(dense(t) if dense is not None else solver.y, model) for t in todo[done:reach]]
+                resume[head.T] = resume[head.LAST_OUT] = todo[reach - 1]
+                resume[head.HEAD :] = rows[-1]
+                done = reach
+            if len(rows) >= ROWS or perf_counter() > stop_at:
+                yield self._block(todo, done, rows, resume, model.n_x)
+                rows, stop_at = [], perf_counter() + BLOCK_SECONDS
+            if solver.status == "failed":
+                if rows:
+                    yield self._block(todo, done, rows, resume, model.n_x)
+                raise failed(self.name, model, solver, resume)
+        if rows:
+            yield self._block(todo, done, rows, resume, model.n_x)
+
+    def _block(self, todo: Array, done: int, rows: list[Array], resume: Array, n_x: int) -> Block:
+        return Block(todo[done - len(rows) : done], np.array(rows).reshape(-1, n_x), resume.copy())
+
+    def _steps(self, model: Model, end: float, resume: Array) -> Iterator[Any]:
+        """The solver at its start and after each step, a new solver for each smooth interval."""
+        breaks, t, x = np.unique(np.asarray(model.breaks, float)), float(resume[head.T]), resume[head.HEAD :].copy()
+        while True:
+            span = interval(t, end, breaks)
+            solver = self._solver(model, t, x, span)
+            yield solver
+            while solver.status == "running":
+                before = solver.nfev
+                self._step(solver)
+                resume[head.EVALUATIONS] += solver.nfev - before
+                if solver.status != "failed":
+                    h = solver.t - solver.t_old
+                    resume[head.ACCEPTED] += 1
+                    resume[head.SMALLEST] = min(resume[head.SMALLEST], h)
+                    resume[head.LARGEST] = max(resume[head.LARGEST], h)
+                yield solver
+            if solver.status == "failed" or solver.t >= end:
+                return
+            t, x = float(solver.t), solver.y
+
+    def _step(self, solver: Any) -> None:
+        """One step; a solver that chokes on values that are not finite, or lets them pass, counts as failed."""
+        t, y = solver.t, solver.y
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # of LSODA; its status says the same
+            try:
+                solver.step()
+            except (ValueError, np.linalg.LinAlgError):
+                solver.status = "failed"
+        if not np.all(np.isfinite(solver.y)):
+            solver.status, solver.t, solver.y = "failed", t, y
+
+    def _solver(self, model: Model, t: float, x: Array, span: Span) -> Any:
+        def rate(t: float, x: Array) -> Array:
+            out = np.empty_like(x)
+            asked(model, t, x, out, span)
+            return out
+
+        settings = {"rtol": self.rtol, "atol": self.atol, "max_step": self.max_step}
+        with np.errstate(all="ignore"):
+            return getattr(scipy.integrate, self.method)(rate, t, x, span[0], **settings)
+
+
+def unit(x: Array, model: Model) -> Array:
+    """x with its Euler parameters at unit length."""
+    x = x.copy()
+    for start in model.renormalise:
+        x[start : start + 4] /= np.linalg.norm(x[start : start + 4])
+    return x
+
+
+def failed(name: str, model: Model, solver: Any, resume: Array) -> IntegrationError:
+    """The error that carries the last state the solver reached."""
+    ahead = np.empty(model.n_x)
+    asked(model, solver.t + 1e-9 * max(1.0, abs(solver.t)), solver.y, ahead, (math.inf, -math.inf, math.inf))
+    bad = ~np.isfinite(ahead)
+    coordinate = int(np.argmax(bad)) if bad.any() else int(np.argmax(np.abs(ahead)))
+    message = f"{name} stopped at t = {solver.t:.9g} s near coordinate {coordinate}; the state at this time is kept."
+    steps = Steps.of(resume, ended=f"failed near coordinate {coordinate}")
+    return IntegrationError(message, np.array([solver.t]), solver.y.copy()[None, :], coordinate, steps)
+
+
+for _method in ORDERS:
+    INTEGRATORS[f"scipy_{_method.lower()}"] = partial(Scipy, _method)

@@ -1,0 +1,110 @@
+"""What is plotted: named curves taken from a run, in units a reader wants."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.results import Run
+from femflex.view.units import length_unit
+
+Array = NDArray[np.float64]
+
+DEGREES = 180.0 / np.pi
+DRIFT = "energy drift"  # a curve of its own: (E - E(0)) / largest |E|
+NEGLIGIBLE = 1e-3  # of the largest on the same axes: a curve that is not shown unless asked for
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """One component over time: label, values (n_t,) and unit; `quantity` is what the ordinate is called."""
+
+    label: str
+    values: Array
+    unit: str
+    quantity: str
+
+    @property
+    def axes(self) -> tuple[str, str]:
+        """Curves with the same share a pair of axes: one unit, but positions do not hide deflections."""
+        return (self.quantity if self.unit in ("m", "rad") else "", self.unit)
+
+
+def curves_of(run: Run, channels: Sequence[str] | None = None, degrees: bool = True) -> list[list[Curve]]:
+    """Curves of channels in readable units, those on one pair of axes together; without channels, the telling ones.
+
+    A channel is a path ("attitude/angles"), or a path and a component by name or by number from 1
+    ("attitude/angles:pitch", "q:1"), or "energy drift". Raises KeyError for one that the run has not.
+    """
+    chosen = default_channels(run) if channels is None else list(channels)
+    found = [curve for channel in chosen for curve in _curves(run, channel)]
+    if not found:
+        raise ValueError("no channels are named to plot; give some, or leave them out for the usual ones")
+    keys = dict.fromkeys(curve.axes for curve in found)
+    groups = [[curve for curve in found if curve.axes == key] for key in keys]
+    return [_readable(group if channels else _noticeable(group), degrees) for group in groups]
+
+
+def default_channels(run: Run) -> list[str]:
+    """Attitude angles, the largest marker deflection of each body, and the drift of energy or Jacobi integral."""
+    chosen = [path for path in ("attitude/angles",) if path in run]
+    largest: dict[str, tuple[float, str]] = {}
+    for path in run:
+        if path.startswith("markers/") and path.endswith("/deflection"):
+            body, size = path.split("/")[1].split(".")[0], float(np.abs(run[path]).max(initial=0.0))
+            if size > largest.get(body, (0.0, ""))[0]:
+                largest[body] = (size, path)
+    chosen += [path for _, path in largest.values()]
+    return chosen + ([DRIFT] if "monitors/energy" in run else []) or list(run)[:1]
+
+
+def _curves(run: Run, channel: str) -> list[Curve]:
+    if channel == DRIFT:
+        return [_drift(run)]
+    path, _, component = channel.partition(":")
+    values = run[path].reshape(len(run), -1)
+    count, units, quantity = values.shape[1], run.units(path), path.split("/")[-1]
+    names = run.names(path) or (("",) if count == 1 else tuple(str(k + 1) for k in range(count)))
+    wanted = [_component(path, names, component)] if component else range(count)
+    owner = path.split("/")[1] if path.count("/") > 1 else ""
+    named = {"angles": "attitude", "q": "coordinate", "u": "velocity"}.get(quantity, quantity)
+    return [
+        Curve(f"{owner} {names[k % len(names)]}".strip() or quantity, values[:, k], units[k % len(units)], named)
+        for k in wanted
+    ]
+
+
+def _component(path: str, names: tuple[str, ...], component: str) -> int:
+    if component in names:
+        return names.index(component)
+    if component.isdigit() and 1 <= int(component) <= len(names):
+        return int(component) - 1
+    raise KeyError(f"{component!r} is not a component of {path!r}; its components are {list(names)}")
+
+
+def _drift(run: Run) -> Curve:
+    name, path = ("Jacobi integral", "monitors/jacobi") if "monitors/jacobi" in run else ("energy", "monitors/energy")
+    E = run[path]
+    return Curve(name, (E - E[0]) / (np.abs(E).max() or 1.0), "1", "relative drift")
+
+
+def _size(group: list[Curve]) -> float:
+    return max(float(np.abs(curve.values).max(initial=0.0)) for curve in group)
+
+
+def _noticeable(group: list[Curve]) -> list[Curve]:
+    largest = _size(group)
+    return [curve for curve in group if _size([curve]) >= NEGLIGIBLE * largest]
+
+
+def _readable(group: list[Curve], degrees: bool) -> list[Curve]:
+    """The curves with lengths in one unit that suits the largest, and angles in degrees if asked for."""
+    unit, factor, largest = group[0].unit, 1.0, _size(group)
+    if unit == "m" and largest > 0:
+        factor, unit = length_unit(largest)
+    elif degrees and unit in ("rad", "rad/s"):
+        factor, unit = DEGREES, unit.replace("rad", "deg")
+    return [replace(curve, values=curve.values * factor, unit=unit) for curve in group]

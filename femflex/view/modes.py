@@ -1,0 +1,188 @@
+"""Pictures of a body's shapes: a montage of many, or a looping movie of one, each over the undeformed outline."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody, Skin
+from femflex.view.actors import BodyActor, add_ghost
+from femflex.view.framing import Margins, View, best_direction, framed
+from femflex.view.movie import Progress, write_movie, write_png
+from femflex.view.output import placed
+from femflex.view.overlay import add_text
+from femflex.view.surface import surface_of
+from femflex.view.theme import Theme, theme_of
+from femflex.view.units import Bar
+from femflex.view.window import Image, grabbed, open_window, place_camera
+
+Array = NDArray[np.float64]
+
+AMPLITUDE = 0.14  # largest displacement drawn, parts of the body's size
+MOST = 12  # shapes of a montage when none are named
+SAMPLES = 2
+Z = np.array([0.0, 0.0, 1.0])
+
+
+def mode_montage(
+    body: FlexibleBody,
+    path: str | Path,
+    modes: Sequence[int] | None = None,
+    title: str = "",
+    theme: str = "light",
+    tile: tuple[int, int] = (420, 300),
+    view: tuple[float, float, float] | None = None,
+    force: bool = False,
+) -> Path:
+    """Path of a PNG picture of shapes, numbered from 1 (by default the first twelve), each with its frequency.
+
+    tile is the size of one shape's picture [pixels]; view the direction from the body to the camera. Every shape is
+    drawn with the same largest displacement, and coloured by it. Raises ValueError for a body without skin or shapes.
+    """
+    path, skin = Path(path), _checked(body)
+    if path.suffix.lower() != ".png":
+        raise ValueError(f"a picture is written as .png; {path.name} is not one")
+    chosen = list(range(1, min(body.n_modes, MOST) + 1)) if modes is None else list(modes)
+    if not chosen:
+        raise ValueError("no modes are named to draw; give some, or leave them out for the first")
+    with placed(path, force) as part, _ModeScene(skin, theme_of(theme), tile, view, SAMPLES) as scene:
+        tiles = []
+        for mode in chosen:
+            scene.choose(_number(body, mode), caption(body, mode))
+            scene.show(1.0)
+            tiles.append(scene.image())
+        write_png(part, _arranged(tiles, title, theme_of(theme)))
+    return path
+
+
+def mode_movie(
+    body: FlexibleBody,
+    path: str | Path,
+    mode: int = 1,
+    seconds: float = 2.0,
+    cycles: int = 3,
+    fps: float = 25.0,
+    theme: str = "light",
+    size: tuple[int, int] = (960, 640),
+    view: tuple[float, float, float] | None = None,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> Path:
+    """Path of a movie of one shape, numbered from 1, that swings whole cycles of so many seconds and loops smoothly."""
+    skin, number = _checked(body), _number(body, mode)
+    if cycles < 1 or not seconds > 0:
+        raise ValueError(f"a movie of {cycles} cycles of {seconds:g} s has no length; give at least one, above 0 s")
+    count = max(2, round(seconds * fps))
+    with _ModeScene(skin, theme_of(theme), size, view, 1) as scene:
+        scene.choose(number, caption(body, mode))
+        return write_movie(path, _swing(scene, count, cycles), count * cycles, fps, force, progress)
+
+
+def caption(body: FlexibleBody, mode: int) -> str:
+    """What is written under a shape: number and frequency, or its kind where it has none.
+
+    The number counts from 1.
+    """
+    omega = body.omega[mode - 1] if len(body.omega) >= mode else np.nan
+    kind = body.kinds[mode - 1] if len(body.kinds) >= mode else "shape"
+    if np.isfinite(omega):
+        return f"mode {mode} · {_hertz(omega / (2 * np.pi))}"
+    return f"shape {mode} · {kind}"
+
+
+def _hertz(frequency: float) -> str:
+    if frequency and abs(frequency) < 0.1:
+        return f"{frequency * 1e3:#.4g} mHz"
+    return f"{frequency / 1e3:#.4g} kHz" if frequency >= 1e4 else f"{frequency:#.4g} Hz"
+
+
+class _ModeScene:
+    """A window with one body, deformed by one shape at a time over its undeformed outline."""
+
+    def __init__(self, skin: Skin, theme: Theme, size: tuple[int, int], view: Any, samples: int) -> None:
+        self._skin, self._samples, self._unit = skin, samples, np.zeros(len(skin.shapes))
+        width, height = size[0] * samples, size[1] * samples
+        self._plotter = open_window((width, height), theme)
+        self._plotter.set_background(theme.background)  # even, so that tiles join
+        surface, pixel = surface_of(skin), height / 720 + 0.35 * samples
+        self._size = float(np.linalg.norm(np.ptp(skin.points, axis=0))) or 1.0
+        place_camera(self._plotter, self._view(view, size[0] / size[1]))
+        bar = Bar(1.0, "", AMPLITUDE * self._size, 4)
+        self._body = BodyActor(self._plotter, surface, theme.rigid[0], theme, bar, pixel)
+        add_ghost(self._plotter, surface, theme, pixel)
+        self._caption = add_text(self._plotter.renderer, "", (0.5, 0.045), height * 0.062, theme.text, "center bottom")
+
+    def choose(self, number: int, text: str) -> None:
+        """Turn to shape `number`, counted from 0."""
+        largest = np.linalg.norm(self._skin.shapes[number], axis=1).max()
+        self._unit = np.zeros(len(self._skin.shapes))
+        self._unit[number] = AMPLITUDE * self._size / largest if largest else 0.0
+        self._caption.SetInput(text)
+
+    def show(self, amplitude: float) -> None:
+        """Deform by the chosen shape, with amplitude in [-1, 1]."""
+        self._body.show(np.zeros(3), np.eye(3), amplitude * self._unit, 1.0)
+
+    def image(self) -> Image:
+        """The picture, (height, width, 3)."""
+        return grabbed(self._plotter, self._samples)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._plotter.close()
+
+    def _view(self, view: Any, aspect: float) -> View:
+        """A camera that has every shape in the picture, at both ends of its swing."""
+        towards = best_direction(self._skin.points, Z) if view is None else np.asarray(view, float)
+        reach = [self._skin.points]
+        for shape in self._skin.shapes:
+            largest = np.linalg.norm(shape, axis=1).max() or 1.0
+            reach += [self._skin.points + sign * AMPLITUDE * self._size / largest * shape for sign in (1, -1)]
+        return framed(np.concatenate(reach), towards, Z, aspect, Margins(0.05, 0.05, 0.06, 0.16))
+
+
+def _swing(scene: _ModeScene, count: int, cycles: int) -> Iterator[Image]:
+    for k in range(count * cycles):
+        scene.show(math.sin(2 * math.pi * k / count))
+        yield scene.image()
+
+
+def _arranged(tiles: list[Image], title: str, theme: Theme) -> Image:
+    """Tiles in rows, as wide as high, with a title above."""
+    columns = min(len(tiles), math.ceil(math.sqrt(len(tiles))))
+    blank = np.broadcast_to(tiles[0][:1, :1], tiles[0].shape)
+    filled = tiles + [blank] * (-len(tiles) % columns)
+    rows = [np.concatenate(filled[k : k + columns], axis=1) for k in range(0, len(filled), columns)]
+    if title:
+        rows.insert(0, _title_band(title, rows[0].shape[1], max(36, tiles[0].shape[0] // 7), theme))
+    return np.concatenate(rows)
+
+
+def _title_band(title: str, width: int, height: int, theme: Theme) -> Image:
+    plotter = open_window((width, height), theme)
+    plotter.set_background(theme.background)
+    add_text(plotter.renderer, title, (0.5, 0.45), 0.5 * height, theme.text, "center center", bold=True)
+    image = grabbed(plotter)
+    plotter.close()
+    return image
+
+
+def _checked(body: FlexibleBody) -> Skin:
+    if body.n_modes == 0:
+        raise ValueError("the body is rigid: it has no shapes to draw")
+    if body.skin is None:
+        raise ValueError("the body has no skin, so its shapes cannot be drawn")
+    return body.skin
+
+
+def _number(body: FlexibleBody, mode: int) -> int:
+    if not 1 <= mode <= body.n_modes:
+        raise ValueError(f"mode {mode} is not on the body; its modes are 1 to {body.n_modes}")
+    return mode - 1

@@ -1,0 +1,101 @@
+"""What a scene needs to know of the whole run before its first picture: camera, magnification, colours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import Skin
+from femflex.results import Run
+from femflex.view.extent import automatic_scale, cloud, displacement, skins_of, thinned
+from femflex.view.framing import Margins, View, best_direction, framed
+from femflex.view.look import Look
+from femflex.view.motion import chosen_camera, motion
+from femflex.view.units import Bar, colour_bar
+
+Array = NDArray[np.float64]
+
+FRAMING_ROWS = 200
+ARMS = 0.09  # length of the axes of flexible bodies, parts of the craft's size
+BEYOND = 1.6  # the axes of rigid bodies reach beyond their skin by this factor
+LONGEST = 0.25  # but no further than this part of the craft's size
+TINY = 1e-12  # m; an elastic displacement below this is none
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What is settled for all pictures of a scene.
+
+    skins     body -> Skin;  arms  body -> length of its axes [m], none where they are not drawn
+    camera, body  frame of the camera;  view  its place in it
+    scale     magnification of the elastic displacement
+    largest   elastic displacement of the whole run [m], reached at time peak [s]
+    span      first and last time of the run [s]
+    """
+
+    skins: dict[str, Skin]
+    arms: dict[str, float]
+    camera: str
+    body: str
+    view: View
+    scale: float
+    largest: float
+    peak: float
+    span: tuple[float, float]
+
+    @property
+    def bar(self) -> Bar | None:
+        """The colour bar, None where nothing deforms."""
+        return colour_bar(self.largest) if self.largest > TINY else None
+
+
+def planned(run: Run, look: Look, time: float | None = None) -> Plan:
+    """The plan of a run's pictures; with `fit` "picture" framed at that time alone (None: of largest displacement).
+
+    Raises ValueError when there is nothing to draw, or the look asks for what the run has not.
+    """
+    if not len(run):
+        raise ValueError(f"{run.path} holds no instants, so there is nothing to draw")
+    _check_traces(run, look)
+    bodies = run.bodies()
+    skins = skins_of(bodies)
+    thin = thinned(skins)
+    times, displaced = displacement(run, thin)
+    largest = float(displaced.max())
+    peak = float(times[np.argmax(displaced)]) if largest > TINY else float(times[-1])
+    first = cloud(motion(run, times[:1]), thin, 1.0, {})[0]
+    size = float(np.linalg.norm(np.ptp(first, axis=0)))
+    scale = automatic_scale(largest, size) if isinstance(look.scale, str) else float(look.scale)
+    camera, body = chosen_camera(run, bodies, look.camera, size)
+    arms = {name: _arm(skin, size) for name, skin in thin.items()} if look.triads else {}
+    instants = np.union1d(_spread(times), [peak])
+    if look.fit == "picture":
+        instants = np.array([peak if time is None else time])
+    points = cloud(motion(run, instants, camera, body, look.traces), thin, scale, arms).reshape(-1, 3)
+    view = _view(points, look, camera, largest > TINY)
+    return Plan(skins, arms, camera, body, view, scale, largest, peak, (float(run.time[0]), float(run.time[-1])))
+
+
+def _view(points: Array, look: Look, camera: str, bar: bool) -> View:
+    up = np.array([0.0, 1.0, 0.0]) if camera == "orbital" else np.array([0.0, 0.0, 1.0])
+    towards = best_direction(points, up) if look.view is None else np.asarray(look.view, float)
+    return framed(points, towards, up, look.size[0] / look.size[1], Margins(right=0.14 if bar else 0.04))
+
+
+def _spread(times: Array) -> Array:
+    return times[np.unique(np.linspace(0, len(times) - 1, min(len(times), FRAMING_ROWS)).round().astype(np.int64))]
+
+
+def _arm(skin: Skin, size: float) -> float:
+    if len(skin.shapes):
+        return ARMS * size
+    return float(np.clip(BEYOND * skin.points.max(), ARMS * size, LONGEST * size))
+
+
+def _check_traces(run: Run, look: Look) -> None:
+    known = [path.split("/")[1] for path in run if path.startswith("markers/") and path.endswith("/position")]
+    unknown = [name for name in look.traces if name not in known]
+    if unknown:
+        raise ValueError(f"traces {unknown} are not markers of the run; its markers are {known}")

@@ -1,0 +1,151 @@
+"""Time histories and spectra of a run, as PNG or SVG (alone imports matplotlib's figures)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from femflex.results import Run
+from femflex.view.curves import Curve, curves_of
+from femflex.view.output import placed
+from femflex.view.spectrum import WINDOW, amplitude_spectrum
+from femflex.view.theme import Theme, theme_of
+from femflex.view.units import time_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+WIDTH, HEIGHT, TITLE = 9.0, 2.5, 0.5  # inches: of the figure, of one pair of axes, of the title
+LEGEND_ROWS = 8  # more curves than this are named in several columns
+DEPTH = 3e-5  # a spectrum is shown down to this part of its highest peak
+APART = 0.05  # peaks nearer than this part of the axis are named once
+
+
+def plot_histories(
+    run: Run,
+    path: str | Path,
+    channels: Sequence[str] | None = None,
+    degrees: bool = True,
+    theme: str = "light",
+    title: str | None = None,
+    dpi: int = 150,
+    force: bool = False,
+) -> Path:
+    """Path of a picture (.png or .svg) of channels over time, one pair of axes for every unit.
+
+    channels as in `curves_of`; by default attitude angles, largest deflections and energy drift.
+    """
+    groups, colours = curves_of(run, channels, degrees), theme_of(theme)
+    figure, axes = _figure(len(groups), run.title if title is None else title, colours, sharex=True)
+    seconds, unit = time_unit(run.duration)
+    for ax, group in zip(axes, groups, strict=True):
+        for k, curve in enumerate(group):
+            ax.plot(run.time / seconds, curve.values, color=_colour(colours, k), label=curve.label, linewidth=1.2)
+        ax.set_ylabel(_ordinate(group))
+        _finish(ax, group, colours)
+        ax.margins(x=0)
+    axes[-1].set_xlabel(f"time [{unit}]")
+    return _saved(figure, path, dpi, force)
+
+
+def plot_spectra(
+    run: Run,
+    path: str | Path,
+    channels: Sequence[str] | None = None,
+    degrees: bool = True,
+    theme: str = "light",
+    title: str | None = None,
+    dpi: int = 150,
+    highest: float | None = None,
+    force: bool = False,
+) -> Path:
+    """Path of a picture (.png or .svg) of amplitude spectra of channels, with their peaks named.
+
+    A sine of amplitude a makes a peak of height a. highest is the last frequency shown [Hz]; by default every pair of
+    axes goes a little beyond its last peak.
+    """
+    colours = theme_of(theme)
+    groups = curves_of(run, channels, degrees)
+    if channels is None:
+        groups = [group for group in groups if group[0].quantity != "relative drift"] or groups
+    figure, axes = _figure(len(groups), run.title if title is None else title, colours, sharex=False)
+    for ax, group in zip(axes, groups, strict=True):
+        spectra = [amplitude_spectrum(run.time, curve.values) for curve in group]
+        peaks = [peak for spectrum in spectra for peak in spectrum.peaks() if highest is None or peak[0] <= highest]
+        nyquist = float(spectra[0].frequency[-1])
+        last = highest or min(nyquist, 1.3 * max((frequency for frequency, _ in peaks), default=nyquist))
+        factor, unit = (1e3, "mHz") if last < 0.5 else (1.0, "Hz")
+        for k, (curve, spectrum) in enumerate(zip(group, spectra, strict=True)):
+            line = (spectrum.frequency * factor, np.maximum(spectrum.amplitude, 1e-300))
+            ax.semilogy(*line, color=_colour(colours, k), label=curve.label, linewidth=1.2)
+        top = max(float(spectrum.amplitude.max()) for spectrum in spectra) or 1.0
+        ax.set_ylim(DEPTH * top, 10 * top)
+        ax.set_xlim(0, last * factor)
+        _name_peaks(ax, [(frequency * factor, amplitude) for frequency, amplitude in peaks], colours)
+        ax.set_ylabel("amplitude of\n" + _ordinate(group))
+        ax.set_xlabel(f"frequency [{unit}]")
+        _finish(ax, group, colours)
+    axes[-1].set_xlabel(f"{axes[-1].get_xlabel()}   ({WINDOW}, trend removed)")
+    return _saved(figure, path, dpi, force)
+
+
+def _name_peaks(ax: Axes, peaks: list[tuple[float, float]], colours: Theme) -> None:
+    """Write the frequency above each peak, and above the higher of two that are close."""
+    width = ax.get_xlim()[1]
+    named: list[float] = []
+    for place, amplitude in sorted(peaks, key=lambda peak: -peak[1]):
+        if all(abs(place - other) > APART * width for other in named):
+            named.append(place)
+            side = "left" if place < APART * width else "center"
+            style = {"textcoords": "offset points", "ha": side, "fontsize": 8, "color": colours.text}
+            ax.annotate(f"{place:#.4g}", (place, amplitude), (0, 4), **style)
+
+
+def _ordinate(group: list[Curve]) -> str:
+    """Quantities and unit, with raised exponents."""
+    said, unit = ", ".join(dict.fromkeys(curve.quantity for curve in group)), group[0].unit
+    raised = re.sub(r"\^(-?[\d/]+)", r"$^{\1}$", unit)
+    return said if unit in ("1", "") else f"{said} [{raised}]"
+
+
+def _colour(colours: Theme, k: int) -> str:
+    return colours.lines[k % len(colours.lines)]
+
+
+def _figure(count: int, title: str, colours: Theme, sharex: bool) -> tuple[Figure, list[Axes]]:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(WIDTH, HEIGHT * count + TITLE), layout="constrained", facecolor=colours.background)
+    axes = [ax for row in figure.subplots(count, 1, sharex=sharex, squeeze=False) for ax in row]
+    figure.suptitle(title, color=colours.text, fontsize=12, fontweight="bold")
+    return figure, axes
+
+
+def _finish(ax: Axes, group: list[Curve], colours: Theme) -> None:
+    ax.set_facecolor(colours.background)
+    ax.grid(True, color=colours.faint, alpha=0.25, linewidth=0.6)
+    ax.tick_params(colors=colours.text, which="both", labelsize=9)
+    ax.yaxis.label.set_color(colours.text)
+    ax.xaxis.label.set_color(colours.text)
+    for side, spine in ax.spines.items():
+        spine.set_visible(side in ("left", "bottom"))
+        spine.set_color(colours.faint)
+    columns = -(-len(group) // LEGEND_ROWS)
+    legend = ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=9, ncols=columns)
+    for text in legend.get_texts():
+        text.set_color(colours.text)
+
+
+def _saved(figure: Figure, path: str | Path, dpi: int, force: bool) -> Path:
+    path = Path(path)
+    kind = path.suffix.lower().lstrip(".")
+    if kind not in ("png", "svg"):
+        raise ValueError(f"a plot is written as .png or .svg; {path.name} is neither")
+    with placed(path, force) as part:
+        figure.savefig(part, format=kind, dpi=dpi)
+    return path

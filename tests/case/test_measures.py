@@ -1,0 +1,121 @@
+"""Quantities measured on made-up signals with known answers, and what expectations make of them."""
+
+from __future__ import annotations
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from femflex.case import parse_case
+from femflex.case.evaluate import judged, measured
+from femflex.case.measure import MeasureTable
+from femflex.case.tones import crossing_frequency, fitted_frequencies
+
+TIME = np.linspace(0.0, 50.0, 2001)
+ANGLES = np.stack([0.1 * np.sin(1.58 * TIME), 0.02 * np.cos(1.9266 * TIME + 0.3) + 0.05 * np.sin(0.5687 * TIME), 0 * TIME], axis=1)
+
+
+class Signals:
+    """A run of known signals."""
+
+    time = TIME
+
+    def __getitem__(self, path: str):
+        return {"attitude/angles": ANGLES, "monitors/energy": 5.0 + 1e-6 * TIME}[path]
+
+    def names(self, path: str):
+        return ("pitch", "roll", "yaw") if path == "attitude/angles" else ()
+
+    def unit(self, path: str):
+        return "rad" if path == "attitude/angles" else "J"
+
+    def bodies(self):
+        return {"boom": SimpleNamespace(omega=np.array([2 * math.pi, np.nan]), mass=3.0)}
+
+
+def measure(**table: object) -> float:
+    return measured(MeasureTable(**table), Signals(), mean_motion=0.5)  # type: ignore[arg-type]
+
+
+def test_reductions_of_a_sine_are_those_of_the_textbook():
+    pitch = {"channel": "attitude/angles", "component": "pitch"}
+    assert measure(of="peak", **pitch) == pytest.approx(0.1, rel=1e-3)
+    assert measure(of="rms", **pitch) == pytest.approx(0.1 / math.sqrt(2), rel=2e-2)
+    assert measure(of="value", at=10.0, **pitch) == pytest.approx(0.1 * math.sin(15.8), rel=1e-3)
+    assert measure(of="value", **pitch) == ANGLES[-1, 0]
+    assert measure(of="maximum", start=49.0, **pitch) == ANGLES[TIME >= 49, 0].max()
+    assert measure(of="range", **pitch) == pytest.approx(0.2, rel=1e-3)
+    assert measure(of="peak", channel="attitude/angles") == np.linalg.norm(ANGLES, axis=1).max()
+
+
+def test_drift_is_relative_when_asked():
+    assert measure(of="drift", channel="monitors/energy") == pytest.approx(5e-5, rel=1e-6)
+    assert measure(of="drift", channel="monitors/energy", relative=True) == pytest.approx(1e-5, rel=1e-4)
+
+
+def test_a_frequency_is_found_by_crossings_and_by_a_fit_of_two_tones():
+    assert 2 * math.pi * measure(of="frequency", channel="attitude/angles", component=0) == pytest.approx(1.58, rel=1e-9)
+    roll = {"of": "frequency", "channel": "attitude/angles", "component": "roll", "tones": 2}
+    assert measure(tone=1, per_orbit=True, **roll) == pytest.approx(0.5687 / 0.5, rel=1e-10)
+    assert measure(tone=2, per_orbit=True, **roll) == pytest.approx(1.9266 / 0.5, rel=1e-10)
+
+
+def test_three_close_tones_are_told_apart():
+    omega = np.array([1.0, 1.3, 1.31])
+    t = np.linspace(0, 900, 9001)
+    signal = sum(a * np.cos(w * t + p) for a, w, p in zip((1, 0.3, 0.5), omega, (0.1, 2.0, 1.0), strict=True))
+    np.testing.assert_allclose(2 * np.pi * fitted_frequencies(t, signal + 7.0, 3), omega, rtol=1e-9)
+
+
+def test_a_signal_without_two_crossings_has_no_frequency():
+    with pytest.raises(ValueError, match="crosses its mean upwards 0 times"):
+        crossing_frequency(TIME, TIME**2 * -1.0)
+
+
+def test_quantities_of_bodies():
+    assert measure(of="mode_frequency", body="boom") == 1.0
+    assert measure(of="body_mass", body="boom") == 3.0
+    with pytest.raises(ValueError, match="mode 2 of body 'boom' has no natural frequency; it has 1"):
+        measure(of="mode_frequency", body="boom", mode=2)
+    with pytest.raises(KeyError, match="did you mean 'boom'"):
+        measure(of="body_mass", body="bom")
+
+
+def test_a_component_that_is_not_there_is_answered():
+    with pytest.raises(KeyError, match="did you mean 'pitch'"):
+        measure(channel="attitude/angles", component="pich")
+    with pytest.raises(KeyError, match=r"which has 3 \(from 0\)"):
+        measure(channel="attitude/angles", component=3)
+    with pytest.raises(KeyError, match="is a scalar"):
+        measure(channel="monitors/energy", component=0)
+    with pytest.raises(ValueError, match="no instant of the run"):
+        measure(channel="monitors/energy", start=60.0)
+
+
+EXPECTATIONS = """
+[run]
+duration = 50
+[bodies.boom]
+kind = "rigid"
+mass = 3
+inertia = [1, 1, 1]
+[expect]
+peak = { of = "peak", channel = "attitude/angles", component = "pitch", value = "5.7296 deg", tolerance = "0.01 deg" }
+rate = { of = "mode_frequency", body = "boom", value = "6.2832 rad/s", relative_tolerance = 1e-4 }
+drift = { of = "drift", channel = "monitors/energy", below = "1 uJ" }
+mass = { of = "body_mass", body = "boom", above = 2.9, below = "3.1 kg" }
+"""
+
+
+def test_expectations_hold_in_the_units_they_are_given_in():
+    verdicts = {v.name: v for v in judged(parse_case(EXPECTATIONS), Signals())}
+    assert {name: v.holds for name, v in verdicts.items()} == {"peak": True, "rate": True, "drift": False, "mass": True}
+    assert "does not hold" in str(verdicts["drift"]) and "expected below 1e-06" in str(verdicts["drift"])
+
+
+def test_an_expectation_in_another_dimension_is_refused():
+    text = EXPECTATIONS.replace('"5.7296 deg", tolerance = "0.01 deg"', '"5 m", tolerance = "1 m"')
+    with pytest.raises(ValueError, match=r"expect.peak.value: found a number in m; the quantity is in rad"):
+        judged(parse_case(text), Signals())

@@ -1,0 +1,257 @@
+"""Natural frequencies of plates against closed forms and published values, their orders, and independence of position."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from plate_models import (
+    CELL,
+    METAL,
+    flexural_rigidity,
+    frequencies,
+    held,
+    plate_structure,
+    random_rotation,
+    simply_supported,
+    supported_square,
+)
+
+from femflex.fem import Material, Member, build_structure
+from femflex.fem.laminates import Lamina, Ply, isotropic, orthotropic, sandwich
+from femflex.mesh import Mesh, rectangle
+
+SUPPORTED = np.pi**2 * np.array([2.0, 5.0, 5.0, 8.0])
+# Cantilever square plate, nu = 0.3: plate_bfs on 48 x 48 squares extrapolated with its order at the corner, about 2.6
+# in the frequency; Leissa (1973) prints upper bounds 3.4917, 8.5246, 21.429.
+CANTILEVER = np.array([3.4710, 8.5065, 21.2845])
+
+
+def mindlin_supported(section_h: float, m: int, n: int) -> float:
+    """omega of a simply supported unit square of METAL with shear factor 5/6 (Mindlin 1951), from its own equations.
+
+    w = W sin sin, beta = (X cos sin, Y sin cos): the lowest root of a 3 x 3 eigenproblem.
+    """
+    D, S = flexural_rigidity(section_h), 5 / 6 * METAL.G * section_h
+    k, l, nu = m * np.pi, n * np.pi, METAL.nu
+    K = np.array(
+        [
+            [S * (k * k + l * l), S * k, S * l],
+            [S * k, D * (k * k + (1 - nu) / 2 * l * l) + S, D * (1 + nu) / 2 * k * l],
+            [S * l, D * (1 + nu) / 2 * k * l, D * (l * l + (1 - nu) / 2 * k * k) + S],
+        ]
+    )
+    M = METAL.density * np.diag([section_h, section_h**3 / 12, section_h**3 / 12])
+    return float(np.sqrt(np.linalg.eigvals(np.linalg.solve(M, K)).real.min()))
+
+
+def observed_orders(errors: list[float]) -> np.ndarray:
+    return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+
+
+@pytest.mark.parametrize("element", ["dkt", "dkmt"])
+def test_triangles_converge_with_the_square_of_the_size_on_a_thin_square(element):
+    errors = [np.abs(supported_square("plate", 1e-4, n, element=element) / SUPPORTED - 1) for n in (10, 20, 40)]
+    assert observed_orders([e[0] for e in errors]) == pytest.approx([2, 2], abs=0.1)
+    assert observed_orders([e[3] for e in errors]) == pytest.approx([2, 2], abs=0.15)
+    # The advice of the plate family: relative error 0.33 (side / half wavelength)^2, here 40 and 20 to a half wave.
+    assert errors[2][[0, 3]] == pytest.approx([0.33 / 40**2, 0.33 / 20**2], rel=0.05)
+
+
+def test_triangles_reach_five_parts_in_ten_thousand_at_the_advised_size():
+    """26 sides to the half wave of the highest mode wanted: 5e-4 on the first three distinct frequencies."""
+    assert supported_square("plate", 1e-4, 52) == pytest.approx(SUPPORTED, rel=5e-4)
+
+
+def test_rectangles_converge_with_the_fourth_power_of_the_size():
+    errors = [np.abs(supported_square("plate_bfs", 1e-5, n) / SUPPORTED - 1) for n in (4, 8, 16)]
+    assert observed_orders([e[0] for e in errors]) == pytest.approx([4, 4], abs=0.15)
+    assert observed_orders([e[3] for e in errors]) == pytest.approx([4, 4], abs=0.15)
+    assert errors[1].max() < 5e-4
+
+
+@pytest.mark.parametrize(("family", "n"), [("plate", 16), ("plate_bfs", 8)])
+def test_a_cantilever_square_is_within_the_stated_error(family, n):
+    h = 1e-3
+    structure = plate_structure(rectangle(1.0, 1.0, n, n, CELL[family]), h, family)
+    scale = np.sqrt(METAL.density * h / flexural_rigidity(h))
+    found = frequencies(structure, structure.clamped_dofs("left"), 3) * scale
+    assert found == pytest.approx(CANTILEVER, rel=5e-4)
+    assert (found < [3.4917, 8.5246, 21.429]).all()
+
+
+@pytest.mark.parametrize(("family", "n"), [("plate", 24), ("plate_bfs", 10)])
+def test_nafems_free_plate(family, n):
+    """NAFEMS R0015, FV12: 1.622, 2.360, 2.922 Hz, one unit of the last digit printed."""
+    steel = Material(200e9, 0.3, 8000.0)
+    structure = build_structure(rectangle(10.0, 10.0, n, n, CELL[family]), [Member("surface", family, 0.05, steel)])
+    found = frequencies(structure, np.zeros(0, int), 12, shift=-1.0) / (2 * np.pi)
+    assert found[:6] == pytest.approx(np.zeros(6), abs=0.02)
+    assert found[6:9] == pytest.approx([1.622, 2.360, 2.922], abs=1e-3)
+    thin = np.array([13.4682, 19.5961, 24.2702, 34.8009, 34.8009, 61.0932])  # omega a^2 sqrt(rho h/D), Leissa & Narita
+    hertz = thin / (2 * np.pi * 100) * np.sqrt(200e9 * 0.05**3 / 12 / 0.91 / 400)
+    assert found[6:] == pytest.approx(hertz, rel=1.5e-3 if family == "plate" else 5e-4)
+
+
+@pytest.mark.parametrize("h", [0.05, 0.1, 0.2])
+def test_thick_plates_shear_as_mindlin_says(h):
+    errors = []
+    for n in (8, 16):
+        structure = plate_structure(rectangle(1.0, 1.0, n, n), h)
+        found = frequencies(structure, simply_supported(structure), 2)
+        errors.append(found[0] / mindlin_supported(h, 1, 1) - 1)
+    assert abs(errors[1]) < 2e-3
+    assert np.abs(errors[0] / errors[1]) == pytest.approx(4, rel=0.15)
+    assert abs((4 * errors[1] - errors[0]) / 3) < 1e-4  # Richardson: the limit is Mindlin's
+
+
+def test_thin_elements_leave_shear_out_and_thick_ones_take_it_in():
+    thin = supported_square("plate", 0.1, 12, element="dkt")[0]
+    thick = supported_square("plate", 0.1, 12, element="dkmt")[0]
+    kirchhoff = 2 * np.pi**2 / np.sqrt(1 + 2 * np.pi**2 * 0.01 / 12)  # with rotary inertia
+    mindlin = mindlin_supported(0.1, 1, 1) * np.sqrt(METAL.density * 0.1 / flexural_rigidity(0.1))
+    assert thick / thin == pytest.approx(mindlin / kirchhoff, rel=1e-3)
+    same = [supported_square("plate", 1e-5, 6, element=e) for e in ("dkt", "dkmt")]
+    assert same[0] == pytest.approx(same[1], rel=1e-7)
+
+
+@pytest.mark.parametrize(("family", "n", "error"), [("plate", 32, 3e-3), ("plate_bfs", 12, 3e-4)])
+def test_orthotropic_plate(family, n, error):
+    """omega^2 rho h = D11 k^4 + 2(D12 + 2 D66) k^2 l^2 + D22 l^4, k = m pi/a, l = n pi/b (Leissa 1969, 9.2)."""
+    a, b, h = 1.0, 0.8, 2e-4
+    section = orthotropic(h, 140e9, 10e9, 5e9, 0.3, 1600.0)
+    structure = plate_structure(rectangle(a, b, n, n, CELL[family]), section, family)
+    D = section.D
+
+    def exact(m, k):
+        p, q = m * np.pi / a, k * np.pi / b
+        stiffness = D[0, 0] * p**4 + 2 * (D[0, 1] + 2 * D[2, 2]) * p**2 * q**2 + D[1, 1] * q**4
+        return np.sqrt(stiffness / section.mass)
+
+    expected = np.sort([exact(m, k) for m in (1, 2, 3) for k in (1, 2, 3, 4)])[:4]
+    assert frequencies(structure, simply_supported(structure), 4) == pytest.approx(expected, rel=error)
+
+
+@pytest.mark.parametrize("family", ["plate", "plate_bfs"])
+def test_orthotropic_plate_in_any_position(family):
+    section = orthotropic(1e-3, 140e9, 10e9, 5e9, 0.3, 1600.0, angle=0.3)
+    mesh = rectangle(1.0, 0.8, 6, 5, CELL[family])
+    turn = random_rotation(4)
+    structures = [
+        plate_structure(mesh, section, family),
+        plate_structure(mesh.rotated(turn), section, family, axis=turn[:, 0] * np.sign(turn[2, 2])),
+    ]
+    if turn[2, 2] < 0:  # angles turn about the normal with positive z
+        structures[1] = plate_structure(mesh.rotated(turn), section.turned(-0.6), family, axis=turn[:, 0])
+    found = [frequencies(s, s.clamped_dofs("left"), 6) for s in structures]
+    assert found[0] == pytest.approx(found[1], rel=1e-8)
+
+
+def test_the_angle_of_a_section_and_the_axis_option_are_one_thing():
+    lamina = (140e9, 10e9, 5e9, 0.3, 1600.0)
+    mesh = rectangle(1.0, 0.8, 6, 6)
+    by_angle = plate_structure(mesh, orthotropic(1e-3, *lamina, angle=0.5))
+    by_axis = plate_structure(mesh, orthotropic(1e-3, *lamina), axis=(np.cos(0.5), np.sin(0.5), 0.0))
+    other = plate_structure(mesh, orthotropic(1e-3, *lamina, angle=-0.5))
+    assert abs(by_angle.K - by_axis.K).max() < 1e-9 * abs(by_angle.K).max()
+    clamp = by_angle.clamped_dofs("left")
+    assert frequencies(by_angle, clamp, 2) == pytest.approx(frequencies(by_axis, clamp, 2), rel=1e-9)
+    assert abs(by_angle.K - other.K).max() > 1e-2 * abs(by_angle.K).max()
+
+
+def test_sandwich_plate_shears_in_its_core():
+    """Simply supported: 1/omega^2 = mass (1/(D k^4) + 1/(S k^2)) with k^2 = pi^2 (m^2 + n^2), rotary inertia small."""
+    section = sandwich(Ply(Lamina.isotropic(METAL), 2e-4), 0.02, Lamina.core(48.0, 4e7))
+    mesh = rectangle(1.0, 1.0, 32, 32)
+    structure = plate_structure(mesh, section)
+    found = frequencies(structure, simply_supported(structure), 1)[0]
+    k2 = 2 * np.pi**2
+    exact = np.sqrt(1 / section.mass / (1 / (section.D[0, 0] * k2**2) + 1 / (section.S[0, 0] * k2)))
+    assert exact / np.sqrt(section.D[0, 0] * k2**2 / section.mass) < 0.995  # the core matters
+    rotary = 1 - section.rotary / section.mass * k2 / 2
+    assert found == pytest.approx(exact * rotary, rel=5e-4)
+
+
+def test_frequencies_do_not_depend_on_position_or_node_order():
+    for family in ("plate", "plate_bfs"):
+        mesh = rectangle(1.0, 0.7, 5, 4, CELL[family])
+        structure = plate_structure(mesh, 0.02, family)
+        reference = frequencies(structure, structure.clamped_dofs("left"), 6)
+        rng = np.random.default_rng(2)
+        cells = dict(mesh.cells)
+        shuffled = np.array([np.roll(c, rng.integers(4))[:: rng.choice([-1, 1])] for c in cells[CELL[family]]])
+        cells[CELL[family]] = shuffled
+        other = Mesh(mesh.points @ random_rotation(9).T + [50.0, -80.0, 100.0], cells, mesh.cell_groups, {})
+        turned = plate_structure(other, 0.02, family)
+        assert frequencies(turned, turned.clamped_dofs("left"), 6) == pytest.approx(reference, rel=1e-8)
+
+
+def test_second_order_cells_are_used_by_their_corners():
+    for family, first, second in (("plate", "triangle", "triangle6"), ("plate_bfs", "quad", "quad9")):
+        found = []
+        for cell in (first, second):
+            structure = plate_structure(rectangle(1.0, 0.7, 4, 3, cell), 0.02, family)
+            found.append(frequencies(structure, structure.clamped_dofs("left"), 5))
+        assert found[0] == pytest.approx(found[1], rel=1e-10)
+
+
+def test_two_members_on_one_plane_are_as_good_as_one():
+    for family in ("plate", "plate_bfs"):
+        mesh = rectangle(1.0, 0.7, 6, 4, CELL[family])
+        count = len(mesh.cells[CELL[family]])
+        rows = np.random.default_rng(0).permutation(count)
+        parts = {"a": {CELL[family]: rows[:10]}, "b": {CELL[family]: rows[10:]}}
+        one = plate_structure(mesh, 0.02, family)
+        two = build_structure(mesh.with_groups(cells=parts), [Member(g, family, 0.02, METAL) for g in "ab"])
+        assert one.n_dof == two.n_dof
+        clamp = [s.clamped_dofs("left") for s in (one, two)]
+        assert frequencies(one, clamp[0], 6) == pytest.approx(frequencies(two, clamp[1], 6), rel=1e-10)
+
+
+def test_an_edge_clamp_holds_the_sides_and_the_twists_on_it():
+    for family in ("plate", "plate_bfs"):
+        structure = plate_structure(rectangle(1.0, 1.0, 4, 4, CELL[family]), 0.02, family)
+        clamped = structure.clamped_dofs("left")
+        nodal = held(structure, "left", "xyzab")
+        extra = 4 * 2 + (5 if family == "plate_bfs" else 0)  # two per side, one twist per node
+        assert len(nodal) == 25
+        assert len(clamped) == 25 + extra
+
+
+def test_section_with_material_beside_it_and_other_mistakes_are_refused_in_words():
+    mesh = rectangle(1.0, 1.0, 2, 2)
+    sheet = isotropic(0.01, METAL)
+
+    def build(section=0.01, material=METAL, family="plate", target=mesh, **options):
+        return build_structure(target, [Member("surface", family, section, material, options)])
+
+    with pytest.raises(ValueError, match=r"plate on group 'surface' has a material beside a section"):
+        build(sheet)
+    with pytest.raises(ValueError, match=r"has a thickness but no material; give one"):
+        build(0.01, None)
+    with pytest.raises(ValueError, match=r"has the section None; give a plate section"):
+        build(None)
+    with pytest.raises(ValueError, match=r"thickness of a ply is -0.01; it must be positive"):
+        build(-0.01)
+    with pytest.raises(ValueError, match=r"names element 'acm'; it can be 'dkmt' or 'dkt'"):
+        build(element="acm")
+    with pytest.raises(ValueError, match=r"no option 'elment'.*Did you mean 'element'"):
+        build(elment="dkt")
+    with pytest.raises(ValueError, match=r"axis of a plate is \(0, 0, 0\); give a direction"):
+        build(axis=(0, 0, 0))
+    with pytest.raises(ValueError, match=r"group 'surface' holds quad cells; the plate family is made of triangle"):
+        build(target=rectangle(1.0, 1.0, 2, 2, "quad"))
+    flat = Mesh(mesh.points * [1, 0, 0], dict(mesh.cells), mesh.cell_groups)
+    with pytest.raises(ValueError, match=r"8 of 8 elements have no area, the first is element 0"):
+        build(target=flat)
+
+
+def test_quadrilaterals_that_are_no_rectangles_are_refused_in_words():
+    mesh = rectangle(1.0, 1.0, 2, 2, "quad")
+    points = mesh.points.copy()
+    points[4, :2] += 0.05
+    bent = Mesh(points, dict(mesh.cells), mesh.cell_groups)
+    with pytest.raises(ValueError, match=r"4 of 4 quadrilaterals are not rectangles; element 0 .* plate family on tri"):
+        plate_structure(bent, 0.01, "plate_bfs")
+    sheared = Mesh(mesh.points @ np.array([[1, 0, 0], [0.3, 1, 0], [0, 0, 1]]), dict(mesh.cells), mesh.cell_groups)
+    with pytest.raises(ValueError, match=r"4 of 4 quadrilaterals are not rectangles"):
+        plate_structure(sheared, 0.01, "plate_bfs")

@@ -1,0 +1,65 @@
+"""Who may import whom, read off the sources (see the design's section on layers)."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).resolve().parents[1] / "femflex"
+TOP = {"case", "pipeline", "studies", "cli", "__init__", "__main__"}
+EVERYTHING = {path.stem for path in PACKAGE.iterdir() if path.suffix == ".py" or path.is_dir()} - {"__pycache__"}
+ALLOWED = {
+    "rotations": set(),
+    "body": set(),
+    "warning": set(),
+    "mesh": set(),
+    "integrate": set(),
+    "fem": {"mesh"},
+    "reduction": {"fem", "body", "mesh"},
+    "system": {"body", "rotations"},
+    "dynamics": {"system", "body", "rotations"},
+    "results": {"body", "system", "rotations"},
+    "view": {"results", "body", "mesh", "rotations"},
+    "studies": EVERYTHING - {"cli"},
+    "case": EVERYTHING - {"cli", "pipeline", "studies", "view"},
+    "pipeline": EVERYTHING - {"cli", "studies", "view"},
+    "cli": EVERYTHING,
+    "__init__": EVERYTHING,
+    "__main__": {"cli"},
+}
+ALONE = {"meshio": {"mesh"}, "pyvista": {"view"}, "vtkmodules": {"view"}, "skfem": {"fem"}, "pint": {"case"}, "typer": {"cli"}, "rich": {"cli"}, "pydantic": {"case"}}
+FILES = sorted(path for path in PACKAGE.rglob("*.py"))
+
+
+def layer_of(path: Path) -> str:
+    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+
+
+def imported(path: Path) -> set[str]:
+    """Full names of the modules a file imports, at any depth of it."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path} has a relative import"
+            found |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return found
+
+
+def test_every_part_of_the_package_has_a_rule():
+    assert EVERYTHING == set(ALLOWED)
+
+
+@pytest.mark.parametrize("path", FILES, ids=[str(path.relative_to(PACKAGE)) for path in FILES])
+def test_a_file_imports_only_what_its_layer_may(path: Path):
+    layer = layer_of(path)
+    allowed = ALLOWED[layer] | {layer, "warning", "__version__"}
+    for name in imported(path):
+        first, *rest = name.split(".")
+        if first == "femflex" and rest:
+            assert rest[0] in allowed, f"{path.name} of {layer} imports {name}"
+        if first in ALONE:
+            assert layer in ALONE[first], f"{path.name} of {layer} imports {name}; only {ALONE[first]} may"

@@ -1,0 +1,44 @@
+"""What `import femflex` gives: every name exists and is documented, and nothing heavy is loaded."""
+
+from __future__ import annotations
+
+import inspect
+import subprocess
+import sys
+
+import pytest
+
+import femflex
+
+HEAVY = ("numpy", "scipy", "numba", "pyvista", "vtkmodules", "matplotlib", "h5py", "pydantic", "pint", "meshio", "skfem", "rich")
+
+
+def loaded_after(code: str) -> set[str]:
+    """Names of modules loaded in a fresh interpreter after running the code."""
+    told = subprocess.run([sys.executable, "-c", f"{code}\nimport sys; print(*sys.modules)"], capture_output=True, text=True, check=True)
+    return {name.split(".")[0] for name in told.stdout.splitlines()[-1].split()}
+
+
+@pytest.mark.parametrize("name", femflex.__all__)
+def test_a_public_name_exists_and_says_what_it_is(name: str):
+    found = getattr(femflex, name)
+    assert name == "__version__" or len(inspect.getdoc(found) or "") > 20
+    assert name in dir(femflex)
+
+
+def test_importing_femflex_loads_nothing_heavy():
+    assert not loaded_after("import femflex") & set(HEAVY)
+
+
+def test_importing_the_command_line_loads_nothing_heavy():
+    heavy = set(HEAVY) - {"rich"}  # typer's own help uses it
+    assert not loaded_after("import femflex.cli.app") & heavy
+
+
+def test_reading_a_case_loads_no_renderer():
+    assert not loaded_after("from femflex.case import read_case") & {"pyvista", "vtkmodules", "matplotlib", "h5py"}
+
+
+def test_an_unknown_name_is_answered():
+    with pytest.raises(AttributeError, match="no attribute 'simulate'; it has .*run"):
+        femflex.simulate  # noqa: B018
