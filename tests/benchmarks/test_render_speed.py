@@ -48,14 +48,16 @@ def run(tmp_path):
         yield opened
 
 
-def timed(draw, frames):
-    """Median time of a frame [s], after a first that does not count; and the last picture."""
-    taken = []
-    for k in range(frames + 1):
-        start = time.perf_counter()
-        image = draw(k)
-        taken.append(time.perf_counter() - start)
-    return float(np.median(taken[1:])), image
+def best_times(draws, frames):
+    """Shortest time of a frame [s] of each way to draw, taken in turn so that a busy machine slows all alike."""
+    taken = np.array([[timed(draw, k) for draw in draws] for k in range(frames + 1)])
+    return taken[1:].min(axis=0)  # the first opens windows
+
+
+def timed(draw, k):
+    start = time.perf_counter()
+    draw(k)
+    return time.perf_counter() - start
 
 
 @pytest.mark.benchmark
@@ -79,7 +81,6 @@ def test_a_frame_of_51k_cells_is_five_times_faster_than_a_new_plotter(run):
         plotter.close()
         return image
 
-    new, _ = timed(anew, 6)
     moving = motion(run, run.time, plan.camera)
     with Scene(run, look, plan) as scene:
 
@@ -87,7 +88,7 @@ def test_a_frame_of_51k_cells_is_five_times_faster_than_a_new_plotter(run):
             scene.show(moving, k)
             return scene.image()
 
-        ours, image = timed(in_place, 20)
+        new, ours = best_times([anew, in_place], frames=12)
+        assert in_place(0).shape == (SIZE[1], SIZE[0], 3)
     print(f"new plotter {1e3 * new:.0f} ms a frame, in place {1e3 * ours:.1f} ms: {new / ours:.1f} times faster")
-    assert image.shape == (SIZE[1], SIZE[0], 3)
     assert new > 5 * ours

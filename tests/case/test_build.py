@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from femflex.case import Case, parse_case, read_case
-from femflex.case.build import build_body, build_system
-from femflex.case.build.shapes import equivalent_box
+from femflex.case.builders import build_body, build_system
+from femflex.case.builders.shapes import equivalent_box
 from femflex.dynamics import compile_system
 from femflex.reduction import save_body
 from femflex.rotations import dcm_from_quaternion
@@ -257,7 +257,7 @@ inertia = [1, 1, 1]
 
 
 def test_plate_sections_have_the_mass_and_stiffness_of_the_textbook():
-    from femflex.case.build.sections import build_material, build_section
+    from femflex.case.builders.sections import build_material, build_section
 
     case = parse_case(PLATE)
     aluminium = build_material(case.materials["aluminium"])
@@ -281,7 +281,7 @@ def test_plate_sections_have_the_mass_and_stiffness_of_the_textbook():
 def test_a_section_of_a_case_has_the_dimensions_of_its_class():
     from dataclasses import fields
 
-    from femflex.case.build.sections import BEAM_SECTIONS
+    from femflex.case.builders.sections import BEAM_SECTIONS
 
     for table, section in BEAM_SECTIONS.items():
         assert set(table.model_fields) - {"kind"} == {f.name for f in fields(section)}, table

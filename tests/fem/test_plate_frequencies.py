@@ -21,9 +21,9 @@ from femflex.fem.laminates import Lamina, Ply, isotropic, orthotropic, sandwich
 from femflex.mesh import Mesh, rectangle
 
 SUPPORTED = np.pi**2 * np.array([2.0, 5.0, 5.0, 8.0])
-# Cantilever square plate, nu = 0.3: plate_bfs on 48 x 48 squares extrapolated with its order at the corner, about 2.6
-# in the frequency; Leissa (1973) prints upper bounds 3.4917, 8.5246, 21.429.
-CANTILEVER = np.array([3.4710, 8.5065, 21.2845])
+# Cantilever square plate, nu = 0.3: plate_bfs on 16, 32 and 64 squares a side, extrapolated with the orders observed,
+# 1.7 to 2.3 (the corners of the clamp are singular). Leissa (1973) prints upper bounds 3.4917, 8.5246, 21.429.
+CANTILEVER = np.array([3.4710, 8.5062, 21.2839])
 
 
 def mindlin_supported(section_h: float, m: int, n: int) -> float:
@@ -87,7 +87,7 @@ def test_nafems_free_plate(family, n):
     found = frequencies(structure, np.zeros(0, int), 12, shift=-1.0) / (2 * np.pi)
     assert found[:6] == pytest.approx(np.zeros(6), abs=0.02)
     assert found[6:9] == pytest.approx([1.622, 2.360, 2.922], abs=1e-3)
-    thin = np.array([13.4682, 19.5961, 24.2702, 34.8009, 34.8009, 61.0932])  # omega a^2 sqrt(rho h/D), Leissa & Narita
+    thin = np.array([13.468, 19.596, 24.270, 34.801, 34.801, 61.093])  # omega a^2 sqrt(rho h/D), Leissa & Narita 1984
     hertz = thin / (2 * np.pi * 100) * np.sqrt(200e9 * 0.05**3 / 12 / 0.91 / 400)
     assert found[6:] == pytest.approx(hertz, rel=1.5e-3 if family == "plate" else 5e-4)
 
@@ -135,15 +135,15 @@ def test_orthotropic_plate(family, n, error):
 def test_orthotropic_plate_in_any_position(family):
     section = orthotropic(1e-3, 140e9, 10e9, 5e9, 0.3, 1600.0, angle=0.3)
     mesh = rectangle(1.0, 0.8, 6, 5, CELL[family])
-    turn = random_rotation(4)
-    structures = [
-        plate_structure(mesh, section, family),
-        plate_structure(mesh.rotated(turn), section, family, axis=turn[:, 0] * np.sign(turn[2, 2])),
-    ]
-    if turn[2, 2] < 0:  # angles turn about the normal with positive z
-        structures[1] = plate_structure(mesh.rotated(turn), section.turned(-0.6), family, axis=turn[:, 0])
-    found = [frequencies(s, s.clamped_dofs("left"), 6) for s in structures]
-    assert found[0] == pytest.approx(found[1], rel=1e-8)
+    for seed, same in ((2, section), (3, section.turned(-0.6))):  # angles turn about the normal with positive z
+        turn = random_rotation(seed)
+        assert (turn[2, 2] > 0) == (same is section)
+        structures = [
+            plate_structure(mesh, section, family),
+            plate_structure(mesh.rotated(turn), same, family, axis=turn[:, 0]),
+        ]
+        found = [frequencies(s, s.clamped_dofs("left"), 6) for s in structures]
+        assert found[0] == pytest.approx(found[1], rel=1e-8)
 
 
 def test_the_angle_of_a_section_and_the_axis_option_are_one_thing():

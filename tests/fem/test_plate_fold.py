@@ -1,0 +1,154 @@
+"""Plates that meet in a fold: against solids, against each other, and their side dofs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from plate_models import CELL, METAL, displaced, frequencies, plate_structure, random_rotation
+
+from femflex.fem import Material, Member, build_structure
+from femflex.fem.plate_sides import fold_keys
+from femflex.mesh import Mesh, box, rectangle
+
+LENGTH, WIDTH = 1.0, 0.25
+
+
+def bent(angle: float, n: int, family: str, turn: np.ndarray | None = None) -> Mesh:
+    """Two strips LENGTH x WIDTH that meet along x at an angle (0: flat), groups "a", "b", "surface" and points "root"."""
+    flat = rectangle(LENGTH, 2 * WIDTH, 4 * n, 2 * n, CELL[family])
+    x, y, _ = (flat.points - [0, WIDTH, 0]).T
+    up = y > 1e-12
+    points = np.stack([x, np.where(up, y * np.cos(angle), y), np.where(up, y * np.sin(angle), 0.0)], axis=1)
+    cells = flat.cells[CELL[family]]
+    second = (y[cells].mean(axis=1)) > 0
+    groups = {
+        "a": {CELL[family]: np.flatnonzero(~second)},
+        "b": {CELL[family]: np.flatnonzero(second)},
+        "surface": {CELL[family]: np.arange(len(cells))},
+    }
+    points = points if turn is None else points @ turn.T
+    return Mesh(points, {CELL[family]: cells}, groups, {"root": np.flatnonzero(x < 1e-9)})
+
+
+@pytest.mark.parametrize("family", ["plate", "plate_bfs"])
+@pytest.mark.parametrize("angle", [np.pi / 2, 0.6])
+def test_a_folded_plate_has_six_rigid_motions_and_no_mechanism(family, angle):
+    structure = plate_structure(bent(angle, 2, family, random_rotation(1)), 0.01, family)
+    K = structure.K.toarray()
+    scale = np.sqrt(np.abs(np.diag(K)))
+    values = np.linalg.eigvalsh(K / np.outer(scale, scale))
+    assert np.abs(values[:6]).max() < 1e-11
+    assert values[6] > 1e-8
+    omega = np.array([0.3, -0.5, 0.7])
+    d = displaced(structure, lambda x: np.cross(omega, x), lambda x: np.broadcast_to(omega, x.shape))
+    assert np.abs(structure.K @ d).max() < 1e-8 * np.abs(K).max()
+
+
+@pytest.mark.parametrize("family", ["plate", "plate_bfs"])
+def test_a_fold_between_two_members_is_that_of_one(family):
+    mesh = bent(1.1, 2, family)
+    one = plate_structure(mesh, 0.01, family)
+    two = build_structure(mesh, [Member(g, family, 0.01, METAL) for g in "ab"])
+    found = [frequencies(s, s.clamped_dofs("root"), 6) for s in (one, two)]
+    assert found[0] == pytest.approx(found[1], rel=1e-9)
+
+
+def test_triangles_and_rectangles_agree_on_an_angle_section():
+    """Two formulations of one L-shaped cantilever; both converge, the rectangles faster."""
+    coarse, fine = (
+        frequencies(s, s.clamped_dofs("root"), 4)
+        for s in (plate_structure(bent(np.pi / 2, n, "plate"), 2e-3, "plate", element="dkt") for n in (4, 8))
+    )
+    rectangles = plate_structure(bent(np.pi / 2, 5, "plate_bfs"), 2e-3, "plate_bfs")
+    reference = frequencies(rectangles, rectangles.clamped_dofs("root"), 4)
+    assert coarse == pytest.approx(reference, rel=1.5e-2)
+    assert fine == pytest.approx(reference, rel=4e-3)
+    assert np.abs(fine / reference - 1).max() < 0.5 * np.abs(coarse / reference - 1).max()
+
+
+def test_an_angle_section_bends_like_a_solid_one():
+    """A cantilever of 27-node hexahedra with square corner bar against plates on the middle planes."""
+    h, n = 0.02, 12
+    leg = box(LENGTH, WIDTH, h, n, 5, 1, "hexahedron27").moved([0, h / 2, -h / 2])
+    web = box(LENGTH, h, WIDTH, n, 1, 5, "hexahedron27").moved([0, -h / 2, h / 2])
+    bar = box(LENGTH, h, h, n, 1, 1, "hexahedron27").moved([0, -h / 2, -h / 2])
+    solid = leg.merged(web).merged(bar, tolerance=1e-9)
+    material = Material(70e9, 0.3, 2700.0)
+    structure = build_structure(solid, [Member("volume", "solid", material=material)])
+    expected = frequencies(structure, structure.clamped_dofs("left"), 4)
+    lengthened = bent(np.pi / 2, 8, "plate")
+    points = lengthened.points * [1, (WIDTH + h / 2) / WIDTH, (WIDTH + h / 2) / WIDTH]  # middle planes reach the edge
+    plates = plate_structure(Mesh(points, dict(lengthened.cells), lengthened.cell_groups, lengthened.point_groups), h)
+    found = frequencies(plates, plates.clamped_dofs("root"), 4)
+    assert found == pytest.approx(expected, rel=1.5e-2)
+
+
+@pytest.mark.parametrize("family", ["plate", "plate_bfs"])
+def test_a_fold_that_closes_becomes_a_flat_plate(family):
+    found = []
+    for angle in (0.0, 1e-3):
+        structure = plate_structure(bent(angle, 3, family), 0.01, family)
+        found.append(frequencies(structure, structure.clamped_dofs("root"), 5))
+    assert found[1] == pytest.approx(found[0], rel=2e-3)
+
+
+def test_three_plates_may_share_a_side():
+    mesh = bent(np.pi / 2, 2, "plate")
+    third = Mesh(mesh.points * [1, 1, -1], dict(mesh.cells), {"b": mesh.cell_groups["b"]}, {})
+    joined = mesh.merged(third, tolerance=1e-9)
+    assert len(joined.cell_groups["b"]["triangle"]) == 2 * len(mesh.cell_groups["b"]["triangle"])
+    structure = build_structure(joined, [Member(g, "plate", 0.01, METAL) for g in "ab"])
+    K = structure.K.toarray()
+    scale = np.sqrt(np.abs(np.diag(K)))
+    values = np.linalg.eigvalsh(K / np.outer(scale, scale))
+    assert np.abs(values[:6]).max() < 1e-11
+    assert values[6] > 1e-8
+
+
+def test_folds_are_where_planes_meet_and_nowhere_else():
+    mesh = bent(0.5, 2, "plate")
+    keys = fold_keys(mesh)
+    ends = np.stack([keys // len(mesh.points), keys % len(mesh.points)], axis=1)
+    assert len(keys) == 8
+    assert mesh.points[ends][..., 1:] == pytest.approx(0.0, abs=1e-12)
+    assert len(fold_keys(bent(0.0, 2, "plate"))) == 0
+    assert len(fold_keys(box(1.0, 1.0, 1.0, 1, 1, 1))) == 12  # the faces of a cube in the mesh
+
+
+def test_at_a_fold_both_plates_move_alike():
+    """The side's middle from the in-plane field of one plate is the deflection of the other, at a right angle."""
+    structure = plate_structure(bent(np.pi / 2, 2, "plate"), 0.01)
+    rng = np.random.default_rng(8)
+    raw = structure.T @ rng.normal(size=structure.n_dof)
+    block = structure.inertia[0]
+    local = block.map.local(raw[:, None], slice(None))[..., 0]
+    axes = np.broadcast_to(block.axes, (len(local), 3, 3))
+    keys, where, corners = fold_middles(structure)
+    for key in np.unique(keys):
+        pair = [where[i] for i in np.flatnonzero(keys == key)]
+        assert len(pair) == 2
+        moved = [middle_displacement(local[e], axes[e], corners[e], side) for e, side in pair]
+        assert moved[0] == pytest.approx(moved[1], abs=1e-12)
+
+
+def fold_middles(structure):
+    """Keys of fold sides, (element, side) that lie on them, and the places (e, 3, 3) of all corners."""
+    mesh, block = structure.mesh, structure.inertia[0]
+    node = np.full(structure.T.shape[0], -1)
+    points = np.arange(len(mesh.points))
+    node[structure.numbering.translation_of(points)[:, 0]] = points
+    corners = node[block.dofs[:, 0:9:3]]
+    pairs = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2)
+    keys = pairs[..., 0] * len(points) + pairs[..., 1]
+    found = np.argwhere(np.isin(keys, fold_keys(mesh)))
+    return keys[tuple(found.T)], [tuple(row) for row in found], mesh.points[corners]
+
+
+def middle_displacement(local, axes, x, side):
+    """Displacement of a side's middle: quadratic in the plane; w by Hermite, (w_i + w_j)/2 + (w,s_i - w,s_j) L/8."""
+    i, j = side, (side + 1) % 3
+    u = (local[2 * i : 2 * i + 2] + local[2 * j : 2 * j + 2]) / 2 + local[2 * (3 + side) : 2 * (3 + side) + 2]
+    dx, dy = axes[:2] @ (x[j] - x[i])
+    rise = [dy * local[13 + 3 * k] - dx * local[14 + 3 * k] for k in (i, j)]  # L dw/ds = L (theta_x t_y - theta_y t_x)
+    w = (local[12 + 3 * i] + local[12 + 3 * j]) / 2 + (rise[0] - rise[1]) / 8
+    return axes[:2].T @ u + axes[2] * w
