@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from femflex.case import Case as Case
     from femflex.case import CaseError as CaseError
     from femflex.case import read_case as read_case
-    from femflex.case.build import build_body as build_body
-    from femflex.case.build import build_system as build_system
+    from femflex.case.builders import build_body as build_body
+    from femflex.case.builders import build_system as build_system
     from femflex.dynamics import compile_system as compile_system
     from femflex.mesh import Mesh as Mesh
     from femflex.mesh import read_mesh as read_mesh
@@ -44,8 +44,8 @@ _HOME = {
     "PhysicsWarning": "warning",
     "Run": "results",
     "System": "system",
-    "build_body": "case.build",
-    "build_system": "case.build",
+    "build_body": "case.builders",
+    "build_system": "case.builders",
     "compile_system": "dynamics",
     "load_body": "reduction",
     "open_run": "results",

@@ -26,7 +26,7 @@ def body(
     check_place(target, force)
     with Patience("reducing the body"):
         from femflex.case import read_case
-        from femflex.case.build import build_body
+        from femflex.case.builders import build_body
         from femflex.reduction import save_body
 
         reduced = build_body(read_case(case), name, modes=number)

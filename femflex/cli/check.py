@@ -16,7 +16,7 @@ def check(case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_de
     """Report every problem of a case: keys, units, names, meshes, structure, modes. Writes nothing."""
     with Patience("building the bodies"):
         from femflex.case import read_case
-        from femflex.case.build import build_system
+        from femflex.case.builders import build_system
         from femflex.case.values import count
 
         system = build_system(read_case(case))

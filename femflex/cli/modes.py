@@ -59,7 +59,7 @@ def flexible_bodies(file: Path, name: str | None, number: int | None) -> dict[st
     if _is_hdf5(file):
         return {file.stem: _shortened(_body_file(file), number)}
     from femflex.case import read_case
-    from femflex.case.build import build_body
+    from femflex.case.builders import build_body
 
     case = read_case(file)
     if name is not None and name not in case.bodies:
@@ -139,7 +139,7 @@ def _body_file(file: Path) -> FlexibleBody:
 
 
 def _shortened(body: FlexibleBody, number: int | None) -> FlexibleBody:
-    from femflex.case.build.body import truncated
+    from femflex.case.builders.body import truncated
 
     if number is not None and number > body.n_modes:
         raise ValueError(f"{number} modes were asked for; the body file holds {body.n_modes}")

@@ -56,6 +56,18 @@ class Connections:
     pair: Index
 
 
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """CSR pattern indptr, indices of elements with dofs (e, l); offset (e, r, r): where in its rows a pair of runs
+    begins."""
+
+    dofs: Index
+    runs: Runs
+    indptr: Index
+    indices: Index
+    offset: Index
+
+
 class Assembler:
     """Sums of element matrices on raw dofs, which T (n_raw, n_dof) gives from the independent ones."""
 
@@ -64,6 +76,7 @@ class Assembler:
         self._T.eliminate_zeros()
         self._number = renumbering(self._T)
         self._known: list[Connections] = []
+        self._patterns: list[Pattern] = []
 
     def total(self, parts: Sequence[Part]) -> sparse.csr_array:
         """T^T (sum of the parts) T, (n_dof, n_dof), without entries that are zero.
@@ -80,8 +93,10 @@ class Assembler:
                 reduced = _added(reduced, self._sum(part, n_raw))
         if reduced.nnz:
             direct = _added(direct, (self._T.T.tocsr() @ (reduced @ self._T)).tocsr())
-        direct.eliminate_zeros()
         direct.sort_indices()
+        if direct.nnz > np.count_nonzero(direct.data):
+            direct = direct.copy()  # its pattern may belong to another matrix too
+            direct.eliminate_zeros()
         return direct
 
     def _sum(self, part: Part, n: int) -> sparse.csr_array:
@@ -90,15 +105,15 @@ class Assembler:
             return sparse.csr_array((n, n))
         if part.dofs.ndim == 3:
             return self._repeated(part, n)
-        runs = find_runs(part.dofs, n)
-        matrix, offset = pattern(runs, self._connections(runs.number), n)
-        start = matrix.indptr[part.dofs]
+        known = self._pattern(part.dofs, n)
+        data = np.zeros(len(known.indices))
+        start = known.indptr[part.dofs]
         step = max(1, CHUNK_ENTRIES // part.dofs.shape[1] ** 2)
         for begin in range(0, len(part.dofs), step):
             chunk = slice(begin, begin + step)
-            place = start[chunk, :, None] + _expanded(offset[chunk], runs)
-            np.add.at(matrix.data, place.ravel(), np.ascontiguousarray(part.values(chunk)).ravel())
-        return matrix
+            place = start[chunk, :, None] + _expanded(known.offset[chunk], known.runs)
+            np.add.at(data, place.ravel(), np.ascontiguousarray(part.values(chunk)).ravel())
+        return sparse.csr_array((data, known.indices, known.indptr), shape=(n, n))
 
     def _repeated(self, part: Part, n: int) -> sparse.csr_array:
         """The sum of a part that is alike on all components: made once where they are numbered in a row."""
@@ -114,6 +129,14 @@ class Assembler:
         for matrix in each[1:]:
             total = _added(total, matrix)
         return total
+
+    def _pattern(self, dofs: Index, n: int) -> Pattern:
+        for known in self._patterns:
+            if len(known.indptr) == n + 1 and known.dofs.shape == dofs.shape and np.array_equal(known.dofs, dofs):
+                return known
+        runs = find_runs(dofs, n)
+        self._patterns.append(pattern(dofs, runs, self._connections(runs.number), n))
+        return self._patterns[-1]
 
     def _connections(self, number: Index) -> Connections:
         for known in self._known:
@@ -162,21 +185,26 @@ def _runs_from(dofs: Index, starts: NDArray[np.bool_], n_dof: int) -> Runs:
 def connections(number: Index) -> Connections:
     """Which of the runs number (e, r) of elements are connected."""
     e, r = number.shape
-    rows = np.repeat(number.ravel(), r).astype(np.int32)
-    cols = np.repeat(number, r, axis=0).ravel().astype(np.int32)
-    order = _sorting(cols)
-    order = order[_sorting(rows[order])]
-    rows, cols = rows[order], cols[order]
-    new = np.ones(len(order), bool)
-    np.logical_or(rows[1:] != rows[:-1], cols[1:] != cols[:-1], out=new[1:])
-    pair = np.empty(len(order), np.int32)
-    pair[order] = np.cumsum(new, dtype=np.int32) - 1
-    return Connections(number, rows[new].astype(np.int64), cols[new].astype(np.int64), pair)
+    n = int(number.max()) + 1
+    owner = _sorting(number.ravel().astype(np.int32), n)  # element and run, by run
+    counts = np.bincount(number.ravel(), minlength=n)
+    indptr = np.concatenate([[0], np.cumsum(counts * r)]).astype(np.int32)
+    cols = number.astype(np.int32)[owner // r].ravel()
+    pair = (owner[:, None] * np.int32(r) + np.arange(r, dtype=np.int32)).ravel()
+    by_row = sparse.csr_array((pair, cols, indptr), shape=(n, n))
+    ordered = by_row.tocsc().tocsr()  # sorts the columns of each row and keeps repeated pairs
+    new = np.empty(len(cols), bool)
+    np.not_equal(ordered.indices[1:], ordered.indices[:-1], out=new[1:])
+    new[ordered.indptr[:-1]] = True
+    unique = np.cumsum(new, dtype=np.int32)
+    number_of = np.empty(len(cols), np.int32)
+    number_of[ordered.data] = unique - 1
+    row = np.repeat(np.arange(n), np.diff(np.concatenate([[0], unique[ordered.indptr[1:] - 1]])))
+    return Connections(number, row, ordered.indices[new].astype(np.int64), number_of)
 
 
-def pattern(runs: Runs, joined: Connections, n_dof: int) -> tuple[sparse.csr_array, Index]:
-    """CSR matrix (n_dof, n_dof) of zeros with an entry for every coupled pair of dofs, and offset (e, r, r): where in
-    its rows a pair of runs begins."""
+def pattern(dofs: Index, runs: Runs, joined: Connections, n_dof: int) -> Pattern:
+    """The pattern of a matrix (n_dof, n_dof) in which runs are joined."""
     n, row, col = len(runs.first), joined.row, joined.col
     width = runs.size[col]
     end = np.cumsum(width)
@@ -187,26 +215,27 @@ def pattern(runs: Runs, joined: Connections, n_dof: int) -> tuple[sparse.csr_arr
     indptr = np.concatenate([[0], row_end, row_end[-1:]])  # one empty row at the end, for dofs without a run
     entries = int(np.sum((row_end - row_begin) * runs.size))
     kind = np.int32 if entries < 2**31 else np.int64
-    single = sparse.csr_array((np.zeros(len(columns)), columns.astype(kind), indptr.astype(kind)), shape=(n + 1, n_dof))
+    dust = np.empty(len(columns), np.int8)
+    single = sparse.csr_array((dust, columns.astype(kind), indptr.astype(kind)), shape=(n + 1, n_dof))
     run_of = np.full(n_dof, n, np.int64)
     run_of[np.repeat(runs.first, runs.size) + _ramps(runs.size)] = np.repeat(np.arange(n), runs.size)
-    offset = (begin - row_begin[row])[joined.pair]
-    return single[run_of], offset.reshape(*runs.number.shape, -1)
+    full = single[run_of]
+    offset = (begin - row_begin[row]).astype(np.int32)[joined.pair].reshape(*runs.number.shape, -1)
+    return Pattern(dofs, runs, full.indptr, full.indices, offset)
 
 
-def _sorting(numbers: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Order (k,) that sorts numbers (k,) >= 0 and keeps equal ones in turn; linear, by counting."""
+def _sorting(numbers: NDArray[np.int32], n: int) -> NDArray[np.int32]:
+    """Order (k,) that sorts numbers (k,) in 0 .. n - 1 and keeps equal ones in turn; linear, by counting."""
     k = len(numbers)
-    shape = (k, int(numbers.max()) + 1)
-    one_per_row = sparse.csr_array((np.zeros(k, np.int8), numbers, np.arange(k + 1, dtype=np.int32)), shape=shape)
-    return one_per_row.tocsc().indices
+    ramp = np.arange(k + 1, dtype=np.int32)
+    return sparse.csr_array((np.zeros(k, np.int8), numbers, ramp), shape=(k, n)).tocsc().indices
 
 
 def _expanded(offset: Index, runs: Runs) -> Index:
     """Offsets (k, l, l) of single dofs from those of runs (k, r, r)."""
     if len(runs.within) == offset.shape[1]:
         return offset
-    return offset[:, runs.column][:, :, runs.column] + runs.within
+    return offset[:, runs.column][:, :, runs.column] + runs.within.astype(np.int32)
 
 
 def _shifted(matrix: sparse.csr_array, step: int) -> sparse.csr_array:

@@ -82,7 +82,8 @@ def triangle_strain(elastic: Array, fields: Triangles, dof_map: LocalDofs, shear
         elastic=elastic,
         map=dof_map,
         dP=inplane_gradients(L, fields.dL),
-        bending=partial(fields.gradients, L, shears),
+        slopes=partial(fields.slopes, L),
+        bending=partial(fields.strains, L, shears),
     )
 
 

@@ -61,13 +61,13 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     dm, rho, heights = mass_points(np.matmul(place[:, :4], mesh.points[corners]), area, axes, section)
     one = slice(0, 1) if _alike(a) and _alike(b) else slice(None)
     rows = plate_rectangle.deflection_and_rotation(xi, eta, a[one], b[one])
-    slopes = plate_rectangle.bending_gradients(xi, eta, a[one], b[one])
     strain = PlateStrain(
         weight=area,
         elastic=stiffness.matrix(shears=False),
         map=dof_map,
         dP=plate_rectangle.inplane_gradients(xi, eta, a[one], b[one]),
-        bending=partial(of, slopes),
+        slopes=partial(of, -rows[:, :, 1:]),
+        bending=partial(of, plate_rectangle.curvatures(xi, eta, a[one], b[one])),
     )
     return Contribution(
         inertia=(PlateInertia(dm, rho, dof_map, axes, heights, place, partial(of, rows)),),

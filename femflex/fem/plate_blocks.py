@@ -157,13 +157,15 @@ class PlateStrain:
     elastic   (1|e, 1, s, s)  diag(A, D[, S])
     map       LocalDofs
     dP        (1|e, q, 2, m)  in-plane shape functions by x and y
-    bending   elements -> (1|e, q, 5|7, b)  w,x  w,y  kappa (3) [gamma (2)]
+    slopes    elements -> (1|e, q, 2, b)    w,x  w,y
+    bending   elements -> (1|e, q, 3|5, b)  kappa (3) [gamma (2)]
     """
 
     weight: Array
     elastic: Array
     map: LocalDofs
     dP: Array
+    slopes: Callable[[slice], Array]
     bending: Callable[[slice], Array]
 
     @property
@@ -193,7 +195,8 @@ class PlateStrain:
         local = self.map.local(phi, elements)[:, None]
         m, dP = self.dP.shape[3], of(self.dP, elements)
         inplane = [np.matmul(dP, local[:, :, i : 2 * m : 2]) for i in (0, 1)]
-        return np.concatenate([*inplane, np.matmul(self.bending(elements), local[:, :, 2 * m :])], axis=2)
+        bending = [np.matmul(rows(elements), local[:, :, 2 * m :]) for rows in (self.slopes, self.bending)]
+        return np.concatenate([*inplane, *bending], axis=2)
 
     def membrane_stiffness(self, elements: slice = EVERY) -> Array:
         """Stiffness matrices (e, 2 m, 2 m) of the in-plane dofs."""
@@ -206,7 +209,7 @@ class PlateStrain:
 
     def bending_stiffness(self, elements: slice = EVERY) -> Array:
         """Stiffness matrices (e, b, b) of the bending dofs."""
-        return self._stiffness(self.bending(elements)[:, :, 2:], of(self.elastic, elements)[:, :, 3:, 3:], elements)
+        return self._stiffness(self.bending(elements), of(self.elastic, elements)[:, :, 3:, 3:], elements)
 
     def stiffness(self, elements: slice = EVERY) -> Array:
         """Element stiffness matrices of the linear strain (e, l, l)."""

@@ -44,11 +44,10 @@ def deflection_and_rotation(xi: Array, eta: Array, a: Array, b: Array) -> Array:
     return _scaled(reference, [np.ones_like(a), -1 / a, -1 / b], a, b)
 
 
-def bending_gradients(xi: Array, eta: Array, a: Array, b: Array) -> Array:
-    """w,x  w,y  kappa (3) of rectangles with half lengths a, b (e,): (e, q, 5, 16); kappa = -(w,xx  w,yy  2 w,xy)."""
-    orders = ((1, 0), (0, 1), (2, 0), (0, 2), (1, 1))
-    reference = [deflection(xi, eta, order) for order in orders]
-    return _scaled(reference, [1 / a, 1 / b, -1 / a**2, -1 / b**2, -2 / (a * b)], a, b)
+def curvatures(xi: Array, eta: Array, a: Array, b: Array) -> Array:
+    """kappa (3) = -(w,xx  w,yy  2 w,xy) of rectangles with half lengths a, b (e,): (e, q, 3, 16)."""
+    reference = [deflection(xi, eta, order) for order in ((2, 0), (0, 2), (1, 1))]
+    return _scaled(reference, [-1 / a**2, -1 / b**2, -2 / (a * b)], a, b)
 
 
 def inplane_shapes(xi: Array, eta: Array) -> Array:

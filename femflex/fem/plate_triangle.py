@@ -42,43 +42,48 @@ BETA[[0, 1, 2], 1, [1, 4, 7]] = -1.0
 class Triangles:
     """Bending fields of triangles as rows over their 9 bending dofs.
 
+    x        (e, 3, 2)     corners in the plane
     area     (e,)
     dL       (e, 2, 3)     derivatives of the area coordinates by x and y
     bubble   (e, 3, 2, 9)  Delta_k t_k of the sides
     shear    (e, 3, 2, 9)  gamma at the corners
-    cubic    (e, 10, 9)    Bezier coefficients of w
     """
 
+    x: Array
     area: Array
     dL: Array
     bubble: Array
     shear: Array
-    cubic: Array
 
     def deflection_and_rotation(self, L: Array, elements: slice) -> Array:
         """w, beta_x, beta_y (e, q, 3, 9) at area coordinates L (q, 3)."""
-        cubic, bubble = self.cubic[elements], self.bubble[elements]
-        N = np.empty((len(cubic), len(L), 3, 9))
-        np.matmul(bernstein(L), cubic, out=N[:, :, 0])
-        bumps = 4 * L[:, START] * L[:, END]
-        beta = np.matmul(bumps, bubble.reshape(-1, 3, 18)).reshape(-1, len(L), 2, 9)
+        bubble = self.bubble[elements].reshape(-1, 3, 18)
+        N = np.empty((len(bubble), len(L), 3, 9))
+        np.matmul(bernstein(L), self._cubic(elements), out=N[:, :, 0])
+        beta = np.matmul(4 * L[:, START] * L[:, END], bubble).reshape(-1, len(L), 2, 9)
         np.add(beta, np.einsum("qi,ial->qal", L, BETA), out=N[:, :, 1:])
         return N
 
-    def gradients(self, L: Array, shears: bool, elements: slice) -> Array:
-        """w,x  w,y  kappa (3) and, if it shears, gamma (2): (e, q, 5|7, 9) at area coordinates L (q, 3)."""
-        cubic, bubble, dL = self.cubic[elements], self.bubble[elements], self.dL[elements, None]
-        e, q = len(cubic), len(L)
-        G = np.empty((e, q, 7 if shears else 5, 9))
-        by_L = np.matmul(bernstein_derivatives(L).reshape(3 * q, 10), cubic).reshape(e, q, 3, 9)
-        np.matmul(dL, by_L, out=G[:, :, :2])
-        beta_by_L = np.matmul(bump_derivatives(L).reshape(3 * q, 3), bubble.reshape(e, 3, 18)).reshape(e, q, 3, 2, 9)
-        dbeta = np.matmul(dL, (beta_by_L + BETA).reshape(e, q, 3, 18)).reshape(e, q, 2, 2, 9)  # (by, component)
-        G[:, :, 2], G[:, :, 3] = dbeta[:, :, 0, 0], dbeta[:, :, 1, 1]
-        np.add(dbeta[:, :, 0, 1], dbeta[:, :, 1, 0], out=G[:, :, 4])
+    def slopes(self, L: Array, elements: slice) -> Array:
+        """w,x and w,y (e, q, 2, 9) at area coordinates L (q, 3)."""
+        by_L = np.matmul(bernstein_derivatives(L).reshape(-1, 10), self._cubic(elements)).reshape(-1, len(L), 3, 9)
+        return np.matmul(self.dL[elements, None], by_L)
+
+    def strains(self, L: Array, shears: bool, elements: slice) -> Array:
+        """kappa (3) and, if it shears, gamma (2): (e, q, 3|5, 9) at area coordinates L (q, 3)."""
+        bubble, shear = self.bubble[elements].reshape(-1, 3, 18), self.shear[elements].reshape(-1, 3, 18)
+        e, q = len(bubble), len(L)
+        by_L = np.matmul(bump_derivatives(L).reshape(3 * q, 3), bubble).reshape(e, q, 3, 2, 9) + BETA
+        beta = np.matmul(self.dL[elements, None], by_L.reshape(e, q, 3, 18)).reshape(e, q, 2, 2, 9)  # (by, component)
+        B = np.empty((e, q, 5 if shears else 3, 9))
+        B[:, :, 0], B[:, :, 1] = beta[:, :, 0, 0], beta[:, :, 1, 1]
+        np.add(beta[:, :, 0, 1], beta[:, :, 1, 0], out=B[:, :, 2])
         if shears:
-            G[:, :, 5:] = np.matmul(L, self.shear[elements].reshape(e, 3, 18)).reshape(e, q, 2, 9)
-        return G
+            B[:, :, 3:] = np.matmul(L, shear).reshape(e, q, 2, 9)
+        return B
+
+    def _cubic(self, elements: slice) -> Array:
+        return cubic_coefficients(self.x[elements], self.shear[elements] - BETA)
 
 
 def triangles(x: Array, D: Array, S: Array | None) -> Triangles:
@@ -97,7 +102,7 @@ def triangles(x: Array, D: Array, S: Array | None) -> Triangles:
     delta *= (-1.5 / (1 + f))[:, :, None]
     shear = corner_vectors(t, -2 / 3 * f[:, :, None] * delta)
     bubble = t[..., None] * delta[:, :, None, :]
-    return Triangles(np.abs(twice) / 2, dL, bubble, shear, cubic_coefficients(x, shear - BETA))
+    return Triangles(x, np.abs(twice) / 2, dL, bubble, shear)
 
 
 def side_shear_factor(t: Array, length: Array, D: Array, S: Array) -> Array:

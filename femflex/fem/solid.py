@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+STRAY = 0.5  # distance of a middle node from the mean of its corners, over theirs from it, that no curved cell needs
 # Degree per direction that the quadrature integrates: 3 points for tensor-quadratic cells, 2 for tensor-linear ones.
 DEGREE = {"hexahedron27": 4, "hexahedron": 3}
 
@@ -53,6 +54,7 @@ def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     for name, nodes in cells.items():
         if name == "hexahedron":
             _warn_of_locking(mesh.points[nodes], material, member.group)
+        _check_order(name, mesh.points[nodes], member.group)
         dofs = numbering.translation(nodes.ravel()).reshape(len(nodes), -1)
         N, weight, rho, G = _at_points(name, mesh.points[nodes], member.group)
         inertia.append(SolidInertia(dofs, weight * material.density, rho, N))
@@ -68,17 +70,34 @@ def _at_points(name: str, corners: Array, group: str) -> tuple[Array, Array, Arr
     N, dN = cell.interpolation(points.T), cell.gradients(points.T)  # (q, k), (q, k, 3)
     q, k = N.shape
     along = dN.swapaxes(1, 2).reshape(3 * q, k)
-    jacobian = np.matmul(along, corners).reshape(-1, q, 3, 3)  # row: reference axis, column: x, y, z
+    centred = corners - corners[:, :1]  # far from the origin, coordinates round more than an element's own
+    jacobian = np.matmul(along, centred).reshape(-1, q, 3, 3)  # row: reference axis, column: x, y, z
     inverse, volume = _inverse(jacobian)
     inside_out = np.flatnonzero((volume <= 0).any(axis=1))
     if len(inside_out):
         raise ValueError(
             f"solid on group {group!r}: {len(inside_out)} of {len(corners)} {name} elements are turned inside out or "
             f"folded (element {inside_out[0]} has a Jacobian determinant of {volume[inside_out[0]].min():.3g} m^3); "
-            "repair the mesh, or check the order of its nodes"
+            "repair the mesh"
         )
     G = np.matmul(inverse, dN.swapaxes(1, 2))
     return N, volume * reference_weight, np.matmul(N, corners), G
+
+
+def _check_order(name: str, x: Array, group: str) -> None:
+    """Raise ValueError when nodes (e, k, 3) do not lie where their order says: near the mean of their corners."""
+    places = CELL_TYPES[name].nodes
+    corners = places[:8]
+    for node in range(8, len(places)):
+        near = np.flatnonzero(np.all((places[node] == 0.5) | (corners == places[node]), axis=1))
+        mean = x[:, near].mean(axis=1)
+        reach = np.linalg.norm(x[:, near] - mean[:, None], axis=2).min(axis=1)
+        stray = np.flatnonzero(np.linalg.norm(x[:, node] - mean, axis=1) > STRAY * reach)
+        if len(stray):
+            raise ValueError(
+                f"solid on group {group!r}: node {node} of {len(stray)} of {len(x)} {name} elements (the first is element "
+                f"{stray[0]}) lies far from the middle of its corners; the nodes must be in VTK's order"
+            )
 
 
 def _inverse(J: Array) -> tuple[Array, Array]:

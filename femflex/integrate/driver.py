@@ -99,6 +99,8 @@ class Adaptive(ABC):
         vectors = resume[head.HEAD :].reshape(self.n_vectors, -1)
         h, calls = self.restart(model, vectors, resume[head.T], span)
         resume[head.H], resume[head.ERROR], resume[head.REJECTED_LAST] = min(h, self.max_step), 1e-4, 0.0
+        resume[head.CONTRACTION] = 0.5
+        resume[head.T_OLD], resume[head.DENSE] = resume[head.T], 0.0  # no step before this one
         resume[head.EVALUATIONS] += calls
 
     def _continued(self, model: Model, times: Array, state: Array) -> Array:

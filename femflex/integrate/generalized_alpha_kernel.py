@@ -1,8 +1,8 @@
-"""Compiled steps of the generalised-alpha method: Newton's iteration, filtered error, and the loop over steps.
+"""Compiled steps of the generalised-alpha method: Newton's iteration, error, and the loop over steps.
 
 Notation of Arnold & Bruels (2007), with u for the velocity and w = udot. The vectors kept between calls are (5, n_x):
 x = (q, u), dx/dt, both at the beginning of the last step, and two slopes of w, each (n_u,): `g` = (a - w) / h, which
-carries the method's own acceleration a over a change of step, and `s`, the (filtered) mean slope over the last step.
+carries the method's own acceleration a over a change of step, and `s`, the mean slope over the last step.
 """
 
 from __future__ import annotations
@@ -127,39 +127,19 @@ def newton(
 
 @part
 def set_error(
-    residual: Call,
-    solve: Call,
-    kinematic: Call,
-    own: Own,
-    t: float,
-    h: float,
-    rho: float,
-    n_q: int,
-    state: Array,
-    vectors: Array,
-    scratch: Array,
+    kinematic: Call, own: Own, t: float, h: float, rho: float, n_q: int, state: Array, vectors: Array, scratch: Array
 ) -> None:
-    """Set the error of the step, scratch[E], and h times its mean slope of w, scratch[DELTA].
-
-    The change of a over the step is filtered by S^-1 M (M v is a residual with v added to w), so that modes far above
-    1/h, which the method damps, do not govern the step.
-    """
-    alpha_m, alpha_f, beta, gamma = parameters(rho)
-    ratio = (1.0 - alpha_f) / (1.0 - alpha_m)
+    """Set the error of the step, scratch[E], from the changes of a over the step and of the slope of w."""
     C_q, C_u = error_constants(rho)
     n_u = vectors.shape[1] - n_q
-    q, u = scratch[Y][:n_q], scratch[Y][n_q:]
-    right, delta, velocity = scratch[RIGHT][:n_u], scratch[DELTA][:n_u], scratch[VELOCITY][:n_u]
-    for i in range(n_u):
-        velocity[i] = scratch[YDOT, n_q + i] + scratch[A_NEW, i] - vectors[XDOT, n_q + i] - h * vectors[SLOPES, i]
-    residual(t, q, u, velocity, right, *own)
-    state[head.EVALUATIONS] += 1
-    solve(t, q, right, delta, 1.0, gamma * ratio * h, beta * ratio * h**2, *own)
+    velocity = scratch[VELOCITY][:n_u]
     between = 0.5 * (h + state[head.T] - state[head.T_OLD])  # of the middles of the last two steps
     for i in range(n_u):
-        velocity[i] = C_q * h**2 * delta[i]
-        scratch[E, n_q + i] = C_u * h**3 * (delta[i] / h - vectors[SLOPES, n_u + i]) / between
-    kinematic(t, q, velocity, scratch[E][:n_q], *own)
+        w = vectors[XDOT, n_q + i]
+        velocity[i] = C_q * h**2 * (scratch[A_NEW, i] - w - h * vectors[SLOPES, i])
+        slope = (scratch[YDOT, n_q + i] - w) / h
+        scratch[E, n_q + i] = C_u * h**3 * (slope - vectors[SLOPES, n_u + i]) / between
+    kinematic(t, scratch[Y][:n_q], velocity, scratch[E][:n_q], *own)
 
 
 @part
@@ -172,7 +152,7 @@ def move_on(h: float, n_q: int, vectors: Array, scratch: Array) -> None:
     n_u = vectors.shape[1] - n_q
     for i in range(n_u):
         vectors[SLOPES, i] = (scratch[A_NEW, i] - scratch[YDOT, n_q + i]) / h
-        vectors[SLOPES, n_u + i] = scratch[DELTA, i] / h
+        vectors[SLOPES, n_u + i] = (scratch[YDOT, n_q + i] - vectors[XDOT_OLD, n_q + i]) / h
 
 
 _CALLS = tuple(types.FunctionType(call) for call in (RESIDUAL, SOLVE, KINEMATIC, ADVANCE))
@@ -241,7 +221,7 @@ def fill(
             continue
         normalise(y, renormalise)
         kinematic(asked, y[:n_q], y[n_q:], scratch[YDOT][:n_q], *own)
-        set_error(residual, solve, kinematic, own, asked, h, rho, n_q, state, vectors, scratch)
+        set_error(kinematic, own, asked, h, rho, n_q, state, vectors, scratch)
         error = scaled_norm(scratch[E], x, y, rtol, atol)
         if fixed > 0.0 and math.isfinite(error):
             error = 0.0

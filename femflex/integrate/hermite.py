@@ -21,6 +21,7 @@ IntArray = NDArray[np.int64]
 X, XDOT, X_OLD, XDOT_OLD = 0, 1, 2, 3
 KAPPA = 0.01  # Newton's error at the end of an iteration, in units of the tolerance
 MAX_ITERATIONS, SLOWEST = 10, 0.8  # an iteration that contracts less is given up
+DOUBT = 0.5  # contraction assumed where none is known
 
 
 @part
@@ -59,9 +60,12 @@ def scaled_norm(e: Array, x: Array, y: Array, rtol: float, atol: Array) -> float
 
 @part
 def contraction(iteration: int, change: float, before: float, memory: float) -> float:
-    """Ratio of the last two Newton corrections; before there are two, that of the step before, somewhat worsened."""
+    """Ratio of the last two Newton corrections; before there are two, that of the step before, worsened.
+
+    The memory is not trusted below 1e-3: a correction of many tolerances always asks for a second one.
+    """
     if iteration == 0:
-        return max(memory, 1e-12) ** 0.8
+        return max(memory, 1e-3) ** 0.8
     return change / before if before > 0.0 else 0.0
 
 
@@ -77,6 +81,7 @@ def reject(cause: int, h_new: float, e: Array, x: Array, bad: Array, rtol: float
     state[head.REJECTED] += 1
     state[head.REJECTED_LAST] = 1.0
     state[head.H] = h_new
+    state[head.CONTRACTION] = DOUBT
     index = first_not_finite(bad)
     state[head.CAUSE] = head.NOT_FINITE if index >= 0 else cause
     largest = -1.0

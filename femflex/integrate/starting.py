@@ -20,17 +20,18 @@ def first_step(
     model: Model, order: int, t: float, span: tuple[float, float, float], x: Array, k1: Array, rtol: float, atol: Array
 ) -> float:
     """First step size [s] by Hairer, Norsett & Wanner (1993), II.4; sets k1 = f(t, x) and asks the rate twice."""
-    asked(model, t, x, k1, span)
-    scale = atol + rtol * np.abs(x)
-    d0, d1 = norm(x / scale), norm(k1 / scale)
-    h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
-    h0 = min(h0, span[0] - t)
-    k2 = np.empty_like(k1)
-    asked(model, t + h0, x + h0 * k1, k2, span)
-    d2 = norm((k2 - k1) / scale) / h0 if h0 > 0.0 else 0.0
-    steepest = max(d1, d2)
-    h1 = max(1e-6, h0 * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** (1 / order)
-    h = min(100 * h0, h1)
+    with np.errstate(all="ignore"):
+        asked(model, t, x, k1, span)
+        scale = atol + rtol * np.abs(x)
+        d0, d1 = norm(x / scale), norm(k1 / scale)
+        h0 = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
+        h0 = min(h0, span[0] - t)
+        k2 = np.empty_like(k1)
+        asked(model, t + h0, x + h0 * k1, k2, span)
+        d2 = norm((k2 - k1) / scale) / h0 if h0 > 0.0 else 0.0
+        steepest = max(d1, d2)
+        h1 = max(1e-6, h0 * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** (1 / order)
+        h = min(100 * h0, h1)
     return float(h) if np.isfinite(h) and h > 0.0 else 1e-6  # rates that are not finite are met by the first trial
 
 

@@ -1,4 +1,4 @@
-"""Pictures, movies and plots of a run, and pictures of a body's modes; VTK and matplotlib are loaded when first used."""
+"""Pictures, movies and plots of a run, and pictures of modes; VTK and matplotlib are loaded when first used."""
 
 from femflex.view.look import Look
 from femflex.view.modes import mode_montage, mode_movie
@@ -6,4 +6,13 @@ from femflex.view.plot import plot_histories, plot_spectra
 from femflex.view.render import render_movie, render_picture
 from femflex.view.window import NoRenderer
 
-__all__ = ["Look", "NoRenderer", "mode_montage", "mode_movie", "plot_histories", "plot_spectra", "render_movie", "render_picture"]
+__all__ = [
+    "Look",
+    "NoRenderer",
+    "mode_montage",
+    "mode_movie",
+    "plot_histories",
+    "plot_spectra",
+    "render_movie",
+    "render_picture",
+]

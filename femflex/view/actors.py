@@ -66,6 +66,7 @@ def add_ghost(plotter: Any, surface: Surface, theme: Theme, pixel: float) -> Non
         actor = plotter.add_mesh(data, color=theme.ghost, smooth_shading=False, reset_camera=False)
         _style(actor, kind, pixel, surface.closed)
         actor.prop.opacity = VEIL if kind == "faces" else 0.9
+        actor.prop.line_width = pixel * THIN
 
 
 class TraceActor:
@@ -75,7 +76,7 @@ class TraceActor:
         import pyvista as pv
 
         self._path = path.astype(np.float32)
-        self._data = pv.PolyData(self._path.copy(), lines=_packed(np.arange(len(path))[None, :]))
+        self._data: Any = pv.PolyData(self._path.copy(), lines=_packed(np.arange(len(path))[None, :]))
         plotter.add_mesh(self._data, color=theme.trace, line_width=2.0 * pixel, lighting=False, reset_camera=False)
 
     def show(self, k: int, now: Array) -> None:

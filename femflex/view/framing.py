@@ -36,6 +36,10 @@ class View:
     near: float
     far: float
 
+    def pixels(self, height: int) -> float:
+        """Pixels of a metre in the middle of a picture of that height."""
+        return float(height / (2 * np.tan(self.angle / 2) * np.linalg.norm(self.focus - self.place)))
+
     @property
     def axes(self) -> Array:
         """Rows: to the right, upward, and towards the scene, (3, 3)."""

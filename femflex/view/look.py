@@ -40,7 +40,7 @@ class Look:
     triads   axes of the bodies, and of the orbital or inertial frame in the corner
     edges    "sharp", "mesh" (every edge of the elements) or "none"
     traces   markers, "<body>.<marker>", whose path is drawn
-    fit      "run": the camera is framed over the whole run; "picture": over the one instant drawn
+    fit      "run": the camera is framed over the whole run; "picture": over the one drawn
     title    None takes the run's
     samples  each pixel is the mean of samples x samples; 0 means 2 for pictures and 1 for movies
     """

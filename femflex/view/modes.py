@@ -16,7 +16,7 @@ from femflex.view.framing import Margins, View, best_direction, framed
 from femflex.view.movie import Progress, write_movie, write_png
 from femflex.view.output import placed
 from femflex.view.overlay import add_text
-from femflex.view.surface import surface_of
+from femflex.view.surface import SEEN, breadth, surface_of
 from femflex.view.theme import Theme, theme_of
 from femflex.view.units import Bar
 from femflex.view.window import Image, grabbed, open_window, place_camera
@@ -107,15 +107,18 @@ class _ModeScene:
     def __init__(self, skin: Skin, theme: Theme, size: tuple[int, int], view: Any, samples: int) -> None:
         self._skin, self._samples, self._unit = skin, samples, np.zeros(len(skin.shapes))
         width, height = size[0] * samples, size[1] * samples
-        self._plotter = open_window((width, height), theme)
-        self._plotter.set_background(theme.background)  # even, so that tiles join
-        surface, pixel = surface_of(skin), height / 720 + 0.35 * samples
+        self._plotter = open_window((width, height), theme, shaded=False)  # even, so that tiles join
         self._size = float(np.linalg.norm(np.ptp(skin.points, axis=0))) or 1.0
-        place_camera(self._plotter, self._view(view, size[0] / size[1]))
+        place = self._view(view, size[0] / size[1])
+        place_camera(self._plotter, place)
+        slender = breadth(skin) * place.pixels(size[1]) < SEEN
+        surface, pixel = surface_of(skin, "thick" if slender else "sharp"), height / 720 + 0.35 * samples
         bar = Bar(1.0, "", AMPLITUDE * self._size, 4)
         self._body = BodyActor(self._plotter, surface, theme.rigid[0], theme, bar, pixel)
         add_ghost(self._plotter, surface, theme, pixel)
-        self._caption = add_text(self._plotter.renderer, "", (0.5, 0.045), height * 0.062, theme.text, "center bottom")
+        self._caption = add_text(
+            self._plotter.renderer, "", (0.5, 0.045), 0.03 * height + 9 * samples, theme.text, "center bottom"
+        )
 
     def choose(self, number: int, text: str) -> None:
         """Turn to shape `number`, counted from 0."""
@@ -166,8 +169,7 @@ def _arranged(tiles: list[Image], title: str, theme: Theme) -> Image:
 
 
 def _title_band(title: str, width: int, height: int, theme: Theme) -> Image:
-    plotter = open_window((width, height), theme)
-    plotter.set_background(theme.background)
+    plotter = open_window((width, height), theme, shaded=False)
     add_text(plotter.renderer, title, (0.5, 0.45), 0.5 * height, theme.text, "center center", bold=True)
     image = grabbed(plotter)
     plotter.close()

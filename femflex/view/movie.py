@@ -54,6 +54,8 @@ def _folder(path: Path, force: bool) -> Iterator[Callable[[Image], None]]:
     if path.is_file() or (path.is_dir() and any(path.iterdir()) and not force):
         raise FileExistsError(f"{path} exists and is not empty; choose another folder, or force to write into it")
     path.mkdir(parents=True, exist_ok=True)
+    for old in path.glob("frame_*.png"):
+        old.unlink()
     done = 0
 
     def add(frame: Image) -> None:
@@ -75,7 +77,7 @@ def _mp4(path: Path, fps: float, force: bool) -> Iterator[Callable[[Image], None
             nonlocal process
             process = process or _encoder(part, frame.shape[1], frame.shape[0], fps)
             assert process.stdin is not None
-            process.stdin.write(memoryview(np.ascontiguousarray(frame)).cast("B"))
+            process.stdin.write(np.ascontiguousarray(frame).data)
 
         try:
             yield add

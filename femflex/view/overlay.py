@@ -18,7 +18,9 @@ Array = NDArray[np.float64]
 ALIGN = {"left": 0, "center": 1, "right": 2, "bottom": 0, "top": 2}
 CORNER = (0.19, 0.175)  # centre of the corner triad from the left and the bottom, parts of the height
 CORNER_ARM = 0.075  # length of its axes
-LETTER = 0.023  # height of its letters
+LETTER = 0.023  # height of letters
+BAR_PLACE = (0.151, 0.128)  # sides of the colour bar from the right rim, parts of the height
+BAR_HEIGHT = (0.22, 0.74)  # its ends
 
 
 def add_text(
@@ -50,21 +52,22 @@ def add_text(
     return actor
 
 
-def add_colour_bar(renderer: Any, table: Any, bar: Bar, theme: Theme, height: int) -> None:
-    """A labelled bar at the right rim for a lookup table from 0 to `bar.top`."""
+def add_colour_bar(renderer: Any, bar: Bar, theme: Theme, size: tuple[int, int]) -> None:
+    """A labelled bar at the right rim."""
     import pyvista as pv
     from vtkmodules.vtkCommonCore import vtkPoints, vtkUnsignedCharArray
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
     from vtkmodules.vtkRenderingCore import vtkActor2D, vtkCoordinate, vtkPolyDataMapper2D
 
-    low, high, left, right, steps = 0.22, 0.74, 0.915, 0.928, 128
+    (low, high), unit = BAR_HEIGHT, size[1] / size[0]  # parts of the width in one of the height
+    left, right = (1 - x * unit for x in BAR_PLACE)
     points, cells, colours = vtkPoints(), vtkCellArray(), vtkUnsignedCharArray()
     colours.SetNumberOfComponents(3)
-    for k in range(steps):
-        y = [low + (high - low) * j / steps for j in (k, k + 1)]
+    for k, colour in enumerate(theme.colour_map(np.linspace(0, 1, 256))):
+        y = [low + (high - low) * j / 256 for j in (k, k + 1)]
         ids = [points.InsertNextPoint(x, h, 0.0) for x, h in ((left, y[0]), (right, y[0]), (right, y[1]), (left, y[1]))]
         cells.InsertNextCell(4, ids)
-        colours.InsertNextTuple3(*pv.Color(table(k / (steps - 1))[:3]).int_rgb)
+        colours.InsertNextTuple3(*pv.Color(colour[:3]).int_rgb)
     strip, place, mapper, actor = vtkPolyData(), vtkCoordinate(), vtkPolyDataMapper2D(), vtkActor2D()
     strip.SetPoints(points)
     strip.SetPolys(cells)
@@ -74,14 +77,12 @@ def add_colour_bar(renderer: Any, table: Any, bar: Bar, theme: Theme, height: in
     mapper.SetTransformCoordinate(place)
     actor.SetMapper(mapper)
     renderer.AddViewProp(actor)
-    pixels = height / 42
+    pixels = size[1] * LETTER
     for k, label in enumerate(bar.labels):
         level = low + (high - low) * k / bar.parts
-        add_text(renderer, label, (right + 0.008, level), pixels, theme.text, "left center")
-    middle = 0.985
-    add_text(
-        renderer, f"elastic\ndisplacement\n[{bar.unit}]", (middle, high + 0.035), pixels, theme.text, "right bottom"
-    )
+        add_text(renderer, label, (right + 0.014 * unit, level), pixels, theme.text, "left center")
+    title = f"elastic\ndisplacement\n[{bar.unit}]"
+    add_text(renderer, title, (1 - 0.025 * unit, high + 0.035), pixels, theme.text, "right bottom")
 
 
 @cache
@@ -95,7 +96,9 @@ def _font(bold: bool) -> str:
 class CornerTriad:
     """Axes of the reference frame in the lower left corner, turning with it."""
 
-    def __init__(self, plotter: Any, view: View, names: tuple[str, str, str], theme: Theme, size: tuple[int, int]) -> None:
+    def __init__(
+        self, plotter: Any, view: View, names: tuple[str, str, str], theme: Theme, size: tuple[int, int]
+    ) -> None:
         from vtkmodules.vtkRenderingCore import vtkRenderer
 
         self._axes, self._aspect = view.axes, size[0] / size[1]
@@ -163,5 +166,5 @@ def matrix(position: Array, attitude: Array) -> Any:
     whole = np.eye(4)
     whole[:3, :3], whole[:3, 3] = attitude, position
     out = vtkMatrix4x4()
-    out.DeepCopy(whole.ravel())
+    out.DeepCopy(whole.ravel().tolist())
     return out

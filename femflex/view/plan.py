@@ -81,7 +81,8 @@ def planned(run: Run, look: Look, time: float | None = None) -> Plan:
 def _view(points: Array, look: Look, camera: str, bar: bool) -> View:
     up = np.array([0.0, 1.0, 0.0]) if camera == "orbital" else np.array([0.0, 0.0, 1.0])
     towards = best_direction(points, up) if look.view is None else np.asarray(look.view, float)
-    return framed(points, towards, up, look.size[0] / look.size[1], Margins(right=0.14 if bar else 0.04))
+    aspect = look.size[0] / look.size[1]
+    return framed(points, towards, up, aspect, Margins(right=0.25 / aspect if bar else 0.04))
 
 
 def _spread(times: Array) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -102,7 +102,7 @@ def _name_peaks(ax: Axes, peaks: list[tuple[float, float]], colours: Theme) -> N
         if all(abs(place - other) > APART * width for other in named):
             named.append(place)
             side = "left" if place < APART * width else "center"
-            style = {"textcoords": "offset points", "ha": side, "fontsize": 8, "color": colours.text}
+            style: dict[str, Any] = {"textcoords": "offset points", "ha": side, "fontsize": 8, "color": colours.text}
             ax.annotate(f"{place:#.4g}", (place, amplitude), (0, 4), **style)
 
 

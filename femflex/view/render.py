@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Unpack
 
@@ -18,8 +19,8 @@ from femflex.view.scene import Scene
 from femflex.view.window import Image
 
 PICTURE_SAMPLES, MOVIE_SAMPLES = 2, 1
-REAL_TIME = 20.0  # s; a run up to this long is shown as fast as it went
-MOVIE_SECONDS = 12.0  # length of the movie of a longer one
+SLOW_MOTION, REAL_TIME = 4.0, 20.0  # s; a run of a length between these is shown as fast as it went
+MOVIE_SECONDS = 12.0  # length of the movie of a longer or shorter one
 
 
 def render_picture(
@@ -55,17 +56,17 @@ def render_movie(
 ) -> Path:
     """Path of a movie of the run: an .mp4 file, or a folder of PNG pictures when `path` has no suffix.
 
-    speed     seconds of the run in one of the movie; by default 1 for short runs, else so that it lasts 12 s
+    speed     seconds of the run in one of the movie; by default 1 for runs of 4 to 20 s, else so that it lasts 12 s
     span      first and last time shown [s], by default the whole run
     progress  called with frames done and in all; what was drawn before an interrupt is kept
     """
-    chosen = Look(**look)
+    chosen = replace(Look(**look), fit="run")
     plan = planned(run, chosen)
     first, last = plan.span if span is None else (_inside(run, t) for t in span)
     if not last > first:
         raise ValueError(f"a movie needs a span of time; from {first:g} s to {last:g} s there is none")
     if speed is None:
-        speed = 1.0 if last - first <= REAL_TIME else (last - first) / MOVIE_SECONDS
+        speed = 1.0 if SLOW_MOTION <= last - first <= REAL_TIME else (last - first) / MOVIE_SECONDS
     if not speed > 0:
         raise ValueError(f"speed is {speed}; it is the number of seconds of the run in one of the movie, above 0")
     count = max(2, round((last - first) / speed * fps) + 1)

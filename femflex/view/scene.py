@@ -14,7 +14,7 @@ from femflex.view.look import Look
 from femflex.view.motion import Motion, motion
 from femflex.view.overlay import CORNER, CornerTriad, add_colour_bar, add_text, matrix, triad_actor
 from femflex.view.plan import Plan
-from femflex.view.surface import surface_of
+from femflex.view.surface import SEEN, breadth, surface_of
 from femflex.view.units import clock
 from femflex.view.window import Image, grabbed, open_window, place_camera
 
@@ -30,31 +30,32 @@ class Scene:
     def __init__(self, run: Run, look: Look, plan: Plan, samples: int = 1, note: str = "") -> None:
         self._run, self._plan, self._samples = run, plan, samples
         theme, (width, height) = look.colours, (look.size[0] * samples, look.size[1] * samples)
-        self._plotter = open_window((width, height), theme)
+        self._plotter = open_window((width, height), theme, shaded=samples > 1)
         place_camera(self._plotter, plan.view)
         pixel = height / 720
-        self._bodies, self._triads = self._add_bodies(look, pixel), {}
-        paths = motion(run, run.time[some_rows(run)], plan.camera, plan.body, look.traces).traces if look.traces else {}
+        self._bodies = self._add_bodies(look, pixel)
+        self._triads: dict[str, Any] = {}
+        self._path_times = run.time[some_rows(run)] if look.traces else np.zeros(0)
+        paths = motion(run, self._path_times, plan.camera, plan.body, look.traces).traces if look.traces else {}
         self._traces = {name: TraceActor(self._plotter, path, theme, pixel) for name, path in paths.items()}
         self._corner: CornerTriad | None = None
         if look.triads:
             self._add_triads(look, (width, height))
-        self._clock = self._add_texts(look, height, note)
+        self._clock = self._add_texts(look, (width, height), note)
 
-    def show(self, motion: Motion, k: int) -> None:
+    def show(self, moving: Motion, k: int) -> None:
         """Show instant k of a motion in this scene's camera frame."""
+        t, plan = float(moving.times[k]), self._plan
         for name, actor in self._bodies.items():
-            delta = motion.delta.get(name, np.zeros((len(motion.times), 0)))
-            actor.show(motion.position[name][k], motion.attitude[name][k], delta[k], self._plan.scale)
+            delta = moving.delta[name][k] if name in moving.delta else np.zeros(0)
+            actor.show(moving.position[name][k], moving.attitude[name][k], delta, plan.scale)
         for name, triad in self._triads.items():
-            triad.SetUserMatrix(matrix(motion.position[name][k], motion.attitude[name][k]))
+            triad.SetUserMatrix(matrix(moving.position[name][k], moving.attitude[name][k]))
         for name, trace in self._traces.items():
-            trace.show(
-                int(np.searchsorted(self._run.time[some_rows(self._run)], motion.times[k])), motion.traces[name][k]
-            )
+            trace.show(int(np.searchsorted(self._path_times, t)), moving.traces[name][k])
         if self._corner is not None:
-            self._corner.show(motion.reference[k])
-        self._clock.SetInput(f"t = {clock(float(motion.times[k]), self._plan.span[1] - self._plan.span[0])}")
+            self._corner.show(moving.reference[k])
+        self._clock.SetInput(f"t = {clock(t, plan.span[1] - plan.span[0])}")
 
     def image(self) -> Image:
         """The picture, (height, width, 3)."""
@@ -73,7 +74,8 @@ class Scene:
     def _add_bodies(self, look: Look, pixel: float) -> dict[str, BodyActor]:
         theme, actors, rigid = look.colours, {}, 0
         for name, skin in self._plan.skins.items():
-            surface = surface_of(skin, look.edges)
+            slender = breadth(skin) * self._plan.view.pixels(look.size[1]) < SEEN
+            surface = surface_of(skin, "thick" if slender else look.edges)
             deforms = self._plan.bar if len(skin.shapes) else None
             colour = theme.rigid[rigid % len(theme.rigid)]
             rigid += deforms is None
@@ -90,15 +92,15 @@ class Scene:
         said, where = f"{'orbital' if orbital else 'inertial'} axes", (CORNER[0] * size[1] / size[0], 0.035)
         add_text(self._plotter.renderer, said, where, size[1] / 48, look.colours.faint, "center bottom")
 
-    def _add_texts(self, look: Look, height: int, note: str) -> Any:
-        theme, renderer, plan = look.colours, self._plotter.renderer, self._plan
+    def _add_texts(self, look: Look, size: tuple[int, int], note: str) -> Any:
+        theme, renderer, plan, (width, height) = look.colours, self._plotter.renderer, self._plan, size
         title = self._run.title if look.title is None else look.title
-        add_text(renderer, title, (0.02, 0.965), height / 30, theme.text, bold=True)
+        fitting = 0.6 * width / (0.66 * max(1, len(title)))  # beside the clock
+        add_text(renderer, title, (0.02, 0.965), min(height / 30, fitting), theme.text, bold=True)
         if plan.bar is not None:
-            true = abs(plan.scale - 1) < 1e-12
-            said = "deformation true to scale" if true else f"deformation × {plan.scale:g}"
+            said = "deformation true to scale" if plan.scale == 1.0 else f"deformation × {plan.scale:g}"
             add_text(renderer, said, (0.98, 0.035), height / 40, theme.text, "right bottom")
-            add_colour_bar(renderer, theme.colour_map, plan.bar, theme, height)
+            add_colour_bar(renderer, plan.bar, theme, size)
         if note:
             add_text(renderer, note, (0.5, 0.035), height / 40, theme.faint, "center bottom")
         return add_text(renderer, "", (0.98, 0.965), height / 32, theme.text, "right top")

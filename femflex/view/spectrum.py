@@ -54,7 +54,9 @@ def amplitude_spectrum(time: Array, values: Array) -> Spectrum:
     values = np.interp(even, time, values)
     n = len(even)
     window = blackmanharris(n, sym=False)
-    line = np.polynomial.Polynomial.fit(even, values, 1, w=np.sqrt(window))  # as the window sees it: no remainder at 0 Hz
+    line = np.polynomial.Polynomial.fit(
+        even, values, 1, w=np.sqrt(window)
+    )  # as the window sees it: no remainder at 0 Hz
     values = values - line(even)
     amplitude = 2.0 * np.abs(np.fft.rfft(values * window, PADDING * n)) / window.sum()
     frequency = np.fft.rfftfreq(PADDING * n, (even[-1] - even[0]) / (n - 1))

@@ -27,6 +27,7 @@ CORNERS = {
     "quad9": 4,
 }
 FEATURE_ANGLE = np.deg2rad(50.0)  # sharper edges are drawn and split the shading; tubes have at least 8 sides
+SEEN = 4.0  # pixels; bodies less broad are drawn with thick lines
 MERGE = 1e-7  # of the size: points nearer than this that move alike are one
 
 
@@ -79,6 +80,8 @@ class Surface:
 def surface_of(skin: Skin, drawn_edges: str = "sharp") -> Surface:
     """The surface of a skin; its edges are the "sharp" ones, those of the "mesh", or "none".
 
+    "thick" makes all edges lines of the body itself, so that one too slender to be seen is seen.
+
     Raises ValueError for cells that cannot be drawn.
     """
     unknown = sorted(set(skin.cells) - set(CORNERS))
@@ -87,10 +90,11 @@ def surface_of(skin: Skin, drawn_edges: str = "sharp") -> Surface:
     keep, merged = _merged(skin)
     by_corners = {k: [merged[c[:, :k]] for name, c in skin.cells.items() if CORNERS[name] == k] for k in (1, 2, 3, 4)}
     cells = {k: np.concatenate([np.zeros((0, k), np.int64), *parts]) for k, parts in by_corners.items()}
-    edges = _edges(skin.points[keep], cells[3], cells[4], drawn_edges)
+    sides = _edges(skin.points[keep], cells[3], cells[4], drawn_edges)
+    edges, lines = (sides[:0], np.concatenate([cells[2], sides])) if drawn_edges == "thick" else (sides, cells[2])
     source, triangles, quads, closed = _oriented(skin.points[keep], cells[3], cells[4])
-    used, wires = np.unique(np.concatenate([edges.ravel(), cells[2].ravel(), cells[1].ravel()]), return_inverse=True)
-    of_edges, of_lines = edges.size, edges.size + cells[2].size
+    used, wires = np.unique(np.concatenate([edges.ravel(), lines.ravel(), cells[1].ravel()]), return_inverse=True)
+    of_edges, of_lines = edges.size, edges.size + lines.size
     return Surface(
         skin=Points.of(skin, keep[source]),
         triangles=triangles,
@@ -104,8 +108,20 @@ def surface_of(skin: Skin, drawn_edges: str = "sharp") -> Surface:
     )
 
 
+def breadth(skin: Skin) -> float:
+    """Diameter [m] of the rod that has the area and the length of a skin: small for slender bodies alone."""
+    p = skin.points
+    faces = [skin.cells[name][:, : CORNERS[name]] for name in skin.cells if CORNERS.get(name, 0) > 2]
+    triangles = [np.concatenate([f[:, [0, 1, 2]], f[:, [0, 2, 3]]]) if f.shape[1] == 4 else f for f in faces]
+    area = sum(
+        np.linalg.norm(np.cross(p[t[:, 1]] - p[t[:, 0]], p[t[:, 2]] - p[t[:, 0]]), axis=1).sum() / 2 for t in triangles
+    )
+    length = np.linalg.norm(np.ptp(p, axis=0))
+    return float(area / (np.pi * length)) if length else 0.0
+
+
 def _merged(skin: Skin) -> tuple[Index, Index]:
-    """Numbers of the points to keep, and for every point its place among them: points that are and move alike are one."""
+    """Numbers of the points to keep, and for every point its place among them: points alike are one."""
     n_points = len(skin.points)
     columns = [skin.points, *skin.shapes]
     scaled = [c / size for c in columns if (size := np.ptp(c, axis=0).max(initial=0.0) or np.abs(c).max(initial=0.0))]
@@ -156,7 +172,7 @@ def _edges(points: Array, triangles: Index, quads: Index, which: str) -> Index:
         return sides
     unique, side, count = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
     if which != "sharp":
-        return unique if which == "mesh" else unique[:0]
+        return unique[:0] if which == "none" else unique
     normal = _area_vectors(points, triangles, quads)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
     total = np.zeros((len(unique), 3))
@@ -174,7 +190,9 @@ def _area_vectors(points: NDArray[Any], triangles: Index, quads: Index) -> NDArr
 
 def _face_of_corner(triangles: Index, quads: Index) -> Index:
     """Number of the face that each corner, in order, belongs to."""
-    return np.concatenate([np.repeat(np.arange(len(triangles)), 3), len(triangles) + np.repeat(np.arange(len(quads)), 4)])
+    return np.concatenate(
+        [np.repeat(np.arange(len(triangles)), 3), len(triangles) + np.repeat(np.arange(len(quads)), 4)]
+    )
 
 
 def _summing(n_points: int, triangles: Index, quads: Index) -> sparse.csr_array:

@@ -11,7 +11,7 @@ ROUND = ((1.0, 5), (1.2, 4), (1.5, 5), (2.0, 4), (2.5, 5), (3.0, 6), (4.0, 4), (
 
 @dataclass(frozen=True)
 class Bar:
-    """A colour bar from zero: `factor` takes metres into `unit`; `top` is its end and `parts` its divisions, in `unit`."""
+    """A colour bar from zero to `top` in so many parts, in `unit`; `factor` takes metres into it."""
 
     factor: float
     unit: str

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from plate_models import CELL, METAL, displaced, frequencies, plate_structure, random_rotation
 
-from femflex.fem import Material, Member, build_structure
+from femflex.fem import Member, build_structure
 from femflex.fem.plate_sides import fold_keys
 from femflex.mesh import Mesh, box, rectangle
 
@@ -53,34 +53,33 @@ def test_a_fold_between_two_members_is_that_of_one(family):
     assert found[0] == pytest.approx(found[1], rel=1e-9)
 
 
-def test_triangles_and_rectangles_agree_on_an_angle_section():
-    """Two formulations of one L-shaped cantilever; both converge, the rectangles faster."""
-    coarse, fine = (
-        frequencies(s, s.clamped_dofs("root"), 4)
-        for s in (plate_structure(bent(np.pi / 2, n, "plate"), 2e-3, "plate", element="dkt") for n in (4, 8))
-    )
-    rectangles = plate_structure(bent(np.pi / 2, 5, "plate_bfs"), 2e-3, "plate_bfs")
-    reference = frequencies(rectangles, rectangles.clamped_dofs("root"), 4)
-    assert coarse == pytest.approx(reference, rel=1.5e-2)
-    assert fine == pytest.approx(reference, rel=4e-3)
-    assert np.abs(fine / reference - 1).max() < 0.5 * np.abs(coarse / reference - 1).max()
+def test_triangles_and_rectangles_approach_each_other_on_an_angle_section():
+    """Two formulations of one L-shaped cantilever."""
+    gaps = []
+    for n in (4, 8):
+        thin = (plate_structure(bent(np.pi / 2, n, f), 2e-3, f, **o) for f, o in (("plate", {"element": "dkt"}), ("plate_bfs", {})))
+        triangles, rectangles = (frequencies(s, s.clamped_dofs("root"), 4) for s in thin)
+        gaps.append(np.abs(triangles / rectangles - 1).max())
+    assert gaps[1] < 3e-3
+    assert gaps[1] < gaps[0] / 2
 
 
 def test_an_angle_section_bends_like_a_solid_one():
-    """A cantilever of 27-node hexahedra with square corner bar against plates on the middle planes."""
-    h, n = 0.02, 12
-    leg = box(LENGTH, WIDTH, h, n, 5, 1, "hexahedron27").moved([0, h / 2, -h / 2])
-    web = box(LENGTH, h, WIDTH, n, 1, 5, "hexahedron27").moved([0, -h / 2, h / 2])
+    """A cantilever of 27-node hexahedra against plates on the middle planes; the models differ by h / WIDTH, 4 %, of
+    how far the corner stiffens the legs, which the first mode, of the whole section, hardly feels."""
+    h, n = 0.01, 16
+    leg = box(LENGTH, WIDTH, h, n, 6, 1, "hexahedron27").moved([0, h / 2, -h / 2])
+    web = box(LENGTH, h, WIDTH, n, 1, 6, "hexahedron27").moved([0, -h / 2, h / 2])
     bar = box(LENGTH, h, h, n, 1, 1, "hexahedron27").moved([0, -h / 2, -h / 2])
     solid = leg.merged(web).merged(bar, tolerance=1e-9)
-    material = Material(70e9, 0.3, 2700.0)
-    structure = build_structure(solid, [Member("volume", "solid", material=material)])
+    structure = build_structure(solid, [Member("volume", "solid", material=METAL)])
     expected = frequencies(structure, structure.clamped_dofs("left"), 4)
-    lengthened = bent(np.pi / 2, 8, "plate")
-    points = lengthened.points * [1, (WIDTH + h / 2) / WIDTH, (WIDTH + h / 2) / WIDTH]  # middle planes reach the edge
-    plates = plate_structure(Mesh(points, dict(lengthened.cells), lengthened.cell_groups, lengthened.point_groups), h)
+    mesh = bent(np.pi / 2, 8, "plate")
+    points = mesh.points * [1, (WIDTH + h / 2) / WIDTH, (WIDTH + h / 2) / WIDTH]  # middle planes reach the outer faces
+    plates = plate_structure(Mesh(points, dict(mesh.cells), mesh.cell_groups, mesh.point_groups), h)
     found = frequencies(plates, plates.clamped_dofs("root"), 4)
-    assert found == pytest.approx(expected, rel=1.5e-2)
+    assert found[0] == pytest.approx(expected[0], rel=8e-3)
+    assert found == pytest.approx(expected, rel=2.5e-2)
 
 
 @pytest.mark.parametrize("family", ["plate", "plate_bfs"])

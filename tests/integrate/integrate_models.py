@@ -270,3 +270,52 @@ def rigid_body(inertia: tuple[float, float, float] = (1.0, 2.0, 2.5), spring: fl
     """A rigid body that turns freely or under the spring; its Euler parameters are kept at unit length."""
     second = Second(4, 3, body_residual, body_solve, body_kinematic, body_advance)
     return Compiled(7, body_rate, np.array([*inertia, spring]), renormalise=np.array([0]), second_order=second)
+
+
+def quaternion_product(p: Array, q: Array) -> Array:
+    """p q for scalar-first quaternions."""
+    scalar = p[0] * q[0] - p[1:] @ q[1:]
+    return np.concatenate([[scalar], p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:])])
+
+
+def turned(vector: Array) -> Array:
+    """Quaternion of a rotation vector."""
+    angle = np.linalg.norm(vector)
+    return np.concatenate([[np.cos(angle / 2)], np.sin(angle / 2) * vector / angle])
+
+
+def spun(model: Compiled, x0: Array, t: float) -> Array:
+    """Exact state at t of a free rigid body with two equal inertias, from q0 = (1, 0, 0, 0).
+
+    It turns about its angular momentum at |H| / I, and about its own axis of symmetry at the rest of its rate.
+    """
+    across, axial = model.pool[0], model.pool[2]
+    spin = np.array([0, 0, x0[6] * (1 - axial / across)]) * t
+    q = quaternion_product(turned(model.pool[:3] * x0[4:] / across * t), turned(spin))
+    c, s = np.cos(spin[2]), np.sin(spin[2])
+    return np.concatenate([q, [c * x0[4] + s * x0[5], c * x0[5] - s * x0[4], x0[6]]])
+
+
+@njit(RESIDUAL, cache=True)
+def free_residual(t, q, u, udot, out, table, pool, work):
+    """udot - 1 from pool[0] on."""
+    out[0] = udot[0] - (1.0 if t >= pool[0] else 0.0)
+
+
+@njit(SOLVE, cache=True)
+def free_solve(t, q, rhs, out, c_mass, c_damp, c_stiff, table, pool, work):
+    """A unit mass."""
+    out[0] = rhs[0] / c_mass
+
+
+@njit(KINEMATIC, cache=True)
+def free_kinematic(t, q, u, qdot, table, pool, work):
+    """qdot = u."""
+    qdot[0] = u[0]
+
+
+@njit(SOLVE, cache=True)
+def contrary_solve(t, q, rhs, out, c_mass, c_damp, c_stiff, table, pool, work):
+    """A solve with the wrong sign."""
+    for i in range(out.size):
+        out[i] = -rhs[i] / c_mass

@@ -9,6 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from known_run import CHANNELS, known_arrays, known_bodies
 
 from femflex.results import RunWriter, open_run, resume_point
 
@@ -18,7 +19,7 @@ KILLER = """
 import os, random, signal, sys, time
 import numpy as np
 sys.path.insert(0, {here!r})
-from conftest import CHANNELS, known_arrays, known_bodies
+from known_run import CHANNELS, known_arrays, known_bodies
 from femflex.results import RunWriter, open_run
 
 def write_on(path, pipe, rows):
@@ -57,7 +58,7 @@ def killed_runs(folder, trials, seed):
         yield folder / name, int(rows), int(acknowledged)
 
 
-def check_killed(path, rows, acknowledged, arrays_at):
+def check_killed(path, rows, acknowledged):
     with h5py.File(path, "r") as file:  # plain h5py, locks and all
         valid, slot = file["progress"][()]
         assert valid in (rows * acknowledged, rows * (acknowledged + 1))
@@ -67,34 +68,34 @@ def check_killed(path, rows, acknowledged, arrays_at):
         assert np.all(file[f"resume/{slot}/x"][()] == valid / rows - 0.5)
     with open_run(path) as run:
         assert np.array_equal(run.time, np.arange(valid))
-        for name, value in arrays_at(run.time).items():
+        for name, value in known_arrays(run.time).items():
             assert np.array_equal(run[name], value), name
     with RunWriter.resumed(path) as writer:
         times = np.arange(float(valid), valid + 5)
-        writer.write_block(times, arrays_at(times), resume={"next": int(valid) + 5, "x": np.zeros(50)})
+        writer.write_block(times, known_arrays(times), resume={"next": int(valid) + 5, "x": np.zeros(50)})
     with open_run(path) as run:
-        assert np.array_equal(run["q"], arrays_at(np.arange(valid + 5.0))["q"])
+        assert np.array_equal(run["q"], known_arrays(np.arange(valid + 5.0))["q"])
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs fork and SIGKILL")
 @pytest.mark.parametrize(("trials", "seed"), [(25, 1), pytest.param(600, 2, marks=pytest.mark.slow)])
-def test_a_kill_at_any_moment_loses_at_most_the_block_being_written(tmp_path, arrays_at, trials, seed):
+def test_a_kill_at_any_moment_loses_at_most_the_block_being_written(tmp_path, trials, seed):
     count = 0
     for path, rows, acknowledged in killed_runs(tmp_path, trials, seed):
-        check_killed(path, rows, acknowledged, arrays_at)
+        check_killed(path, rows, acknowledged)
         count += 1
     assert count == trials
 
 
-def test_any_mixture_of_old_and_new_pages_is_the_old_run(tmp_path, channels, bodies, arrays_at):
+def test_any_mixture_of_old_and_new_pages_is_the_old_run(tmp_path):
     """A kill leaves some pages of a block on the disk and others not: whichever, the file is whole."""
     path, torn = tmp_path / "run.h5", tmp_path / "torn.h5"
     rng = np.random.default_rng(5)
-    with RunWriter(path, channels, bodies, rows=4000) as writer:
+    with RunWriter(path, CHANNELS, known_bodies(), rows=4000) as writer:
         images = []
         for k in range(3):
             times = np.arange(1000.0 * k, 1000 * k + 1000)
-            writer.write_block(times, arrays_at(times), resume={"x": np.full(3000, float(k))})
+            writer.write_block(times, known_arrays(times), resume={"x": np.full(3000, float(k))})
             images.append(path.read_bytes())
         with h5py.File(path, "r", locking=False) as file:
             progress = file["progress"].id.get_offset()
@@ -108,40 +109,40 @@ def test_any_mixture_of_old_and_new_pages_is_the_old_run(tmp_path, channels, bod
         torn.write_bytes(mixed.tobytes()[: len(images[1])])
         with open_run(torn) as run:
             assert len(run) == 2000
-            assert all(np.array_equal(run[name], value) for name, value in arrays_at(run.time).items())
+            assert all(np.array_equal(run[name], value) for name, value in known_arrays(run.time).items())
         assert np.all(resume_point(torn).state["x"] == 1)
 
 
-def test_a_stopped_run_goes_on_after_its_last_block(tmp_path, channels, bodies, arrays_at):
+def test_a_stopped_run_goes_on_after_its_last_block(tmp_path):
     path = tmp_path / "run.h5"
     first, second = np.arange(0.0, 10), np.arange(10.0, 15)
-    with RunWriter(path, channels, bodies, {"title": "long"}) as writer:
-        writer.write_block(first, arrays_at(first), resume={"h": 0.1, "x": {"q": np.arange(3.0), "order": 8}})
+    with RunWriter(path, CHANNELS, known_bodies(), {"title": "long"}) as writer:
+        writer.write_block(first, known_arrays(first), resume={"h": 0.1, "x": {"q": np.arange(3.0), "order": 8}})
         writer.finish(complete=False, ended="interrupted")
     point = resume_point(path)
     assert (point.rows, point.time) == (10, 9.0)
     assert point.state["h"] == 0.1 and point.state["x"]["order"] == 8
     assert np.array_equal(point.state["x"]["q"], np.arange(3.0))
     with RunWriter.resumed(path) as writer:
-        assert writer.rows == 10 and writer.channels == channels
+        assert writer.rows == 10 and writer.channels == CHANNELS
         with open_run(path) as run:
             assert not run.complete and run.ended == ""
-        writer.write_block(second, arrays_at(second), resume={"h": 0.2, "x": {"q": np.arange(3.0), "order": 7}})
+        writer.write_block(second, known_arrays(second), resume={"h": 0.2, "x": {"q": np.arange(3.0), "order": 7}})
         writer.finish(complete=True, ended="reached the end", statistics={"steps": 3})
     with open_run(path) as run:
         assert run.complete and run.title == "long" and np.array_equal(run.time, np.arange(15.0))
-        assert all(np.array_equal(run[name], value) for name, value in arrays_at(run.time).items())
+        assert all(np.array_equal(run[name], value) for name, value in known_arrays(run.time).items())
         assert run.bodies()["boom"].skin is not None
     assert resume_point(path).state["x"]["order"] == 7
 
 
-def test_a_state_may_be_one_array_and_may_change_its_shape(tmp_path, channels, bodies, arrays_at):
+def test_a_state_may_be_one_array_and_may_change_its_shape(tmp_path):
     path = tmp_path / "run.h5"
-    with RunWriter(path, channels, bodies) as writer:
+    with RunWriter(path, CHANNELS, known_bodies()) as writer:
         for k in range(4):
             times = np.arange(10.0 * k, 10 * k + 10)
             state = np.random.default_rng(k).standard_normal(2 + k // 2)
-            writer.write_block(times, arrays_at(times), resume=state)
+            writer.write_block(times, known_arrays(times), resume=state)
             assert np.array_equal(resume_point(path).state, state)
 
 
@@ -149,7 +150,7 @@ FULL_DISK = """
 import resource, signal, sys
 import numpy as np
 sys.path.insert(0, {here!r})
-from conftest import CHANNELS, known_arrays, known_bodies
+from known_run import CHANNELS, known_arrays, known_bodies
 from femflex.results import RunWriter
 
 resource.setrlimit(resource.RLIMIT_FSIZE, (2_000_000, resource.RLIM_INFINITY))
@@ -165,7 +166,7 @@ with RunWriter("run.h5", CHANNELS, known_bodies()) as writer:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a limit of file size")
-def test_a_full_disk_keeps_the_file_and_says_so(tmp_path, arrays_at):
+def test_a_full_disk_keeps_the_file_and_says_so(tmp_path):
     script = FULL_DISK.format(here=str(Path(__file__).parent))
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True)
     told, rows = done.stdout.strip().split("|")
@@ -174,7 +175,7 @@ def test_a_full_disk_keeps_the_file_and_says_so(tmp_path, arrays_at):
     assert [found.name for found in tmp_path.iterdir()] == ["run.h5"]
     with open_run(tmp_path / "run.h5") as run:
         assert len(run) == int(rows) and not run.complete and run.ended == "the disk is full"
-        assert all(np.array_equal(run[name], value) for name, value in arrays_at(run.time).items())
+        assert all(np.array_equal(run[name], value) for name, value in known_arrays(run.time).items())
     assert np.array_equal(resume_point(tmp_path / "run.h5").state["x"], run_times(int(rows)))
 
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from femflex.body import FlexibleBody, Marker, MassMoments, Skin, StrainTensors, rigid_body
-from femflex.results import RunWriter, open_run
+from femflex.results import RunWriter
 from femflex.system import Channel
 
 BOOM, PANEL = 12.0, (6.0, 2.4)  # m
@@ -32,7 +31,7 @@ def box_skin(x, y, z):
 
 
 def tube_skin(length=BOOM, radius=0.12, stations=60, sides=16):
-    """A tube along x with two bending shapes in y and two in z, closed at both ends; each element has its own points."""
+    """A tube along x with two bending shapes in y and two in z, closed at its ends; each element has its own points."""
     s = np.linspace(0, 1, stations + 1)
     angle = 2 * np.pi * np.arange(sides) / sides
     ring = np.stack([0 * angle, np.cos(angle), np.sin(angle)], axis=1) * radius
@@ -76,9 +75,7 @@ def flexible(skin, omega, markers):
     """A body that carries a skin; its mass moments do not matter to a picture."""
     n = len(skin.shapes)
     moments = MassMoments(20.0, np.zeros((1 + n, 3)), np.einsum("AB,ab->AaBb", np.eye(1 + n), np.eye(3)))
-    places = {
-        name: Marker(skin.points[k], skin.shapes[:, k].T.copy(), np.zeros((3, n))) for name, k in markers.items()
-    }
+    places = {name: Marker(skin.points[k], skin.shapes[:, k].T.copy(), np.zeros((3, n))) for name, k in markers.items()}
     stiffness = StrainTensors.linear(np.diag(np.square(omega)))
     return FlexibleBody(moments, stiffness, np.zeros((n, n)), places, skin, ("vibration",) * n, np.array(omega))
 
@@ -127,16 +124,15 @@ def run_arrays(times, bodies, orbital):
     delta = np.cos(times[:, None] * omega + np.arange(7)) * [0.9, 0.5, 0.12, 0.08, 0.25, 0.15, 0.05]
     out = {"attitude/angles": angles, "monitors/energy": 12.5 * (1 + 3e-11 * np.sin(times / 3) * times)}
     mount = {"hub": np.zeros(3), "boom": np.array([0.8, 0.0, 0.0]), "panel": np.array([0.0, 0.8, 0.0])}
-    drift = 0 * times[:, None] * np.array([0.02, 0.01, 0.0])
     for name, place in mount.items():
-        out[f"bodies/{name}/position"] = rotated(hub, place) + drift
+        out[f"bodies/{name}/position"] = rotated(hub, place)
         out[f"bodies/{name}/attitude"] = hub
     out |= {"bodies/boom/delta": delta[:, :4], "bodies/panel/delta": delta[:, 4:], "bodies/hub/delta": delta[:, :0]}
     for body, marker in (("boom", "tip"), ("panel", "corner")):
         place = bodies[body].markers[marker]
         u = out[f"bodies/{body}/delta"] @ place.phi.T
         out[f"markers/{body}.{marker}/deflection"] = u
-        out[f"markers/{body}.{marker}/position"] = rotated(hub, 0 * u + mount[body] + place.position + u) + drift
+        out[f"markers/{body}.{marker}/position"] = rotated(hub, mount[body] + place.position + u)
     if orbital:
         out["orbit/attitude"] = orbit
     return out
@@ -159,27 +155,3 @@ def write_run(path, times, orbital=False, bodies=None, title="A box with a boom 
         writer.write_block(times, arrays)
         writer.finish(complete=True)
     return path
-
-
-@pytest.fixture(scope="session")
-def tumbling(tmp_path_factory):
-    """Path of a run of 20 s without an orbit."""
-    return write_run(tmp_path_factory.mktemp("runs") / "tumbling.h5", np.linspace(0, 20, 401))
-
-
-@pytest.fixture(scope="session")
-def librating(tmp_path_factory):
-    """Path of a run of one orbit."""
-    return write_run(tmp_path_factory.mktemp("runs") / "librating.h5", np.linspace(0, 5400, 1201), orbital=True)
-
-
-@pytest.fixture
-def run(tumbling):
-    with open_run(tumbling) as opened:
-        yield opened
-
-
-@pytest.fixture
-def orbiting(librating):
-    with open_run(librating) as opened:
-        yield opened

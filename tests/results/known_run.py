@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from femflex.body import FlexibleBody, Marker, MassMoments, Skin, StrainTensors, rigid_body
+from femflex.results import RunWriter
 from femflex.system import Channel
 
 CHANNELS = {
@@ -46,29 +46,10 @@ def known_bodies():
     return {"hub": rigid_body(3.0, np.eye(3)), "boom": boom}
 
 
-@pytest.fixture
-def channels():
-    return dict(CHANNELS)
-
-
-@pytest.fixture
-def bodies():
-    return known_bodies()
-
-
-@pytest.fixture
-def arrays_at():
-    return known_arrays
-
-
-@pytest.fixture
-def written(tmp_path, channels, bodies):
-    """Path of a finished run of five blocks of seven instants."""
-    from femflex.results import RunWriter
-
-    path = tmp_path / "run.h5"
+def write_known_run(path):
+    """A finished run of five blocks of seven instants, with everything a run can have; its path."""
     attributes = {"title": "a known run", "case_text": "[run]\nduration = 3.4\n", "rtol": 1e-9}
-    with RunWriter(path, channels, bodies, attributes) as writer:
+    with RunWriter(path, CHANNELS, known_bodies(), attributes) as writer:
         for k in range(5):
             times = 0.1 * np.arange(7 * k, 7 * k + 7)
             writer.write_block(times, known_arrays(times), resume={"x": np.array([k, k / 3]), "steps": k})

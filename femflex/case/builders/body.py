@@ -1,0 +1,139 @@
+"""Tables of bodies -> FlexibleBody."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors, rigid_body
+from femflex.case.body import AnalyticTable, BodyTable, DampingTable, FileTable, FlexibleTable, RigidTable
+from femflex.case.builders.shapes import rigid_skin
+from femflex.case.builders.structure import PLACE, build_mesh, build_modes, build_structure_of
+from femflex.case.case import Case
+from femflex.case.problems import CaseError, Problem, near
+from femflex.reduction import ModalDamping, RayleighDamping, UniformBeam, beam_body, load_body, reduce_structure
+from femflex.reduction.admissible import BeamFunctions
+
+Told = Callable[[str], None]  # called with what is being done, for a progress display
+
+
+def build_bodies(case: Case, modes: int | None = None, refine: int = 0, told: Told | None = None) -> dict[str, FlexibleBody]:
+    """All bodies of a case by name, with other numbers of modes or finer meshes if asked.
+
+    Raises CaseError with the problems of all bodies together.
+    """
+    bodies: dict[str, FlexibleBody] = {}
+    problems: list[Problem] = []
+    for name in case.bodies:
+        if told is not None:
+            told(name)
+        try:
+            bodies[name] = build_body(case, name, modes, refine)
+        except CaseError as error:
+            problems += error.problems
+    if problems:
+        raise CaseError(case.path.name, problems)
+    return bodies
+
+
+def build_body(case: Case, name: str, modes: int | None = None, refine: int = 0) -> FlexibleBody:
+    """The body of that name. Raises CaseError with what is wrong with it."""
+    if name not in case.bodies:
+        raise CaseError(case.path.name, [Problem("bodies", f"found no body {name!r}; {near(name, case.bodies)}")])
+    table = case.bodies[name]
+    try:
+        return _with_markers(_body(case, name, table, modes, refine), name, table)
+    except CaseError:
+        raise
+    except (ValueError, OSError) as error:
+        raise CaseError(case.path.name, [Problem(f"bodies.{name}", str(error))]) from error
+
+
+def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: int) -> FlexibleBody:
+    if isinstance(table, RigidTable):
+        return _rigid(case, table)
+    if isinstance(table, AnalyticTable):
+        return _analytic(table, modes)
+    if isinstance(table, FileTable):
+        return _from_file(case, name, table, modes)
+    assert isinstance(table, FlexibleTable)
+    structure, modeset = build_modes(build_structure_of(case, name, table, build_mesh(case, name, table, refine)), table, modes)
+    groups = {
+        marker: PLACE.format(marker) if entry.position is not None else (entry.group or marker)
+        for marker, entry in table.markers.items()
+    }
+    return reduce_structure(structure, modeset, groups, _damping(table.damping))
+
+
+def _rigid(case: Case, table: RigidTable) -> FlexibleBody:
+    centre, J = np.array(table.center_of_mass), np.array(table.inertia)
+    if table.inertia_about == "origin":
+        J = J - table.mass * ((centre @ centre) * np.eye(3) - np.outer(centre, centre))
+    markers = {name: Marker.rigid(np.array(entry.position or (0.0, 0.0, 0.0))) for name, entry in table.markers.items()}
+    return rigid_body(table.mass, J, centre, markers, rigid_skin(case, table))
+
+
+def _analytic(table: AnalyticTable, modes: int | None) -> FlexibleBody:
+    values = table.model_dump(include=set(UniformBeam.__dataclass_fields__) - {"mass_per_length"})
+    mass = table.mass_per_length if table.mass is None else table.mass / table.length
+    assert mass is not None
+    functions = table.functions.model_dump()
+    if modes is not None:
+        functions |= {key: modes for key in ("y", "z", "axial", "torsion") if functions[key]}
+    return beam_body(UniformBeam(mass_per_length=mass, **values), BeamFunctions(**functions), _damping(table.damping))
+
+
+def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> FlexibleBody:
+    body = load_body(case.beside(table.file))
+    n = table.modes if modes is None else modes
+    if n is not None:
+        if n > body.n_modes:
+            text = f"found {n}; {table.file} holds {body.n_modes} elastic coordinates"
+            raise CaseError(case.path.name, [Problem(f"bodies.{name}.modes", text)])
+        body = truncated(body, n)
+    damping = _damping(table.damping)
+    if damping is not None:
+        body = replace(body, damping=damping.matrix(body.moments.elastic_mass(), body.strain.V1))
+    return body
+
+
+def truncated(body: FlexibleBody, n: int) -> FlexibleBody:
+    """A copy with the first n elastic coordinates alone."""
+    m = body.moments
+    markers = {name: replace(k, phi=k.phi[:, :n], psi=k.psi[:, :n]) for name, k in body.markers.items()}
+    return replace(
+        body,
+        moments=MassMoments(m.mass, m.first[: n + 1], m.second[: n + 1, :, : n + 1]),
+        strain=StrainTensors(body.strain.V1[:n, :n], body.strain.f0[:n]),
+        damping=body.damping[:n, :n],
+        markers=markers,
+        skin=None if body.skin is None else replace(body.skin, shapes=body.skin.shapes[:n]),
+        kinds=body.kinds[:n],
+        omega=body.omega[:n],
+    )
+
+
+def _damping(table: DampingTable | None) -> ModalDamping | RayleighDamping | None:
+    if table is None:
+        return None
+    if table.ratio is not None:
+        return ModalDamping(table.ratio)
+    return RayleighDamping(table.mass or 0.0, table.stiffness or 0.0)
+
+
+def _with_markers(body: FlexibleBody, name: str, table: BodyTable) -> FlexibleBody:
+    """The body with markers turned as the case says; on bodies without a mesh, new ones are copies of those named."""
+    markers = dict(body.markers)
+    for key, entry in table.markers.items():
+        if key not in markers:
+            if entry.position is not None:
+                raise ValueError(f"marker {key!r} cannot be put at a position of a body without a mesh; its markers are {sorted(markers)}")
+            group = entry.group or key
+            if group not in markers:
+                raise ValueError(f"marker {key!r} needs marker {group!r} of body {name!r}, which has {sorted(markers)}")
+            markers[key] = markers[group]
+        if entry.orientation is not None:
+            markers[key] = markers[key].turned(np.array(entry.orientation))
+    return replace(body, markers=markers)

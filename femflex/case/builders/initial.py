@@ -1,0 +1,95 @@
+"""Initial elastic coordinates from modal amplitudes or the displacement of a marker."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody, Marker
+from femflex.case.body import InitialTable
+from femflex.warning import PhysicsWarning
+
+Array = NDArray[np.float64]
+
+REACHED = 1e-6  # difference from the wanted displacement, relative, still taken as reached
+LARGE = 0.1  # displacement over length above which linear strain is doubtful
+
+
+def initial_shape(table: InitialTable, body: FlexibleBody, joint_at: Array) -> tuple[Array, Array]:
+    """Elastic coordinates and their rates (n,) at t = 0; joint_at (3,) is where the body is held, body frame [m].
+
+    Raises ValueError when there are more amplitudes than modes, or the modes do not reach the displacement.
+    """
+    rates = _filled(table.rates or (), body.n_modes, "rates")
+    if table.marker is None:
+        return _filled(table.amplitudes or (), body.n_modes, "amplitudes"), rates
+    marker = body.marker(table.marker)
+    length = table.length or float(np.linalg.norm(marker.position - joint_at))
+    along_marker = np.array(table.displacement if table.relative is None else table.relative)
+    if table.relative is not None:
+        along_marker = along_marker * length
+    wanted = marker.orientation @ along_marker
+    _warn_if_large(table.marker, float(np.linalg.norm(wanted)), length)
+    if table.shape == "static":
+        return _static(body, marker, wanted, table.marker), rates
+    return _in_modes(body, marker, wanted, table), rates
+
+
+def _filled(values: tuple[float, ...], n: int, key: str) -> Array:
+    if len(values) > n:
+        raise ValueError(f"found {len(values)} {key}; the body has {n} elastic coordinates")
+    return np.concatenate([np.array(values, float), np.zeros(n - len(values))])
+
+
+def _static(body: FlexibleBody, marker: Marker, wanted: Array, name: str) -> Array:
+    """Coordinates under the static force at the marker that displaces it so: least strain energy."""
+    compliance = np.linalg.solve(body.strain.V1, marker.phi.T)
+    force = np.linalg.lstsq(marker.phi @ compliance, wanted, rcond=1e-10)[0]
+    delta = compliance @ force
+    _check_reached(marker.phi @ delta, wanted, name, "a static force there")
+    return np.asarray(delta)
+
+
+def _in_modes(body: FlexibleBody, marker: Marker, wanted: Array, table: InitialTable) -> Array:
+    """The smallest amplitudes of the named modes, or of as few of the lowest as needed."""
+    n = body.n_modes
+    if table.modes is not None and max(table.modes) > n:
+        raise ValueError(f"found mode {max(table.modes)}; the body has {n}")
+    sets = [[k - 1 for k in table.modes]] if table.modes is not None else [list(range(k)) for k in range(1, n + 1)]
+    delta = np.zeros(n)
+    for columns in sets:
+        delta = np.zeros(n)
+        delta[columns] = np.linalg.lstsq(marker.phi[:, columns], wanted, rcond=1e-9)[0]
+        if np.linalg.norm(marker.phi @ delta - wanted) <= REACHED * np.linalg.norm(wanted):
+            return delta
+    _check_reached(marker.phi @ delta, wanted, str(table.marker), f"its {len(sets[-1]) if sets else 0} modes")
+    return delta
+
+
+def _check_reached(found: Array, wanted: Array, name: str, by: str) -> None:
+    if np.linalg.norm(found - wanted) > REACHED * np.linalg.norm(wanted):
+        raise ValueError(
+            f"marker {name!r} is to move by {_metres(wanted)}, but {by} can move it by {_metres(_rounded(found, wanted))} at best (body axes); "
+            "ask for a displacement along directions the body bends in, or keep more modes"
+        )
+
+
+def _rounded(found: Array, wanted: Array) -> Array:
+    """Without components that are rounding beside what was wanted."""
+    return np.where(np.abs(found) < 1e-9 * np.linalg.norm(wanted), 0.0, found)
+
+
+def _metres(v: Array) -> str:
+    return "[" + ", ".join(f"{x:.4g}" for x in v) + "] m"
+
+
+def _warn_if_large(name: str, size: float, length: float) -> None:
+    if length > 0 and size > LARGE * length:
+        warnings.warn(
+            f"initial displacement of marker {name!r} is {size:.4g} m, {size / length:.0%} of the length {length:.4g} m; "
+            f"strain is linear, which is good to about {LARGE:.0%}",
+            PhysicsWarning,
+            stacklevel=4,
+        )

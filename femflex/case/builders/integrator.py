@@ -1,0 +1,56 @@
+"""The integrator of a run: chosen or asked for, with tolerances that fit the size of its coordinates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.case.case import Case
+from femflex.case.problems import CaseError, Problem
+from femflex.dynamics import Model
+from femflex.integrate import INTEGRATORS, Integrator, choose, integrator
+
+Array = NDArray[np.float64]
+
+ATOL = 0.1  # absolute over relative tolerance, times the usual size of a state
+
+
+def chosen_integrator(case: Case, model: Model, times: Array) -> tuple[Integrator, str]:
+    """The integrator, and the sentence that says why. Raises CaseError for settings that the method does not have."""
+    table, duration = case.run, float(times[-1] - times[0])
+    band = None if table.band is None else 2.0 * math.pi * table.band
+    choice = choose(model.max_frequency, duration, float(times[1] - times[0]), band, table.integrator)
+    own = {field.name: field.default for field in fields(INTEGRATORS[choice.name])}  # type: ignore[arg-type]
+    settings: dict[str, Any] = {}
+    for key in ("rtol", "atol", "max_step", "step", "rho"):
+        if (value := getattr(table, key)) is not None:
+            settings[key] = value
+            if key not in own:
+                text = f"found {value:g}, but {choice.name} has no {key}; leave it out, or ask for another integrator"
+                raise CaseError(case.path.name, [Problem(f"run.{key}", text)])
+    rtol = settings.get("rtol", own["rtol"])
+    settings.setdefault("atol", ATOL * rtol * typical_sizes(model, duration))
+    return integrator(choice.name, **settings), choice.sentence
+
+
+def typical_sizes(model: Model, duration: float) -> Array:
+    """Usual sizes of the states (n_x,): 1 for coordinates and elastic rates, a typical rate for rates of joints.
+
+    Rates of a craft in orbit are of the size of the mean motion, 1e-3 rad/s; measured against 1 they would hardly be
+    followed.
+    """
+    system = model.system
+    elastic = np.zeros(model.n_u, bool)
+    at = 0
+    for name in system.order:
+        at += system.joint_of(name).n_u
+        elastic[at : at + system.bodies[name].n_modes] = True
+        at += system.bodies[name].n_modes
+    u0 = model.x0[model.n_q :]
+    motion = 0.0 if system.orbit is None else system.orbit.mean_motion
+    rate = min(1.0, max(motion, 2.0 * math.pi / duration, float(np.abs(u0[~elastic]).max(initial=0.0))))
+    return np.concatenate([np.ones(model.n_q), np.where(elastic, 1.0, rate)])

@@ -1,0 +1,94 @@
+"""Joints of a case, and the root body's joint that [attitude] stands for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody
+from femflex.case import joint as tables
+from femflex.case.case import Case
+from femflex.case.orbit import AttitudeTable
+from femflex.rotations import dcm_from_angles
+from femflex.system import Joint, ball_coordinates, cylindrical, free, prismatic, revolute, spherical, universal, weld
+
+Array = NDArray[np.float64]
+
+LIBRATION = "libration_axes"  # marker of the root body whose axes the attitude is reported of
+
+
+def build_joint(table: tables.JointTable) -> Joint:
+    """The Joint of one entry of [[joints]]."""
+    where = table.model_dump(include={"child", "parent", "child_marker", "parent_marker", "name"})
+    match table:
+        case tables.Revolute():
+            springs = {key: [getattr(table, key)] for key in ("stiffness", "damping", "rest")}
+            return revolute(axis=table.axis, q0=[table.angle], u0=[table.rate], **springs, **where)
+        case tables.Prismatic():
+            springs = {key: [getattr(table, key)] for key in ("stiffness", "damping", "rest")}
+            return prismatic(axis=table.axis, q0=[table.position], u0=[table.velocity], **springs, **where)
+        case tables.Cylindrical():
+            springs = {key: [getattr(table, f"slide_{key}"), getattr(table, key)] for key in ("stiffness", "damping", "rest")}
+            q0, u0 = [table.position, table.angle], [table.velocity, table.rate]
+            return cylindrical(axis=table.axis, q0=q0, u0=u0, **springs, **where)
+        case tables.Universal():
+            springs = {key: getattr(table, key) for key in ("stiffness", "damping", "rest")}
+            return universal(axes=table.axes, q0=table.angles, u0=table.rates, **springs, **where)
+        case tables.Free():
+            springs = {key: [*getattr(table, f"slide_{key}"), *getattr(table, key)] for key in ("stiffness", "damping", "rest")}
+            q0 = np.concatenate([table.position, _ball(table)])
+            return free(rotation=table.rotation, q0=q0, u0=[*table.velocity, *table.rates], **springs, **where)
+        case tables.Spherical():
+            springs = {key: getattr(table, key) for key in ("stiffness", "damping", "rest")}
+            return spherical(rotation=table.rotation, q0=_ball(table), u0=table.rates, **springs, **where)
+    return weld(**where)
+
+
+def root_joint(case: Case, bodies: Mapping[str, FlexibleBody]) -> tuple[Joint | None, dict[str, FlexibleBody]]:
+    """The joint of the body that hangs from no joint, as [attitude] says, and the bodies with its libration marker.
+
+    None when every body already has a joint.
+    """
+    hung = {joint.child for joint in case.joints}
+    loose = [name for name in bodies if name not in hung]
+    if not loose:
+        return None, dict(bodies)
+    name, attitude = case.attitude.root or loose[0], case.attitude
+    place = bodies[name].marker(attitude.marker or "origin")
+    C_BM = place.orientation if attitude.marker else nominal_axes(attitude)
+    C_FM = dcm_from_angles(attitude.turns(), attitude.sequence)
+    if attitude.held:  # the weld's own axes are turned instead
+        C_BM = C_BM @ C_FM.T
+    marker = attitude.marker or "origin"
+    if not np.array_equal(C_BM, place.orientation):
+        marker = LIBRATION
+    body = replace(bodies[name], markers={**bodies[name].markers, marker: place.turned(C_BM)})
+    where = {"child": name, "child_marker": marker}
+    rotation = ball_coordinates(attitude.rotation, attitude.sequence, np.array(attitude.turns()))
+    rates = attitude.rates or (0.0, 0.0, 0.0)
+    position, velocity = attitude.position or (0.0, 0.0, 0.0), attitude.velocity or (0.0, 0.0, 0.0)
+    slides = case.orbit.kind != "specified"
+    if attitude.held:
+        floating = case.orbit.kind == "free"
+        held = Joint(name, child_marker=marker, translations=np.eye(3), q0=np.array(position), kind="prismatic")
+        joint = held if floating else weld(**where)
+    elif slides:
+        joint = free(rotation=attitude.rotation, q0=[*position, *rotation], u0=[*velocity, *rates], **where)
+    else:
+        joint = spherical(rotation=attitude.rotation, q0=rotation, u0=rates, **where)
+    return joint, {**bodies, name: body}
+
+
+def nominal_axes(attitude: AttitudeTable) -> Array:
+    """C_BM (3, 3): the body axes along x0, y0, z0 in the nominal attitude are its columns."""
+    columns = []
+    for axis in attitude.nominal_axes or ("x", "y", "z"):
+        columns.append(np.eye(3)["xyz".index(axis[-1])] * (-1.0 if axis[0] == "-" else 1.0))
+    return np.stack(columns, axis=1)
+
+
+def _ball(table: tables.Spherical) -> Array:
+    return ball_coordinates(table.rotation, table.sequence, np.array(table.angles))

@@ -1,0 +1,104 @@
+"""Loads of a case, constant or from inline tables or CSV files."""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.case.case import Case
+from femflex.case.load import LoadTable
+from femflex.case.problems import CaseError, Problem, count, near
+from femflex.case.units import UnitError, to_si
+from femflex.system import Load
+
+Array = NDArray[np.float64]
+
+COLUMNS = {"time": "s", **dict.fromkeys(("fx", "fy", "fz"), "N"), **dict.fromkeys(("tx", "ty", "tz"), "N m")}
+
+
+def build_loads(case: Case) -> tuple[Load, ...]:
+    """The loads of a case. Raises CaseError with what is wrong with its CSV files."""
+    problems: list[Problem] = []
+    loads = []
+    for table in case.loads:
+        try:
+            loads.append(build_load(case, table))
+        except (ValueError, OSError) as error:
+            problems.append(Problem(f"loads[{table.name}]", str(error)))
+    if problems:
+        raise CaseError(case.path.name, problems)
+    return tuple(loads)
+
+
+def build_load(case: Case, table: LoadTable) -> Load:
+    """One load. Raises ValueError."""
+    where = {"name": table.name, "body": table.body, "marker": table.marker, "frame": table.frame}
+    if table.table is not None:
+        times, force, torque = read_load_table(case.beside(table.table))
+    else:
+        times = None if table.times is None else np.array(table.times)
+        shape = (3,) if times is None else (len(times), 3)
+        force, torque = (np.zeros(shape) if v is None else np.array(v, float) for v in (table.force, table.torque))
+    return Load(times=times, force=force, torque=torque, **where)
+
+
+def read_load_table(path: Path) -> tuple[Array, Array, Array]:
+    """Times (n,) [s], forces (n, 3) [N] and torques (n, 3) [N m] of a CSV file with a head such as "time [s],tz [N m]".
+
+    Raises ValueError naming the line and column of what cannot be read.
+    """
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = [(k, row) for k, row in enumerate(csv.reader(file), start=1) if row and not row[0].lstrip().startswith("#")]
+    if not rows:
+        raise ValueError(f"{path.name} is empty; its first line names the columns, such as time [s],tz [N m]")
+    names, factors = _head(rows[0][1], path.name)
+    values = np.array([_row(row, names, k, path.name) for k, row in rows[1:]]).reshape(-1, len(names)) * factors
+    column = dict(zip(names, values.T, strict=True))
+    times = column["time"]
+    if len(times) < 2:
+        raise ValueError(f"{path.name} holds {count(len(times), 'row', 'rows')} of numbers; a table needs at least two")
+    falls = np.flatnonzero(np.diff(times) < 0)
+    if len(falls):
+        k = falls[0]
+        raise ValueError(f"line {rows[k + 2][0]} of {path.name} has time {times[k + 1]:g} s after {times[k]:g} s; times must not decrease")
+    zero = np.zeros(len(times))
+    force, torque = (np.stack([column.get(f"{kind}{axis}", zero) for axis in "xyz"], axis=1) for kind in "ft")
+    return times, force, torque
+
+
+def _head(cells: list[str], file: str) -> tuple[list[str], Array]:
+    names, factors = [], []
+    for cell in cells:
+        match = re.fullmatch(r"\s*(\w+)\s*(?:[\[(](.*)[\])])?\s*", cell)
+        name = match[1].lower() if match else cell.strip()
+        if match is None or name not in COLUMNS:
+            raise ValueError(f"column {cell.strip()!r} of {file} is not known; {near(name, COLUMNS)}")
+        if name in names:
+            raise ValueError(f"column {name!r} stands twice in {file}")
+        try:
+            factors.append(to_si(f"1 {match[2] or COLUMNS[name]}", COLUMNS[name]))
+        except UnitError as error:
+            raise ValueError(f"column {name!r} of {file}: {error}") from None
+        names.append(name)
+    if "time" not in names or len(names) < 2:
+        raise ValueError(f"{file} has the columns {names}; it needs time and at least one of fx, fy, fz, tx, ty, tz")
+    return names, np.array(factors)
+
+
+def _row(cells: list[str], names: list[str], line: int, file: str) -> list[float]:
+    if len(cells) != len(names):
+        raise ValueError(f"line {line} of {file} has {count(len(cells), 'entry', 'entries')}; its head names {len(names)} columns")
+    out = []
+    for cell, name in zip(cells, names, strict=True):
+        try:
+            number = float(cell)
+        except ValueError:
+            raise ValueError(f"line {line} of {file} has {cell.strip()!r} for {name}; expected a number") from None
+        if not np.isfinite(number):
+            raise ValueError(f"line {line} of {file} has {cell.strip()} for {name}; numbers must be finite")
+        out.append(number)
+    return out

@@ -1,0 +1,78 @@
+"""What a case asks of the System it describes: channels that will be reported, and room for them on the disk."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from femflex.case.case import Case
+from femflex.case.problems import Problem, near
+from femflex.system import Channel, System
+
+ROWS = 10**8  # more output rows than this are a mistake
+
+
+def duration_of(case: Case, system: System) -> float:
+    """Duration of the run [s]."""
+    return case.run.length(None if system.orbit is None else system.orbit.period)
+
+
+def channel_problems(case: Case, channels: Mapping[str, Channel]) -> Iterator[Problem]:
+    """Channels and components that [expect], [study] and [pictures] name and the run will not have."""
+    measures = [(f"expect.{name}", table) for name, table in case.expect.answers.items()]
+    if case.study is not None:
+        measures.append(("study.quantity", case.study.quantity))  # type: ignore[arg-type]
+    for where, table in measures:
+        if table.channel is None:
+            continue
+        if table.channel not in channels:
+            yield Problem(f"{where}.channel", f"found {table.channel!r}, which the run will not report; {_near_path(table.channel, channels)}")
+            continue
+        names, shape = channels[table.channel].names, channels[table.channel].shape
+        if isinstance(table.component, str) and table.component not in names:
+            yield Problem(f"{where}.component", f"found {table.component!r}, which is no entry of {table.channel}; {near(table.component, names)}")
+        if isinstance(table.component, int) and table.component >= (shape[0] if shape else 0):
+            yield Problem(f"{where}.component", f"found {table.component}; {table.channel} has {shape[0] if shape else 'no'} entries, counted from 0")
+    for k, named in enumerate(case.pictures.plots if case.pictures else []):
+        path, _, component = named.partition(":")
+        if path == "energy drift":
+            continue
+        if path not in channels:
+            yield Problem(f"pictures.plots[{k}]", f"found {path!r}, which the run will not report; {_near_path(path, channels)}")
+        elif component and not component.isdigit() and component not in channels[path].names:
+            yield Problem(f"pictures.plots[{k}]", f"found {component!r}, which is no entry of {path}; {near(component, channels[path].names)}")
+    known = [path.split("/")[1] for path in channels if path.startswith("markers/") and path.endswith("/position")]
+    for k, marker in enumerate(case.pictures.traces if case.pictures else []):
+        if marker not in known:
+            yield Problem(f"pictures.traces[{k}]", f"found {marker!r}, which is no marker of the craft; {near(marker, known)}")
+
+
+def size_problems(case: Case, system: System, channels: Mapping[str, Channel], folder: Path) -> Iterator[Problem]:
+    """A result file that does not fit on the disk of the folder."""
+    rows = case.run.rows(duration_of(case, system))
+    size = rows * 8 * sum(_entries(channel) for channel in channels.values())
+    free = shutil.disk_usage(folder).free
+    if rows > ROWS or size > free:
+        where = "run.output_step" if case.run.output_step is not None else "run.samples"
+        text = f"found {rows:.3g} rows of output, {_gigabytes(size)}, where {_gigabytes(free)} are free; raise the output step"
+        yield Problem(where, text)
+
+
+def _entries(channel: Channel) -> int:
+    n = 1
+    for size in channel.shape:
+        n *= size
+    return n
+
+
+def _gigabytes(size: float) -> str:
+    return f"{size / 1e9:.3g} GB"
+
+
+def _near_path(path: str, channels: Mapping[str, Channel]) -> str:
+    told = near(path, channels)
+    if told.startswith("did"):
+        return told
+    group = [name for name in channels if name.split("/")[0] == path.split("/")[0]]
+    return near(path, group or {name.rpartition("/")[0] or name for name in channels})

@@ -1,0 +1,66 @@
+"""Materials and sections of a case as those of femflex.fem."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from femflex.case import section as tables
+from femflex.case.base import Table
+from femflex.fem.laminates import Lamina, PlateSection, Ply, layup
+from femflex.fem.materials import Material
+from femflex.fem.sections import Box, Circle, GivenSection, ISection, Rectangle, StiffnessSection, Tube
+
+BEAM_SECTIONS: dict[type[Table], Any] = {
+    tables.Tube: Tube,
+    tables.Circle: Circle,
+    tables.Box: Box,
+    tables.Rectangle: Rectangle,
+    tables.ISection: ISection,
+    tables.Given: GivenSection,
+    tables.Stiffness: StiffnessSection,
+}
+
+
+def build_material(table: tables.Material) -> Material | Lamina:
+    """The isotropic Material, or the Lamina of an orthotropic or core material."""
+    values = table.model_dump(exclude={"kind"}, exclude_none=True)
+    if isinstance(table, tables.Isotropic):
+        return Material(**values)
+    return Lamina.core(**values) if isinstance(table, tables.Core) else Lamina(**values)
+
+
+def build_section(
+    table: tables.Section, material: Material | Lamina | None, materials: Mapping[str, tables.Material]
+) -> tuple[Any, Material | None]:
+    """The section a family takes, and the material it takes beside it (none for plates, whose section holds it).
+
+    Raises ValueError when the section and the member's material do not go together.
+    """
+    kind = type(table)
+    if kind in BEAM_SECTIONS:
+        if isinstance(material, Lamina):
+            raise ValueError("a beam section takes an isotropic material; this one is orthotropic or a core")
+        values = table.model_dump(exclude={"kind"}, exclude_none=True)
+        return BEAM_SECTIONS[kind](**values), material
+    return _plate(table, material, materials), None
+
+
+def _plate(table: tables.Section, material: Material | Lamina | None, materials: Mapping[str, tables.Material]) -> PlateSection:
+    if isinstance(table, tables.Plate):
+        if material is None:
+            raise ValueError("a section of kind 'plate' takes the member's material; name one in `material`")
+        plies = [Ply(_lamina(material), table.thickness, table.angle)]
+    else:
+        layers = table.plies if isinstance(table, tables.Layup) else [table.face, table.core, table.face]  # type: ignore[union-attr]
+        plies = [_ply(layer, materials) for layer in layers]
+    section = layup(plies)
+    return section.loaded(table.extra_mass) if table.extra_mass else section  # type: ignore[union-attr]
+
+
+def _ply(table: tables.PlyTable, materials: Mapping[str, tables.Material]) -> Ply:
+    return Ply(_lamina(build_material(materials[table.material])), table.thickness, table.angle)
+
+
+def _lamina(material: Material | Lamina) -> Lamina:
+    return Lamina.isotropic(material) if isinstance(material, Material) else material

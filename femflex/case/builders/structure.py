@@ -1,0 +1,159 @@
+"""A flexible body of a case: mesh, structure and mode set."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from femflex.case.body import (
+    CantileverTable,
+    CraigBamptonTable,
+    FlexibleTable,
+    FreeFreeTable,
+    LumpedTable,
+    MemberTable,
+    NodalTable,
+)
+from femflex.case.builders.sections import build_material, build_section
+from femflex.case.case import Case
+from femflex.case.problems import CaseError, Problem, near
+from femflex.fem import FAMILIES, Member, PointMass, Structure, build_structure
+from femflex.fem.laminates import Lamina
+from femflex.mesh import Mesh, read_mesh
+from femflex.reduction import (
+    ModeSet,
+    cantilever_modes,
+    craig_bampton,
+    free_free_modes,
+    lumped,
+    nodal,
+    nodal_translations,
+    rigid_set,
+    with_attachment,
+)
+
+UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}  # of a mesh file, in metres
+PLACE = "marker {}"  # point group made for a marker given by its position
+NEAR = 0.05  # distance over mesh size beyond which a marker's position is taken for a mistake
+
+
+def build_mesh(case: Case, name: str, table: FlexibleTable, refine: int = 0) -> Mesh:
+    """The mesh of a body in metres, refined as the case says and `refine` times more.
+
+    Raises CaseError with every group the body names that the mesh does not have.
+    """
+    mesh = _file_mesh(case.path.parent, table)
+    if problems := list(mesh_problems(name, table, mesh)):
+        raise CaseError(case.path.name, problems)
+    places = {marker: entry.position for marker, entry in table.markers.items() if entry.position is not None}
+    if places:
+        mesh = mesh.with_groups(points={PLACE.format(marker): [mesh.nearest_point(at)] for marker, at in places.items()})
+    times = table.refine + refine
+    return mesh.refined(times) if times else mesh
+
+
+def group_problems(name: str, table: FlexibleTable, folder: Path) -> list[Problem]:
+    """What the body asks of its mesh and the mesh does not have, or why the mesh cannot be read."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # given again when the body is built
+            return list(mesh_problems(name, table, _file_mesh(folder, table)))
+    except (ValueError, OSError) as error:
+        return [Problem(f"bodies.{name}.mesh", str(error))]
+
+
+def _file_mesh(folder: Path, table: FlexibleTable) -> Mesh:
+    mesh = read_mesh(folder / table.mesh, dict(table.groups) or None)
+    return mesh if table.mesh_unit == "m" else mesh.scaled(UNITS[table.mesh_unit])
+
+
+def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) -> Structure:
+    """The Structure of a body's members and point masses on its mesh."""
+    members = [_member(case, name, member) for member in table.members]
+    masses = [PointMass(m.group, m.mass, m.inertia, m.offset) for m in table.point_masses]
+    return build_structure(mesh, members, masses)
+
+
+def build_modes(structure: Structure, table: FlexibleTable, modes: int | None = None) -> tuple[Structure, ModeSet]:
+    """The mode set a body's reduction asks for, with `modes` modes instead if given, and the structure it belongs to."""
+    r = table.reduction
+    if isinstance(r, (CantileverTable, FreeFreeTable, CraigBamptonTable)):
+        n = r.modes if modes is None else modes
+        if isinstance(r, FreeFreeTable):
+            return structure, free_free_modes(structure, n)
+        clamp = clamp_of(r.clamp)
+        if isinstance(r, CraigBamptonTable):
+            return structure, craig_bampton(structure, r.interfaces, n, clamp, r.interface)
+        found = cantilever_modes(structure, clamp, n)
+        return structure, with_attachment(structure, found, tuple(r.attachment)) if r.attachment else found
+    if isinstance(r, NodalTable):
+        return structure, nodal(structure, clamp_of(r.clamp))
+    if isinstance(r, LumpedTable):
+        structure = lumped(structure)
+        return structure, nodal_translations(structure, clamp_of(r.clamp))
+    return structure, rigid_set(structure.n_dof)
+
+
+def clamp_of(groups: dict[str, tuple[str, ...]]) -> list[str] | dict[str, tuple[str, ...]]:
+    """Group names where all components are held, else group -> components."""
+    if not any(groups.values()):
+        return list(groups)
+    return {group: components or ("x", "y", "z", "rx", "ry", "rz") for group, components in groups.items()}
+
+
+def _member(case: Case, name: str, table: MemberTable) -> Member:
+    where = f"bodies.{name}.members[{table.group}]"
+    if table.family not in FAMILIES:
+        text = f"found {table.family!r}, which is no family of members; {near(table.family, FAMILIES)}"
+        raise CaseError(case.path.name, [Problem(f"{where}.family", text)])
+    material = None if table.material is None else build_material(case.materials[table.material])
+    section = None
+    if table.section is not None:
+        try:
+            section, material = build_section(case.sections[table.section], material, case.materials)
+        except ValueError as error:
+            raise CaseError(case.path.name, [Problem(f"sections.{table.section}", str(error))]) from None
+    if isinstance(material, Lamina):
+        raise CaseError(case.path.name, [Problem(f"{where}.material", "found an orthotropic material without a section; plates take one of kind 'plate'")])
+    return Member(table.group, table.family, section, material, dict(table.options))
+
+
+def mesh_problems(name: str, table: FlexibleTable, mesh: Mesh) -> Iterator[Problem]:
+    """Groups that the mesh lacks or that are empty, and markers that lie nowhere on it."""
+    for marker, entry in table.markers.items():
+        if entry.position is not None:
+            at = np.array(entry.position)
+            yield from _distance_problems(f"bodies.{name}.markers.{marker}.position", mesh, mesh.nearest_point(at), at)
+    for where, group in _groups_named(name, table):
+        if group not in mesh.groups:
+            text = f"found {group!r}, which is no group of {table.mesh}; {near(group, mesh.groups)}"
+            known = f" (it has {', '.join(map(repr, mesh.groups))})" if "did you mean" in text else ""
+            yield Problem(where, text + known)
+            continue
+        try:
+            mesh.group_cells(group) if ".members[" in where else mesh.group_points(group)
+        except ValueError as error:
+            yield Problem(where, str(error))
+
+
+def _groups_named(name: str, table: FlexibleTable) -> Iterator[tuple[str, str]]:
+    yield from ((f"bodies.{name}.members[{m.group}].group", m.group) for m in table.members)
+    yield from ((f"bodies.{name}.point_masses[{m.group}].group", m.group) for m in table.point_masses)
+    for key in ("clamp", "interfaces"):
+        yield from ((f"bodies.{name}.reduction.{key}", group) for group in getattr(table.reduction, key, ()))
+    for marker, entry in table.markers.items():
+        if entry.position is None:
+            key = f"bodies.{name}.markers.{marker}"
+            yield (f"{key}.group", entry.group) if entry.group is not None else (key, marker)
+
+
+def _distance_problems(where: str, mesh: Mesh, index: int, wanted: np.ndarray) -> list[Problem]:
+    size = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
+    distance = float(np.linalg.norm(mesh.points[index] - wanted))
+    if distance <= NEAR * size:
+        return []
+    text = f"found {wanted.tolist()} m, {distance:.4g} m from the nearest point of the mesh {mesh.points[index].tolist()}; name a place on the mesh"
+    return [Problem(where, text)]

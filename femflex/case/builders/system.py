@@ -1,0 +1,143 @@
+"""Case and bodies -> System."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody
+from femflex.case.builders.body import build_bodies
+from femflex.case.builders.initial import initial_shape
+from femflex.case.builders.joints import build_joint, root_joint
+from femflex.case.builders.loads import build_loads
+from femflex.case.builders.references import channel_problems, size_problems
+from femflex.case.case import Case
+from femflex.case.orbit import OrbitTable
+from femflex.case.problems import CaseError, Problem
+from femflex.system import Frame, Load, Orbit, System
+
+Array = NDArray[np.float64]
+
+
+def build_system(case: Case, bodies: Mapping[str, FlexibleBody] | None = None) -> System:
+    """The System a case describes, with these bodies or with its own.
+
+    Raises CaseError with everything that does not fit together.
+    """
+    parts, loads = _bodies_and_loads(case, bodies)
+    try:
+        joint, parts = root_joint(case, parts)
+        joints = (*(() if joint is None else (joint,)), *(build_joint(table) for table in case.joints))
+        orbit = build_orbit(case.orbit)
+        system = System(
+            bodies=parts,
+            joints=joints,
+            loads=loads,
+            frame=build_frame(case),
+            orbit=orbit,
+            libration_sequence=case.attitude.sequence,
+        )
+    except CaseError:
+        raise
+    except (ValueError, KeyError) as error:
+        problems = [Problem("", line) for line in str(error.args[0]).splitlines()]
+        raise CaseError(case.path.name, problems) from error
+    _check_references(case, system)
+    system = _with_initial(case, system)
+    placed = case.attitude.position is not None, case.attitude.velocity is not None
+    if orbit is not None and orbit.free and joint is not None and not all(placed):
+        return centred(system, *placed)
+    return system
+
+
+def _bodies_and_loads(case: Case, bodies: Mapping[str, FlexibleBody] | None) -> tuple[dict[str, FlexibleBody], tuple[Load, ...]]:
+    """Bodies (built if not given) and loads, their problems told together."""
+    problems: list[Problem] = []
+    parts: dict[str, FlexibleBody] = {}
+    loads: tuple[Load, ...] = ()
+    try:
+        parts = dict(bodies) if bodies is not None else build_bodies(case)
+    except CaseError as error:
+        problems += error.problems
+    try:
+        loads = build_loads(case)
+    except CaseError as error:
+        problems += error.problems
+    if problems:
+        raise CaseError(case.path.name, problems)
+    return parts, loads
+
+
+def _check_references(case: Case, system: System) -> None:
+    from femflex.dynamics import compile_system
+
+    channels = compile_system(system).channels
+    problems = [*channel_problems(case, channels), *size_problems(case, system, channels, Path.cwd())]
+    if problems:
+        raise CaseError(case.path.name, problems)
+
+
+def build_orbit(table: OrbitTable) -> Orbit | None:
+    """The orbit, or None."""
+    if table.kind == "none":
+        return None
+    shape = {key: getattr(table, key) for key in ("eccentricity", "inclination", "node", "perigee", "true_anomaly", "mu")}
+    return Orbit(table.perigee_radius / (1.0 - table.eccentricity), free=table.kind == "free", **shape)
+
+
+def build_frame(case: Case) -> Frame:
+    """The base frame: that of [attitude], or orbital with an orbit and inertial without."""
+    kind = case.attitude.frame or ("inertial" if case.orbit.kind == "none" else "orbital")
+    return Frame(kind, np.array(case.attitude.spin)) if case.attitude.spin is not None else Frame(kind)
+
+
+def centred(system: System, position_given: bool = False, velocity_given: bool = False) -> System:
+    """The system with its root body shifted so that the centre of mass starts at O and at rest in the orbital motion."""
+    if not position_given:
+        shift = _observed(system, "monitors/center_of_mass")
+        system = _moved(system, q=-shift)
+    if not velocity_given:
+        mass = sum(body.moments.mass for body in system.bodies.values())
+        system = _moved(system, u=-_observed(system, "monitors/momentum") / mass)
+    return system
+
+
+def _observed(system: System, path: str) -> Array:
+    """A vector channel at t = 0 in axes of the base frame."""
+    from femflex.dynamics import compile_system
+    from femflex.rotations import dcm_from_quaternion
+
+    model = compile_system(system)
+    seen = model.observe(np.zeros(1), model.x0[None])
+    vector = np.asarray(seen[path][0])
+    return dcm_from_quaternion(seen["orbit/attitude"][0]).T @ vector if system.frame.kind == "orbital" else vector
+
+
+def _moved(system: System, q: Array | float = 0.0, u: Array | float = 0.0) -> System:
+    root = system.joint_of(system.root)
+    q0, u0 = root.q0.copy(), root.u0.copy()
+    q0[:3] += q
+    u0[:3] += u
+    joints = tuple(root.with_initial(q0, u0) if joint is root else joint for joint in system.joints)
+    return replace(system, joints=joints)
+
+
+def _with_initial(case: Case, system: System) -> System:
+    delta, ddelta = {}, {}
+    problems = []
+    for name, table in case.bodies.items():
+        if table.initial is None:
+            continue
+        body = system.bodies[name]
+        held_at = body.marker(system.joint_of(name).child_marker).position
+        try:
+            delta[name], ddelta[name] = initial_shape(table.initial, body, held_at)
+        except (ValueError, KeyError) as error:
+            problems.append(Problem(f"bodies.{name}.initial", str(error.args[0])))
+    if problems:
+        raise CaseError(case.path.name, problems)
+    return replace(system, delta0=delta, ddelta0=ddelta)

@@ -1,0 +1,37 @@
+"""From a case to its result file: case, bodies, system, compiled model, integrator and writer joined."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from femflex.pipeline.advance import Progress, integrate
+from femflex.pipeline.prepared import Prepared, check_output, prepare
+
+if TYPE_CHECKING:
+    from femflex.case import Case
+    from femflex.results import Run
+
+__all__ = ["Prepared", "Progress", "check_output", "integrate", "prepare", "run"]
+
+
+def run(
+    case: Case | str | Path,
+    output: str | Path = "run.h5",
+    *,
+    force: bool = False,
+    resume: bool = False,
+    progress: Progress | None = None,
+) -> Run:
+    """The finished run of a case, written to an HDF5 file as it goes and open for reading.
+
+    resume    go on with the unfinished run in `output`; the answer is that of an uninterrupted one, bit for bit
+    progress  called with the time reached [s] after every block
+    Raises CaseError for a case that cannot be run, FileExistsError for an existing output unless `force`, and
+    IntegrationError when the numerics fail; the file then keeps what was computed and says so.
+    """
+    from femflex.results import open_run
+
+    prepared = prepare(case, output, force=force, resume=resume)
+    integrate(prepared, output, force=force, resume=resume, progress=progress)
+    return open_run(output)

@@ -1,0 +1,82 @@
+"""The run itself: block after block from the integrator into the result file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from femflex.pipeline.guard import Runaway, undisturbed
+
+if TYPE_CHECKING:
+    from femflex.dynamics import Model
+    from femflex.integrate import Block, IntegrationError
+    from femflex.pipeline.prepared import Prepared
+    from femflex.results import RunWriter
+
+Progress = Callable[[float], object]  # called with the time reached [s]
+
+
+def integrate(
+    prepared: Prepared, output: str | Path, *, force: bool = False, resume: bool = False, progress: Progress | None = None
+) -> None:
+    """Run to the end, block by block into the file. See `femflex.run`."""
+    from femflex.integrate import IntegrationError
+
+    model, runaway = prepared.model, Runaway(prepared.model)
+    with _writer(prepared, Path(output), force, resume) as (writer, state, written):
+        last = None
+        try:
+            for last in prepared.integrator.blocks(model, prepared.times, model.x0, state):
+                error = runaway.found(last)
+                times = last.times if error is None else last.times[last.times <= error.t]
+                if len(times):
+                    with undisturbed():
+                        writer.write_block(times, model.observe(times, last.states[: len(times)]), last.resume)
+                    written = float(times[-1])
+                if error is not None:
+                    raise error
+                if progress is not None:
+                    progress(last.t)
+        except IntegrationError as failed:
+            raise _kept(failed, writer, model, written) from None
+        writer.finish(True, "reached the end", _statistics(last))
+
+
+@contextmanager
+def _writer(prepared: Prepared, output: Path, force: bool, resume: bool) -> Iterator[tuple[RunWriter, Any, float]]:
+    """The writer of a new file or of one to go on with, the integrator's state there, and the time of the last row."""
+    from femflex.results import RunWriter, resume_point
+
+    if resume:
+        point = resume_point(output)
+        with RunWriter.resumed(output) as writer:
+            yield writer, point.state, point.time
+        return
+    case, model = prepared.case, prepared.model
+    attributes = {
+        "title": case.title,
+        "case_text": case.text,
+        "case_path": str(case.path),
+        "integrator": prepared.integrator.name,
+        "frame": f"N inertial; attitude from the {prepared.system.frame.kind} frame",
+    }
+    rows = len(prepared.times)
+    with RunWriter(output, model.channels, prepared.system.bodies, attributes, rows=rows, force=force) as writer:
+        yield writer, None, -1.0
+
+
+def _kept(error: IntegrationError, writer: RunWriter, model: Model, written: float) -> IntegrationError:
+    """The error with the body and coordinate that failed in its text; the last finite state goes into the file."""
+    names = [name for name, _ in (*model.system.coordinate_names(), *model.system.velocity_names())]
+    text = f"the run stopped at t = {error.t:.9g} s in {names[error.coordinate]}: {error}"
+    if error.t > written:
+        writer.write_block(error.times[-1:], model.observe(error.times[-1:], error.states[-1:]))
+    writer.finish(False, text, _statistics(error))
+    told = f"{text} {writer.path} keeps what was computed and is marked incomplete."
+    return type(error)(told, error.times, error.states, error.coordinate, error.steps)
+
+
+def _statistics(of: Block | IntegrationError | None) -> dict[str, Any]:
+    return {} if of is None else {key: value for key, value in vars(of.steps).items() if key != "ended"}

@@ -1,0 +1,82 @@
+"""What a run is guarded against: interruption while it writes, and motion that has run away."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from femflex.body import FlexibleBody
+    from femflex.dynamics import Model
+    from femflex.integrate import Block, IntegrationError
+
+Array = NDArray[np.float64]
+
+FAR = 100.0  # elastic displacement over the body's size beyond which the motion has run away
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Hold Ctrl-C back until what is inside is done."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    pending: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: pending.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if pending:
+        raise KeyboardInterrupt
+
+
+class Runaway:
+    """Stops a run whose elastic displacements are far beyond the size of the body.
+
+    An unstable motion grows for long before its numbers overflow, with ever smaller steps; linear strain has lost its
+    meaning long before.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._reach: list[tuple[str, int, Array, float]] = []
+        at = 0
+        for name in model.system.order:
+            body = model.system.bodies[name]
+            at += model.system.joint_of(name).n_q
+            if body.n_modes:
+                self._reach.append((name, at, *_reach(body)))
+            at += body.n_modes
+
+    def found(self, block: Block) -> IntegrationError | None:
+        """The error that tells of the first row of a block that has run away, if there is one."""
+        from femflex.integrate import IntegrationError
+
+        for name, first, largest, size in self._reach:
+            moved = np.abs(block.states[:, first : first + len(largest)]) * largest
+            far = np.flatnonzero(moved.max(axis=1) > FAR * size)
+            if len(far):
+                row = slice(far[0], far[0] + 1)
+                k = int(np.argmax(moved[far[0]]))
+                text = (
+                    f"the motion has run away, body {name!r} is displaced by {moved[far[0], k]:.3g} m, over {FAR:g} times its "
+                    f"size of {size:.3g} m. Look for a spin faster than the body's lowest frequencies, or an unstable attitude."
+                )
+                return IntegrationError(text, block.times[row], block.states[row], first + k, block.steps)
+        return None
+
+
+def _reach(body: FlexibleBody) -> tuple[Array, float]:
+    """Largest displacement of any place per unit of each elastic coordinate (n,), and the body's size [m]."""
+    if body.skin is not None and len(body.skin.points):
+        largest = np.linalg.norm(body.skin.shapes, axis=2).max(axis=1)
+        return largest, float(np.linalg.norm(np.ptp(body.skin.points, axis=0)))
+    places = np.stack([marker.position for marker in body.markers.values()])
+    largest = np.max([np.linalg.norm(marker.phi, axis=0) for marker in body.markers.values()], axis=0)
+    return largest, max(float(np.linalg.norm(np.ptp(places, axis=0))), 1.0)

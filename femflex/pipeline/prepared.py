@@ -1,0 +1,71 @@
+"""What stands before the first step of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from femflex.body import FlexibleBody
+    from femflex.case import Case
+    from femflex.dynamics import Model
+    from femflex.integrate import Integrator
+    from femflex.system import System
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A run before its first step: case, system, compiled model, integrator and why it was chosen, output times [s]."""
+
+    case: Case
+    system: System
+    model: Model
+    integrator: Integrator
+    reason: str
+    times: NDArray[Any]
+
+
+def prepare(
+    case: Case | str | Path,
+    output: str | Path = "run.h5",
+    *,
+    force: bool = False,
+    resume: bool = False,
+    bodies: Mapping[str, FlexibleBody] | None = None,
+) -> Prepared:
+    """The run of a case up to its first step, with these bodies or with its own; nothing is written.
+
+    Raises as `femflex.run` does for what can be told before the first step.
+    """
+    from femflex.case import Case, read_case
+    from femflex.case.builders import build_system
+    from femflex.case.builders.integrator import chosen_integrator
+    from femflex.case.builders.references import duration_of
+    from femflex.dynamics import compile_system
+
+    case = case if isinstance(case, Case) else read_case(case)
+    check_output(case, Path(output), force, resume)
+    system = build_system(case, bodies)
+    model = compile_system(system)
+    times = case.run.times(duration_of(case, system))
+    integrator, reason = chosen_integrator(case, model, times)
+    return Prepared(case, system, model, integrator, reason, times)
+
+
+def check_output(case: Case, output: Path, force: bool, resume: bool) -> None:
+    """Raise OSError when the result file cannot be written there, ValueError when it cannot be resumed."""
+    from femflex.results import open_run
+    from femflex.results.place import check_place
+
+    if not resume:
+        check_place(output, force)
+        return
+    with open_run(output) as unfinished:
+        if unfinished.complete:
+            raise ValueError(f"{output} is complete; there is nothing to resume")
+        if unfinished.case_text != case.text:
+            raise ValueError(f"{output} was begun with another text of the case; resume it with that one, or start anew")

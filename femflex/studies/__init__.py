@@ -1,0 +1,24 @@
+"""Studies of a case: how a quantity converges with the number of modes and with finer meshes."""
+
+from __future__ import annotations
+
+from femflex.studies.convergence import Convergence, assessed, convergence
+from femflex.studies.decay import mode_trend
+from femflex.studies.law import Law, Trend
+from femflex.studies.richardson import extrapolated, mesh_trend, observed_order
+from femflex.studies.study import Point, Study, planned
+
+__all__ = [
+    "Convergence",
+    "Law",
+    "Point",
+    "Study",
+    "Trend",
+    "assessed",
+    "convergence",
+    "extrapolated",
+    "mesh_trend",
+    "mode_trend",
+    "observed_order",
+    "planned",
+]

@@ -1,0 +1,84 @@
+"""How the error of a truncated set of modes falls, fitted over all counts tried.
+
+E_k = |v_k - v_K| = c (g(n_k) - g(n_K)) with g = n^-p or exp(-p n), in logarithms, so that every count weighs the same:
+truncation errors fall in steps (modes that take no part change nothing), which no three values can show.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import least_squares
+
+from femflex.studies.law import Kind, Law, State, Trend, shape
+
+Array = NDArray[np.float64]
+
+KINDS: tuple[Kind, ...] = ("algebraic", "geometric")
+FITTED = 6  # the last so many counts above rounding are fitted; coarser ones follow no law yet
+CLEAR = 0.7  # misfit (root mean square, of the logarithm) above which the errors follow no law: a factor of two
+FALLEN = 1.0  # logarithm of the fall over the fitted counts below which nothing converges
+SURELY = 3.0  # differences within so many times the rounding estimated are taken for rounding
+
+
+def mode_trend(counts: ArrayLike, values: ArrayLike, noise: ArrayLike = 0.0) -> Trend:
+    """The trend of values (n,) at ascending counts (n,); noise (n,) is their rounding error, if known."""
+    n, v = np.asarray(counts, float), np.asarray(values, float)
+    noise = np.broadcast_to(np.asarray(noise, float), v.shape)
+    if len(v) < 2:
+        return Trend("one", float(v[-1]), math.nan)
+    off = v[:-1] - v[-1]
+    told = np.flatnonzero(np.abs(off) > SURELY * (noise[:-1] + noise[-1]))
+    floor = float(noise.max())
+    if not told.size:
+        return Trend("constant", float(v[-1]), max(floor, float(np.abs(off).max())))
+    if len(v) < 3:
+        return Trend("few", float(v[-1]), abs(float(off[0])))
+    told = told[-FITTED:]
+    law, misfit = _best_law(n, np.abs(off), told) if told.size > 1 else (None, math.nan)
+    if np.unique(np.sign(off[told])).size > 1:
+        return _lawless(v, "swinging", floor)
+    if law is None or misfit > CLEAR:  # not when misfit is nan: two differences leave none
+        return _lawless(v, "settling", floor)
+    if float(np.log(law.error(n[told[0]]) / law.size)) < FALLEN:
+        return Trend("unsettled", math.nan, math.nan)
+    limit = float(v[-1] - math.copysign(law.size, off[told[-1]]))
+    return Trend("law", limit, max(law.size * (1.0 if math.isnan(misfit) else math.expm1(misfit)), floor), law, misfit)
+
+
+def _lawless(v: Array, state: State, floor: float) -> Trend:
+    """The last value as the limit, uncertain by the last two changes; no limit when these are not the small ones."""
+    change = np.abs(np.diff(v))
+    ahead = float(change[-2:].max())
+    if len(change) < 3 or ahead > 0.5 * change[:-2].max():
+        return Trend("unsettled", math.nan, math.nan)
+    return Trend(state, float(v[-1]), max(ahead, floor))
+
+
+def _best_law(n: Array, error: Array, told: NDArray[np.int64]) -> tuple[Law, float]:
+    """The law that fits clearly better, or else the one that leaves the larger remainder; and its misfit."""
+    fits = [_fit(kind, n[told], float(n[-1]), error[told]) for kind in KINDS]
+    fits.sort(key=lambda fit: fit[1])
+    if told.size > 2 and fits[0][1] < 0.5 * fits[1][1]:
+        return fits[0]
+    law, misfit = max(fits, key=lambda fit: fit[0].size)
+    return law, misfit if told.size > 2 else math.nan
+
+
+def _fit(kind: Kind, n: Array, last: float, error: Array) -> tuple[Law, float]:
+    """Least squares of log E - log c (g(n) - g(last)): the law, and the root mean square misfit."""
+
+    def residual(log_rate: Array) -> Array:
+        fall = np.log(error) - np.log(shape(kind, float(np.exp(log_rate[0])), n, last) - 1.0)
+        return np.asarray(fall - fall.mean())
+
+    span = math.log(last / n[0]) if kind == "algebraic" else last - n[0]
+    starts = np.log(np.geomspace(1e-3, 300.0, 60) / span)
+    start = min(starts, key=lambda s: float(np.sum(residual(np.array([s])) ** 2)))
+    bounds = (starts[0] - 1.0, starts[-1] + 0.5)
+    found = least_squares(residual, [start], bounds=bounds, x_scale=0.1, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    rate = float(np.exp(found.x[0]))
+    size = float(np.exp(np.mean(np.log(error) - np.log(shape(kind, rate, n, last) - 1.0))))
+    return Law(kind, rate, size, last), float(np.sqrt(np.mean(found.fun**2)))

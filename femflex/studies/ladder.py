@@ -1,0 +1,184 @@
+"""The levels of a study: which numbers of modes, or how fine meshes, and what makes the bodies of each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from femflex.body import FlexibleBody
+from femflex.case import Case, CaseError
+from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
+from femflex.case.builders import build_body, build_mesh, build_modes, build_structure_of
+from femflex.case.builders.body import truncated
+from femflex.case.run import StudyTable
+from femflex.fem import Structure
+from femflex.fem.canonical import whole_clusters
+from femflex.fem.eigen import stiffness_ratio
+from femflex.mesh.cells import CELL_TYPES
+from femflex.reduction import load_body
+
+COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)  # numbers of modes tried when none are named
+REFINED = 4  # refinements tried when none are named, if the mesh stays below
+POINTS = 30_000  # points, or else two
+VARIED = ("cantilever", "free_free", "craig_bampton")  # reductions that keep a number of modes
+
+
+@dataclass(frozen=True, eq=False)
+class Built:
+    """The bodies that differ at a level, how many dofs they have, and the relative rounding of a mode's frequency."""
+
+    bodies: dict[str, Any]
+    count: int
+    rounding: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Rung:
+    """One level: modes a body keeps or refinements of its mesh, its share of the work, and what builds it."""
+
+    level: int
+    weight: float
+    build: Callable[[], Built]
+
+
+@dataclass(frozen=True, eq=False)
+class Ladder:
+    """The rungs of a study, coarse to fine, the bodies it varies, and the level of the case itself (None for several)."""
+
+    varied: tuple[str, ...]
+    rungs: tuple[Rung, ...]
+    own: int | None
+
+
+@dataclass(frozen=True, eq=False)
+class Modal:
+    """What a frequency study asks of a meshed body: natural frequencies alone [rad/s]."""
+
+    omega: np.ndarray
+
+
+def mode_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder:
+    """The ladder over the number of modes; the largest set is made here, and others are cut from it where that is all.
+
+    Raises ValueError when no body keeps a number of modes, CaseError when a body cannot have so many.
+    """
+    names = _varied(case, lambda table: _own_count(case, table) is not None, "modes to vary")
+    owns = {_own_count(case, case.bodies[name]) or 0 for name in names}
+    own, wanted = max(1, *owns), levels or _study(case).modes
+    counts = sorted({*wanted} if wanted else {*(k for k in COUNTS if k < 2 * own), own, 2 * own})
+    try:
+        largest = {name: build_body(case, name, modes=counts[-1]) for name in names}
+    except CaseError:
+        if wanted:
+            raise
+        counts = [k for k in counts if k <= own]  # the mesh has no more, or the case has damping for so many alone
+        largest = {name: build_body(case, name, modes=own) for name in names}
+    if len(names) == 1 and _truncates(case.bodies[names[0]]):  # the level is what is kept: no close pair is parted
+        counts = sorted({_kept(largest[names[0]], n) for n in counts})
+        owns = {_kept(largest[names[0]], own)}
+    rungs = (Rung(n, float(n) ** 2, partial(_with_modes, case, largest, n, counts[-1])) for n in counts)
+    return Ladder(tuple(names), tuple(rungs), owns.pop() if len(owns) == 1 else None)
+
+
+def _kept(body: FlexibleBody, n: int) -> int:
+    """How many modes are kept of n asked: no close pair is parted."""
+    if n >= body.n_modes or not np.isfinite(body.omega).all():
+        return min(n, body.n_modes)
+    return whole_clusters(body.omega, n) or body.n_modes
+
+
+def _with_modes(case: Case, largest: dict[str, FlexibleBody], n: int, last: int) -> Built:
+    bodies = {}
+    for name, body in largest.items():
+        if _truncates(case.bodies[name]):
+            bodies[name] = truncated(body, _kept(body, n))
+        else:
+            bodies[name] = body if n == last else build_body(case, name, modes=n)
+    return Built(bodies, sum(body.n_modes for body in bodies.values()))
+
+
+def mesh_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder:
+    """The ladder over refinements of the meshes. Raises ValueError when no body has a mesh."""
+    names = _varied(case, lambda table: isinstance(table, FlexibleTable), "mesh to refine")
+    wanted = levels or _study(case).refinements
+    meshes = {name: build_mesh(case, name, _flexible(case, name)) for name in names}
+    sizes = np.array([len(mesh.points) for mesh in meshes.values()], float)
+    growth = np.array([2.0 ** max(CELL_TYPES[cell].dimension for cell in mesh.cells) for mesh in meshes.values()])
+    if wanted is None:
+        wanted = [r for r in range(REFINED + 1) if r <= 2 or (sizes * growth**r).sum() <= POINTS]
+    rungs = (Rung(r, float((sizes * growth**r).sum()), partial(_refined, case, names, r)) for r in sorted(set(wanted)))
+    return Ladder(tuple(names), tuple(rungs), 0)
+
+
+def _refined(case: Case, names: list[str], r: int) -> Built:
+    """Bodies on meshes refined r times; for the frequency of a mode the modes alone, with their rounding."""
+    quantity = _study(case).quantity
+    structures = {name: _structure(case, name, r) for name in names}
+    count = sum(structure.n_dof for structure in structures.values())
+    if quantity.of != "mode_frequency":
+        return Built({name: build_body(case, name, refine=r) for name in names}, count)
+    name = names[0]
+    structure, modes = build_modes(structures[name], _flexible(case, name))
+    ratio = stiffness_ratio(structure.K, modes.phi[:, quantity.mode - 1 : quantity.mode])
+    summed = np.sqrt(count)  # rounding of so many terms, with signs at random
+    rounding = float(np.finfo(float).eps / (2.0 * summed * ratio[0])) if ratio.size and ratio[0] > 0 else 0.0
+    return Built({name: Modal(modes.omega)}, count, rounding)
+
+
+def _structure(case: Case, name: str, r: int) -> Structure:
+    table = _flexible(case, name)
+    return build_structure_of(case, name, table, build_mesh(case, name, table, r))
+
+
+def _varied(case: Case, can: Callable[[BodyTable], bool], what: str) -> list[str]:
+    """Names of the bodies a study varies: that of the quantity, that of [study], or all that can."""
+    study = _study(case)
+    named = study.quantity.body if study.quantity.channel is None else study.body
+    names = [name for name in case.bodies if named in (None, name) and can(case.bodies[name])]
+    if not names:
+        told = ", ".join(f"{name} ({_described(table)})" for name, table in case.bodies.items())
+        about = f"there is no {what}" if named is None else f"body {named!r}, which the study is about, has no {what}"
+        raise ValueError(
+            f"{case.path.name}: {about}; its bodies are {told}. Vary the other, modes or mesh, or another body."
+        )
+    return names
+
+
+def _described(table: BodyTable) -> str:
+    method = f", {table.reduction.method}" if isinstance(table, FlexibleTable) else ""
+    return f"{getattr(table, 'kind', '?')}{method}"
+
+
+def _own_count(case: Case, table: BodyTable) -> int | None:
+    """The number of modes the case gives a body, None when it gives none."""
+    if isinstance(table, FlexibleTable):
+        return table.reduction.modes if table.reduction.method in VARIED else None  # type: ignore[union-attr]
+    if isinstance(table, AnalyticTable):
+        f = table.functions
+        return max(f.y, f.z, f.axial, f.torsion) or None
+    if isinstance(table, FileTable):
+        return table.modes or load_body(case.beside(table.file)).n_modes or None
+    return None
+
+
+def _truncates(table: BodyTable) -> bool:
+    """Whether fewer modes are the first ones of more."""
+    if isinstance(table, FlexibleTable):
+        r = table.reduction
+        return r.method == "free_free" or (r.method == "cantilever" and not r.attachment)
+    return isinstance(table, FileTable)
+
+
+def _study(case: Case) -> StudyTable:
+    assert case.study is not None
+    return case.study
+
+
+def _flexible(case: Case, name: str) -> FlexibleTable:
+    table = case.bodies[name]
+    assert isinstance(table, FlexibleTable)
+    return table

@@ -1,0 +1,193 @@
+"""A convergence study: one case over a ladder of levels, one number from each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from pathlib import Path
+from tempfile import gettempdir
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody
+from femflex.case import Case, CaseError
+from femflex.case.builders import build_body
+from femflex.case.evaluate import measured, measured_unit
+from femflex.case.measure import MeasureTable
+from femflex.pipeline import Prepared, prepare
+from femflex.studies.ladder import Built, Ladder, Rung, mesh_ladder, mode_ladder
+from femflex.system import Channel
+
+Array = NDArray[np.float64]
+Over = Literal["modes", "mesh"]
+Progress = Callable[[float], object]  # called with the part of the work done
+
+LADDERS: dict[str, Callable[[Case, Sequence[int] | None], Ladder]] = {"modes": mode_ladder, "mesh": mesh_ladder}
+STEPS = 10.0  # a run's error over its relative tolerance, by experience: errors of many steps add up
+EPS = 1e-14  # rounding of any number, relative
+EXAMPLE = '[study]\nquantity = { of = "peak", channel = "markers/beam.tip/deflection" }'
+
+
+@dataclass(frozen=True)
+class Point:
+    """A level with its count of elastic coordinates or dofs, the value there, the value's own rounding, and their unit.
+
+    problem says why a level too coarse for the case has no value (nan).
+    """
+
+    level: int
+    count: int
+    value: float
+    noise: float
+    unit: str = ""
+    problem: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What `measured` asks of a run, kept in memory: the one channel of the quantity, and the bodies."""
+
+    bodies_of: Mapping[str, Any]
+    time: Array = field(default_factory=lambda: np.zeros(0))
+    values: Array = field(default_factory=lambda: np.zeros(0))
+    channel: Channel = field(default_factory=lambda: Channel("1", "nothing"))
+    mean_motion: float | None = None
+    rtol: float = 0.0  # of the integration
+
+    def __getitem__(self, path: str) -> Array:
+        return self.values
+
+    def names(self, path: str) -> tuple[str, ...]:
+        """Names of the entries of the channel."""
+        return self.channel.names
+
+    def unit(self, path: str) -> str:
+        """Unit of the channel."""
+        return self.channel.unit
+
+    def bodies(self) -> Mapping[str, Any]:
+        """The bodies by name."""
+        return self.bodies_of
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """A case, what is varied, and the ladder of levels; `points` climbs it."""
+
+    case: Case
+    over: Over
+    ladder: Ladder
+
+    @property
+    def quantity(self) -> MeasureTable:
+        """What the case's [study] watches."""
+        assert self.case.study is not None
+        return self.case.study.quantity
+
+    @cached_property
+    def constant(self) -> dict[str, FlexibleBody]:
+        """The bodies that no level varies."""
+        return {name: build_body(self.case, name) for name in self.case.bodies if name not in self.ladder.varied}
+
+    def points(self, progress: Progress | None = None) -> Iterator[Point]:
+        """A Point for each level, coarse to fine; progress is told of the whole study.
+
+        The first levels may be too coarse for the case: an initial displacement that so few modes cannot take, a mode
+        that is not among them. Raises what made the last of them fail when no level has a value, and IntegrationError
+        when the numerics fail.
+        """
+        rungs, found, count = self.ladder.rungs, False, -1
+        ends = np.cumsum([rung.weight for rung in rungs])
+        for rung, end in zip(rungs, ends, strict=True):
+            told = partial(_tell, progress, (end - rung.weight) / ends[-1], rung.weight / ends[-1])
+            told(0.0)
+            built = rung.build()
+            if built.count == count:  # a close pair was kept whole, so nothing is new
+                continue
+            count = built.count
+            try:
+                point = self._point(rung, built, told)
+            except ValueError as error:
+                if found or rung is rungs[-1] or not self._is_coarse(error):
+                    raise
+                text = str(error).removeprefix(f"{self.case.path.name}: ")
+                point = Point(rung.level, built.count, math.nan, math.nan, problem=text)
+            found = found or not point.problem
+            yield point
+
+    def _point(self, rung: Rung, built: Built, progress: Progress) -> Point:
+        seen = self._seen(built, progress)
+        value = measured(self.quantity, seen, seen.mean_motion)
+        noise = max(built.rounding, STEPS * seen.rtol, EPS) * abs(value)
+        return Point(rung.level, built.count, value, noise, measured_unit(self.quantity, seen))
+
+    def _is_coarse(self, error: ValueError) -> bool:
+        """Whether the trouble is one that more modes may end."""
+        initial = isinstance(error, CaseError) and all(problem.where.endswith(".initial") for problem in error.problems)
+        return self.over == "modes" and (initial or self.quantity.of == "mode_frequency")
+
+    def _seen(self, built: Built, progress: Progress) -> Seen:
+        """The run of the case with these bodies, or the bodies alone where that is all the quantity needs."""
+        path = self.quantity.channel
+        if path is None:
+            return Seen(built.bodies)
+        everything = built.bodies | self.constant
+        bodies = {name: everything[name] for name in self.case.bodies}
+        prepared = prepare(self.case, Path(gettempdir()) / "study.h5", force=True, bodies=bodies)  # nothing is written
+        motion = None if prepared.system.orbit is None else prepared.system.orbit.mean_motion
+        rtol = float(getattr(prepared.integrator, "rtol", 0.0))
+        values, channel = watched(prepared, path, progress), prepared.model.channels[path]
+        return Seen(bodies, prepared.times, values, channel, motion, rtol)
+
+
+def _tell(progress: Progress | None, start: float, share: float, part: float) -> None:
+    if progress is not None:
+        progress(start + share * part)
+
+
+def planned(case: Case, over: Over = "modes", levels: Sequence[int] | None = None) -> Study:
+    """The study of a case's [study] quantity over its modes or its meshes.
+
+    levels: numbers of modes (from 1) or refinements (from 0) to try; left out, those of the case, or a usual ladder.
+    Raises ValueError when the case has no [study], nothing to vary, or the levels make no ladder.
+    """
+    if over not in LADDERS:
+        raise ValueError(f"a study varies {' or '.join(LADDERS)}; found {over!r}.")
+    if case.study is None:
+        raise ValueError(
+            f"{case.path.name} has no [study] to say which quantity is watched; add one, such as\n{EXAMPLE}"
+        )
+    least = 1 if over == "modes" else 0
+    if levels is not None and (len(set(levels)) < 2 or min(levels) < least):
+        found = ", ".join(map(str, levels)) or "none"
+        what = "numbers of modes, each at least 1" if over == "modes" else "numbers of refinements, each at least 0"
+        raise ValueError(f"found levels {found}; give at least two different {what} (an order needs three).")
+    return Study(case, over, LADDERS[over](case, levels))
+
+
+def watched(prepared: Prepared, path: str, progress: Progress) -> Array:
+    """One channel of a run that leaves no file, (n_t, ...)."""
+    model, times = prepared.model, prepared.times
+    rows = []
+    for block in prepared.integrator.blocks(model, times, model.x0):
+        if len(block.times):
+            rows.append(model.observe(block.times, block.states)[path])
+        progress((block.t - times[0]) / (times[-1] - times[0]))
+    return np.concatenate(rows)
+
+
+def described(quantity: MeasureTable) -> str:
+    """A quantity in words: "peak of attitude/angles pitch", "frequency of mode 1 of beam"."""
+    q = quantity
+    if q.of == "mode_frequency":
+        return f"frequency of mode {q.mode} of {q.body}"
+    if q.of == "body_mass":
+        return f"mass of {q.body}"
+    of = f"frequency {q.tone} of {q.tones}" if q.of == "frequency" and q.tones > 1 else q.of
+    component = "" if q.component is None else f" {q.component}"
+    when = f" at {q.at:g} s" if q.at is not None else " at the end" if q.of == "value" else ""
+    return f"{of} of {q.channel}{component}{when}"

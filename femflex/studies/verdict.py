@@ -1,0 +1,150 @@
+"""A convergence study in words: what was reached, by what law, what to choose, and what to doubt."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from femflex.studies.convergence import Convergence
+
+
+def verdict(found: Convergence) -> str:
+    """The sentences on a study."""
+    said = {"one": _one, "few": _few, "constant": _constant, "unsettled": _unsettled}.get(found.trend.state, _judged)
+    return " ".join(text for text in (said(found), _rounding(found)) if text)
+
+
+def level_text(found: Convergence, level: int) -> str:
+    """A level as words: "8 modes", "2 refinements (241 dofs)"."""
+    at = np.flatnonzero(found.levels == level)
+    count = int(found.counts[at[0]]) if at.size else None
+    if found.over == "mesh":
+        told = "the mesh as it is" if level == 0 else f"{level} refinement{'s' * (level != 1)}"
+        return told if count is None else f"{told} ({count} dofs)"
+    told = f"{level} mode{'s' * (level != 1)}"
+    return told if count in (None, level) else f"{told} a body ({count} elastic coordinates)"
+
+
+def law_text(found: Convergence) -> str:
+    """The law in words: "with order 3.98 in the cell size, +- 0.02", "like n^-4.1", or "" without one."""
+    law, scatter = found.trend.law, found.trend.scatter
+    if law is None:
+        return ""
+    sure = math.isfinite(scatter)
+    if found.over == "mesh":
+        told = f"with order {law.rate:.2f} in the cell size"
+        return told + (f", +- {scatter:.2g} over the levels" if sure else ", seen once")
+    told = (
+        f"like n^-{law.rate:.2f}"
+        if law.kind == "algebraic"
+        else f"by a factor {math.exp(-law.rate):.3g} with each mode"
+    )
+    return told + (f", give or take a factor {math.exp(scatter):.3g}" if sure else ", by two differences alone")
+
+
+def _one(found: Convergence) -> str:
+    return f"There is a value at {level_text(found, int(found.levels[0]))} alone, which says nothing of convergence."
+
+
+def _few(found: Convergence) -> str:
+    change = _relative(found, abs(found.values[-1] - found.values[0]))
+    return (
+        f"Two levels differ by {change}, relative; an order of convergence and an error estimate need at least three."
+    )
+
+
+def _constant(found: Convergence) -> str:
+    varied = "number of modes" if found.over == "modes" else "fineness of the mesh"
+    most = _relative(found, float(np.abs(found.values - found.values[-1]).max()))
+    if found.recommended is None:
+        return (
+            f"Values differ by {most}, relative: without a trend, but by more than the tolerance {found.tolerance:g}."
+        )
+    return (
+        f"No dependence on the {varied} is seen: values at {_span(found)} differ by {most}, relative, without a trend."
+    )
+
+
+def _unsettled(found: Convergence) -> str:
+    changes = ", ".join(f"{change:.2g}" for change in found.changes[-3:] if math.isfinite(change))
+    return (
+        f"Does not converge over {_span(found)}: the changes do not fall (the last are {changes} {found.unit}). "
+        "No limit is estimated; look at the quantity itself, or try more levels."
+    )
+
+
+def _judged(found: Convergence) -> str:
+    parts = [_reached(found), _trend(found)]
+    parts.append(_needed(found) if found.recommended is None else _own(found))
+    return " ".join(part for part in parts if part)
+
+
+def _reached(found: Convergence) -> str:
+    level = found.recommended
+    if level is None:
+        last = level_text(found, int(found.levels[found.told - 1]))
+        error = _relative(found, float(found.errors[found.told - 1]))
+        return f"Not converged to {found.tolerance:g}: with {last}, the estimated relative error is {error}."
+    error = _relative(found, float(found.errors[found.levels == level][0]))
+    enough = "suffices" if level == (1 if found.over == "modes" else 0) else "suffice"
+    told = f"{level_text(found, level)} {enough}, with an estimated relative error of {error}"
+    return f"Converged to {found.tolerance:g}: {told}."
+
+
+def _trend(found: Convergence) -> str:
+    match found.trend.state:
+        case "law":
+            limit = f"{found.estimate:.9g} {found.unit}, relative uncertainty {_relative(found, found.trend.spread)}"
+            return f"Errors fall {law_text(found)}; the limit is about {limit}."
+        case "rounded":
+            return "Only the first change is above rounding, too few for an order."
+        case "swinging":
+            return "Values swing about, so nothing is extrapolated and no order claimed; errors are the last changes."
+    return "The changes fall, but by no clear law, so nothing is extrapolated; errors are the last changes."
+
+
+def _needed(found: Convergence) -> str:
+    """Where the law would reach the tolerance."""
+    law = found.trend.law
+    if found.trend.rounded is not None:
+        return ""
+    if law is None:
+        return "Try more levels."
+    if found.trend.spread > found.tolerance * found.scale:
+        return "The limit itself is not known that well; try more levels, or a larger tolerance."
+    x = law.reaches(found.tolerance * found.scale)
+    if found.over == "mesh":
+        return f"If this goes on, {math.ceil(math.log2(x) - 1e-9)} refinements would do."
+    return f"If this goes on, about {math.ceil(x)} elastic coordinates would do."
+
+
+def _own(found: Convergence) -> str:
+    """How the case itself stands."""
+    if found.own is None or found.own not in found.levels or found.recommended is None:
+        return ""
+    error = _relative(found, float(found.errors[found.levels == found.own][0]))
+    if found.over == "mesh":
+        return "" if found.recommended == 0 else f"The case's own mesh has an estimated relative error of {error}."
+    enough = "enough" if found.recommended <= found.own else "not enough"
+    return f"The case keeps {found.own}, which is {enough} ({error})."
+
+
+def _rounding(found: Convergence) -> str:
+    if found.trend.rounded is None:
+        return ""
+    at = level_text(found, int(found.levels[found.trend.rounded]))
+    if found.simulated:
+        return f"The tolerance of the integration is met at {at}: a finer mesh shows no more, a smaller run.rtol may."
+    return f"Rounding is met at {at}: a finer mesh has fewer right digits, not more; elements of higher order have."
+
+
+def _span(found: Convergence) -> str:
+    first, last = int(found.levels[0]), int(found.levels[-1])
+    return f"{first} to {last} {'modes' if found.over == 'modes' else 'refinements'}"
+
+
+def _relative(found: Convergence, error: float) -> str:
+    return f"{error / found.scale:.2g}"

@@ -1,0 +1,209 @@
+"""The picture of a convergence study: values towards their limit, and errors falling, as PNG or SVG."""
+
+from __future__ import annotations
+
+import textwrap
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.view.output import placed
+from femflex.view.theme import Theme, theme_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+SIZE = (9.0, 7.2)  # inches
+WIDTH = 104  # letters of a line of the verdict
+
+
+class Curve(Protocol):
+    """A law by which errors fall."""
+
+    def error(self, x: Array) -> Array:
+        """The error at x."""
+
+
+class Studied(Protocol):
+    """What is drawn of a study (femflex.studies.Convergence); arrays run over its levels, coarse to fine.
+
+    levels, counts, values, errors (n,)   as in a table; x (n,) is what the law is in
+    told                                  so many levels stand before rounding
+    """
+
+    title: str
+    unit: str
+    over: str
+    levels: NDArray[np.int64]
+    counts: NDArray[np.int64]
+    values: Array
+    errors: Array
+    tolerance: float
+
+    @property
+    def x(self) -> Array:
+        """What the law is in."""
+
+    @property
+    def told(self) -> int:
+        """Number of levels before rounding."""
+
+    @property
+    def law(self) -> Curve | None:
+        """The law of the errors."""
+
+    @property
+    def law_text(self) -> str:
+        """The law in words."""
+
+    @property
+    def estimate(self) -> float:
+        """The limit, nan without one."""
+
+    @property
+    def scale(self) -> float:
+        """What errors are relative to."""
+
+    @property
+    def recommended(self) -> int | None:
+        """The level to choose."""
+
+    @property
+    def verdict(self) -> str:
+        """What it means, in sentences."""
+
+
+def plot_convergence(
+    study: Studied,
+    path: str | Path,
+    theme: str = "light",
+    title: str | None = None,
+    dpi: int = 150,
+    force: bool = False,
+) -> Path:
+    """Path of a picture (.png or .svg): values over the count above, relative errors with their law below."""
+    check_kind(path)
+    from matplotlib.figure import Figure
+
+    colours = theme_of(theme)
+    figure = Figure(figsize=SIZE, layout="constrained", facecolor=colours.background)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 3))
+    heading = (
+        title
+        or f"{study.title[0].upper()}{study.title[1:]} over {'modes' if study.over == 'modes' else 'finer meshes'}"
+    )
+    figure.suptitle(heading, color=colours.text, fontsize=12, fontweight="bold")
+    _values(above, study, colours)
+    _errors(below, study, colours)
+    for ax in (above, below):
+        _finish(ax, colours)
+    words = "\n".join(textwrap.wrap(study.verdict, WIDTH))
+    figure.supxlabel(words, color=colours.text, fontsize=8.5, ha="left", x=0.02, linespacing=1.4)
+    with placed(path, force) as part:
+        figure.savefig(part, format=Path(path).suffix.lower().lstrip("."), dpi=dpi)
+    return Path(path)
+
+
+def check_kind(path: str | Path) -> None:
+    """Raise ValueError when the suffix is neither .png nor .svg."""
+    if Path(path).suffix.lower() not in (".png", ".svg"):
+        raise ValueError(f"a plot is written as .png or .svg; {Path(path).name} is neither")
+
+
+def _values(ax: Axes, study: Studied, colours: Theme) -> None:
+    """Values over the count, the limit, and the band of the tolerance about it."""
+    ax.set_xscale("log")
+    if np.isfinite(study.estimate):
+        band = study.tolerance * study.scale
+        ax.axhspan(study.estimate - band, study.estimate + band, color=colours.lines[2], alpha=0.15, linewidth=0)
+        ax.axhline(study.estimate, color=colours.lines[2], linewidth=1.2, label="limit")
+        ax.fill_between([], [], color=colours.lines[2], alpha=0.15, label=f"tolerance {study.tolerance:g}")
+        _frame(ax, study, band)
+    ax.plot(study.counts, study.values, "o-", color=colours.lines[0], linewidth=1.2, markersize=5, label="value")
+    _ring(ax, study, study.values, colours)
+    ax.ticklabel_format(axis="y", useOffset=True, useMathText=True, scilimits=(-3, 4))
+    ax.set_ylabel(f"value [{study.unit}]" if study.unit not in ("", "1") else "value")
+
+
+def _frame(ax: Axes, study: Studied, band: float) -> None:
+    """Limits about the values, and about the tolerance where it is not much wider."""
+    low, high = float(study.values.min()), float(study.values.max())
+    low, high = min(low, study.estimate), max(high, study.estimate)
+    if band < 3 * (high - low) or high == low:
+        low, high = min(low, study.estimate - band), max(high, study.estimate + band)
+    margin = 0.08 * (high - low) or abs(high) or 1.0
+    ax.set_ylim(low - margin, high + margin)
+
+
+def _errors(ax: Axes, study: Studied, colours: Theme) -> None:
+    """Relative errors over the count, the law through them, and the tolerance."""
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    known = np.isfinite(study.errors) & (study.errors > 0)
+    counts, errors = study.counts[known], study.errors[known] / study.scale
+    told = known & (np.arange(len(known)) < study.told)
+    if study.law is not None and told.any():
+        x, on = study.x[told], study.counts[told].astype(float)
+        fine = np.geomspace(x[0], x[-1], 200)
+        ax.plot(
+            np.exp(np.interp(np.log(fine), np.log(x), np.log(on))),
+            study.law.error(fine) / study.scale,
+            color=colours.lines[1],
+            linewidth=1.2,
+            linestyle="--",
+            label=f"errors fall\n{textwrap.fill(study.law_text, 24)}",
+        )
+    ax.axhline(study.tolerance, color=colours.lines[2], linewidth=1.2, label=f"tolerance {study.tolerance:g}")
+    ax.plot(counts, errors, "o", color=colours.lines[0], markersize=5, label="estimated error")
+    _ring(ax, study, study.errors / study.scale, colours)
+    for level, count, error in zip(study.levels[known], counts, errors, strict=True):
+        style = {"textcoords": "offset points", "ha": "center", "fontsize": 8, "color": colours.faint}
+        ax.annotate(str(level), (count, error), (0, 7), **style)
+    ax.margins(y=0.12)
+    ax.set_ylabel("estimated relative error")
+    what = (
+        "degrees of freedom   (number at a point: refinements of the mesh)"
+        if study.over == "mesh"
+        else "elastic coordinates"
+    )
+    ax.set_xlabel(
+        what
+        if study.over == "mesh" or (study.levels == study.counts).all()
+        else f"{what}   (number at a point: modes a body)"
+    )
+    _count_ticks(ax, study)
+
+
+def _ring(ax: Axes, study: Studied, heights: Array, colours: Theme) -> None:
+    """A ring about the level to choose."""
+    at = study.levels == study.recommended
+    if study.recommended is not None and np.isfinite(heights[at]).all():
+        style = {"markersize": 12, "markerfacecolor": "none", "markeredgewidth": 1.5}
+        ax.plot(study.counts[at], heights[at], "o", color=colours.lines[6], label="to choose", **style)
+
+
+def _count_ticks(ax: Axes, study: Studied) -> None:
+    """Ticks at the counts themselves."""
+    from matplotlib.ticker import FixedLocator, NullLocator
+
+    ax.xaxis.set_major_locator(FixedLocator([float(count) for count in study.counts]))
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.set_xticklabels([str(count) for count in study.counts])
+
+
+def _finish(ax: Axes, colours: Theme) -> None:
+    ax.set_facecolor(colours.background)
+    ax.grid(True, color=colours.faint, alpha=0.25, linewidth=0.6)
+    ax.tick_params(colors=colours.text, which="both", labelsize=9)
+    for text in (ax.yaxis.label, ax.xaxis.label, ax.yaxis.get_offset_text()):
+        text.set_color(colours.text)
+    for side, spine in ax.spines.items():
+        spine.set_visible(side in ("left", "bottom"))
+        spine.set_color(colours.faint)
+    legend = ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=9)
+    for text in legend.get_texts():
+        text.set_color(colours.text)

@@ -1,0 +1,127 @@
+"""Time histories and spectra: which curves, in which units, and that the files are what their names say."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree
+
+import numpy as np
+import pytest
+from made_runs import write_run
+from PIL import Image
+
+import femflex.view.plot
+from femflex.results import RunWriter, open_run
+from femflex.system import Channel
+from femflex.view import plot_histories, plot_spectra
+from femflex.view.curves import curves_of
+
+
+@pytest.fixture(scope="module")
+def tumbling(tmp_path_factory):
+    """Path of a run of 20 s without an orbit."""
+    return write_run(tmp_path_factory.mktemp("runs") / "tumbling.h5", np.linspace(0, 20, 401))
+
+
+@pytest.fixture
+def run(tumbling):
+    with open_run(tumbling) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def orbiting(tmp_path_factory):
+    """A run of one orbit."""
+    path = write_run(tmp_path_factory.mktemp("runs") / "librating.h5", np.linspace(0, 5400, 1201), orbital=True)
+    with open_run(path) as opened:
+        yield opened
+
+
+@pytest.fixture
+def figure(monkeypatch):
+    """The figure that is saved."""
+    kept = []
+    real = femflex.view.plot._saved
+    monkeypatch.setattr(femflex.view.plot, "_saved", lambda fig, *args: kept.append(fig) or real(fig, *args))
+    return lambda: kept[-1]
+
+
+def test_what_is_plotted_by_default(tmp_path, run, figure):
+    plot_histories(run, tmp_path / "a.png")
+    attitude, deflection, drift = figure().axes
+    assert attitude.get_ylabel() == "attitude [deg]" and deflection.get_ylabel() == "deflection [cm]"
+    assert drift.get_ylabel() == "relative drift" and drift.get_xlabel() == "time [s]"
+    assert [line.get_label() for line in attitude.lines] == ["pitch", "yaw", "roll"]
+    named = {line.get_label(): line.get_ydata() for line in deflection.lines}
+    assert set(named) == {"boom.tip x", "boom.tip y", "boom.tip z", "panel.corner z"}  # in plane it does not move
+    assert np.allclose(named["boom.tip y"], 100 * run["markers/boom.tip/deflection"][:, 1])
+    assert np.allclose(attitude.lines[0].get_ydata(), np.rad2deg(0.25 * run.time))
+    E = run["monitors/energy"]
+    assert np.allclose(drift.lines[0].get_ydata(), (E - E[0]) / E.max(), atol=1e-16)
+
+
+def test_channels_and_components_by_name(tmp_path, orbiting, figure):
+    chosen = ["attitude/angles:yaw", "attitude/angles:1", "bodies/panel/delta:3", "markers/boom.tip/position"]
+    plot_histories(orbiting, tmp_path / "a.png", channels=chosen, degrees=False)
+    angles, delta, position = figure().axes
+    assert [line.get_label() for line in angles.lines] == ["yaw", "pitch"]
+    assert angles.get_ylabel() == "attitude [rad]" and delta.get_ylabel() == "delta [kg$^{1/2}$ m]"
+    assert [line.get_label() for line in delta.lines] == ["panel 3"] and len(position.lines) == 3
+    assert position.get_ylabel() == "position [m]" and position.get_xlabel() == "time [min]"
+    assert np.allclose(angles.lines[1].get_xdata()[-1], 90.0)
+
+
+def test_columns_of_several_units_go_to_several_axes(tmp_path):
+    times, q = np.linspace(0, 1, 20), np.random.default_rng(0).standard_normal((20, 3))
+    channels = {"q": Channel("rad, rad, kg^1/2 m", "coordinates", (3,), ("a.angle1", "a.angle2", "b.delta1"))}
+    with RunWriter(tmp_path / "run.h5", channels, {}) as writer:
+        writer.write_block(times, {"q": q})
+    with open_run(tmp_path / "run.h5") as run:
+        angles, deltas = curves_of(run, ["q"])
+    assert [curve.label for curve in angles] == ["a.angle1", "a.angle2"] and angles[0].unit == "deg"
+    assert np.allclose(angles[1].values, np.rad2deg(q[:, 1])) and deltas[0].unit == "kg^1/2 m"
+
+
+def test_peaks_of_a_spectrum_carry_the_natural_frequencies(tmp_path, run, figure):
+    plot_spectra(run, tmp_path / "a.png", channels=["bodies/panel/delta"])
+    (ax,) = figure().axes
+    assert [float(text.get_text()) for text in sorted(ax.texts, key=lambda t: t.xy[0])] == pytest.approx(
+        [0.8, 2.1, 5.0], rel=2e-3
+    )
+    assert "Blackman–Harris window" in ax.get_xlabel() and ax.get_xlabel().startswith("frequency [Hz]")
+    heights = [text.xy[1] for text in sorted(ax.texts, key=lambda t: t.xy[0])]
+    assert heights == pytest.approx([0.25, 0.15, 0.05], rel=0.02)  # amplitudes of the made-up motion
+
+
+def test_slow_spectra_are_in_millihertz(tmp_path, orbiting, figure):
+    plot_spectra(orbiting, tmp_path / "a.png", channels=["attitude/angles:pitch"], highest=0.01)
+    (ax,) = figure().axes
+    assert "[mHz]" in ax.get_xlabel() and ax.get_xlim()[1] == pytest.approx(10.0)
+    assert float(ax.texts[0].get_text()) == pytest.approx(3e3 / 5400, rel=5e-3)  # three swings an orbit
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_png_files_have_their_size_and_theme(tmp_path, run, theme):
+    with Image.open(plot_histories(run, tmp_path / "a.png", theme=theme, dpi=50)) as image:
+        assert image.size == (450, 400)
+        pixels = np.asarray(image.convert("RGB"))
+    assert (pixels[2, 2].mean() > 200) == (theme == "light") and len(np.unique(pixels.reshape(-1, 3), axis=0)) > 50
+
+
+def test_svg_files_are_drawings(tmp_path, run):
+    root = xml.etree.ElementTree.parse(plot_spectra(run, tmp_path / "a.svg")).getroot()
+    assert root.tag.endswith("svg") and len(list(root.iter("{http://www.w3.org/2000/svg}path"))) > 20
+
+
+def test_what_cannot_be_plotted_is_told(tmp_path, run):
+    with pytest.raises(KeyError, match=r"near it are \['attitude/angles'\]"):
+        plot_histories(run, tmp_path / "a.png", channels=["attitude/angle"])
+    with pytest.raises(KeyError, match=r"'up' is not a component of 'attitude/angles'; its components are \['pitch'"):
+        plot_histories(run, tmp_path / "a.png", channels=["attitude/angles:up"])
+    with pytest.raises(ValueError, match="no channels are named to plot"):
+        plot_histories(run, tmp_path / "a.png", channels=[])
+    with pytest.raises(ValueError, match=r"a plot is written as \.png or \.svg; a\.pdf is neither"):
+        plot_histories(run, tmp_path / "a.pdf")
+    assert not list(tmp_path.iterdir())
+    plot_histories(run, tmp_path / "a.png", dpi=30)
+    with pytest.raises(FileExistsError, match=r"a\.png exists; choose another name, or force"):
+        plot_histories(run, tmp_path / "a.png")

@@ -1,0 +1,201 @@
+"""The camera: all it frames is inside its margins and fills them; bodies are where a pinhole camera sees them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from made_runs import box_skin, flexible, write_run
+
+from femflex.body import Skin, rigid_body
+from femflex.results import RunWriter, open_run
+from femflex.system import Channel
+from femflex.view.framing import VIEW_ANGLE, Margins, framed
+from femflex.view.look import Look
+from femflex.view.motion import motion
+from femflex.view.plan import planned
+from femflex.view.render import render_picture
+from femflex.view.scene import Scene
+
+
+@pytest.fixture(scope="module")
+def tumbling(tmp_path_factory):
+    """Path of a run of 20 s without an orbit."""
+    return write_run(tmp_path_factory.mktemp("runs") / "tumbling.h5", np.linspace(0, 20, 401))
+
+
+@pytest.fixture
+def run(tumbling):
+    with open_run(tumbling) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def orbiting(tmp_path_factory):
+    """A run of one orbit."""
+    path = write_run(tmp_path_factory.mktemp("runs") / "librating.h5", np.linspace(0, 5400, 1201), orbital=True)
+    with open_run(path) as opened:
+        yield opened
+
+
+def on_screen(points, view, aspect):
+    """Where a pinhole camera sees points: parts of width and height from the lower left corner, (n, 2)."""
+    x, y, z = view.axes @ (points - view.place).T
+    t = np.tan(VIEW_ANGLE / 2)
+    return np.column_stack([0.5 + 0.5 * x / (z * t * aspect), 0.5 + 0.5 * y / (z * t)])
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_everything_framed_lies_between_the_margins_and_touches_two(seed):
+    rng = np.random.default_rng(seed)
+    cloud = rng.standard_normal((200, 3)) * rng.uniform(0.1, 30, 3) + rng.uniform(-100, 100, 3)
+    margins, aspect = Margins(0.03, 0.14, 0.12, 0.1), 16 / 9
+    view = framed(cloud, rng.standard_normal(3), np.array([0.0, 0.0, 1.0]), aspect, margins)
+    seen = on_screen(cloud, view, aspect)
+    low, high = np.array([margins.left, margins.bottom]), 1 - np.array([margins.right, margins.top])
+    assert np.all(seen > low - 1e-9) and np.all(seen < high + 1e-9)
+    slack = np.minimum(seen.min(axis=0) - low, high - seen.max(axis=0))
+    assert slack.min() == pytest.approx(0, abs=1e-9)  # one direction is used to the full
+    depth = (cloud - view.place) @ view.axes[2]
+    assert view.near < depth.min() and depth.max() < view.far
+
+
+def test_a_single_point_and_a_view_along_the_vertical_are_framed_too():
+    view = framed(np.array([[3.0, 4, 5]]), np.array([0.0, 0, 1]), np.array([0.0, 0, 1]), 1.0, Margins())
+    assert np.all(np.isfinite(view.place)) and view.near > 0
+    assert np.linalg.norm(view.place - [3, 4, 5]) > 0
+
+
+def test_a_body_is_drawn_where_a_pinhole_camera_sees_it(tmp_path):
+    """A small cube beside a large frame of far points, found in the picture by its colour."""
+    far = np.array([[x, y, z] for x in (-5.0, 5) for y in (-5.0, 5) for z in (-5.0, 5)])
+    corners = Skin(far, {"vertex": np.arange(8)[:, None]}, np.zeros((0, 8, 3)))
+    place = np.array([2.0, -1.5, 3.0])
+    bodies = {
+        "corners": rigid_body(1.0, np.eye(3), skin=corners),
+        "cube": rigid_body(1.0, np.eye(3), skin=box_skin(0.8, 0.8, 0.8)),
+    }
+    still = np.tile([1.0, 0, 0, 0], (2, 1))
+    arrays = {
+        "bodies/corners/position": np.zeros((2, 3)),
+        "bodies/corners/attitude": still,
+        "bodies/cube/position": np.tile(place, (2, 1)),
+        "bodies/cube/attitude": still,
+    }
+    channels = {path: Channel("m", path, value.shape[1:]) for path, value in arrays.items()}
+    with RunWriter(tmp_path / "run.h5", channels, bodies) as writer:
+        writer.write_block(np.array([0.0, 1.0]), arrays)
+        writer.finish(complete=True)
+    look = Look(size=(640, 400), triads=False, edges="none", view=(3.0, -4.0, 2.0), title="", camera="fixed")
+    with open_run(tmp_path / "run.h5") as run:
+        plan = planned(run, look)
+        with Scene(run, look, plan) as scene:
+            scene.show(motion(run, np.array([0.5])), 0)
+            image = scene.image().astype(int)
+    # the first body by name, "corners", and the second, "cube", have neutral colours; corners are dots of 9 pixels
+    drawn = np.abs(image - image[395, 5]).sum(axis=2) > 60
+    expected = on_screen(place[None], plan.view, 640 / 400)[0] * [640, 400]
+    around = drawn[
+        400 - int(expected[1]) - 25 : 400 - int(expected[1]) + 25, int(expected[0]) - 25 : int(expected[0]) + 25
+    ]
+    rows, columns = np.nonzero(around)
+    assert len(rows) > 50
+    centre = np.array([columns.mean() + int(expected[0]) - 24.5, int(expected[1]) + 24.5 - rows.mean()])
+    assert np.linalg.norm(centre - expected) < 1.5  # pixels
+
+
+def test_nothing_drawn_reaches_the_rim_at_any_time(tmp_path, run):
+    look = {"size": (320, 180), "triads": False, "title": "", "scale": 2.0, "samples": 1}
+    for k, t in enumerate(np.linspace(0, 20, 9)):
+        image = read(render_picture(run, tmp_path / f"{k}.png", time=float(t), **look))
+        rim = np.ones(image.shape[:2], bool)
+        rim[7:-7, 12:-12] = False
+        rim[:, 250:] = False  # clock, colour bar and scale are there
+        assert np.all(image[rim] == 255) and not np.all(image == 255)
+
+
+def test_a_camera_does_not_move_between_pictures_of_a_run(run):
+    look = Look(size=(320, 180))
+    first, second = planned(run, look, 1.0), planned(run, look, 17.0)
+    assert np.array_equal(first.view.place, second.view.place) and np.array_equal(first.view.up, second.view.up)
+    near = planned(run, Look(size=(320, 180), fit="picture"), 1.0)
+    assert np.linalg.norm(near.view.place - near.view.focus) < np.linalg.norm(first.view.place - first.view.focus)
+
+
+def test_a_picture_is_the_same_every_time(tmp_path, run):
+    images = [read(render_picture(run, tmp_path / f"{k}.png", time=4.2, size=(320, 180))) for k in (0, 1)]
+    assert np.array_equal(*images)
+
+
+def test_slender_bodies_are_drawn_broad_enough_to_be_seen(tmp_path):
+    times, s = np.linspace(0, 1, 5), np.linspace(0, 20, 41)
+    ring = 0.004 * np.array([[0, 1, 0], [0, -0.5, 0.8], [0, -0.5, -0.8]])
+    points = (s[:, None, None] * [1, 0, 0] + ring).reshape(-1, 3)
+    number = np.arange(len(points)).reshape(-1, 3)
+    around = np.roll(number, -1, axis=1)
+    quads = np.stack([number[:-1], around[:-1], around[1:], number[1:]], axis=-1).reshape(-1, 4)
+    wire = flexible(Skin(points, {"quad": quads}, np.zeros((1, len(points), 3))), [1.0], {"tip": 0})
+    arrays = {
+        "bodies/wire/position": np.zeros((5, 3)),
+        "bodies/wire/attitude": np.tile([1.0, 0, 0, 0], (5, 1)),
+        "bodies/wire/delta": np.zeros((5, 1)),
+    }
+    channels = {path: Channel("m", path, value.shape[1:]) for path, value in arrays.items()}
+    with RunWriter(tmp_path / "run.h5", channels, {"wire": wire}) as writer:
+        writer.write_block(times, arrays)
+    look = {"size": (640, 360), "triads": False, "title": "", "samples": 1}
+    with open_run(tmp_path / "run.h5") as run:
+        image = read(render_picture(run, tmp_path / "a.png", **look))
+    middle = image[60:-60, 300]
+    assert 2 <= np.count_nonzero((255 - middle.astype(int)).sum(axis=1) > 60) <= 8
+
+
+def read(path):
+    from PIL import Image
+
+    with Image.open(path) as image:
+        return np.asarray(image)
+
+
+def test_an_orbiting_run_is_seen_from_the_orbital_frame(orbiting):
+    plan = planned(orbiting, Look())
+    assert plan.camera == "orbital" and plan.view.axes[0][1] == pytest.approx(0, abs=1e-12)  # y0 points up
+    moving = motion(orbiting, orbiting.time, "orbital")
+    assert np.allclose(moving.reference, np.eye(3), atol=1e-12)
+    pitch, yaw, _ = orbiting["attitude/angles"].T  # turns about x, then z, then y
+    assert np.allclose(moving.attitude["hub"][:, 1, 1], np.cos(pitch) * np.cos(yaw), atol=1e-12)
+    fixed = motion(orbiting, orbiting.time, "fixed")
+    assert np.ptp(fixed.attitude["hub"][:, 0, 1]) > 1.9  # while it turns over in inertial axes
+
+
+def test_the_following_camera_holds_the_centre_and_the_bodys_its_axes(run):
+    moving = motion(run, run.time[::40], "body", "hub")
+    assert np.allclose(moving.attitude["hub"], np.eye(3), atol=1e-12) and np.allclose(moving.position["hub"], 0)
+    assert np.allclose(moving.position["boom"], [0.8, 0, 0], atol=1e-12)  # welded
+    fixed = motion(run, run.time[::40], "fixed")
+    assert np.allclose(moving.reference, np.swapaxes(fixed.attitude["hub"], 1, 2), atol=1e-12)
+
+
+def test_between_rows_positions_and_attitudes_are_interpolated(run):
+    a, b = motion(run, run.time[100:102]).attitude["hub"]
+    middle = motion(run, np.array([run.time[100:102].mean()]))
+    turn = middle.attitude["hub"][0]
+    assert np.allclose(turn @ turn.T, np.eye(3), atol=1e-14)
+    assert np.allclose(a.T @ turn, turn.T @ b, atol=1e-12)  # half of the turn each
+    expected = run["bodies/boom/position"][100:102].mean(axis=0)
+    assert np.allclose(middle.position["boom"][0], expected, atol=1e-15)
+
+
+def test_a_wandering_craft_is_followed(tmp_path):
+    times = np.linspace(0, 10, 21)
+    body = {"cube": rigid_body(1.0, np.eye(3), skin=box_skin(1, 1, 1))}
+    arrays = {
+        "bodies/cube/position": times[:, None] * [3.0, 0, 0],
+        "bodies/cube/attitude": np.tile([1.0, 0, 0, 0], (21, 1)),
+    }
+    channels = {path: Channel("m", path, value.shape[1:]) for path, value in arrays.items()}
+    with RunWriter(tmp_path / "run.h5", channels, body) as writer:
+        writer.write_block(times, arrays)
+    with open_run(tmp_path / "run.h5") as run:
+        assert planned(run, Look()).camera == "follow"
+        followed, fixed = motion(run, times, "follow"), motion(run, times, "fixed")
+    assert np.allclose(followed.position["cube"], 0) and np.ptp(fixed.position["cube"]) == 30
