@@ -34,11 +34,15 @@ class _ClampValue(_Readable):
         if isinstance(value, list) and all(isinstance(name, str) for name in value):
             return dict.fromkeys(value, ())
         if not isinstance(value, dict):
-            raise ValueProblem(f"found {shown(value)}; expected a group name, a list of them, or {{group = [\"x\", \"y\", \"z\"]}}")
+            raise ValueProblem(
+                f'found {shown(value)}; expected a group name, a list of them, or {{group = ["x", "y", "z"]}}'
+            )
         for group, components in value.items():
             wrong = [c for c in components if c not in DIRECTIONS] if isinstance(components, list) else [components]
             if wrong or not components:
-                raise ValueProblem(f"found {shown(components)} at group {group!r}; held components are of {', '.join(DIRECTIONS)}")
+                raise ValueProblem(
+                    f"found {shown(components)} at group {group!r}; held components are of {', '.join(DIRECTIONS)}"
+                )
         return {group: tuple(components) for group, components in value.items()}
 
     def json_schema(self) -> dict[str, Any]:
@@ -92,11 +96,17 @@ def _check_inertia(rows: Matrix) -> None:
     J = np.array(rows)
     if np.abs(J - J.T).max() > 1e-9 * np.abs(J).max():
         i, j = np.unravel_index(np.argmax(np.abs(J - J.T)), (3, 3))
-        raise ValueProblem(f"found an inertia that is not symmetric: entry ({i + 1}, {j + 1}) is {J[i, j]:g}, ({j + 1}, {i + 1}) is {J[j, i]:g} kg m^2")
+        raise ValueProblem(
+            f"found an inertia that is not symmetric: entry ({i + 1}, {j + 1}) is {J[i, j]:g}, ({j + 1}, {i + 1}) "
+            f"is {J[j, i]:g} kg m^2"
+        )
     least, middle, most = np.linalg.eigvalsh(J)
     principal = f"{least:.7g}, {middle:.7g}, {most:.7g} kg m^2"
     if least < 0 or most <= 0:
-        raise ValueProblem(f"found an inertia that is not positive definite, with principal moments {principal}; check signs and entries")
+        raise ValueProblem(
+            f"found an inertia that is not positive definite, with principal moments {principal}; check signs and "
+            f"entries"
+        )
     if least + middle < most * (1 - 1e-9):
         raise ValueProblem(
             f"found an inertia that breaks the triangle inequality, with principal moments {principal}; "
@@ -161,7 +171,11 @@ class DampingTable(Table):
     def _one_kind(self) -> DampingTable:
         rayleigh = self.mass is not None or self.stiffness is not None
         if (self.ratio is not None) == rayleigh:
-            refuse("found " + ("ratio together with mass or stiffness" if rayleigh else "no damping") + "; give ratio, or mass and stiffness")
+            refuse(
+                "found "
+                + ("ratio together with mass or stiffness" if rayleigh else "no damping")
+                + "; give ratio, or mass and stiffness"
+            )
         return self
 
 
@@ -200,7 +214,7 @@ class InitialTable(Table):
 class BodyTable(Table):
     """What every body may say."""
 
-    markers: dict[Name, MarkerTable] = {}
+    markers: dict[Name, MarkerTable] = Field(default_factory=dict)
     initial: InitialTable | None = None
 
     def own_markers(self) -> tuple[str, ...]:
@@ -217,13 +231,15 @@ class RigidTable(BodyTable):
     """Three principal moments or a 3 x 3 matrix, about the centre of mass, body axes."""
     center_of_mass: Position = (0.0, 0.0, 0.0)
     inertia_about: Literal["center_of_mass", "origin"] = "center_of_mass"
-    shapes: list[Shape] = []
+    shapes: list[Shape] = Field(default_factory=list)
     """What is drawn; left out, a box with this mass and inertia."""
 
     @model_validator(mode="after")
     def _rigid_only(self) -> RigidTable:
         if self.initial is not None:
-            refuse("found initial on a rigid body, which has no elastic coordinates; joints and [attitude] set its motion")
+            refuse(
+                "found initial on a rigid body, which has no elastic coordinates; joints and [attitude] set its motion"
+            )
         for name, marker in self.markers.items():
             if marker.group is not None:
                 refuse(f"found group in marker {name!r} of a rigid body, which has no mesh; give position")
@@ -240,7 +256,7 @@ class MemberTable(Table):
     """Name in [sections]."""
     material: str | None = None
     """Name in [materials]."""
-    options: dict[str, Any] = {}
+    options: dict[str, Any] = Field(default_factory=dict)
 
 
 class PointMassTable(Table):
@@ -259,13 +275,16 @@ class CantileverTable(Table):
     method: Literal["cantilever"]
     clamp: Clamp
     modes: Whole
-    attachment: list[Component] = []
+    attachment: list[Component] = Field(default_factory=list)
     """Directions of acceleration of the clamp whose static shapes are added."""
 
     @model_validator(mode="after")
     def _is_held(self) -> CantileverTable:
         if not self.clamp:
-            refuse("found no group to clamp; cantilever modes need the structure held, so name a group, or use method = 'free_free'")
+            refuse(
+                "found no group to clamp; cantilever modes need the structure held, so name a group, or use method "
+                "= 'free_free'"
+            )
         return self
 
 
@@ -283,7 +302,7 @@ class CraigBamptonTable(Table):
     interfaces: list[str]
     modes: Annotated[int, Count(0)]
     """Fixed-interface modes kept beside the constraint modes."""
-    clamp: Clamp = {}
+    clamp: Clamp = Field(default_factory=dict)
     interface: Literal["rigid", "nodal"] = "rigid"
     """rigid: the nodes of a group move as one; nodal: each has shapes of its own."""
 
@@ -324,10 +343,10 @@ class FlexibleTable(BodyTable):
     """Unit of the mesh file's coordinates."""
     refine: Annotated[int, Count(0)] = 0
     """How often every cell is divided in two along each edge."""
-    groups: dict[Name, str] = {}
+    groups: dict[Name, str] = Field(default_factory=dict)
     """Wanted name -> name in the file, where a format knows numbers only: panel = "PID 1", root = "SET 4" (Nastran)."""
     members: Annotated[list[MemberTable], Field(min_length=1)]
-    point_masses: list[PointMassTable] = []
+    point_masses: list[PointMassTable] = Field(default_factory=list)
     reduction: Reduction
     damping: DampingTable | None = None
 
@@ -405,4 +424,13 @@ class FileTable(BodyTable):
 
 
 Body = Annotated[RigidTable | FlexibleTable | AnalyticTable | FileTable, Field(discriminator="kind")]
-__all__ = ["AnalyticTable", "Body", "BodyTable", "FileTable", "FlexibleTable", "InitialTable", "MarkerTable", "RigidTable"]
+__all__ = [
+    "AnalyticTable",
+    "Body",
+    "BodyTable",
+    "FileTable",
+    "FlexibleTable",
+    "InitialTable",
+    "MarkerTable",
+    "RigidTable",
+]

@@ -6,11 +6,25 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from femflex.case.body import BodyTable, FileTable, FlexibleTable, MeshShape, RigidTable
+from femflex.case.measure import MeasureTable
 from femflex.case.outline import Outline
 from femflex.case.problems import Problem, listed, near
 
 SLIDING = {"prismatic": 1, "cylindrical": 1, "free": 3}
-ROOT_KEYS = ("held", "root", "nominal_axes", "marker", "angles", "pitch", "yaw", "roll", "rates", "rotation", "position", "velocity")
+ROOT_KEYS = (
+    "held",
+    "root",
+    "nominal_axes",
+    "marker",
+    "angles",
+    "pitch",
+    "yaw",
+    "roll",
+    "rates",
+    "rotation",
+    "position",
+    "velocity",
+)
 
 
 def cross_problems(outline: Outline, folder: Path) -> list[Problem]:
@@ -32,7 +46,9 @@ def tree(outline: Outline) -> Iterator[Problem]:
         if joint.child == joint.parent:
             yield Problem(where, f"found body {joint.child!r} joined to itself; parent and child must differ")
         elif joint.child in parent:
-            yield Problem(where, f"found body {joint.child!r} as the child of a second joint; in a tree every body has one parent")
+            yield Problem(
+                where, f"found body {joint.child!r} as the child of a second joint; in a tree every body has one parent"
+            )
         else:
             parent[joint.child] = joint.parent
     for body in parent:
@@ -64,13 +80,23 @@ def root(outline: Outline) -> Iterator[Problem]:
     extra = [name for name in loose if name != (named or loose[0])] if loose else []
     if extra and (named is not None or len(outline.joints) > 0):
         candidates = extra if named is not None else loose
-        yield Problem("bodies", f"found {listed(candidates)} without a joint; only the root body may have none, hang the others from a parent in [[joints]]")
+        yield Problem(
+            "bodies",
+            f"found {listed(candidates)} without a joint; only the root body may have none, hang the others from a "
+            f"parent in [[joints]]",
+        )
     elif extra:
-        yield Problem("joints", f"found no joints for the bodies {listed(loose)}; hang all but the root body from a parent")
+        yield Problem(
+            "joints", f"found no joints for the bodies {listed(loose)}; hang all but the root body from a parent"
+        )
     if not loose:
         given = [key for key in ROOT_KEYS if key in outline.attitude.model_fields_set]
         if given:
-            yield Problem(f"attitude.{given[0]}", "this key sets the root body's joint, but every body already hangs from one; set it in [[joints]], or leave the root body's joint out")
+            yield Problem(
+                f"attitude.{given[0]}",
+                "this key sets the root body's joint, but every body already hangs from one; set it in [[joints]], "
+                "or leave the root body's joint out",
+            )
     yield from _orbit_roots(outline, loose)
 
 
@@ -78,16 +104,28 @@ def _orbit_roots(outline: Outline, loose: list[str]) -> Iterator[Problem]:
     if outline.orbit is None or outline.orbit.kind == "none":
         return
     based = {where: joint for where, joint in outline.joints.items() if joint is not None and joint.parent is None}
-    if loose and based or len(based) > 1:
+    if (loose and based) or len(based) > 1:
         where = next(iter(based))
-        yield Problem(where, "found a second body hanging from the base frame; an orbiting craft has one root body, so give this joint a parent")
+        yield Problem(
+            where,
+            "found a second body hanging from the base frame; an orbiting craft has one root body, so give this "
+            "joint a parent",
+        )
         return
     for where, joint in based.items():
         slides = SLIDING.get(getattr(joint, "kind", ""), 0)
         if outline.orbit.kind == "specified" and slides:
-            yield Problem(f"{where}.kind", f"found {getattr(joint, 'kind')!r} for the root body; on a specified orbit the centre of mass fixes its translation, so use spherical, weld, revolute or universal, or orbit.kind = 'free'")
+            yield Problem(
+                f"{where}.kind",
+                f"found {joint.kind!r} for the root body; on a specified orbit the centre of mass "
+                f"fixes its translation, so use spherical, weld, revolute or universal, or orbit.kind = 'free'",
+            )
         if outline.orbit.kind == "free" and slides != 3:
-            yield Problem(f"{where}.kind", f"found {getattr(joint, 'kind')!r} for the root body; on a free orbit it moves freely, so use free, or orbit.kind = 'specified'")
+            yield Problem(
+                f"{where}.kind",
+                f"found {joint.kind!r} for the root body; on a free orbit it moves freely, so use "
+                f"free, or orbit.kind = 'specified'",
+            )
 
 
 def frames(outline: Outline) -> Iterator[Problem]:
@@ -98,7 +136,10 @@ def frames(outline: Outline) -> Iterator[Problem]:
         yield Problem("attitude.frame", "found 'orbital' without an orbit; give an [orbit], or measure from 'inertial'")
     for where, load in outline.loads.items():
         if load is not None and load.frame == "orbital":
-            yield Problem(f"{where}.frame", "found 'orbital' without an orbit; give an [orbit], or use 'inertial', 'body' or 'marker'")
+            yield Problem(
+                f"{where}.frame",
+                "found 'orbital' without an orbit; give an [orbit], or use 'inertial', 'body' or 'marker'",
+            )
 
 
 def known_markers(body: BodyTable | None) -> set[str] | None:
@@ -122,7 +163,9 @@ def markers(outline: Outline) -> Iterator[Problem]:
     for where, load in outline.loads.items():
         if load is not None:
             if load.body not in outline.bodies:
-                yield Problem(f"{where}.body", f"found {load.body!r}, which is not a body; {near(load.body, outline.bodies)}")
+                yield Problem(
+                    f"{where}.body", f"found {load.body!r}, which is not a body; {near(load.body, outline.bodies)}"
+                )
             places.append((f"{where}.marker", load.body, load.marker))
     for name, body in outline.bodies.items():
         if body is not None and body.initial is not None:
@@ -146,7 +189,9 @@ def members(outline: Outline) -> Iterator[Problem]:
                 wanted = getattr(member, key)
                 if wanted is not None and wanted not in outline.names[table]:
                     where = f"bodies.{name}.members[{member.group or k}].{key}"
-                    yield Problem(where, f"found {wanted!r}, which is not in [{table}]; {near(wanted, outline.names[table])}")
+                    yield Problem(
+                        where, f"found {wanted!r}, which is not in [{table}]; {near(wanted, outline.names[table])}"
+                    )
 
 
 def doubles(outline: Outline) -> Iterator[Problem]:
@@ -178,14 +223,21 @@ def times(outline: Outline) -> Iterator[Problem]:
 
 def answers(outline: Outline) -> Iterator[Problem]:
     """Quantities name bodies that exist and channels that will be in the result file."""
-    measures = [(f"expect.{name}", answer) for name, answer in (outline.expect.answers if outline.expect else {}).items()]
+    measures: list[tuple[str, MeasureTable]] = [
+        (f"expect.{name}", answer) for name, answer in (outline.expect.answers if outline.expect else {}).items()
+    ]
     if outline.study is not None:
         measures.append(("study.quantity", outline.study.quantity))
         if outline.study.body is not None and outline.study.body not in outline.bodies:
-            yield Problem("study.body", f"found {outline.study.body!r}, which is not a body; {near(outline.study.body, outline.bodies)}")
+            yield Problem(
+                "study.body",
+                f"found {outline.study.body!r}, which is not a body; {near(outline.study.body, outline.bodies)}",
+            )
     for where, measure in measures:
         if measure.body is not None and measure.body not in outline.bodies:
-            yield Problem(f"{where}.body", f"found {measure.body!r}, which is not a body; {near(measure.body, outline.bodies)}")
+            yield Problem(
+                f"{where}.body", f"found {measure.body!r}, which is not a body; {near(measure.body, outline.bodies)}"
+            )
     for k, body in enumerate(outline.pictures.modes if outline.pictures else []):
         if body not in outline.bodies:
             yield Problem(f"pictures.modes[{k}]", f"found {body!r}, which is not a body; {near(body, outline.bodies)}")
@@ -199,8 +251,16 @@ def files(outline: Outline, folder: Path) -> Iterator[Problem]:
             yield Problem(where, f"found {name!r}, which is a folder; give the name of a file in it")
         elif not path.is_file():
             near_by = sorted(p.name for p in path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
-            told = f"{path.parent} holds {listed(near_by[:8])}" if near_by else f"{path.parent} has no {path.suffix or 'such'} files" if path.parent.is_dir() else f"there is no folder {path.parent}"
-            yield Problem(where, f"found {name!r}, which does not exist; names are relative to the case file, and {told}")
+            told = (
+                f"{path.parent} holds {listed(near_by[:8])}"
+                if near_by
+                else f"{path.parent} has no {path.suffix or 'such'} files"
+                if path.parent.is_dir()
+                else f"there is no folder {path.parent}"
+            )
+            yield Problem(
+                where, f"found {name!r}, which does not exist; names are relative to the case file, and {told}"
+            )
 
 
 def _named_files(outline: Outline) -> Iterator[tuple[str, str]]:
@@ -210,7 +270,11 @@ def _named_files(outline: Outline) -> Iterator[tuple[str, str]]:
         if isinstance(body, FileTable):
             yield f"bodies.{name}.file", body.file
         if isinstance(body, RigidTable):
-            yield from ((f"bodies.{name}.shapes[{k}].file", s.file) for k, s in enumerate(body.shapes) if isinstance(s, MeshShape))
+            yield from (
+                (f"bodies.{name}.shapes[{k}].file", s.file)
+                for k, s in enumerate(body.shapes)
+                if isinstance(s, MeshShape)
+            )
     for where, load in outline.loads.items():
         if load is not None and load.table is not None:
             yield f"{where}.table", load.table

@@ -70,6 +70,7 @@ ZERO = (0.0, 0.0, 0.0)
 class JointTable(Table):
     """What every joint says: it leads from a marker of the parent to a marker of the child."""
 
+    kind: str
     child: str
     parent: str | None = None
     """The body it hangs from; none: the base frame of [attitude]."""
@@ -150,7 +151,10 @@ class Universal(JointTable):
     def _axes_differ(self) -> Universal:
         (a, b, c), (d, e, f) = self.axes
         if b * f - c * e == 0 and c * d - a * f == 0 and a * e - b * d == 0:
-            refuse(f"found axes {list(self.axes[0])} and {list(self.axes[1])}, which are parallel; two turns about one axis are one turn, so use revolute")
+            refuse(
+                f"found axes {list(self.axes[0])} and {list(self.axes[1])}, which are parallel; two turns about "
+                f"one axis are one turn, so use revolute"
+            )
         return self
 
 
@@ -182,6 +186,4 @@ class Free(Spherical):
     slide_rest: Position = ZERO
 
 
-Joint = Annotated[
-    Weld | Revolute | Prismatic | Cylindrical | Universal | Spherical | Free, Field(discriminator="kind")
-]
+Joint = Annotated[Weld | Revolute | Prismatic | Cylindrical | Universal | Spherical | Free, Field(discriminator="kind")]

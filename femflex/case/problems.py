@@ -57,7 +57,11 @@ def schema_problems(table: type[BaseModel], raw: Any, error: ValidationError) ->
     for item in error.errors(include_url=False):
         place = _place(table, raw, item["loc"])
         out.append((item["type"], Problem(place.path, _sentence(item, place))))
-    guessed = {_sibling(p.where, p.text.split("'")[1]) for kind, p in out if kind == "extra_forbidden" and "did you mean" in p.text}
+    guessed = {
+        _sibling(p.where, p.text.split("'")[1])
+        for kind, p in out
+        if kind == "extra_forbidden" and "did you mean" in p.text
+    }
     return [problem for kind, problem in out if not (kind == "missing" and problem.where in guessed)]
 
 
@@ -69,7 +73,7 @@ def _sibling(where: str, key: str) -> str:
 
 @dataclass(frozen=True)
 class _Place:
-    """Where an error is: key path, the tables its key stands in, other kinds of them, and the tables the value may be."""
+    """Where an error is: key path, the tables its key stands in, other kinds of them, the tables the value may be."""
 
     path: str
     key: str

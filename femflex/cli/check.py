@@ -24,4 +24,6 @@ def check(case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_de
     mass = sum(body.moments.mass for body in system.bodies.values())
     freedoms = len(system.velocity_names())
     bodies = count(len(system.bodies), "body", "bodies")
-    print(f"{case.name}: no problems; {bodies}, {mass:.6g} kg, {freedoms} degrees of freedom, {elastic} of them elastic")
+    print(
+        f"{case.name}: no problems; {bodies}, {mass:.6g} kg, {freedoms} degrees of freedom, {elastic} of them elastic"
+    )

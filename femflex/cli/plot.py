@@ -13,9 +13,19 @@ from femflex.cli.verb import verb
 @verb("femflex plot run.h5 attitude/angles markers/beam.tip/deflection -o tip.svg")
 def plot(
     file: Annotated[Path, typer.Argument(help="Result file of a run.", show_default=False)],
-    channels: Annotated[list[str] | None, typer.Argument(help="Channels, such as attitude/angles; left out, the telling ones. `femflex info` lists them.", show_default=False)] = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="PNG or SVG file; left out, beside the run.")] = None,
-    spectrum: Annotated[bool, typer.Option("--spectrum", help="Amplitude spectra with named peaks instead of histories.")] = False,
+    channels: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="Channels, such as attitude/angles; left out, the telling ones. `femflex info` lists them.",
+            show_default=False,
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="PNG or SVG file; left out, beside the run.")
+    ] = None,
+    spectrum: Annotated[
+        bool, typer.Option("--spectrum", help="Amplitude spectra with named peaks instead of histories.")
+    ] = False,
     highest: Annotated[float | None, typer.Option("--highest", help="Last frequency of a spectrum in Hz.")] = None,
     radians: Annotated[bool, typer.Option("--radians", help="Angles in radians instead of degrees.")] = False,
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",

@@ -68,4 +68,6 @@ def check_output(case: Case, output: Path, force: bool, resume: bool) -> None:
         if unfinished.complete:
             raise ValueError(f"{output} is complete; there is nothing to resume")
         if unfinished.case_text != case.text:
-            raise ValueError(f"{output} was begun with another text of the case; resume it with that one, or start anew")
+            raise ValueError(
+                f"{output} was begun with another text of the case; resume it with that one, or start anew"
+            )

@@ -94,8 +94,9 @@ class RunWriter:
             raise self._unwritten(error) from error
 
     def finish(self, complete: bool, ended: str = "", statistics: Mapping[str, Any] | None = None) -> None:
-        """Close the file, trimmed to its valid rows, saying how the run ended; a run without a block leaves no file.
+        """Close the file, saying how the run ended; a run without a block leaves no file.
 
+        A complete run is trimmed to its valid rows, by a copy; one that was cut short is closed as it stands, at once.
         A run that brought numbers that are not finite is never marked complete; `ended` then says which.
         """
         if self._not_finite:
@@ -104,7 +105,10 @@ class RunWriter:
         try:
             if self._file is not None and self.rows:
                 try:
-                    self._lay_out(Changes(self.rows, how, statistics or {}))
+                    if complete:
+                        self._lay_out(Changes(self.rows, how, statistics or {}))
+                    else:
+                        set_attributes(self._opened(), how)
                 except OSError:  # no room for the trimmed copy: say it in place
                     set_attributes(self._opened(), how)
         finally:

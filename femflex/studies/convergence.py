@@ -182,7 +182,7 @@ def assessed(
 
 def errors(trend: Trend, values: Array, noise: Array) -> Array:
     """Estimated errors (n,): distance from the limit, but no less than the limit's uncertainty and than rounding."""
-    off = np.asarray(np.abs(values - trend.limit), np.float64)
+    off: Array = np.abs(values - trend.limit)
     if trend.state in ("one", "few"):
         off[-1] = np.nan  # nothing is known of the last value
         return off
@@ -192,4 +192,4 @@ def errors(trend: Trend, values: Array, noise: Array) -> Array:
 
 def resolution(over: Over, levels: NDArray[np.int64], counts: NDArray[np.int64]) -> Array:
     """What errors fall with, (n,): number of elastic coordinates, or cells along an edge of the case's own."""
-    return counts.astype(float) if over == "modes" else 2.0**levels
+    return counts.astype(float) if over == "modes" else np.exp2(levels.astype(float))

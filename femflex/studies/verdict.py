@@ -137,7 +137,7 @@ def _rounding(found: Convergence) -> str:
         return ""
     at = level_text(found, int(found.levels[found.trend.rounded]))
     if found.simulated:
-        return f"The tolerance of the integration is met at {at}: a finer mesh shows no more, a smaller run.rtol may."
+        return f"Rounding or the tolerance of the integration is met at {at}: finer meshes show no more."
     return f"Rounding is met at {at}: a finer mesh has fewer right digits, not more; elements of higher order have."
 
 

@@ -67,6 +67,7 @@ def add_ghost(plotter: Any, surface: Surface, theme: Theme, pixel: float) -> Non
         _style(actor, kind, pixel, surface.closed)
         actor.prop.opacity = VEIL if kind == "faces" else 0.9
         actor.prop.line_width = pixel * THIN
+        actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 4.0)  # behind what it touches
 
 
 class TraceActor:

@@ -34,7 +34,9 @@ def observed(case: Case) -> dict[str, np.ndarray]:
 
 def test_inertia_about_the_origin_is_moved_to_the_centre_of_mass():
     extra = 'center_of_mass = [1, 2, 3]\ninertia_about = "origin"\n'
-    body = build_body(parse_case(HUB.replace("[3, 4, 5]", "[[29, -4, -6], [-4, 24, -12], [-6, -12, 15]]") + extra), "hub")
+    body = build_body(
+        parse_case(HUB.replace("[3, 4, 5]", "[[29, -4, -6], [-4, 24, -12], [-6, -12, 15]]") + extra), "hub"
+    )
     np.testing.assert_allclose(body.moments.inertia(), [[29, -4, -6], [-4, 24, -12], [-6, -12, 15]], atol=1e-12)
     about_centre = build_body(parse_case(HUB + "center_of_mass = [1, 2, 3]\n"), "hub")  # diag(3, 4, 5) there
     np.testing.assert_allclose(body.moments.second, about_centre.moments.second, atol=1e-12)
@@ -46,7 +48,9 @@ def test_the_drawn_box_has_the_mass_moments_of_the_body():
     points, cells = equivalent_box(table)  # type: ignore[arg-type]
     a, b, c = points[1] - points[0], points[3] - points[0], points[4] - points[0]
     second = 2 / 12 * (np.outer(a, a) + np.outer(b, b) + np.outer(c, c))  # int r r^T dm of a uniform box
-    np.testing.assert_allclose(np.trace(second) * np.eye(3) - second, [[3, 0.2, 0.1], [0.2, 4, -0.3], [0.1, -0.3, 5]], atol=1e-12)
+    np.testing.assert_allclose(
+        np.trace(second) * np.eye(3) - second, [[3, 0.2, 0.1], [0.2, 4, -0.3], [0.1, -0.3, 5]], atol=1e-12
+    )
     faces = points[cells["quad"]]
     normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 1])
     assert np.all(np.einsum("fi,fi->f", normals, faces.mean(axis=1)) > 0)  # all look outwards
@@ -78,7 +82,10 @@ def test_nominal_axes_lie_along_normal_vertical_and_flight_direction():
 
 @pytest.mark.parametrize("rotation", ["euler_parameters", "xzy", "zxz"])
 def test_pitch_yaw_and_roll_come_back_as_reported_angles(rotation: str):
-    text = f"[attitude]\npitch = '10 deg'\nyaw = '20 deg'\nroll = '-5 deg'\nrates = [0.001, 0, 0]\nrotation = '{rotation}'\n"
+    text = (
+        f"[attitude]\npitch = '10 deg'\nyaw = '20 deg'\nroll = '-5 deg'\nrates = [0.001, 0, 0]\nrotation = "
+        f"'{rotation}'\n"
+    )
     seen = observed(parse_case(HUB + ORBIT + text))
     np.testing.assert_allclose(np.degrees(seen["attitude/angles"]), [10, -5, 20], atol=1e-12)  # pitch, roll, yaw
     n = np.sqrt(3.986004418e14 / (6378137.0 + 331e3) ** 3)
@@ -91,7 +98,9 @@ def test_a_held_attitude_has_no_freedom_and_the_given_angles():
     assert system.velocity_names() == []
     (marker,) = [m for name, m in system.bodies["hub"].markers.items() if name == system.joints[0].child_marker]
     c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
-    np.testing.assert_allclose(marker.orientation.T, [[c, 0, s], [0, 1, 0], [-s, 0, c]], atol=1e-15)  # C_OB, turned about y0
+    np.testing.assert_allclose(
+        marker.orientation.T, [[c, 0, s], [0, 1, 0], [-s, 0, c]], atol=1e-15
+    )  # C_OB, turned about y0
 
 
 def test_a_free_orbit_starts_with_the_centre_of_mass_at_rest_at_o(craft: str, write_case: Callable[..., Path]):
@@ -103,13 +112,13 @@ def test_a_free_orbit_starts_with_the_centre_of_mass_at_rest_at_o(craft: str, wr
 
 
 def test_initial_displacements_are_reached(craft: str, write_case: Callable[..., Path]):
-    wanted = "displacement = [0, \"10 mm\", 0]"
+    wanted = 'displacement = [0, "10 mm", 0]'
     for given, expected in (
         (wanted, [0, 0.01, 0]),
-        ("displacement = [0, \"3 mm\", \"-4 mm\"]", [0, 0.003, -0.004]),
+        ('displacement = [0, "3 mm", "-4 mm"]', [0, 0.003, -0.004]),
         ("relative = [0, 0.02, 0]", [0, 0.06, 0]),  # of 3 m
         ("relative = [0, 0.02, 0], length = 1", [0, 0.02, 0]),
-        (wanted + ", shape = \"static\"", [0, 0.01, 0]),
+        (wanted + ', shape = "static"', [0, 0.01, 0]),
         (wanted + ", modes = [3, 4]", [0, 0.01, 0]),
     ):
         seen = observed(read_case(write_case(craft.replace(wanted, given))))
@@ -121,7 +130,9 @@ def test_a_static_initial_shape_stores_the_energy_of_the_textbook(craft: str, wr
     r, t = 0.03, 0.002
     EI = 70e9 * np.pi / 4 * (r**4 - (r - t) ** 4)
     seen = observed(read_case(write_case(text)))
-    assert seen["monitors/elastic"] == pytest.approx(3 * EI / 3.0**3 * 0.01**2 / 2, rel=1e-9)  # cubic elements are exact here
+    assert seen["monitors/elastic"] == pytest.approx(
+        3 * EI / 3.0**3 * 0.01**2 / 2, rel=1e-9
+    )  # cubic elements are exact here
 
 
 def test_a_large_initial_displacement_is_warned_of_with_both_numbers(craft: str, write_case: Callable[..., Path]):
@@ -132,7 +143,11 @@ def test_a_large_initial_displacement_is_warned_of_with_both_numbers(craft: str,
 @pytest.mark.parametrize(
     ("key", "value", "told"),
     [
-        ("rates", "[360, 0, 0]", r'rates: 360 is read as 360 rad/s \(57.3 turns a second\).*"360 deg/s" \(6.283 rad/s\)'),
+        (
+            "rates",
+            "[360, 0, 0]",
+            r'rates: 360 is read as 360 rad/s \(57.3 turns a second\).*"360 deg/s" \(6.283 rad/s\)',
+        ),
         ("rates", '["360 rad/s", 0, 0]', r"attitude.rates: 360 is read as"),
         ("yaw", "30", r'attitude.yaw: 30 is read as 30 rad \(4.77 turns\).*"30 deg" \(0.5236 rad\)'),
     ],
@@ -143,11 +158,15 @@ def test_numbers_that_look_like_degrees_are_warned_of_with_both_readings(key: st
 
 
 def test_fast_rates_with_their_unit_are_not_warned_of():
-    assert parse_case(HUB + "[attitude]\nrates = ['6000 rpm', 0, 0]\n").attitude.rates == pytest.approx((200 * np.pi, 0, 0))
+    assert parse_case(HUB + "[attitude]\nrates = ['6000 rpm', 0, 0]\n").attitude.rates == pytest.approx(
+        (200 * np.pi, 0, 0)
+    )
 
 
 def test_springs_and_initial_values_reach_the_joint():
-    text = HUB + """
+    text = (
+        HUB
+        + """
 [bodies.arm]
 kind = "rigid"
 mass = 1
@@ -156,18 +175,62 @@ inertia = [1, 1, 1]
 child = "arm"
 parent = "hub"
 """
+    )
     cases = {
-        "kind = 'revolute'\naxis = '-y'\nangle = '90 deg'\nrate = 1\nstiffness = 2\ndamping = 3\nrest = 4\n": ([np.pi / 2], [1], [2], [3], [4]),
-        "kind = 'prismatic'\nposition = '5 cm'\nvelocity = 1\nstiffness = 2\ndamping = 3\nrest = 4\n": ([0.05], [1], [2], [3], [4]),
-        "kind = 'cylindrical'\nposition = 1\nangle = 2\nvelocity = 3\nrate = 4\nslide_stiffness = 5\nstiffness = 6\n": ([1, 2], [3, 4], [5, 6], [0, 0], [0, 0]),
-        "kind = 'universal'\nangles = [1, 2]\nrates = [3, 4]\nstiffness = [5, 6]\n": ([1, 2], [3, 4], [5, 6], [0, 0], [0, 0]),
-        "kind = 'spherical'\nrotation = 'zyx'\nsequence = 'zyx'\nangles = [0.1, 0.2, 0.3]\nstiffness = 7\n": ([0.1, 0.2, 0.3], [0] * 3, [7] * 3, [0] * 3, [0] * 3),
-        "kind = 'free'\nposition = [1, 2, 3]\nvelocity = [4, 5, 6]\nrates = [7, 8, 9]\nslide_damping = 1\ndamping = [2, 3, 4]\n": ([1, 2, 3, 1, 0, 0, 0], [4, 5, 6, 7, 8, 9], [0] * 6, [1, 1, 1, 2, 3, 4], [0] * 6),
+        "kind = 'revolute'\naxis = '-y'\nangle = '90 deg'\nrate = 1\nstiffness = 2\ndamping = 3\nrest = 4\n": (
+            [np.pi / 2],
+            [1],
+            [2],
+            [3],
+            [4],
+        ),
+        "kind = 'prismatic'\nposition = '5 cm'\nvelocity = 1\nstiffness = 2\ndamping = 3\nrest = 4\n": (
+            [0.05],
+            [1],
+            [2],
+            [3],
+            [4],
+        ),
+        "kind = 'cylindrical'\nposition = 1\nangle = 2\nvelocity = 3\nrate = 4\nslide_stiffness = 5\nstiffness = 6\n": (
+            [1, 2],
+            [3, 4],
+            [5, 6],
+            [0, 0],
+            [0, 0],
+        ),
+        "kind = 'universal'\nangles = [1, 2]\nrates = [3, 4]\nstiffness = [5, 6]\n": (
+            [1, 2],
+            [3, 4],
+            [5, 6],
+            [0, 0],
+            [0, 0],
+        ),
+        "kind = 'spherical'\nrotation = 'zyx'\nsequence = 'zyx'\nangles = [0.1, 0.2, 0.3]\nstiffness = 7\n": (
+            [0.1, 0.2, 0.3],
+            [0] * 3,
+            [7] * 3,
+            [0] * 3,
+            [0] * 3,
+        ),
+        "kind = 'free'\nposition = [1, 2, 3]\nvelocity = [4, 5, 6]\nrates = [7, 8, 9]\nslide_damping = 1\ndamping "
+        "= [2, 3, 4]\n": (
+            [1, 2, 3, 1, 0, 0, 0],
+            [4, 5, 6, 7, 8, 9],
+            [0] * 6,
+            [1, 1, 1, 2, 3, 4],
+            [0] * 6,
+        ),
         "kind = 'weld'\n": ([], [], [], [], []),
     }
     for given, (q0, u0, stiffness, damping, rest) in cases.items():
         joint = build_system(parse_case(text + given)).joint_of("arm")
-        for found, expected in ((joint.q0, q0), (joint.u0, u0), (joint.stiffness, stiffness), (joint.damping, damping), (joint.rest, rest)):
+        for found, expected in (
+            (joint.q0, q0),
+            (joint.u0, u0),
+            (joint.stiffness, stiffness),
+            (joint.damping, damping),
+            (joint.rest, rest),
+        ):
             np.testing.assert_allclose(found, expected, atol=1e-15)
     axis = build_system(parse_case(text + next(iter(cases)))).joint_of("arm").rotations
     np.testing.assert_allclose(axis, [[0, -1, 0]])
@@ -248,7 +311,11 @@ face = { material = "aluminium", thickness = "0.3 mm" }
 core = { material = "honeycomb", thickness = "20 mm" }
 [sections.laminate]
 kind = "layup"
-plies = [{ material = "carbon", thickness = "1 mm" }, { material = "carbon", thickness = "1 mm", angle = "90 deg" }, { material = "carbon", thickness = "1 mm" }]
+plies = [
+  { material = "carbon", thickness = "1 mm" },
+  { material = "carbon", thickness = "1 mm", angle = "90 deg" },
+  { material = "carbon", thickness = "1 mm" },
+]
 [bodies.hub]
 kind = "rigid"
 mass = 1

@@ -37,7 +37,13 @@ IN_THE_TEXT = [
     ('title = "hub with a boom"', "title = 5", "title", "5 (a number)", "text in quotes"),
     # units
     ('"30 mm"', '"30 deg"', "sections.tube.outer_radius", "an angle", "expected a length"),
-    ("[[0, 0, 1], [0, 0, 1]]", "[['1 kg m^2', 0, 0], [0, 0, 0]]", "loads[push].torque", "a moment of inertia", "expected a torque"),
+    (
+        "[[0, 0, 1], [0, 0, 1]]",
+        "[['1 kg m^2', 0, 0], [0, 0, 0]]",
+        "loads[push].torque",
+        "a moment of inertia",
+        "expected a torque",
+    ),
     ('"30 mm"', '"30 mmm"', "'mmm' is not known", "did you mean 'mm'?"),
     ('"30 mm"', '"30 metrs"', "did you mean 'metre'?"),
     ('"30 mm"', '"30 mm +"', "'mm +' cannot be read"),
@@ -70,7 +76,13 @@ IN_THE_TEXT = [
     ('"0.5 %"', "1.5", "bodies.boom.damping.ratio", "below 1"),
     ("[120, 100, 140]", "[-120, 100, 140]", "not positive definite", "-120, 100, 140 kg m^2"),
     ("[120, 100, 140]", "[0, 0, 0]", "not positive definite"),
-    ("[120, 100, 140]", "[120, 100, 240]", "triangle inequality", "100, 120, 240 kg m^2", "sum to at least the largest"),
+    (
+        "[120, 100, 140]",
+        "[120, 100, 240]",
+        "triangle inequality",
+        "100, 120, 240 kg m^2",
+        "sum to at least the largest",
+    ),
     ("[120, 100, 140]", "[[120, 1, 0], [0, 100, 0], [0, 0, 140]]", "not symmetric", "(1, 2) is 1, (2, 1) is 0"),
     ("[120, 100, 140]", "[120, 100, 140, 1]", "4 entries", "a list of 3"),
     ("[120, 100, 140]", "[120, nan, 140]", "entry 2: found nan"),
@@ -137,7 +149,12 @@ IN_THE_TEXT = [
     ('"2 mm"', "{s=[0,3]}", "keys ['s']", "formula"),
     # markers
     ('{ group = "TIP" }', '{ group = "TIP", position = [3, 0, 0] }', "group and position in marker 'tip'"),
-    ('{ group = "TIP" }', "{ position = [3000, 0, 0] }", "bodies.boom.markers.tip.position", "2997 m from the nearest point"),
+    (
+        '{ group = "TIP" }',
+        "{ position = [3000, 0, 0] }",
+        "bodies.boom.markers.tip.position",
+        "2997 m from the nearest point",
+    ),
     ("position = [0.5, 0, 0]", 'group = "x"', "marker 'left' of a rigid body", "give position"),
     ("position = [0.5, 0, 0]", "orientation = [[1,0,0],[0,1,0],[0,0,-1]]", "not a rotation", "determinant -1"),
     ("position = [0.5, 0, 0]", "orientation = {x=[1,0,0], y=[2,0,0]}", "must not be parallel"),
@@ -223,7 +240,11 @@ def test_the_case_without_mistakes_is_sound(write_case: Callable[..., Path]):
 
 
 def test_all_problems_of_a_file_are_told_together(craft: str, write_case: Callable[..., Path]):
-    text = craft.replace("mass = 200", "mass = -200").replace('group = "TIP"', 'group = "END"').replace('body = "hub"', 'body = "hob"')
+    text = (
+        craft.replace("mass = 200", "mass = -200")
+        .replace('group = "TIP"', 'group = "END"')
+        .replace('body = "hub"', 'body = "hob"')
+    )
     with pytest.raises(CaseError) as caught:
         read_case(write_case(text + "[expect.a]\nchannel = 'q'\n"))
     where = [problem.where for problem in caught.value.problems]
@@ -275,7 +296,9 @@ def test_an_orbiting_root_may_not_slide(craft: str, write_case: Callable[..., Pa
         ("", ("empty", "names the columns")),
     ],
 )
-def test_a_mistake_in_a_load_table_is_answered(table: str, fragments: tuple[str, ...], craft: str, write_case: Callable[..., Path]):
+def test_a_mistake_in_a_load_table_is_answered(
+    table: str, fragments: tuple[str, ...], craft: str, write_case: Callable[..., Path]
+):
     path = write_case(craft.replace(TORQUE, "table = 'push.csv'"))
     path.with_name("push.csv").write_text(table)
     with pytest.raises(CaseError) as caught:

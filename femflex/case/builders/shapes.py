@@ -37,7 +37,9 @@ def joined_skin(parts: Iterable[Part]) -> Skin:
             cells.setdefault(kind, []).append(rows + at)
         points.append(part_points)
         at += len(part_points)
-    return Skin(np.concatenate(points), {kind: np.concatenate(rows) for kind, rows in cells.items()}, np.zeros((0, at, 3)))
+    return Skin(
+        np.concatenate(points), {kind: np.concatenate(rows) for kind, rows in cells.items()}, np.zeros((0, at, 3))
+    )
 
 
 def box(size: Array, position: Array, C: Array) -> Part:
@@ -46,7 +48,7 @@ def box(size: Array, position: Array, C: Array) -> Part:
 
 
 def equivalent_box(table: RigidTable) -> Part:
-    """The uniform box with the body's mass and inertia about its centre of mass; edges sqrt(12 q / m), q = int x^2 dm."""
+    """The uniform box of the body's mass and inertia: edges sqrt(12 q / m), q = int x^2 dm along principal axes."""
     centre, J = np.array(table.center_of_mass), np.array(table.inertia)
     if table.inertia_about == "origin":
         J = J - table.mass * ((centre @ centre) * np.eye(3) - np.outer(centre, centre))
