@@ -49,7 +49,7 @@ class _Axis(_Readable):
         found = Quantity("", (3,)).read(value)
         if not any(found):
             raise ValueProblem(f"found {list(found)}; an axis needs a direction, such as [0, 0, 1] or 'z'")
-        return found  # type: ignore[no-any-return]
+        return found
 
     def json_schema(self) -> dict[str, Any]:
         return {"anyOf": [Quantity("", (3,)).json_schema(), {"enum": ["x", "y", "z", "-x", "-y", "-z"]}]}

@@ -80,8 +80,8 @@ class MeasureTable(Table):
     """One number taken from a run's channel, or from a body.
 
     of        value (at time `at`; left out, the end), change (end minus start), peak (largest magnitude), maximum,
-              minimum, range, mean, rms, drift (largest departure from the start), frequency (Hz; of mean crossings or, with
-              tones > 1, of a fit of so many sinusoids), mode_frequency (Hz) and body_mass (kg) of a body
+              minimum, range, mean, rms, drift (largest departure from the start), frequency (Hz; of mean crossings,
+              or with tones > 1 of a fit of so many sinusoids), mode_frequency (Hz) and body_mass (kg) of a body
     channel   path in the result file, such as "markers/boom.tip/deflection"
     component name or number (from 0) of the entry; left out, the magnitude of a vector
     """

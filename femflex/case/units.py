@@ -153,8 +153,8 @@ def _scale(unit: str) -> tuple[float, tuple[tuple[str, float], ...]]:
         raise UnitError(f"unit {name!r} in {unit!r} is not known{hint}") from None
     except Exception:  # pint has no common base for what its parser raises
         raise UnitError(f"unit {unit!r} cannot be read; write it like 'N m^2', 'kg/m' or 'deg/s'") from None
-    powers = tuple(sorted((str(name), float(power)) for name, power in quantity.unit_items() if power))
-    return float(quantity.magnitude), powers  # type: ignore[arg-type]
+    items: Any = quantity.unit_items()
+    return float(quantity.magnitude), tuple(sorted((str(name), float(power)) for name, power in items if power))
 
 
 COMMON_UNITS = (

@@ -149,7 +149,7 @@ class Along(_Readable):
     def read(self, value: Any) -> float | str | tuple[tuple[float, ...], tuple[float, ...]]:
         """The number, formula or table in SI."""
         if not isinstance(value, dict):
-            return Quantity(self.unit, least=self.least).read(value)  # type: ignore[no-any-return]
+            return Quantity(self.unit, least=self.least).read(value)
         if set(value) == {"formula"} and isinstance(value["formula"], str):
             return str(value["formula"])
         if set(value) != {"s", "values"}:

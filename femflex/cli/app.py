@@ -8,6 +8,7 @@ import typer
 
 from femflex import __version__
 from femflex.cli import body, check, converge, info, modes, plot, render, run, schema
+from femflex.cli.verb import EXAMPLES
 
 app = typer.Typer(
     name="femflex",

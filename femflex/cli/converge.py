@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -44,7 +45,9 @@ def converge(
     with Patience("building the bodies"):
         from femflex.case import read_case
         from femflex.studies import planned
+        from femflex.warning import PhysicsWarning
 
+        warnings.simplefilter("once", PhysicsWarning)  # not again at every level
         study = planned(read_case(case), over, numbers)  # type: ignore[arg-type]  # another word is refused there
     points, stopped = climbed(study)
     if any(not point.problem for point in points):
@@ -55,14 +58,10 @@ def converge(
 
 def climbed(study: Study) -> tuple[list[Point], BaseException | None]:
     """The points of a study, and what broke it off, if anything did."""
-    import warnings
-
     from femflex.integrate import IntegrationError
-    from femflex.warning import PhysicsWarning
 
     points: list[Point] = []
-    with Bar("converging", 100.0, unit="%") as bar, warnings.catch_warnings():
-        warnings.simplefilter("once", PhysicsWarning)  # not again at every level
+    with Bar("converging", 100.0, unit="%") as bar:
         try:
             for point in study.points(lambda part: bar(float(round(100.0 * part)))):
                 points.append(point)

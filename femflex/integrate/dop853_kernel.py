@@ -190,7 +190,7 @@ def fill(
             return head.END, row
         if budget == 0:
             return head.PAUSE, row
-        if wanted < head.TINY * abs(t) or wanted < head.TINIEST:
+        if wanted < head.TINY * abs(t) or wanted < head.TINIEST * abs(span[0]):
             return head.STUCK, row
         budget -= 1
 

@@ -207,7 +207,7 @@ def fill(
             return head.END, row
         if budget == 0:
             return head.PAUSE, row
-        if wanted < head.TINY * abs(t) or wanted < head.TINIEST:
+        if wanted < head.TINY * abs(t) or wanted < head.TINIEST * abs(span[0]):
             return head.STUCK, row
         budget -= 1
 
@@ -233,4 +233,4 @@ def fill(
         factor = SAFETY * error ** (-0.7 / 3) * state[head.ERROR] ** (0.4 / 3) if error > 0.0 else GROW
         accept(t_new, h, wanted, min(GROW, max(SHRINK, factor)), error, True, state)
         if fixed > 0.0:
-            state[head.H] = fixed
+            state[head.H] = min(fixed, 2.0 * h)  # back to it by doubling after a failure

@@ -43,6 +43,7 @@ def prepare(
     """
     from femflex.case import Case, read_case
     from femflex.case.builders import build_system
+    from femflex.case.builders.doubts import warn_of_doubtful_bodies
     from femflex.case.builders.integrator import chosen_integrator
     from femflex.case.builders.references import duration_of
     from femflex.dynamics import compile_system
@@ -52,6 +53,7 @@ def prepare(
     system = build_system(case, bodies)
     model = compile_system(system)
     times = case.run.times(duration_of(case, system))
+    warn_of_doubtful_bodies(case, system.bodies, float(times[1] - times[0]))
     integrator, reason = chosen_integrator(case, model, times)
     return Prepared(case, system, model, integrator, reason, times)
 

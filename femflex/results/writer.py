@@ -94,9 +94,8 @@ class RunWriter:
             raise self._unwritten(error) from error
 
     def finish(self, complete: bool, ended: str = "", statistics: Mapping[str, Any] | None = None) -> None:
-        """Close the file, saying how the run ended; a run without a block leaves no file.
+        """Close the file, trimmed to its valid rows, saying how the run ended; a run without a block leaves no file.
 
-        A complete run is trimmed to its valid rows, by a copy; one that was cut short is closed as it stands, at once.
         A run that brought numbers that are not finite is never marked complete; `ended` then says which.
         """
         if self._not_finite:
@@ -105,12 +104,17 @@ class RunWriter:
         try:
             if self._file is not None and self.rows:
                 try:
-                    if complete:
-                        self._lay_out(Changes(self.rows, how, statistics or {}))
-                    else:
-                        set_attributes(self._opened(), how)
+                    self._lay_out(Changes(self.rows, how, statistics or {}))
                 except OSError:  # no room for the trimmed copy: say it in place
                     set_attributes(self._opened(), how)
+        finally:
+            self.close()
+
+    def _leave(self, ended: str) -> None:
+        """Close the file at once, with the rows laid out after the valid ones left in it."""
+        try:
+            if self.rows:
+                set_attributes(self._opened(), {"complete": False, "ended": ended})
         finally:
             self.close()
 
@@ -131,7 +135,7 @@ class RunWriter:
         if kind is None:
             self.finish(complete=False, ended="not finished")
         elif issubclass(kind, KeyboardInterrupt):
-            self.finish(complete=False, ended="interrupted")
+            self._leave("interrupted")
         else:
             self.finish(complete=False, ended=f"stopped by {kind.__name__}: {error}")
 

@@ -113,7 +113,7 @@ def _needed(found: Convergence) -> str:
         return ""
     if law is None:
         return "Try more levels."
-    if found.trend.spread > found.tolerance * found.scale:
+    if found.trend.spread > 1.5 * law.size:
         return "The limit itself is not known that well; try more levels, or a larger tolerance."
     x = law.reaches(found.tolerance * found.scale)
     if found.over == "mesh":

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 from femflex.case import Case, parse_case, read_case
 from femflex.case.builders import build_body, build_system
+from femflex.case.builders.doubts import warn_of_doubtful_bodies
 from femflex.case.builders.shapes import equivalent_box
 from femflex.dynamics import compile_system
 from femflex.reduction import save_body
@@ -375,3 +377,72 @@ def test_a_mesh_in_millimetres_is_scaled(craft: str, write_case: Callable[..., P
     path.with_name("mm.inp").write_text(text)
     metres = build_body(read_case(write_case(craft, "metres.toml")), "boom")
     assert build_body(read_case(path), "boom").omega == pytest.approx(metres.omega, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("reduction", "n_modes"),
+    [
+        ('{ method = "cantilever", clamp = { ROOT = ["x", "y", "z", "rx", "ry", "rz"] }, modes = 4 }', 4),
+        ('{ method = "cantilever", clamp = "ROOT", modes = 4, attachment = ["y", "z"] }', 6),
+        ('{ method = "craig_bampton", interfaces = ["ROOT"], modes = 4 }', 4),
+        ('{ method = "craig_bampton", clamp = "ROOT", interfaces = ["TIP"], modes = 2, interface = "nodal" }', 8),
+        ('{ method = "nodal", clamp = "ROOT" }', None),
+        ('{ method = "lumped", clamp = "ROOT" }', 9),
+    ],
+)
+def test_every_reduction_rings_at_the_frequency_of_the_textbook(
+    reduction: str, n_modes: int | None, craft: str, write_case: Callable[..., Path]
+):
+    text = craft.replace('{ method = "cantilever", clamp = "ROOT", modes = 4 }', reduction)
+    body = build_body(read_case(write_case(text.replace('mesh = "boom.inp"', 'mesh = "boom.inp"\nrefine = 0'))), "boom")
+    lowest = np.sqrt(eigh(body.strain.V1, body.moments.elastic_mass(), eigvals_only=True)[0])
+    r, t, L = 0.03, 0.002, 3.0
+    area, second = np.pi * (r**2 - (r - t) ** 2), np.pi / 4 * (r**4 - (r - t) ** 4)
+    expected = 1.8751040687119611**2 * np.sqrt(70e9 * second / (2700 * area * L**4))
+    assert lowest == pytest.approx(expected, rel=0.06 if "lumped" in reduction else 5e-4)  # three elements
+    assert n_modes is None or body.n_modes == n_modes
+
+
+def test_a_free_free_boom_rings_at_the_frequency_of_the_textbook(craft: str, write_case: Callable[..., Path]):
+    text = craft.replace('{ method = "cantilever", clamp = "ROOT", modes = 4 }', '{ method = "free_free", modes = 2 }')
+    text = text.replace('child_marker = "ROOT"', 'child_marker = "tip"').replace(
+        ', displacement = [0, "10 mm", 0]', ", displacement = [0, 0, 0]"
+    )
+    body = build_body(read_case(write_case(text)), "boom")
+    cantilever = build_body(read_case(write_case(craft, "cantilever.toml")), "boom")
+    assert body.omega[0] / cantilever.omega[0] == pytest.approx((4.730040744862704 / 1.8751040687119611) ** 2, rel=5e-3)
+
+
+def test_a_mesh_taken_as_rigid_has_its_mass_and_no_modes(craft: str, write_case: Callable[..., Path]):
+    start, end = craft.index("reduction ="), craft.index("[[joints]]")
+    text = craft[:start] + 'reduction = { method = "rigid" }\nmarkers.ROOT = {}\n' + craft[end:]
+    body = build_body(read_case(write_case(text)), "boom")
+    assert body.n_modes == 0 and body.moments.mass == pytest.approx(2700 * np.pi * (0.03**2 - 0.028**2) * 3)
+    np.testing.assert_allclose(body.moments.center_of_mass(), [1.5, 0, 0], atol=1e-12)
+
+
+def test_doubtful_bodies_are_warned_of_with_both_numbers(craft: str, write_case: Callable[..., Path]):
+    one = read_case(write_case(craft.replace("modes = 4", "modes = 1")))
+    bodies = {"boom": build_body(one, "boom")}
+    assert bodies["boom"].n_modes == 2  # the pair of a round boom is kept whole
+    with pytest.warns(
+        PhysicsWarning,
+        match=r"its 2 modes carry at most 61% of its mass in any direction, less "
+        r"than 75%",
+    ):
+        warn_of_doubtful_bodies(one, bodies, 0.01)
+    sound = read_case(write_case())
+    with pytest.warns(
+        PhysicsWarning,
+        match=r"step of 0.1 s shows up to 5 Hz, and the first mode of body 'boom' "
+        r"has 6.496 Hz",
+    ):
+        warn_of_doubtful_bodies(sound, {"boom": build_body(sound, "boom")}, 0.1)
+    warn_of_doubtful_bodies(
+        sound, {"boom": build_body(sound, "boom")}, 0.01
+    )  # nothing to say: warnings are errors here
+    path = write_case(craft, "long.toml")
+    (path.parent / "boom.inp").write_text((path.parent / "boom.inp").read_text().replace("3.0, 0.0", "3000.0, 0.0"))
+    long = read_case(path)
+    with pytest.warns(PhysicsWarning, match=r"the mesh spans 3000 m, over 1000 m; .* mesh_unit = 'mm'"):
+        warn_of_doubtful_bodies(long, {"boom": build_body(long, "boom")}, 1e-9)

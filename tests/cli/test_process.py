@@ -51,7 +51,7 @@ def test_an_interrupted_run_is_kept_and_resumes_bit_for_bit(
     craft: str, write_case: Callable[..., Path], tmp_path: Path
 ):
     long = craft.replace('duration = "10 s"', 'duration = "40 s"').replace(
-        "output_step = 0.1", "output_step = 0.005\nmax_step = 0.0005"
+        "output_step = 0.05", "output_step = 0.005\nmax_step = 0.0005"
     )
     case = write_case(long)
     code, seconds, err = _interrupted_run(case, tmp_path / "run.h5")

@@ -12,6 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from femflex.cli.app import app
+from femflex.results import open_run
 
 VERBS = ("run", "modes", "body", "render", "plot", "check", "info", "schema")
 
@@ -63,7 +64,7 @@ def test_run_prints_what_it_did_and_leaves_a_complete_file(
     ):
         assert told in out
     with h5py.File(tmp_path / "run.h5") as file:
-        assert file.attrs["complete"] and len(file["time"]) == 101
+        assert file.attrs["complete"] and len(file["time"]) == 201
         assert file["time"][-1] == 10.0 and np.isfinite(file["q"]).all()
     assert not list(tmp_path.glob("*.part"))
 
@@ -143,9 +144,9 @@ def test_a_motion_that_runs_away_ends_with_code_3_and_keeps_its_file(
     code, _, err = femflex("run", write_case(text.replace("mass = 200", "mass = 1e7")), "-o", "run.h5")
     assert code == 3
     assert "in boom.delta" in err and "the motion has run away" in err and "marked incomplete" in err
-    with h5py.File(tmp_path / "run.h5") as file:
-        assert not file.attrs["complete"] and "run away" in file.attrs["ended"]
-        assert 0 < len(file["time"]) < 101 and np.isfinite(file["q"]).all()
+    with open_run(tmp_path / "run.h5") as kept:
+        assert not kept.complete and "run away" in kept.ended
+        assert 0 < len(kept) < 201 and np.isfinite(kept["q"]).all()
 
 
 def test_numbers_that_overflow_end_with_code_3_and_without_nan(
@@ -156,8 +157,8 @@ def test_numbers_that_overflow_end_with_code_3_and_without_nan(
     )
     code, _, err = femflex("run", write_case(text), "-o", "run.h5")
     assert code == 3 and "the run stopped at t = 5 s in" in err
-    with h5py.File(tmp_path / "run.h5") as file:
-        assert not file.attrs["complete"] and file["time"][-1] == 5.0 and np.isfinite(file["q"]).all()
+    with open_run(tmp_path / "run.h5") as kept:
+        assert not kept.complete and kept.time[-1] == 5.0 and np.isfinite(kept["q"]).all()
 
 
 def test_modes_prints_frequencies_and_running_sums(
@@ -210,7 +211,7 @@ def test_info_tells_meshes_cases_runs_and_refuses_the_rest(
     )
     assert "body    boom: flexible from boom.inp" in femflex("info", case)[1]
     assert femflex("run", case, "-o", "run.h5")[0] == 0
-    assert "101 instants, 0 to 10 s" in femflex("info", "run.h5")[1]
+    assert "201 instants, 0 to 10 s" in femflex("info", "run.h5")[1]
     assert femflex("info", "nothing.msh")[0] == 2
     assert femflex("info", tmp_path)[0] == 2
     with h5py.File(tmp_path / "other.h5", "w"):

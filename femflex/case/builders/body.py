@@ -8,11 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors, rigid_body
-from femflex.case.body import AnalyticTable, BodyTable, DampingTable, FileTable, FlexibleTable, RigidTable
+from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.builders.shapes import rigid_skin
 from femflex.case.builders.structure import PLACE, build_mesh, build_modes, build_structure_of
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem, near
+from femflex.case.reduction import DampingTable
 from femflex.reduction import ModalDamping, RayleighDamping, UniformBeam, beam_body, load_body, reduce_structure
 from femflex.reduction.uniform_beam import BeamFunctions
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Marker
-from femflex.case.body import InitialTable
+from femflex.case.initial import InitialTable
 from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import Skin
-from femflex.case.body import BoxShape, CylinderShape, MeshShape, RigidTable
+from femflex.case.body import RigidTable
 from femflex.case.builders.structure import UNITS
 from femflex.case.case import Case
+from femflex.case.shape import BoxShape, CylinderShape, MeshShape
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -8,18 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from femflex.case.body import (
-    CantileverTable,
-    CraigBamptonTable,
-    FlexibleTable,
-    FreeFreeTable,
-    LumpedTable,
-    MemberTable,
-    NodalTable,
-)
+from femflex.case.body import FlexibleTable, MemberTable
 from femflex.case.builders.sections import build_material, build_section
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem, near
+from femflex.case.reduction import CantileverTable, CraigBamptonTable, FreeFreeTable, LumpedTable, NodalTable
 from femflex.fem import FAMILIES, Member, PointMass, Structure, build_structure
 from femflex.fem.laminates import Lamina
 from femflex.mesh import Mesh, read_mesh
@@ -80,7 +73,7 @@ def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) 
 
 
 def build_modes(structure: Structure, table: FlexibleTable, modes: int | None = None) -> tuple[Structure, ModeSet]:
-    """The structure a body's reduction works on, and its mode set, with `modes` modes instead of the case's if given."""
+    """The structure a body's reduction works on and its mode set, of `modes` modes instead of the case's if given."""
     r = table.reduction
     if isinstance(r, (CantileverTable, FreeFreeTable, CraigBamptonTable)):
         n = r.modes if modes is None else modes
