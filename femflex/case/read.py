@@ -13,7 +13,8 @@ from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
 from femflex.case.crosscheck import cross_problems
 from femflex.case.outline import Outline, outline
-from femflex.case.problems import CaseError, Problem, near, schema_problems
+from femflex.case.problems import CaseError, Problem, near
+from femflex.case.sentences import schema_problems
 from femflex.case.suspicion import warn_of_doubtful_numbers
 
 

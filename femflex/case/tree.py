@@ -103,7 +103,7 @@ def _orbit_roots(outline: Outline, loose: list[str]) -> Iterator[Problem]:
         )
         return
     for where, joint in based.items():
-        slides = SLIDING.get(getattr(joint, "kind", ""), 0)
+        slides = SLIDING.get(joint.kind, len(getattr(joint, "slides", ())))
         if outline.orbit.kind == "specified" and slides:
             yield Problem(
                 f"{where}.kind",

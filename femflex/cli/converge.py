@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from threading import Event, Lock, Thread
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -14,6 +18,8 @@ from femflex.cli.verb import complain, verb
 
 if TYPE_CHECKING:
     from femflex.studies import Convergence, Point, Study
+
+BEAT = 0.5  # seconds
 
 
 @verb("femflex converge cases/orbiter_beam.toml --over modes --tolerance 1e-6 -o convergence.png")
@@ -40,7 +46,8 @@ def converge(
     case runs with more and more modes. Mesh: every cell is divided in two along each edge, again and again. Ctrl-C
     keeps what there is (exit code 130).
     """
-    _check(output, theme, tolerance, force)
+    wanted = Wanted(tolerance, as_json, output, theme, force)
+    wanted.check()
     numbers = None if levels is None else read_levels(levels)
     with Patience("building the bodies"):
         from femflex.case import read_case
@@ -51,7 +58,7 @@ def converge(
         study = planned(read_case(case), over, numbers)  # type: ignore[arg-type]  # another word is refused there
     points, stopped = climbed(study)
     if any(not point.problem for point in points):
-        _tell(study, points, tolerance, stopped is None, as_json, output, theme, force)
+        wanted.tell(study, points, stopped is None)
     if stopped is not None:
         raise stopped
 
@@ -61,41 +68,79 @@ def climbed(study: Study) -> tuple[list[Point], BaseException | None]:
     from femflex.integrate import IntegrationError
 
     points: list[Point] = []
-    with Bar("converging", 100.0, unit="%") as bar:
+    with Bar("converging", 100.0, unit="%") as bar, kept_alive(bar) as told:
         try:
-            for point in study.points(lambda part: bar(float(round(100.0 * part)))):
+            for point in study.points(lambda part: told(float(round(100.0 * part)))):
                 points.append(point)
         except (KeyboardInterrupt, IntegrationError) as stop:
             return points, stop
     return points, None
 
 
-def _tell(
-    study: Study,
-    points: list[Point],
-    tolerance: float | None,
-    complete: bool,
-    as_json: bool,
-    output: Path | None,
-    theme: str,
-    force: bool,
-) -> None:
-    """Print the study, and draw it if asked for."""
-    from femflex.studies import assessed
+@contextmanager
+def kept_alive(bar: Callable[[float], None]) -> Iterator[Callable[[float], None]]:
+    """What is told to the bar, told again at every beat: a bar shows itself late, and a large mesh says nothing long."""
+    reached, lock, over = [0.0], Lock(), Event()
 
-    found = assessed(study, points, tolerance, complete)
-    if as_json:
-        print_json(found.to_dict())
-    else:
-        print_study(found)
-    if output is not None:
-        from femflex.view.convergence import plot_convergence
+    def tell(now: float) -> None:
+        with lock:
+            reached[0] = now
+            bar(now)
 
-        plot_convergence(found, output, theme, force=force)
-        if not as_json:
-            print(f"picture     {output}")
-    if not complete:
-        complain(f"broken off after {len(points)} of {len(study.ladder.rungs)} levels")
+    def beat() -> None:
+        while not over.wait(BEAT):
+            with lock:
+                bar(reached[0])
+
+    thread = Thread(target=beat, daemon=True)
+    thread.start()
+    try:
+        yield tell
+    finally:
+        over.set()
+        thread.join()
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is to be made of a study."""
+
+    tolerance: float | None
+    as_json: bool
+    picture: Path | None
+    theme: str
+    force: bool
+
+    def check(self) -> None:
+        """Raise before any work what would be found wrong after it."""
+        if self.tolerance is not None and not 0.0 < self.tolerance < 1.0:
+            raise ValueError(f"--tolerance is {self.tolerance:g}; give a relative error between 0 and 1, such as 1e-3")
+        if self.picture is not None:
+            from femflex.results.place import check_place
+            from femflex.view.convergence import check_kind
+            from femflex.view.theme import theme_of
+
+            theme_of(self.theme)
+            check_kind(self.picture)
+            check_place(self.picture, self.force)
+
+    def tell(self, study: Study, points: list[Point], complete: bool) -> None:
+        """Print the study, and draw it if asked for."""
+        from femflex.studies import assessed
+
+        found = assessed(study, points, self.tolerance, complete)
+        if self.as_json:
+            print_json(found.to_dict())
+        else:
+            print_study(found)
+        if self.picture is not None:
+            from femflex.view.convergence import plot_convergence
+
+            plot_convergence(found, self.picture, self.theme, force=self.force)
+            if not self.as_json:
+                print(f"picture     {self.picture}")
+        if not complete:
+            complain(f"broken off after {len(points)} of {len(study.ladder.rungs)} levels")
 
 
 def print_study(found: Convergence) -> None:
@@ -127,17 +172,3 @@ def read_levels(text: str) -> list[int]:
         return [int(part) for part in text.replace(",", " ").split()]
     except ValueError:
         raise ValueError(f"--levels is {text!r}; give whole numbers with commas, such as 1,2,4,8") from None
-
-
-def _check(output: Path | None, theme: str, tolerance: float | None, force: bool) -> None:
-    """Raise before any work what would be found wrong after it."""
-    if tolerance is not None and not 0.0 < tolerance < 1.0:
-        raise ValueError(f"--tolerance is {tolerance:g}; give a relative error between 0 and 1, such as 1e-3")
-    if output is not None:
-        from femflex.results.place import check_place
-        from femflex.view.convergence import check_kind
-        from femflex.view.theme import theme_of
-
-        theme_of(theme)
-        check_kind(output)
-        check_place(output, force)

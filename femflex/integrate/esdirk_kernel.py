@@ -36,7 +36,7 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Span = tuple[float, float, float]
 
-NVECTORS, N_STAGES = 4, 6
+N_STAGES = 6
 # rows of the scratch vectors: the stage, what is known of it beforehand, error, a correction in x; the rest (n_u,)
 Y, BASE, E, CHANGE, RIGHT, DELTA = 0, 1, 2, 3, 4, 5
 N_SCRATCH = 6

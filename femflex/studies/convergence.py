@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -64,8 +65,11 @@ class Convergence:
 
     @property
     def estimate(self) -> float:
-        """The limit: Richardson's extrapolation, or that of the fitted law; the last value when there is no law."""
-        return self.trend.limit
+        """The limit: Richardson's extrapolation, or that of the fitted law; the last value where there is no law.
+
+        nan when values do not settle, or are too few to tell.
+        """
+        return math.nan if self.trend.state in ("one", "few") else self.trend.limit
 
     @property
     def scale(self) -> float:

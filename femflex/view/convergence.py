@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import textwrap
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.view.output import placed
+from femflex.view.studied import Studied
 from femflex.view.theme import Theme, theme_of
 
 if TYPE_CHECKING:
@@ -19,81 +20,6 @@ Array = NDArray[np.float64]
 
 SIZE = (9.0, 7.2)  # inches
 WIDTH = 126  # letters of a line of the verdict
-
-
-class Curve(Protocol):
-    """A law by which errors fall."""
-
-    def error(self, x: Array) -> Array:
-        """The error at x."""
-
-
-class Studied(Protocol):
-    """What is drawn of a study (femflex.studies.Convergence); arrays (n,) run over its levels, coarse to fine."""
-
-    @property
-    def title(self) -> str:
-        """The quantity in words."""
-
-    @property
-    def unit(self) -> str:
-        """Its unit."""
-
-    @property
-    def over(self) -> str:
-        """What is varied: modes or mesh."""
-
-    @property
-    def levels(self) -> NDArray[np.int64]:
-        """Modes a body, or refinements."""
-
-    @property
-    def counts(self) -> NDArray[np.int64]:
-        """Elastic coordinates, or dofs."""
-
-    @property
-    def values(self) -> Array:
-        """The quantity."""
-
-    @property
-    def errors(self) -> Array:
-        """Estimated errors, absolute."""
-
-    @property
-    def tolerance(self) -> float:
-        """Largest relative error that counts as converged."""
-
-    @property
-    def x(self) -> Array:
-        """What the law is in."""
-
-    @property
-    def told(self) -> int:
-        """Number of levels before rounding."""
-
-    @property
-    def law(self) -> Curve | None:
-        """The law of the errors."""
-
-    @property
-    def law_text(self) -> str:
-        """The law in words."""
-
-    @property
-    def estimate(self) -> float:
-        """The limit, nan without one."""
-
-    @property
-    def scale(self) -> float:
-        """What errors are relative to."""
-
-    @property
-    def recommended(self) -> int | None:
-        """The level to choose."""
-
-    @property
-    def verdict(self) -> str:
-        """What it means, in sentences."""
 
 
 def plot_convergence(
@@ -177,7 +103,10 @@ def _errors(ax: Axes, study: Studied, colours: Theme) -> None:
             label=f"errors fall\n{textwrap.fill(study.law_text, 24)}",
         )
     ax.axhline(study.tolerance, color=colours.lines[2], linewidth=1.2, label=f"tolerance {study.tolerance:g}")
-    ax.plot(counts, errors, "o", color=colours.lines[0], markersize=5, label="estimated error")
+    if counts.size:
+        ax.plot(counts, errors, "o", color=colours.lines[0], markersize=5, label="estimated error")
+    else:
+        ax.text(0.5, 0.5, "no error can be estimated", transform=ax.transAxes, ha="center", color=colours.faint)
     _ring(ax, study, study.errors / study.scale, colours)
     named = not np.array_equal(study.levels, study.counts)
     for level, at, error in zip(study.levels[known], counts, errors, strict=True):

@@ -222,6 +222,14 @@ parent = "hub"
             [1, 1, 1, 2, 3, 4],
             [0] * 6,
         ),
+        "kind = 'general'\nslides = ['x', 'z']\nturns = ['y']\nposition = [1, 2]\nrates = [3]\n"
+        "slide_stiffness = [4, 5]\ndamping = [6]\nrest = [0.7]\n": (
+            [1, 2, 0],
+            [0, 0, 3],
+            [4, 5, 0],
+            [0, 0, 6],
+            [0, 0, 0.7],
+        ),
         "kind = 'weld'\n": ([], [], [], [], []),
     }
     for given, (q0, u0, stiffness, damping, rest) in cases.items():

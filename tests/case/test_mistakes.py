@@ -175,6 +175,8 @@ IN_THE_TEXT = [
     ('kind = "weld"', 'kind = "revolute"\nstiffness = -1', "joints[boom].stiffness", "at least 0"),
     ('kind = "weld"', 'kind = "revolute"\nstiffness = "1 N/m"', "expected a rotational stiffness"),
     ('kind = "weld"', 'kind = "universal"\naxes = ["x", "x"]', "parallel", "use revolute"),
+    ('kind = "weld"', 'kind = "general"\nslides = ["x"]\nposition = [1, 2]', "2 values in position and 1 slides"),
+    ('kind = "weld"', 'kind = "general"\nslides = ["x", "x"]', "translation axes", "depend on each other"),
     # loads
     ('body = "hub"', 'body = "hob"', "loads[push].body", "did you mean 'hub'?"),
     ('body = "hub"', 'body = "hub"\nmarker = "rihgt"', "loads[push].marker", "'left', 'origin'"),

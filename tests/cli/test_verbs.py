@@ -9,8 +9,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from PIL import Image
 from typer.testing import CliRunner
 
+from femflex import view
 from femflex.cli.app import app
 from femflex.results import open_run
 
@@ -256,3 +258,35 @@ def test_the_schema_knows_units_and_refuses_unknown_keys(femflex: Callable[..., 
     assert "m^3/s^2" in json.dumps(orbit["mu"]) and "Height of the perigee" in orbit["perigee_altitude"]["description"]
     assert '"unit": "s"' in json.dumps(run["duration"])
     assert len(schema["$defs"]) > 30
+
+
+def test_pictures_of_a_run_and_of_modes_have_the_size_asked_for(
+    femflex: Callable[..., tuple[int, str, str]], write_case: Callable[..., Path], tmp_path: Path
+):
+    case = write_case()
+    assert femflex("run", case, "-o", "run.h5")[0] == 0
+    code, out, _ = femflex("render", "run.h5", "--time", "1", "--size", "320x240", "--scale", "20", "-o", "a.png")
+    assert (code, out) == (0, "picture     a.png\n")
+    image = np.asarray(Image.open(tmp_path / "a.png"))
+    assert image.shape[:2] == (240, 320) and image.std() > 5
+    assert femflex("modes", case, "--picture", "m.png")[0] == 0
+    assert np.asarray(Image.open(tmp_path / "m.png")).std() > 5
+    code, _, err = femflex("modes", case, "--picture", "m.png")
+    assert code == 2 and "m.png exists" in err
+
+
+def test_where_nothing_can_be_drawn_the_run_is_kept_and_said(
+    femflex: Callable[..., tuple[int, str, str]],
+    craft: str,
+    write_case: Callable[..., Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+):
+    def cannot(*_: object, **__: object) -> None:
+        raise view.NoRenderer("no OpenGL here")
+
+    monkeypatch.setattr(view, "render_picture", cannot)
+    code, _, err = femflex("run", write_case(craft + "[pictures]\npicture = true\n"), "-o", "run.h5")
+    assert (code, err) == (0, "femflex: no pictures: no OpenGL here; the run is kept in run.h5\n")
+    with open_run(tmp_path / "run.h5") as kept:
+        assert kept.complete

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from femflex.cli import converge as verb
 from femflex.cli.app import app
 from femflex.integrate import IntegrationError, Steps
 from femflex.studies import study
@@ -37,7 +39,7 @@ def converge(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Called:
 
 def rows(out: str) -> list[list[str]]:
     """Cells of the lines that begin with a number."""
-    return [line.split() for line in out.splitlines() if line.strip()[:1].isdigit()]
+    return [line.split() for line in out.splitlines() if line.lstrip(" ")[:1].isdigit() and not line.startswith("  ")]
 
 
 def test_it_explains_itself_with_an_example(converge: Called):
@@ -145,3 +147,15 @@ def test_levels_left_out_are_said(converge: Called, written: Callable[..., Path]
     _, out, _ = converge(written(third), "--levels", "2,3,4")
     assert "left out    2: mode 3 of body 'beam' has no natural frequency" in out
     assert [row[0] for row in rows(out)] == ["3", "4"]
+
+
+def test_progress_is_told_again_while_a_level_takes_long(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(verb, "BEAT", 0.01)
+    told: list[float] = []
+    with verb.kept_alive(told.append) as tell:
+        tell(30.0)
+        time.sleep(0.1)
+    count = len(told)
+    assert count > 3 and told[0] in (0.0, 30.0) and told[-1] == 30.0
+    time.sleep(0.03)
+    assert len(told) == count

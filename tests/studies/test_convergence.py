@@ -214,6 +214,7 @@ def test_values_that_swing_are_not_extrapolated(built: Built, over: str):
 
 def test_two_values_and_one_are_not_judged(built: Built):
     two, one = judged(built(), [1.0, 1.1]), judged(built(), [1.0])
+    assert math.isnan(two.estimate) and math.isnan(one.estimate)
     assert two.recommended is None and two.verdict.startswith("Two levels differ by 0.091, relative")
     assert one.recommended is None and "1 mode" in one.verdict and "says nothing of convergence" in one.verdict
 

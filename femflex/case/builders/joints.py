@@ -39,6 +39,15 @@ def build_joint(table: tables.JointTable) -> Joint:
             return free(rotation=table.rotation, **start, **_springs(table, "slide_"), **where)
         case tables.Spherical():
             return spherical(rotation=table.rotation, q0=_ball(table), u0=table.rates, **_springs(table), **where)
+        case tables.General():
+            values = {key: table.padded(key) for key in (*tables.SLIDE_KEYS, *tables.TURN_KEYS)}
+            numbers: dict[str, Any] = {
+                key: np.array(values[f"slide_{key}"] + values[key]) for key in ("stiffness", "damping", "rest")
+            }
+            numbers["q0"] = np.array(values["position"] + values["angles"])
+            numbers["u0"] = np.array(values["velocity"] + values["rates"])
+            axes: dict[str, Any] = {"translations": np.array(table.slides), "rotations": np.array(table.turns)}
+            return Joint(kind="general", **axes, **numbers, **where)
     return weld(**where)
 
 
