@@ -34,6 +34,7 @@ HEADER = np.dtype(
             "orbit_state",  # work: radius, rate, acceleration of the true anomaly, true anomaly, C_NO (9), position (3), velocity (3), inertial
             "angle_axes",  # pool: axis numbers of the reported attitude angles (3)
             "total",  # work: centre of mass (3), uniform field (3)
+            "kept",  # pool: 1 or 0 for every term of femflex.dynamics.ledger; read by reduced models alone
         )
     ]
 )
