@@ -128,7 +128,7 @@ def write_joint_rows(x: Array, rows: Array, table: Table, pool: Array, work: Arr
 
 @inner
 def write_gravity_row(x: Array, still: Array, row: Array, table: Table, pool: Array, work: Array) -> None:
-    """Row of gravity relative to O: the gradient of eq. (6), and for a free orbit what moves the centre of mass off O."""
+    """Row of gravity relative to O: the gradient of eq. (6); in a free orbit also what moves the centre of mass."""
     bodies, head = bodies_of(table), header_of(table)
     at_rest = x.copy()
     at_rest[head["n_q"] :] = 0.0
