@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from femflex import __version__
-from femflex.cli import body, check, info, modes, plot, render, run, schema
+from femflex.cli import body, check, info, modes, plot, render, run, schema, terms
 
 app = typer.Typer(
     name="femflex",
@@ -33,5 +33,5 @@ def _options(
     pass
 
 
-for _verb in (run.run, modes.modes, body.body, render.render, plot.plot, check.check, info.info, schema.schema):
+for _verb in (run.run, modes.modes, body.body, render.render, plot.plot, terms.terms, check.check, info.info, schema.schema):
     app.command(epilog=_verb.__example__)(_verb)

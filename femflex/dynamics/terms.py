@@ -27,7 +27,7 @@ TERMS = {
     "joint_dampers": "dampers of joints",
     "gravity_gradient": "gravity relative to O",
 }
-LOADS = "loads/"
+LOADS, INERTIA_OF = "loads/", "inertia/"
 FORCE_UNITS = {"m/s": "N", "rad/s": "N m", "kg^1/2 m/s": "kg^1/2 m/s^2"}
 
 
@@ -39,8 +39,40 @@ def terms(model: Model, times: Array, states: Array) -> dict[str, Array]:
     and "loads/<name>"; -Q of a load carries its minus. The terms sum to zero to rounding, row by row. M_t u, the
     symmetric part of what is linear in u, is no row: nothing here has moments that change by themselves.
     """
-    from femflex.dynamics.ledger import ledger
+    times, states, rates = _motion(model, times, states)
+    out = _ledger(model, times, states, rates)
+    rows = all_rows(model.system)
+    present = [name for name in term_names(model.system) if name not in model.omitted]
+    return {name: out[:, rows.index(name)] for name in present}
 
+
+def inertia_by_source(model: Model, times: Array, states: Array) -> dict[str, Array]:
+    """M udot split by whose acceleration it is: "inertia/<joint>" or "inertia/<body>" (its shapes) -> (n_t, n_u).
+
+    Only joints that move and bodies with shapes have one; the parts sum to the term "inertia" of `terms`.
+    """
+    times, states, rates = _motion(model, times, states)
+    out = {}
+    for name, places in sources(model.system).items():
+        own = np.zeros_like(rates)
+        own[:, places] = rates[:, places]
+        out[INERTIA_OF + name] = _ledger(model, times, states, own)[:, 0]
+    return out
+
+
+def sources(system: System) -> dict[str, slice]:
+    """Places in u of the joints that move, by label, and of the bodies' shapes, by name."""
+    found, at = {}, 0
+    for name in system.order:
+        joint, n = system.joint_of(name), system.bodies[name].n_modes
+        found[joint.label] = slice(at, at + joint.n_u)
+        found[name] = slice(at + joint.n_u, at + joint.n_u + n)
+        at += joint.n_u + n
+    return {name: places for name, places in found.items() if places.stop > places.start}
+
+
+def _motion(model: Model, times: Array, states: Array) -> tuple[Array, Array, Array]:
+    """Times, states and the model's accelerations (n_t, n_u), checked."""
     times = np.ascontiguousarray(times, float)
     states = np.ascontiguousarray(states, float)
     if states.shape != (len(times), model.n_x):
@@ -50,22 +82,25 @@ def terms(model: Model, times: Array, states: Array) -> dict[str, Array]:
     rates = np.empty((len(times), model.n_u))
     for k, (t, x) in enumerate(zip(times, states, strict=True)):
         rates[k] = model.state_rate(t, x)[model.n_q :]
-    rows = all_rows(model.system)
-    out = np.empty((len(times), len(rows), model.n_u))
+    return times, states, rates
+
+
+def _ledger(model: Model, times: Array, states: Array, rates: Array) -> Array:
+    """All rows of the ledger, (n_t, n_rows, n_u)."""
+    from femflex.dynamics.ledger import ledger
+
+    out = np.empty((len(times), len(all_rows(model.system)), model.n_u))
     ledger(times, states, rates, out, model.table, model.pool, model.work)
-    present = [name for name in term_names(model.system) if name not in model.omitted]
-    return {name: out[:, rows.index(name)] for name in present}
+    return out
 
 
 def linear_terms(model: Model, t: float, x: Array) -> tuple[Array, Array]:
     """M_t (symmetric) and G (skew), both (n_u, n_u), of the part of h linear in u, (M_t + G) u, at x (n_x,)."""
-    from femflex.dynamics.ledger import LINEAR, ledger
+    from femflex.dynamics.ledger import LINEAR
 
     n = model.n_u
     states = np.hstack([np.tile(np.asarray(x, float)[: model.n_q], (n, 1)), np.eye(n)])
-    out = np.empty((n, len(all_rows(model.system)), n))
-    ledger(np.full(n, float(t)), states, np.zeros((n, n)), out, model.table, model.pool, model.work)
-    L = out[:, LINEAR].T
+    L = _ledger(model, np.full(n, float(t)), states, np.zeros((n, n)))[:, LINEAR].T
     return (L + L.T) / 2, (L - L.T) / 2
 
 

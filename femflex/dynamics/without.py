@@ -58,15 +58,15 @@ def resolved(model: Model, name: str) -> str:
         if full in known:
             return full
     if name == "inertia":
-        why = "'inertia' cannot be switched off: without it there is no motion to solve for"
+        why = "'inertia' cannot be switched off: without it there is no motion to solve for."
     elif name in model.omitted:
-        why = f"{name!r} is switched off already"
+        why = f"{name!r} is switched off already."
     elif name in TERMS or name == FLEXIBILITY:
-        why = f"{name!r} cannot be switched off: this system has none"
+        why = f"{name!r} cannot be switched off: this system has none."
     else:
         near = get_close_matches(name, [*known, *(full.removeprefix(LOADS) for full in known)], n=1)
-        why = f"{name!r} is not something that can be switched off" + (f"; did you mean {near[0]!r}?" if near else "")
-    raise ValueError(f"{why}. Known here are {known}.")
+        why = f"{name!r} is not something that can be switched off" + (f"; did you mean {near[0]!r}?" if near else ".")
+    raise ValueError(f"{why} Known here are {known}.")
 
 
 def changed(system: System, name: str) -> System:

@@ -3,7 +3,7 @@
 Layout, version 1 (plain HDF5 1.8 format; any HDF5 reader opens it):
 
     /                     attributes: format, layout, title, case_text, femflex_version, complete, ended,
-                          and what the run adds
+                          and what the run adds: case_path, without (what was switched off), integrator, ...
     /progress      (2,)   rows that are valid, and the slot of /resume that belongs to them (-1: none)
     /time          (n,)   [s]
     /q  /u         (n, k) coordinates and quasi-velocities; attribute `names` per column

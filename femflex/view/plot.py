@@ -47,10 +47,10 @@ def plot_histories(
         for k, curve in enumerate(group):
             ax.plot(run.time / seconds, curve.values, color=_colour(colours, k), label=curve.label, linewidth=1.2)
         ax.set_ylabel(_ordinate(group))
-        _finish(ax, group, colours)
+        finish(ax, group, colours)
         ax.margins(x=0)
     axes[-1].set_xlabel(f"time [{unit}]")
-    return _saved(figure, path, dpi, force)
+    return saved(figure, path, dpi, force)
 
 
 def plot_spectra(
@@ -89,9 +89,9 @@ def plot_spectra(
         _name_peaks(ax, [(frequency * factor, amplitude) for frequency, amplitude in peaks], colours)
         ax.set_ylabel("amplitude of\n" + _ordinate(group))
         ax.set_xlabel(f"frequency [{unit}]")
-        _finish(ax, group, colours)
+        finish(ax, group, colours)
     axes[-1].set_xlabel(f"{axes[-1].get_xlabel()}   ({WINDOW}, trend removed)")
-    return _saved(figure, path, dpi, force)
+    return saved(figure, path, dpi, force)
 
 
 def _name_peaks(ax: Axes, peaks: list[tuple[float, float]], colours: Theme) -> None:
@@ -109,8 +109,12 @@ def _name_peaks(ax: Axes, peaks: list[tuple[float, float]], colours: Theme) -> N
 def _ordinate(group: list[Curve]) -> str:
     """Quantities and unit, with raised exponents."""
     said, unit = ", ".join(dict.fromkeys(curve.quantity for curve in group)), group[0].unit
-    raised = re.sub(r"\^(-?[\d/]+)", r"$^{\1}$", unit)
-    return said if unit in ("1", "") else f"{said} [{raised}]"
+    return said if unit in ("1", "") else f"{said} [{raised(unit)}]"
+
+
+def raised(unit: str) -> str:
+    """A unit with raised exponents."""
+    return re.sub(r"\^(-?[\d/]+)", r"$^{\1}$", unit)
 
 
 def _colour(colours: Theme, k: int) -> str:
@@ -126,7 +130,8 @@ def _figure(count: int, title: str, colours: Theme, sharex: bool) -> tuple[Figur
     return figure, axes
 
 
-def _finish(ax: Axes, group: list[Curve], colours: Theme) -> None:
+def finish(ax: Axes, group: Sequence[object], colours: Theme) -> None:
+    """Give axes the theme's colours, and a legend of what is in the group beside them."""
     ax.set_facecolor(colours.background)
     ax.grid(True, color=colours.faint, alpha=0.25, linewidth=0.6)
     ax.tick_params(colors=colours.text, which="both", labelsize=9)
@@ -135,13 +140,16 @@ def _finish(ax: Axes, group: list[Curve], colours: Theme) -> None:
     for side, spine in ax.spines.items():
         spine.set_visible(side in ("left", "bottom"))
         spine.set_color(colours.faint)
+    if not group:
+        return
     columns = -(-len(group) // LEGEND_ROWS)
     legend = ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=9, ncols=columns)
     for text in legend.get_texts():
         text.set_color(colours.text)
 
 
-def _saved(figure: Figure, path: str | Path, dpi: int, force: bool) -> Path:
+def saved(figure: Figure, path: str | Path, dpi: int, force: bool) -> Path:
+    """Path of the figure as a file, .png or .svg."""
     path = Path(path)
     kind = path.suffix.lower().lstrip(".")
     if kind not in ("png", "svg"):

@@ -1,0 +1,88 @@
+"""`femflex terms`: what moves each coordinate of a run, term by term."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from femflex.cli.progress import Patience
+from femflex.cli.verb import verb
+
+if TYPE_CHECKING:
+    from femflex.studies.explain import Explanation
+
+
+@verb("femflex terms run.h5 --coordinate beam.delta1 -o terms.png")
+def terms(
+    file: Annotated[Path, typer.Argument(help="Result file of a run.", show_default=False)],
+    coordinate: Annotated[list[str] | None, typer.Option("--coordinate", help="Coordinate to explain, such as beam.delta1; may be repeated; `all` for every one. Left out, the telling ones.", show_default=False)] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="PNG or SVG picture: motion, and what pushes it, stacked.")] = None,
+    start: Annotated[float | None, typer.Option("--from", help="First time in s.")] = None,
+    end: Annotated[float | None, typer.Option("--to", help="Last time in s.")] = None,
+    case: Annotated[Path | None, typer.Option("--case", help="Where the case file is now, if it has moved; meshes are looked for beside it.")] = None,
+    theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
+    title: Annotated[str | None, typer.Option("--title", help="Left out, that of the case.")] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print peaks and root mean squares as JSON.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
+) -> None:
+    """Say what moves each coordinate: every term of the equations of motion along a run, as table and stacked plot.
+
+    The model is built again from the case text in the run. Terms carry their sign in M udot + h - Q = 0 and sum to zero.
+    """
+    from femflex.pipeline import rebuilt
+    from femflex.results import open_run
+    from femflex.results.place import check_place
+    from femflex.studies.explain import chosen, explain
+
+    if output is not None:
+        check_place(output, force)
+    with open_run(file) as run:
+        with Patience("building the model again from the case text") as told:
+            model = rebuilt(run, case)
+            told("evaluating the terms")
+            first = float(run.time[0]) if start is None else start
+            last = float(run.time[-1]) if end is None else end
+            found = explain(run, model, (first, last))
+        places = chosen(found, coordinate or [])
+        if json:
+            say_json(run.without, found, places)
+        else:
+            say_tables(run.without, found, places)
+        if output is not None:
+            from femflex.view.terms import Explained, plot_terms
+
+            shown = [Explained(k, found.names[k], found.units[k], found.own[k]) for k in places]
+            plot_terms(run, found.time, found.parts, shown, output, theme, title, force=force)
+            if not json:
+                print(f"picture     {output}")
+
+
+def say_tables(without: tuple[str, ...], found: Explanation, places: list[int]) -> None:
+    """Print peak and root mean square of every term on the coordinates."""
+    from femflex.cli.tables import print_table
+
+    if without:
+        print(f"without {', '.join(without)}")
+    for k in places:
+        sizes = found.sizes(k)
+        largest = max(rms for _, rms in sizes.values()) or 1.0
+        rows = [
+            (name, f"{peak:.4g}", f"{rms:.4g}", f"{rms / largest:.1%}")
+            for name, (peak, rms) in sorted(sizes.items(), key=lambda item: -item[1][1])
+            if rms > 0
+        ]
+        print_table(("term", "peak", "rms", "of largest"), rows, f"{found.names[k]}  [{found.units[k]}]")
+    print(f"the terms sum to zero to {found.remainder:.1e} of the largest, over {len(found.time)} instants")
+
+
+def say_json(without: tuple[str, ...], found: Explanation, places: list[int]) -> None:
+    """Print the same as JSON."""
+    from femflex.cli.tables import print_json
+
+    told: dict[str, Any] = {"without": list(without), "remainder": found.remainder, "coordinates": {}}
+    for k in places:
+        sizes = {name: {"peak": peak, "rms": rms} for name, (peak, rms) in found.sizes(k).items()}
+        told["coordinates"][found.names[k]] = {"unit": found.units[k], "terms": sizes}
+    print_json(told)
