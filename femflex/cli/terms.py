@@ -11,6 +11,7 @@ from femflex.cli.progress import Patience
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
+    from femflex.results import Run
     from femflex.studies.explain import Explanation
 
 
@@ -24,6 +25,7 @@ def terms(
     case: Annotated[Path | None, typer.Option("--case", help="Where the case file is now, if it has moved; meshes are looked for beside it.")] = None,
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
     title: Annotated[str | None, typer.Option("--title", help="Left out, that of the case.")] = None,
+    whole: Annotated[bool, typer.Option("--whole", help="Draw the inertia as one, not by whose acceleration it is.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print peaks and root mean squares as JSON.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
 ) -> None:
@@ -51,12 +53,26 @@ def terms(
         else:
             say_tables(run.without, found, places)
         if output is not None:
-            from femflex.view.terms import Explained, plot_terms
-
-            shown = [Explained(k, found.names[k], found.units[k], found.own[k]) for k in places]
-            plot_terms(run, found.time, found.parts, shown, output, theme, title, force=force)
+            shown = draw(run, found, places, whole, output, theme, title, force, shorten=start is None and end is None)
             if not json:
-                print(f"picture     {output}")
+                print(f"picture     {output}{shown}")
+
+
+def draw(
+    run: Run, found: Explanation, places: list[int], whole: bool, output: Path, theme: str, title: str | None, force: bool, shorten: bool
+) -> str:
+    """Draw the picture; returns what part of the run it shows, in words, when that is not all."""
+    from femflex.studies.explain import readable_span
+    from femflex.view.terms import Explained, plot_terms
+
+    coordinates = [Explained(k, found.names[k], found.units[k], "inertia" if whole else found.own[k]) for k in places]
+    parts = found.terms if whole else found.parts
+    first, last = readable_span(found, places) if shorten else (found.time[0], found.time[-1])
+    rows = (found.time >= first) & (found.time <= last)
+    plot_terms(run, found.time[rows], {name: part[rows] for name, part in parts.items()}, coordinates, output, theme, title, force=force)
+    if rows.all():
+        return ""
+    return f", {first:g} to {last:g} s of {found.time[-1]:g} s, where single swings can be seen; --from and --to choose"
 
 
 def say_tables(without: tuple[str, ...], found: Explanation, places: list[int]) -> None:
@@ -66,15 +82,26 @@ def say_tables(without: tuple[str, ...], found: Explanation, places: list[int]) 
     if without:
         print(f"without {', '.join(without)}")
     for k in places:
-        sizes = found.sizes(k)
-        largest = max(rms for _, rms in sizes.values()) or 1.0
-        rows = [
-            (name, f"{peak:.4g}", f"{rms:.4g}", f"{rms / largest:.1%}")
-            for name, (peak, rms) in sorted(sizes.items(), key=lambda item: -item[1][1])
-            if rms > 0
-        ]
-        print_table(("term", "peak", "rms", "of largest"), rows, f"{found.names[k]}  [{found.units[k]}]")
+        print_table(("term", "peak", "rms", "of largest"), term_rows(found, k), f"{found.names[k]}, {found.units[k]}")
     print(f"the terms sum to zero to {found.remainder:.1e} of the largest, over {len(found.time)} instants")
+
+
+def term_rows(found: Explanation, k: int) -> list[tuple[str, str, str, str]]:
+    """Rows of the table of coordinate k, largest first; the inertia is followed by its parts."""
+    from femflex.studies.explain import ROUNDING
+
+    sizes = found.sizes(k)
+    scale = max(rms for _, rms in sizes.values())
+    largest = max(sizes[name][1] for name in found.terms) or 1.0
+    order = []
+    for name in sorted(found.terms, key=lambda name: -sizes[name][1]):
+        order += [name, *(sorted(found.inertia, key=lambda part: -sizes[part][1]) if name == "inertia" else ())]
+    return [
+        (f"  {name}" if name in found.inertia else name, f"{peak:.4g}", f"{rms:.4g}", f"{rms / largest:.1%}")
+        for name in order
+        for peak, rms in [sizes[name]]
+        if rms > ROUNDING * scale
+    ]
 
 
 def say_json(without: tuple[str, ...], found: Explanation, places: list[int]) -> None:

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 TELLING = 3  # coordinates shown unless some are named
+ROUNDING = 1e-9  # of the parts of the inertia: what is below it is none
+NOTICEABLE = 1e-3  # of the most strongly pushed coordinate of the same unit
+SWINGS = 24  # half oscillations that can be told apart in a picture
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,10 +71,27 @@ class Explanation:
 
     def telling(self) -> list[int]:
         """The coordinates that show most: of every unit in turn the ones under the largest forces, at most three."""
-        power = np.array([sum(rms for _, rms in self.sizes(k).values()) for k in range(len(self.names))])
-        by_unit = [[k for k in np.argsort(-power) if self.units[k] == unit and power[k] > 0] for unit in dict.fromkeys(self.units)]
+        whole, split = (
+            np.sqrt(sum(np.mean(rows**2, axis=0) for rows in parts.values())) for parts in (self.terms, self.inertia)
+        )
+        there = whole > ROUNDING * split  # parts of the inertia may cancel to nothing
+        by_unit = []
+        for unit in dict.fromkeys(self.units):
+            group = [k for k in np.argsort(-whole) if self.units[k] == unit and there[k]]
+            by_unit.append([k for k in group if whole[k] > NOTICEABLE * whole[group[0]]])
         turns = [group[turn] for turn in range(TELLING) for group in by_unit if turn < len(group)]
         return sorted(int(k) for k in turns[:TELLING]) or [0]
+
+
+def readable_span(found: Explanation, places: Sequence[int]) -> tuple[float, float]:
+    """The first and last time [s] of a picture in which the fastest of these coordinates can still be seen to swing."""
+    last = found.time[-1]
+    for k in places:
+        own = found.inertia[found.own[k]][:, k]
+        crossings = np.flatnonzero(np.diff(np.signbit(own - np.mean(own))))
+        if len(crossings) > 2 * SWINGS:
+            last = min(last, found.time[crossings[SWINGS]])
+    return float(found.time[0]), float(last)
 
 
 def explain(run: Run, model: Model, span: tuple[float, float] | None = None) -> Explanation:

@@ -35,17 +35,19 @@ def plot_histories(
     title: str | None = None,
     dpi: int = 150,
     force: bool = False,
+    other: Run | None = None,
 ) -> Path:
     """Path of a picture (.png or .svg) of channels over time, one pair of axes for every unit.
 
     channels as in `curves_of`; by default attitude angles, largest deflections and energy drift.
+    other: a second run, laid over the first in thin dashed lines of the same colours.
     """
-    groups, colours = curves_of(run, channels, degrees), theme_of(theme)
-    figure, axes = _figure(len(groups), run.title if title is None else title, colours, sharex=True)
-    seconds, unit = time_unit(run.duration)
+    groups, colours = curves_of(run, channels, degrees, other), theme_of(theme)
+    figure, axes = _figure(len(groups), _title(run, other) if title is None else title, colours, sharex=True)
+    seconds, unit = time_unit(max(run.duration, 0.0 if other is None else other.duration))
     for ax, group in zip(axes, groups, strict=True):
-        for k, curve in enumerate(group):
-            ax.plot(run.time / seconds, curve.values, color=_colour(colours, k), label=curve.label, linewidth=1.2)
+        for curve, style in _styled(group, colours):
+            ax.plot(curve.time / seconds, curve.values, **style)
         ax.set_ylabel(_ordinate(group))
         finish(ax, group, colours)
         ax.margins(x=0)
@@ -63,26 +65,26 @@ def plot_spectra(
     dpi: int = 150,
     highest: float | None = None,
     force: bool = False,
+    other: Run | None = None,
 ) -> Path:
     """Path of a picture (.png or .svg) of amplitude spectra of channels, with their peaks named.
 
     A sine of amplitude a makes a peak of height a. highest is the last frequency shown [Hz]; by default every pair of
-    axes goes a little beyond its last peak.
+    axes goes a little beyond its last peak. other: a second run, laid over the first in thin dashed lines.
     """
     colours = theme_of(theme)
-    groups = curves_of(run, channels, degrees)
+    groups = curves_of(run, channels, degrees, other)
     if channels is None:
         groups = [group for group in groups if group[0].quantity != "relative drift"] or groups
-    figure, axes = _figure(len(groups), run.title if title is None else title, colours, sharex=False)
+    figure, axes = _figure(len(groups), _title(run, other) if title is None else title, colours, sharex=False)
     for ax, group in zip(axes, groups, strict=True):
-        spectra = [amplitude_spectrum(run.time, curve.values) for curve in group]
+        spectra = [amplitude_spectrum(curve.time, curve.values) for curve in group]
         peaks = [peak for spectrum in spectra for peak in spectrum.peaks() if highest is None or peak[0] <= highest]
         nyquist = float(spectra[0].frequency[-1])
         last = highest or min(nyquist, 1.3 * max((frequency for frequency, _ in peaks), default=nyquist))
         factor, unit = (1e3, "mHz") if last < 0.5 else (1.0, "Hz")
-        for k, (curve, spectrum) in enumerate(zip(group, spectra, strict=True)):
-            line = (spectrum.frequency * factor, np.maximum(spectrum.amplitude, 1e-300))
-            ax.semilogy(*line, color=_colour(colours, k), label=curve.label, linewidth=1.2)
+        for (_, style), spectrum in zip(_styled(group, colours), spectra, strict=True):
+            ax.semilogy(spectrum.frequency * factor, np.maximum(spectrum.amplitude, 1e-300), **style)
         top = max(float(spectrum.amplitude.max()) for spectrum in spectra) or 1.0
         ax.set_ylim(DEPTH * top, 10 * top)
         ax.set_xlim(0, last * factor)
@@ -117,8 +119,37 @@ def raised(unit: str) -> str:
     return re.sub(r"\^(-?[\d/]+)", r"$^{\1}$", unit)
 
 
-def _colour(colours: Theme, k: int) -> str:
-    return colours.lines[k % len(colours.lines)]
+def _styled(group: list[Curve], colours: Theme) -> list[tuple[Curve, dict[str, Any]]]:
+    """The curves with colour, line and name; those of a second run dashed, in the colour of the same one of the first."""
+    order = list(dict.fromkeys(curve.label for curve in group))
+    dashed = {"linewidth": 1.0, "linestyle": (0, (4, 1.6)), "alpha": 0.85}
+    return [
+        (
+            curve,
+            {
+                "color": colours.lines[order.index(curve.label) % len(colours.lines)],
+                "label": f"{curve.label} (dashed)" if curve.second else curve.label,
+                **(dashed if curve.second else {"linewidth": 1.2}),
+            },
+        )
+        for curve in group
+    ]
+
+
+def title_of(run: Run) -> str:
+    """Title of a run, with what was switched off in it."""
+    left_out = ", ".join(name.replace("_", " ").removeprefix("loads/") for name in run.without)
+    return f"{run.title} (without {left_out})" if left_out else run.title
+
+
+def _title(run: Run, other: Run | None) -> str:
+    """Title of one run, or of two: what tells them apart."""
+    if other is None:
+        return title_of(run)
+    if run.title != other.title:
+        return f"{title_of(run)}; dashed: {title_of(other)}"
+    left_out, dashed = (title_of(one).removeprefix(one.title).strip("( )") or "in full" for one in (run, other))
+    return f"{run.title}: {left_out}; dashed: {dashed if left_out != dashed else other.path.name}"
 
 
 def _figure(count: int, title: str, colours: Theme, sharex: bool) -> tuple[Figure, list[Axes]]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.results import Run
-from femflex.view.plot import HEIGHT, TITLE, WIDTH, finish, raised, saved
+from femflex.view.plot import HEIGHT, TITLE, WIDTH, finish, raised, saved, title_of
 from femflex.view.theme import Theme, theme_of
 from femflex.view.units import time_unit
 
@@ -75,12 +75,6 @@ def plot_terms(
         _draw_stack(stack, time / seconds, parts, one, named, colours)
     axes[-1].set_xlabel(f"time [{unit}]")
     return saved(figure, path, dpi, force)
-
-
-def title_of(run: Run) -> str:
-    """Title of a run, with what was switched off in it."""
-    left_out = ", ".join(name.replace("_", " ").removeprefix("loads/") for name in run.without)
-    return f"{run.title} (without {left_out})" if left_out else run.title
 
 
 def said(name: str) -> str:
@@ -149,7 +143,7 @@ def _draw_stack(
         up, down = higher, lower
     ax.axhline(0.0, color=colours.faint, linewidth=0.6)
     ax.plot(time, own, color=colours.background, linewidth=3.0)
-    ax.plot(time, own, color=colours.text, linewidth=1.3, label=f"add up to {said(one.own)}")
+    ax.plot(time, own, color=colours.text, linewidth=1.3, label=f"sum: {said(one.own)}")
     what = {"N": "force", "N m": "moment"}.get(one.unit, "generalised force")
     ax.set_ylabel(f"{what} [{raised(one.unit)}]")
     finish(ax, list(pushes), colours)
