@@ -22,7 +22,7 @@ def run(
     output: Annotated[Path, typer.Option("-o", "--output", help="Result file (HDF5).")] = Path("run.h5"),
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the unfinished run in the output file.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
-    without: Annotated[str, typer.Option("--without", help="Switch off by name, such as gravity_gradient,gyroscopic, a load, or flexibility.")] = "",
+    without: Annotated[str, typer.Option("--without", help="Switch off by name: gravity_gradient,gyroscopic, a load, flexibility.")] = "",
     no_pictures: Annotated[bool, typer.Option("--no-pictures", help="Leave out the pictures the case asks for.")] = False,
 ) -> None:
     """Simulate a case: mesh to modes to motion to HDF5, with the pictures the case asks for.

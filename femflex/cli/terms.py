@@ -11,27 +11,40 @@ from femflex.cli.progress import Patience
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
-    from femflex.results import Run
     from femflex.studies.explain import Explanation
 
 
 @verb("femflex terms run.h5 --coordinate beam.delta1 -o terms.png")
 def terms(
     file: Annotated[Path, typer.Argument(help="Result file of a run.", show_default=False)],
-    coordinate: Annotated[list[str] | None, typer.Option("--coordinate", help="Coordinate to explain, such as beam.delta1; may be repeated; `all` for every one. Left out, the telling ones.", show_default=False)] = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="PNG or SVG picture: motion, and what pushes it, stacked.")] = None,
+    coordinate: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--coordinate",
+            help="Coordinate to explain, such as beam.delta1; may be repeated; `all`. Left out, the telling ones.",
+            show_default=False,
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="PNG or SVG picture: motion, and what pushes it, stacked.")
+    ] = None,
     start: Annotated[float | None, typer.Option("--from", help="First time in s.")] = None,
     end: Annotated[float | None, typer.Option("--to", help="Last time in s.")] = None,
-    case: Annotated[Path | None, typer.Option("--case", help="Where the case file is now, if it has moved; meshes are looked for beside it.")] = None,
+    case: Annotated[
+        Path | None,
+        typer.Option("--case", help="Where the case file is now, if it has moved; meshes are looked for beside it."),
+    ] = None,
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
     title: Annotated[str | None, typer.Option("--title", help="Left out, that of the case.")] = None,
-    whole: Annotated[bool, typer.Option("--whole", help="Draw the inertia as one, not by whose acceleration it is.")] = False,
+    whole: Annotated[
+        bool, typer.Option("--whole", help="Draw the inertia as one, not by whose acceleration it is.")
+    ] = False,
     json: Annotated[bool, typer.Option("--json", help="Print peaks and root mean squares as JSON.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
 ) -> None:
     """Say what moves each coordinate: every term of the equations of motion along a run, as table and stacked plot.
 
-    The model is built again from the case text in the run. Terms carry their sign in M udot + h - Q = 0 and sum to zero.
+    The model is built again from the case text in the run. Terms have their sign in M udot + h - Q = 0 and sum to zero.
     """
     from femflex.pipeline import rebuilt
     from femflex.results import open_run
@@ -53,26 +66,26 @@ def terms(
         else:
             say_tables(run.without, found, places)
         if output is not None:
-            shown = draw(run, found, places, whole, output, theme, title, force, shorten=start is None and end is None)
+            from femflex.view.terms import Explained, plot_terms
+
+            shown, which = shortened(found, places, wanted=start is None and end is None)
+            chose = [Explained(k, found.names[k], found.units[k], "inertia" if whole else found.own[k]) for k in places]
+            parts = shown.terms if whole else shown.parts
+            plot_terms(run, shown.time, parts, chose, output, theme, title, force=force)
             if not json:
-                print(f"picture     {output}{shown}")
+                print(f"picture     {output}{which}")
 
 
-def draw(
-    run: Run, found: Explanation, places: list[int], whole: bool, output: Path, theme: str, title: str | None, force: bool, shorten: bool
-) -> str:
-    """Draw the picture; returns what part of the run it shows, in words, when that is not all."""
+def shortened(found: Explanation, places: list[int], wanted: bool) -> tuple[Explanation, str]:
+    """The explanation as far as a picture can show it, and in words which part of the run that is."""
     from femflex.studies.explain import readable_span
-    from femflex.view.terms import Explained, plot_terms
 
-    coordinates = [Explained(k, found.names[k], found.units[k], "inertia" if whole else found.own[k]) for k in places]
-    parts = found.terms if whole else found.parts
-    first, last = readable_span(found, places) if shorten else (found.time[0], found.time[-1])
-    rows = (found.time >= first) & (found.time <= last)
-    plot_terms(run, found.time[rows], {name: part[rows] for name, part in parts.items()}, coordinates, output, theme, title, force=force)
-    if rows.all():
-        return ""
-    return f", {first:g} to {last:g} s of {found.time[-1]:g} s, where single swings can be seen; --from and --to choose"
+    first, last = readable_span(found, places) if wanted else (found.time[0], found.time[-1])
+    if last >= found.time[-1]:
+        return found, ""
+    return found.until(
+        last
+    ), f", {first:g} to {last:g} s of {found.time[-1]:g} s, where single swings can be seen; --from and --to choose"
 
 
 def say_tables(without: tuple[str, ...], found: Explanation, places: list[int]) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from femflex.body import FlexibleBody, MassMoments, StrainTensors
 from femflex.dynamics.terms import LOADS, TERMS, all_rows, term_names
-from femflex.system import System
+from femflex.system import Joint, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
@@ -24,7 +24,10 @@ BODY_CHANGES: dict[str, Callable[[FlexibleBody], FlexibleBody]] = {
     "prestress": lambda body: replace(body, strain=StrainTensors(body.strain.V1, 0.0 * body.strain.f0)),
     "damping": lambda body: replace(body, damping=0.0 * body.damping),
 }
-JOINT_CHANGES = {"joint_springs": "stiffness", "joint_dampers": "damping"}
+JOINT_CHANGES: dict[str, Callable[[Joint], Joint]] = {
+    "joint_springs": lambda joint: replace(joint, stiffness=0.0 * joint.stiffness),
+    "joint_dampers": lambda joint: replace(joint, damping=0.0 * joint.damping),
+}
 
 
 def without(model: Model, *names: str) -> Model:
@@ -74,8 +77,7 @@ def changed(system: System, name: str) -> System:
     if name in BODY_CHANGES:
         return replace(system, bodies={key: BODY_CHANGES[name](body) for key, body in system.bodies.items()})
     if name in JOINT_CHANGES:
-        key = JOINT_CHANGES[name]
-        return replace(system, joints=tuple(replace(joint, **{key: np.zeros(joint.n_u)}) for joint in system.joints))
+        return replace(system, joints=tuple(JOINT_CHANGES[name](joint) for joint in system.joints))
     if name.startswith(LOADS):
         return replace(system, loads=tuple(load for load in system.loads if LOADS + load.name != name))
     if name.partition("/")[0] == FLEXIBILITY:

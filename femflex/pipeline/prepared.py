@@ -86,4 +86,6 @@ def check_same(omitted: Sequence[str], output: Path) -> None:
     with open_run(output) as unfinished:
         if set(unfinished.without) != set(omitted):
             begun, now = (", ".join(names) or "nothing" for names in (unfinished.without, omitted))
-            raise ValueError(f"{output} was begun with {begun} switched off, not {now}; resume it likewise, or start anew")
+            raise ValueError(
+                f"{output} was begun with {begun} switched off, not {now}; resume it likewise, or start anew"
+            )

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+MANY = 16  # names listed in an error
 TELLING = 3  # coordinates shown unless some are named
 ROUNDING = 1e-9  # of the parts of the inertia: what is below it is none
 NOTICEABLE = 1e-3  # of the most strongly pushed coordinate of the same unit
@@ -50,6 +51,12 @@ class Explanation:
         largest = max(float(np.abs(rows).max(initial=0.0)) for rows in self.terms.values())
         return float(np.abs(sum(self.terms.values())).max(initial=0.0)) / (largest or 1.0)
 
+    def until(self, last: float) -> Explanation:
+        """The same up to that time [s]."""
+        rows = self.time <= last
+        cut = [{name: part[rows] for name, part in parts.items()} for parts in (self.terms, self.inertia)]
+        return Explanation(self.time[rows], cut[0], cut[1], self.names, self.units, self.own)
+
     def sizes(self, k: int) -> dict[str, tuple[float, float]]:
         """Peak (with its sign) and root mean square of every term on coordinate k, the inertia whole and split."""
         return {name: _size(rows[:, k]) for name, rows in {**self.terms, **self.inertia}.items()}
@@ -66,7 +73,8 @@ class Explanation:
         if name.isdigit() and 1 <= int(name) <= len(short):
             return int(name) - 1
         near = get_close_matches(name, short, n=3)
-        told = f"near it are {near}" if near else f"known are {short}" if len(short) <= 16 else f"known are {short[:16]} and {len(short) - 16} more"
+        more = f" and {len(short) - MANY} more" if len(short) > MANY else ""
+        told = f"near it are {near}" if near else f"known are {short[:MANY]}{more}"
         raise KeyError(f"{name!r} is not a coordinate of the run; {told}")
 
     def telling(self) -> list[int]:
@@ -100,7 +108,8 @@ def explain(run: Run, model: Model, span: tuple[float, float] | None = None) -> 
     rows = np.flatnonzero((run.time >= first) & (run.time <= last))
     if len(rows) < 2:
         raise ValueError(
-            f"there are {len(rows)} instants from {first:g} to {last:g} s; the run has them from {run.time[0]:g} to {run.time[-1]:g} s"
+            f"there are {len(rows)} instants from {first:g} to {last:g} s; "
+            f"the run has them from {run.time[0]:g} to {run.time[-1]:g} s"
         )
     part = slice(int(rows[0]), int(rows[-1]) + 1)
     time, states = run.read("time", part), np.hstack([run.read("q", part), run.read("u", part)])
@@ -108,9 +117,8 @@ def explain(run: Run, model: Model, span: tuple[float, float] | None = None) -> 
     for source, places in sources(model.system).items():
         own[places] = [INERTIA_OF + source] * (places.stop - places.start)
     names = tuple(name for name, _ in model.system.velocity_names())
-    return Explanation(
-        time, terms(model, time, states), inertia_by_source(model, time, states), names, tuple(force_units(model.system)), tuple(own)
-    )
+    whole, split = terms(model, time, states), inertia_by_source(model, time, states)
+    return Explanation(time, whole, split, names, tuple(force_units(model.system)), tuple(own))
 
 
 def chosen(found: Explanation, names: Sequence[str]) -> list[int]:

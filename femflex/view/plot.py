@@ -147,9 +147,9 @@ def _title(run: Run, other: Run | None) -> str:
     if other is None:
         return title_of(run)
     if run.title != other.title:
-        return f"{title_of(run)}; dashed: {title_of(other)}"
+        return f"{title_of(run)}\ndashed: {title_of(other)}"
     left_out, dashed = (title_of(one).removeprefix(one.title).strip("( )") or "in full" for one in (run, other))
-    return f"{run.title}: {left_out}; dashed: {dashed if left_out != dashed else other.path.name}"
+    return f"{run.title}\n{left_out}; dashed: {dashed if left_out != dashed else other.path.name}"
 
 
 def _figure(count: int, title: str, colours: Theme, sharex: bool) -> tuple[Figure, list[Axes]]:

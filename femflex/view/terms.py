@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,9 +55,9 @@ def plot_terms(
 ) -> Path:
     """Path of a picture (.png or .svg): per coordinate its motion, and under it what pushes it.
 
-    parts: name -> (n_t, n_u) at the instants `time` of the run, summing to zero, signs as in M udot + h - Q = 0, with M udot split as
-    "inertia/<source>". A coordinate's own inertia times acceleration is the line; all else stands on the other side of
-    the equation, positive contributions stacked upwards and negative ones downwards, so that stack and line balance.
+    parts: name -> (n_t, n_u) at the instants `time` of the run, summing to zero, with their signs in M udot + h - Q = 0
+    and M udot whole or split as "inertia/<source>". A coordinate's own inertia times acceleration is the line; all else
+    stands on the other side of the equation, positive contributions stacked upwards and negative ones downwards.
     """
     from matplotlib.figure import Figure
 
@@ -69,7 +69,7 @@ def plot_terms(
     axes = figure.subplots(2 * len(coordinates), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
     figure.suptitle(title_of(run) if title is None else title, color=colours.text, fontsize=12, fontweight="bold")
     seconds, unit = time_unit(float(np.ptp(time)))
-    rows = np.searchsorted(run.time, time)
+    rows = np.searchsorted(run.time, time).astype(np.int64)
     for strip, stack, one in zip(axes[::2], axes[1::2], coordinates, strict=True):
         _draw_motion(strip, run, rows, time / seconds, one, colours)
         _draw_stack(stack, time / seconds, parts, one, named, colours)
@@ -112,7 +112,7 @@ def _colours(parts: Mapping[str, Array], coordinates: Sequence[Explained], colou
     return {name: colours.lines[k % len(colours.lines)] for k, name in enumerate(named)} | {"others": colours.faint}
 
 
-def _draw_motion(ax: Axes, run: Run, rows: Array, time: Array, one: Explained, colours: Theme) -> None:
+def _draw_motion(ax: Axes, run: Run, rows: NDArray[np.int64], time: Array, one: Explained, colours: Theme) -> None:
     """The coordinate itself where u is its rate, else the rate."""
     coordinate = one.name.removesuffix("_rate")
     path = "q" if coordinate in run.names("q") else "u"
@@ -122,7 +122,8 @@ def _draw_motion(ax: Axes, run: Run, rows: Array, time: Array, one: Explained, c
         values, unit = np.rad2deg(values), unit.replace("rad", "deg")
     ax.plot(time, values, color=colours.text, linewidth=1.1)
     ax.set_ylabel(f"[{raised(unit)}]")
-    ax.set_title(coordinate if path == "q" else one.name, loc="left", fontsize=10, fontweight="bold", color=colours.text)
+    shown = coordinate if path == "q" else one.name
+    ax.set_title(shown, loc="left", fontsize=10, fontweight="bold", color=colours.text)
     finish(ax, [], colours)
     ax.margins(x=0)
 
@@ -137,7 +138,7 @@ def _draw_stack(
         share = float(np.sqrt(np.mean(push**2))) / total
         label = f"{said(name)}  {100 * share:.{1 if share < 0.1 else 0}f} %"
         higher, lower = up + np.maximum(push, 0.0), down + np.minimum(push, 0.0)
-        style = {"color": named[name], "alpha": 0.75, "linewidth": 0.0}
+        style: dict[str, Any] = {"color": named[name], "alpha": 0.75, "linewidth": 0.0}
         ax.fill_between(time, up, higher, label=label, **style)
         ax.fill_between(time, down, lower, **style)
         up, down = higher, lower

@@ -5,7 +5,7 @@ import pytest
 from random_systems import random_tree
 
 from femflex.dynamics import compile_system
-from femflex.dynamics.terms import force_units, linear_terms, terms
+from femflex.dynamics.terms import force_units, inertia_by_source, linear_terms, sources, terms
 from femflex.integrate import integrator
 from femflex.system import Frame, Load, Orbit, free, revolute, spherical, universal
 
@@ -126,9 +126,11 @@ def test_gravity_is_the_gradient_of_its_energy(kind, seed):
     if kind == "free orbit":  # its energy is counted from the Earth, the force from the fall of O
         mass = sum(body.moments.mass for body in model.system.bodies.values())
         seen = model.observe(np.zeros(1), x[None])
-        R = seen["orbit/radius"][0] * np.array([np.cos(seen["orbit/true_anomaly"][0]), np.sin(seen["orbit/true_anomaly"][0]), 0])
+        r, nu = seen["orbit/radius"][0], seen["orbit/true_anomaly"][0]
+        R = r * np.array([np.cos(nu), np.sin(nu), 0])
         fall = -model.system.orbit.mu * R / np.linalg.norm(R) ** 3
-        rate = along(model, x, "monitors/gravity", 1e-2)  # two numbers of 1e8 W nearly cancel below: rounding 1e-8 J / step
+        # two numbers of 1e8 W nearly cancel: rounding of 1e-8 J over the step
+        rate = along(model, x, "monitors/gravity", 1e-2)
         rate += mass * fall @ along(model, x, "monitors/center_of_mass", 1e-2)
     assert power == pytest.approx(rate, rel=1e-5 if kind == "free orbit" else 1e-8)
 
@@ -174,7 +176,8 @@ def test_pitch_of_a_rigid_craft_is_pushed_by_the_gravity_gradient_alone():
     from femflex.system import System
 
     orbit, J = Orbit(7e6), np.diag([900.0, 300.0, 700.0])
-    craft = System({"craft": rigid_body(100.0, J)}, (revolute("craft", axis=(1, 0, 0)),), frame=Frame("orbital"), orbit=orbit)
+    bodies, joint = {"craft": rigid_body(100.0, J)}, revolute("craft", axis=(1, 0, 0))
+    craft = System(bodies, (joint,), frame=Frame("orbital"), orbit=orbit)
     model = compile_system(craft)
     theta, n = 0.3, orbit.mean_motion
     found = one(model, np.array([theta, 2e-4]))
@@ -189,3 +192,15 @@ def test_states_of_another_shape_are_refused():
     model, x = random_model(0, "inertial")
     with pytest.raises(ValueError, match=rf"states have shape \(1, 3\); 2 times of this model need \(2, {len(x)}\)"):
         terms(model, np.zeros(2), np.zeros((1, 3)))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_inertia_splits_by_whose_acceleration_it_is(kind):
+    model, x = random_model(4, kind)
+    split = {name: rows[0] for name, rows in inertia_by_source(model, np.zeros(1), x[None]).items()}
+    M, udot = model.mass_matrix(0.0, x), model.state_rate(0.0, x)[model.n_q :]
+    size = max(np.abs(row).max() for row in split.values())
+    for source, places in sources(model.system).items():
+        assert split[f"inertia/{source}"] == pytest.approx(M[:, places] @ udot[places], abs=1e-10 * size)
+    assert sum(split.values()) == pytest.approx(one(model, x)["inertia"], abs=1e-12 * size)
+    assert sum(places.stop - places.start for places in sources(model.system).values()) == model.n_u
