@@ -140,7 +140,9 @@ class FlexibleBody:
             )
         for name, marker in self.markers.items():
             if marker.phi.shape != (3, n) or marker.psi.shape != (3, n):
-                raise ValueError(f"marker {name!r} has rows of shape {marker.phi.shape}; a body with {n} shapes needs (3, {n})")
+                raise ValueError(
+                    f"marker {name!r} has rows of shape {marker.phi.shape}; a body with {n} shapes needs (3, {n})"
+                )
         if "origin" not in self.markers:
             self.markers["origin"] = Marker.rigid(np.zeros(3), n_modes=n)
 

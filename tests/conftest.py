@@ -18,7 +18,7 @@ title = "hub with a boom"
 
 [run]
 duration = "10 s"
-output_step = 0.1
+output_step = 0.05
 
 [attitude]
 rates = ["2 deg/s", 0, 0.01]

@@ -29,7 +29,16 @@ ALLOWED = {
     "__init__": EVERYTHING,
     "__main__": {"cli"},
 }
-ALONE = {"meshio": {"mesh"}, "pyvista": {"view"}, "vtkmodules": {"view"}, "skfem": {"fem"}, "pint": {"case"}, "typer": {"cli"}, "rich": {"cli"}, "pydantic": {"case"}}
+ALONE = {
+    "meshio": {"mesh"},
+    "pyvista": {"view"},
+    "vtkmodules": {"view"},
+    "skfem": {"fem"},
+    "pint": {"case"},
+    "typer": {"cli"},
+    "rich": {"cli"},
+    "pydantic": {"case"},
+}
 FILES = sorted(path for path in PACKAGE.rglob("*.py"))
 
 

@@ -10,12 +10,27 @@ import pytest
 
 import femflex
 
-HEAVY = ("numpy", "scipy", "numba", "pyvista", "vtkmodules", "matplotlib", "h5py", "pydantic", "pint", "meshio", "skfem", "rich")
+HEAVY = (
+    "numpy",
+    "scipy",
+    "numba",
+    "pyvista",
+    "vtkmodules",
+    "matplotlib",
+    "h5py",
+    "pydantic",
+    "pint",
+    "meshio",
+    "skfem",
+    "rich",
+)
 
 
 def loaded_after(code: str) -> set[str]:
     """Names of modules loaded in a fresh interpreter after running the code."""
-    told = subprocess.run([sys.executable, "-c", f"{code}\nimport sys; print(*sys.modules)"], capture_output=True, text=True, check=True)
+    told = subprocess.run(
+        [sys.executable, "-c", f"{code}\nimport sys; print(*sys.modules)"], capture_output=True, text=True, check=True
+    )
     return {name.split(".")[0] for name in told.stdout.splitlines()[-1].split()}
 
 
@@ -40,5 +55,5 @@ def test_reading_a_case_loads_no_renderer():
 
 
 def test_an_unknown_name_is_answered():
-    with pytest.raises(AttributeError, match="no attribute 'simulate'; it has .*run"):
+    with pytest.raises(AttributeError, match=r"no attribute 'simulate'; it has .*run"):
         femflex.simulate  # noqa: B018

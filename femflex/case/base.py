@@ -52,7 +52,8 @@ class OrientationValue(_Readable):
         if isinstance(value, dict) and len(value) == 2 and set(value) <= {"x", "y", "z"}:
             return _along({axis: Quantity("", (3,)).read(v) for axis, v in value.items()})
         raise ValueProblem(
-            f"found {shown(value)}; expected a 3 x 3 matrix, {{sequence = \"xyz\", angles = [...]}}, or the directions of two "
+            f'found {shown(value)}; expected a 3 x 3 matrix, {{sequence = "xyz", angles = [...]}}, or the '
+            f"directions of two "
             "axes such as {x = [1, 1, 0], y = [0, 0, 1]}"
         )
 
@@ -110,7 +111,9 @@ def _along(directions: dict[str, Any]) -> Matrix:
     i, j = "xyz".index(first), "xyz".index(second)
     a, b = np.array(a), np.array(b)
     if not np.linalg.norm(np.cross(a, b)) > 1e-9 * np.linalg.norm(a) * np.linalg.norm(b):
-        raise ValueProblem(f"found directions {first} = {a.tolist()} and {second} = {b.tolist()}; they must not be parallel or zero")
+        raise ValueProblem(
+            f"found directions {first} = {a.tolist()} and {second} = {b.tolist()}; they must not be parallel or zero"
+        )
     C = np.zeros((3, 3))
     C[:, i] = a / np.linalg.norm(a)
     b = b - C[:, i] * (C[:, i] @ b)

@@ -27,14 +27,14 @@ class Case(Table):
     run: RunTable
     orbit: OrbitTable = OrbitTable(kind="none")
     attitude: AttitudeTable = AttitudeTable()
-    materials: dict[Name, Material] = {}
-    sections: dict[Name, Section] = {}
+    materials: dict[Name, Material] = Field(default_factory=dict)
+    sections: dict[Name, Section] = Field(default_factory=dict)
     bodies: Annotated[dict[Name, Body], Field(min_length=1)]
-    joints: list[Joint] = []
-    loads: list[LoadTable] = []
+    joints: list[Joint] = Field(default_factory=list)
+    loads: list[LoadTable] = Field(default_factory=list)
     pictures: PicturesTable | None = None
     study: StudyTable | None = None
-    expect: ExpectationsTable = ExpectationsTable()
+    expect: ExpectationsTable = Field(default_factory=lambda: ExpectationsTable.model_validate({}))
 
     _path: Path = PrivateAttr(default=Path("case.toml"))
     _text: str = PrivateAttr(default="")

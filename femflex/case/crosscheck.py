@@ -1,16 +1,16 @@
-"""Checks across the tables of a case: the tree of joints, names that refer to others, files, frames and times."""
+"""Checks across the tables of a case: names that refer to others, files, frames and times."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from femflex.case.body import BodyTable, FileTable, FlexibleTable, MeshShape, RigidTable
+from femflex.case.body import BodyTable, FileTable, FlexibleTable, RigidTable
+from femflex.case.measure import MeasureTable
 from femflex.case.outline import Outline
 from femflex.case.problems import Problem, listed, near
-
-SLIDING = {"prismatic": 1, "cylindrical": 1, "free": 3}
-ROOT_KEYS = ("held", "root", "nominal_axes", "marker", "angles", "pitch", "yaw", "roll", "rates", "rotation", "position", "velocity")
+from femflex.case.shape import MeshShape
+from femflex.case.tree import loose_bodies, root, tree
 
 
 def cross_problems(outline: Outline, folder: Path) -> list[Problem]:
@@ -18,76 +18,6 @@ def cross_problems(outline: Outline, folder: Path) -> list[Problem]:
     checks: list[Callable[[Outline], Iterator[Problem]]] = [frames, markers, members, doubles, times, answers]
     found = list(tree(outline)) or list(root(outline))
     return found + [problem for check in checks for problem in check(outline)] + list(files(outline, folder))
-
-
-def tree(outline: Outline) -> Iterator[Problem]:
-    """Joints name bodies that exist, every body hangs from one joint at most, and nothing hangs from itself."""
-    parent: dict[str, str | None] = {}
-    for where, joint in outline.joints.items():
-        if joint is None:
-            continue
-        for role, name in (("child", joint.child), ("parent", joint.parent)):
-            if name is not None and name not in outline.bodies:
-                yield Problem(f"{where}.{role}", f"found {name!r}, which is not a body; {near(name, outline.bodies)}")
-        if joint.child == joint.parent:
-            yield Problem(where, f"found body {joint.child!r} joined to itself; parent and child must differ")
-        elif joint.child in parent:
-            yield Problem(where, f"found body {joint.child!r} as the child of a second joint; in a tree every body has one parent")
-        else:
-            parent[joint.child] = joint.parent
-    for body in parent:
-        path = [body]
-        while (up := parent.get(path[-1])) is not None and up not in path:
-            path.append(up)
-        if up == body and body == min(path):
-            loop = " -> ".join([*reversed(path), path[-1]])
-            yield Problem("joints", f"found a cycle of bodies, {loop}; one body of it must hang from the base frame")
-
-
-def loose_bodies(outline: Outline) -> list[str]:
-    """Bodies that are the child of no joint."""
-    held = {joint.child for joint in outline.joints.values() if joint is not None}
-    return [name for name in outline.bodies if name not in held]
-
-
-def root(outline: Outline) -> Iterator[Problem]:
-    """One body is the root: that of [attitude], or those whose joints hang from the base frame."""
-    if any(joint is None for joint in outline.joints.values()) or outline.attitude is None or not outline.bodies:
-        return
-    loose, named = loose_bodies(outline), outline.attitude.root
-    if named is not None and named not in outline.bodies:
-        yield Problem("attitude.root", f"found {named!r}, which is not a body; {near(named, outline.bodies)}")
-        return
-    if named is not None and named not in loose:
-        yield Problem("attitude.root", f"found {named!r}, which already hangs from a joint; the root body has none")
-        return
-    extra = [name for name in loose if name != (named or loose[0])] if loose else []
-    if extra and (named is not None or len(outline.joints) > 0):
-        candidates = extra if named is not None else loose
-        yield Problem("bodies", f"found {listed(candidates)} without a joint; only the root body may have none, hang the others from a parent in [[joints]]")
-    elif extra:
-        yield Problem("joints", f"found no joints for the bodies {listed(loose)}; hang all but the root body from a parent")
-    if not loose:
-        given = [key for key in ROOT_KEYS if key in outline.attitude.model_fields_set]
-        if given:
-            yield Problem(f"attitude.{given[0]}", "this key sets the root body's joint, but every body already hangs from one; set it in [[joints]], or leave the root body's joint out")
-    yield from _orbit_roots(outline, loose)
-
-
-def _orbit_roots(outline: Outline, loose: list[str]) -> Iterator[Problem]:
-    if outline.orbit is None or outline.orbit.kind == "none":
-        return
-    based = {where: joint for where, joint in outline.joints.items() if joint is not None and joint.parent is None}
-    if loose and based or len(based) > 1:
-        where = next(iter(based))
-        yield Problem(where, "found a second body hanging from the base frame; an orbiting craft has one root body, so give this joint a parent")
-        return
-    for where, joint in based.items():
-        slides = SLIDING.get(getattr(joint, "kind", ""), 0)
-        if outline.orbit.kind == "specified" and slides:
-            yield Problem(f"{where}.kind", f"found {getattr(joint, 'kind')!r} for the root body; on a specified orbit the centre of mass fixes its translation, so use spherical, weld, revolute or universal, or orbit.kind = 'free'")
-        if outline.orbit.kind == "free" and slides != 3:
-            yield Problem(f"{where}.kind", f"found {getattr(joint, 'kind')!r} for the root body; on a free orbit it moves freely, so use free, or orbit.kind = 'specified'")
 
 
 def frames(outline: Outline) -> Iterator[Problem]:
@@ -98,7 +28,10 @@ def frames(outline: Outline) -> Iterator[Problem]:
         yield Problem("attitude.frame", "found 'orbital' without an orbit; give an [orbit], or measure from 'inertial'")
     for where, load in outline.loads.items():
         if load is not None and load.frame == "orbital":
-            yield Problem(f"{where}.frame", "found 'orbital' without an orbit; give an [orbit], or use 'inertial', 'body' or 'marker'")
+            yield Problem(
+                f"{where}.frame",
+                "found 'orbital' without an orbit; give an [orbit], or use 'inertial', 'body' or 'marker'",
+            )
 
 
 def known_markers(body: BodyTable | None) -> set[str] | None:
@@ -122,7 +55,9 @@ def markers(outline: Outline) -> Iterator[Problem]:
     for where, load in outline.loads.items():
         if load is not None:
             if load.body not in outline.bodies:
-                yield Problem(f"{where}.body", f"found {load.body!r}, which is not a body; {near(load.body, outline.bodies)}")
+                yield Problem(
+                    f"{where}.body", f"found {load.body!r}, which is not a body; {near(load.body, outline.bodies)}"
+                )
             places.append((f"{where}.marker", load.body, load.marker))
     for name, body in outline.bodies.items():
         if body is not None and body.initial is not None:
@@ -146,7 +81,9 @@ def members(outline: Outline) -> Iterator[Problem]:
                 wanted = getattr(member, key)
                 if wanted is not None and wanted not in outline.names[table]:
                     where = f"bodies.{name}.members[{member.group or k}].{key}"
-                    yield Problem(where, f"found {wanted!r}, which is not in [{table}]; {near(wanted, outline.names[table])}")
+                    yield Problem(
+                        where, f"found {wanted!r}, which is not in [{table}]; {near(wanted, outline.names[table])}"
+                    )
 
 
 def doubles(outline: Outline) -> Iterator[Problem]:
@@ -178,14 +115,21 @@ def times(outline: Outline) -> Iterator[Problem]:
 
 def answers(outline: Outline) -> Iterator[Problem]:
     """Quantities name bodies that exist and channels that will be in the result file."""
-    measures = [(f"expect.{name}", answer) for name, answer in (outline.expect.answers if outline.expect else {}).items()]
+    measures: list[tuple[str, MeasureTable]] = [
+        (f"expect.{name}", answer) for name, answer in (outline.expect.answers if outline.expect else {}).items()
+    ]
     if outline.study is not None:
         measures.append(("study.quantity", outline.study.quantity))
         if outline.study.body is not None and outline.study.body not in outline.bodies:
-            yield Problem("study.body", f"found {outline.study.body!r}, which is not a body; {near(outline.study.body, outline.bodies)}")
+            yield Problem(
+                "study.body",
+                f"found {outline.study.body!r}, which is not a body; {near(outline.study.body, outline.bodies)}",
+            )
     for where, measure in measures:
         if measure.body is not None and measure.body not in outline.bodies:
-            yield Problem(f"{where}.body", f"found {measure.body!r}, which is not a body; {near(measure.body, outline.bodies)}")
+            yield Problem(
+                f"{where}.body", f"found {measure.body!r}, which is not a body; {near(measure.body, outline.bodies)}"
+            )
     for k, body in enumerate(outline.pictures.modes if outline.pictures else []):
         if body not in outline.bodies:
             yield Problem(f"pictures.modes[{k}]", f"found {body!r}, which is not a body; {near(body, outline.bodies)}")
@@ -199,8 +143,16 @@ def files(outline: Outline, folder: Path) -> Iterator[Problem]:
             yield Problem(where, f"found {name!r}, which is a folder; give the name of a file in it")
         elif not path.is_file():
             near_by = sorted(p.name for p in path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
-            told = f"{path.parent} holds {listed(near_by[:8])}" if near_by else f"{path.parent} has no {path.suffix or 'such'} files" if path.parent.is_dir() else f"there is no folder {path.parent}"
-            yield Problem(where, f"found {name!r}, which does not exist; names are relative to the case file, and {told}")
+            told = (
+                f"{path.parent} holds {listed(near_by[:8])}"
+                if near_by
+                else f"{path.parent} has no {path.suffix or 'such'} files"
+                if path.parent.is_dir()
+                else f"there is no folder {path.parent}"
+            )
+            yield Problem(
+                where, f"found {name!r}, which does not exist; names are relative to the case file, and {told}"
+            )
 
 
 def _named_files(outline: Outline) -> Iterator[tuple[str, str]]:
@@ -210,7 +162,11 @@ def _named_files(outline: Outline) -> Iterator[tuple[str, str]]:
         if isinstance(body, FileTable):
             yield f"bodies.{name}.file", body.file
         if isinstance(body, RigidTable):
-            yield from ((f"bodies.{name}.shapes[{k}].file", s.file) for k, s in enumerate(body.shapes) if isinstance(s, MeshShape))
+            yield from (
+                (f"bodies.{name}.shapes[{k}].file", s.file)
+                for k, s in enumerate(body.shapes)
+                if isinstance(s, MeshShape)
+            )
     for where, load in outline.loads.items():
         if load is not None and load.table is not None:
             yield f"{where}.table", load.table

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -49,7 +49,10 @@ class Verdict:
     unit: str
 
     def __str__(self) -> str:
-        return f"{self.name}: {self.found:.10g} {self.unit}, expected {self.expected}: {'holds' if self.holds else 'does not hold'}"
+        return (
+            f"{self.name}: {self.found:.10g} {self.unit}, expected {self.expected}: "
+            f"{'holds' if self.holds else 'does not hold'}"
+        )
 
 
 def judged(case: Case, run: Record) -> list[Verdict]:
@@ -94,7 +97,11 @@ def _reduced(table: MeasureTable, time: Array, x: Array, mean_motion: float | No
     if table.of == "frequency":
         if x.ndim > 1:
             raise ValueError(f"a frequency is that of one component of {table.channel!r}; name it in `component`")
-        f = crossing_frequency(time, x) if table.tones == 1 else fitted_frequencies(time, x, table.tones)[table.tone - 1]
+        f = (
+            crossing_frequency(time, x)
+            if table.tones == 1
+            else fitted_frequencies(time, x, table.tones)[table.tone - 1]
+        )
         if table.per_orbit and mean_motion is None:
             raise ValueError("a frequency per orbit needs an orbit")
         return float(f * 2 * math.pi / mean_motion) if table.per_orbit and mean_motion else float(f)
@@ -108,7 +115,13 @@ def _reduced(table: MeasureTable, time: Array, x: Array, mean_motion: float | No
     x = x if x.ndim == 1 else size
     if table.of == "value":
         return float(np.interp(time[-1] if table.at is None else table.at, time, x))
-    reductions = {"maximum": np.max, "minimum": np.min, "range": np.ptp, "mean": np.mean, "rms": lambda v: np.sqrt(np.mean(v**2))}
+    reductions: dict[str, Callable[[Array], Any]] = {
+        "maximum": np.max,
+        "minimum": np.min,
+        "range": np.ptp,
+        "mean": np.mean,
+        "rms": lambda v: np.sqrt(np.mean(v**2)),
+    }
     return float(reductions[table.of](x))
 
 
@@ -120,7 +133,9 @@ def _component(table: MeasureTable, values: Array, names: tuple[str, ...]) -> Ar
     n = values.shape[1]
     if isinstance(table.component, str):
         if table.component not in names:
-            raise KeyError(f"component {table.component!r} is not in channel {table.channel!r}; {near(table.component, names)}")
+            raise KeyError(
+                f"component {table.component!r} is not in channel {table.channel!r}; {near(table.component, names)}"
+            )
         return np.asarray(values[:, names.index(table.component)])
     if table.component >= n:
         raise KeyError(f"component {table.component} is not in channel {table.channel!r}, which has {n} (from 0)")
@@ -128,24 +143,34 @@ def _component(table: MeasureTable, values: Array, names: tuple[str, ...]) -> Ar
 
 
 def _of_body(table: MeasureTable, bodies: Mapping[str, Any]) -> float:
-    if table.body not in bodies:
+    if table.body is None or table.body not in bodies:
         raise KeyError(f"body {table.body!r} is not in the run; {near(str(table.body), bodies)}")
     body = bodies[table.body]
     if table.of == "body_mass":
         return float(body.mass if hasattr(body, "mass") else body.moments.mass)
     omega = np.asarray(body.omega)
     if table.mode > len(omega) or not np.isfinite(omega[table.mode - 1]):
-        raise ValueError(f"mode {table.mode} of body {table.body!r} has no natural frequency; it has {int(np.isfinite(omega).sum())} modes that have")
+        raise ValueError(
+            f"mode {table.mode} of body {table.body!r} has no natural frequency; it has "
+            f"{int(np.isfinite(omega).sum())} modes that have"
+        )
     return float(omega[table.mode - 1] / (2 * math.pi))
 
 
 def _judge(name: str, table: ExpectTable, run: Record, mean_motion: float | None) -> Verdict:
     unit = measured_unit(table, run)
-    answers = {key: _in_unit(name, key, getattr(table, key), table.units().get(key), unit) for key in ("value", "tolerance", "above", "below")}
+    answers = {
+        key: _in_unit(name, key, getattr(table, key), table.units().get(key), unit)
+        for key in ("value", "tolerance", "above", "below")
+    }
     found = measured(table, run, mean_motion)
     holds, told = True, []
     if answers["value"] is not None:
-        tolerance = answers["tolerance"] if table.relative_tolerance is None else table.relative_tolerance * abs(answers["value"])
+        tolerance = (
+            answers["tolerance"]
+            if table.relative_tolerance is None
+            else table.relative_tolerance * abs(answers["value"])
+        )
         assert tolerance is not None
         holds &= abs(found - answers["value"]) <= tolerance
         told.append(f"{answers['value']:.10g} +- {tolerance:.3g}")
@@ -159,7 +184,7 @@ def _judge(name: str, table: ExpectTable, run: Record, mean_motion: float | None
 
 
 def _in_unit(name: str, key: str, number: float | None, given: str | None, unit: str) -> float | None:
-    """The number for a quantity in that unit; angular frequencies become hertz. Raises ValueError on another dimension."""
+    """The number for a quantity in that unit, angular frequencies in hertz. Raises ValueError on another dimension."""
     if number is None or given is None:
         return number
     if unit == "Hz" and given == to_base("1 rad/s")[1]:

@@ -49,7 +49,7 @@ class _Axis(_Readable):
         found = Quantity("", (3,)).read(value)
         if not any(found):
             raise ValueProblem(f"found {list(found)}; an axis needs a direction, such as [0, 0, 1] or 'z'")
-        return found  # type: ignore[no-any-return]
+        return found
 
     def json_schema(self) -> dict[str, Any]:
         return {"anyOf": [Quantity("", (3,)).json_schema(), {"enum": ["x", "y", "z", "-x", "-y", "-z"]}]}
@@ -65,11 +65,14 @@ Dampers = Annotated[tuple[float, float, float], _OneOrThree("N s/m")]
 TurnSprings = Annotated[tuple[float, float, float], _OneOrThree("N m/rad")]
 TurnDampers = Annotated[tuple[float, float, float], _OneOrThree("N m s/rad")]
 ZERO = (0.0, 0.0, 0.0)
+SLIDE_KEYS = ("position", "velocity", "slide_stiffness", "slide_damping", "slide_rest")
+TURN_KEYS = ("angles", "rates", "stiffness", "damping", "rest")
 
 
 class JointTable(Table):
     """What every joint says: it leads from a marker of the parent to a marker of the child."""
 
+    kind: str
     child: str
     parent: str | None = None
     """The body it hangs from; none: the base frame of [attitude]."""
@@ -150,7 +153,10 @@ class Universal(JointTable):
     def _axes_differ(self) -> Universal:
         (a, b, c), (d, e, f) = self.axes
         if b * f - c * e == 0 and c * d - a * f == 0 and a * e - b * d == 0:
-            refuse(f"found axes {list(self.axes[0])} and {list(self.axes[1])}, which are parallel; two turns about one axis are one turn, so use revolute")
+            refuse(
+                f"found axes {list(self.axes[0])} and {list(self.axes[1])}, which are parallel; two turns about "
+                f"one axis are one turn, so use revolute"
+            )
         return self
 
 
@@ -182,6 +188,49 @@ class Free(Spherical):
     slide_rest: Position = ZERO
 
 
+Many = tuple[float, ...]
+Lengths = Annotated[Many, Quantity("m", (None,))]
+Speeds = Annotated[Many, Quantity("m/s", (None,))]
+AngleList = Annotated[Many, Quantity("rad", (None,))]
+RateList = Annotated[Many, Quantity("rad/s", (None,))]
+SpringList = Annotated[Many, Quantity("N/m", (None,), least=0.0)]
+DamperList = Annotated[Many, Quantity("N s/m", (None,), least=0.0)]
+TurnSpringList = Annotated[Many, Quantity("N m/rad", (None,), least=0.0)]
+TurnDamperList = Annotated[Many, Quantity("N m s/rad", (None,), least=0.0)]
+
+
+class General(JointTable):
+    """Up to three slides along axes of the parent's marker, then up to three successive turns, each with its own."""
+
+    kind: Literal["general"]
+    slides: Annotated[list[Axis], Field(max_length=3)] = Field(default_factory=list)
+    turns: Annotated[list[Axis], Field(max_length=3)] = Field(default_factory=list)
+    position: Lengths = ()
+    velocity: Speeds = ()
+    slide_stiffness: SpringList = ()
+    slide_damping: DamperList = ()
+    slide_rest: Lengths = ()
+    angles: AngleList = ()
+    rates: RateList = ()
+    stiffness: TurnSpringList = ()
+    damping: TurnDamperList = ()
+    rest: AngleList = ()
+
+    @model_validator(mode="after")
+    def _as_many_as_axes(self) -> General:
+        for axes, keys in (("slides", SLIDE_KEYS), ("turns", TURN_KEYS)):
+            wanted = len(getattr(self, axes))
+            for key in keys:
+                if len(getattr(self, key)) not in (0, wanted):
+                    refuse(f"found {len(getattr(self, key))} values in {key} and {wanted} {axes}; give as many of both")
+        return self
+
+    def padded(self, key: str) -> list[float]:
+        """The values of a key, zeros when left out."""
+        axes = self.slides if key in SLIDE_KEYS else self.turns
+        return list(getattr(self, key)) or [0.0] * len(axes)
+
+
 Joint = Annotated[
-    Weld | Revolute | Prismatic | Cylindrical | Universal | Spherical | Free, Field(discriminator="kind")
+    Weld | Revolute | Prismatic | Cylindrical | Universal | Spherical | Free | General, Field(discriminator="kind")
 ]

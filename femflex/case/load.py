@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import model_validator
@@ -59,7 +60,7 @@ class LoadTable(Table):
         if self.times is not None:
             if len(self.times) < 2:
                 refuse(f"found times {list(self.times)}; a table needs at least two")
-            falls = [k for k, (a, b) in enumerate(zip(self.times, self.times[1:], strict=False)) if b < a]
+            falls = [k for k, (a, b) in enumerate(pairwise(self.times)) if b < a]
             if falls:
                 k = falls[0]
                 refuse(f"found time {self.times[k + 1]:g} s after {self.times[k]:g} s; times must not decrease")

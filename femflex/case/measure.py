@@ -13,8 +13,18 @@ from femflex.case.values import Count, Quantity, Time, ValueProblem, Whole, _Rea
 
 OF_BODY = ("mode_frequency", "body_mass")
 Reduction = Literal[
-    *("value", "change", "peak", "maximum", "minimum", "range", "mean", "rms", "drift", "frequency"),
-    *("mode_frequency", "body_mass"),
+    "value",
+    "change",
+    "peak",
+    "maximum",
+    "minimum",
+    "range",
+    "mean",
+    "rms",
+    "drift",
+    "frequency",
+    "mode_frequency",
+    "body_mass",
 ]
 
 
@@ -69,9 +79,9 @@ class _Component(_Readable):
 class MeasureTable(Table):
     """One number taken from a run's channel, or from a body.
 
-    of        value (at time `at`; left out, the end), change (end minus start), peak (largest magnitude), maximum, minimum,
-              range, mean, rms, drift (largest departure from the start), frequency (Hz; of mean crossings or, with
-              tones > 1, of a fit of so many sinusoids), mode_frequency (Hz) and body_mass (kg) of a body
+    of        value (at time `at`; left out, the end), change (end minus start), peak (largest magnitude), maximum,
+              minimum, range, mean, rms, drift (largest departure from the start), frequency (Hz; of mean crossings,
+              or with tones > 1 of a fit of so many sinusoids), mode_frequency (Hz) and body_mass (kg) of a body
     channel   path in the result file, such as "markers/boom.tip/deflection"
     component name or number (from 0) of the entry; left out, the magnitude of a vector
     """
@@ -139,10 +149,13 @@ class ExpectTable(MeasureTable):
         exactly_one(self, ("tolerance", "relative_tolerance"), required=False)
         if self.tolerance is not None and self.tolerance <= 0:
             refuse(f"found a tolerance of {self.tolerance:g}; it must be above 0")
-        if self.relative_tolerance is not None and self.value == 0:
+        if self.relative_tolerance is not None and self.value is not None and float(self.value) == 0.0:
             refuse("found relative_tolerance for an expected value of 0; give tolerance")
         if len(set(self.units().values())) > 1:
-            refuse("found units that do not belong together: " + ", ".join(f"{key} in {u or 'plain numbers'}" for key, u in self.units().items()))
+            refuse(
+                "found units that do not belong together: "
+                + ", ".join(f"{key} in {u or 'plain numbers'}" for key, u in self.units().items())
+            )
         if self.above is not None and self.below is not None and not self.above < self.below:
             refuse(f"found above = {self.above:g} and below = {self.below:g}, between which nothing lies")
         return self
@@ -166,5 +179,3 @@ class ExpectationsTable(Table):
     def extra_type(cls) -> type[ExpectTable]:
         """What every key but the known ones holds."""
         return ExpectTable
-
-

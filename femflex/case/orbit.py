@@ -43,7 +43,8 @@ class OrbitTable(Table):
         exactly_one(self, ("perigee_altitude", "semi_major_axis"))
         if self.perigee_radius < self.radius:
             refuse(
-                f"found a perigee {(self.radius - self.perigee_radius) / 1e3:.4g} km below the surface (radius {self.radius:.7g} m); "
+                f"found a perigee {(self.radius - self.perigee_radius) / 1e3:.4g} km below the surface (radius "
+                f"{self.radius:.7g} m); "
                 "raise the perigee, lower the eccentricity, or give the central body's radius"
             )
         return self
@@ -99,11 +100,17 @@ class AttitudeTable(Table):
         if named and self.angles is not None:
             refuse(f"found angles and {', '.join(named)} together; give one or the other")
         if named and len(set(self.sequence)) < 3:
-            refuse(f"found {', '.join(named)} with sequence {self.sequence!r}, which turns about one axis twice; give angles")
+            refuse(
+                f"found {', '.join(named)} with sequence {self.sequence!r}, which turns about one axis twice; give "
+                f"angles"
+            )
         if self.nominal_axes is not None and self.marker is not None:
             refuse("found nominal_axes and marker together; give one of them")
         if self.nominal_axes is not None and _triple_product(self.nominal_axes) != 1:
-            refuse(f"found nominal_axes {list(self.nominal_axes)}; the three body axes must form a right-handed set, such as ['y', '-z', '-x']")
+            refuse(
+                f"found nominal_axes {list(self.nominal_axes)}; the three body axes must form a right-handed set, "
+                f"such as ['y', '-z', '-x']"
+            )
         if (self.frame == "spinning") != (self.spin is not None):
             refuse("found spin without frame = 'spinning', or the frame without spin; a spinning frame needs both")
         moving = [key for key in ("rates", "velocity") if getattr(self, key) is not None and any(getattr(self, key))]
@@ -126,4 +133,3 @@ def _triple_product(axes: tuple[str, ...]) -> int:
         return 0
     parity = 1 if order in ([0, 1, 2], [1, 2, 0], [2, 0, 1]) else -1
     return parity * (-1) ** sum(axis[0] == "-" for axis in axes)
-

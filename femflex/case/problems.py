@@ -3,16 +3,9 @@
 from __future__ import annotations
 
 import difflib
-import types
-import typing
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
-
-from pydantic import BaseModel, ValidationError
-from pydantic.fields import FieldInfo
-
-from femflex.case.values import count, shown
 
 
 @dataclass(frozen=True)
@@ -51,141 +44,6 @@ def listed(names: Iterable[str]) -> str:
     return ", ".join(repr(name) for name in names)
 
 
-def schema_problems(table: type[BaseModel], raw: Any, error: ValidationError) -> list[Problem]:
-    """The sentences for everything pydantic found wrong with `raw` as that table."""
-    out = []
-    for item in error.errors(include_url=False):
-        place = _place(table, raw, item["loc"])
-        out.append((item["type"], Problem(place.path, _sentence(item, place))))
-    guessed = {_sibling(p.where, p.text.split("'")[1]) for kind, p in out if kind == "extra_forbidden" and "did you mean" in p.text}
-    return [problem for kind, problem in out if not (kind == "missing" and problem.where in guessed)]
-
-
-def _sibling(where: str, key: str) -> str:
-    """The path of another key of the same table."""
-    parent = where.rpartition(".")[0]
-    return f"{parent}.{key}" if parent else key
-
-
-@dataclass(frozen=True)
-class _Place:
-    """Where an error is: key path, the tables its key stands in, other kinds of them, and the tables the value may be."""
-
-    path: str
-    key: str
-    tables: tuple[type[BaseModel], ...]
-    elsewhere: tuple[type[BaseModel], ...]
-    inner: tuple[type[BaseModel], ...]
-
-
-def _sentence(item: Any, place: _Place) -> str:
-    kind, found, ctx = item["type"], item.get("input"), item.get("ctx", {})
-    if kind in ("value", "conflict"):
-        return str(ctx["text"])
-    if kind == "extra_forbidden":
-        return _unknown_key(place)
-    if kind == "missing" and isinstance(item["loc"][-1], int):
-        return "too few entries in the list"
-    if kind == "missing":
-        return "this key is missing" + _needed(place)
-    if kind == "union_tag_not_found":
-        key = ctx["discriminator"].strip("'")
-        return f"key {key!r} is missing; known are {listed(_tags(place, key))}"
-    if kind == "union_tag_invalid":
-        key = ctx["discriminator"].strip("'")
-        return f"found {key} = {ctx['tag']!r}; {near(str(ctx['tag']), _tags(place, key))}"
-    if kind == "literal_error":
-        known = [text for text in ctx["expected"].split("'") if text.strip(", ") and text.strip() != "or"]
-        return f"found {shown(found)}; " + near(str(found), known)
-    if kind == "too_short":
-        return f"found {count(ctx['actual_length'], 'entry', 'entries')}; expected at least {ctx['min_length']}"
-    if kind == "too_long":
-        return f"found {count(ctx['actual_length'], 'entry', 'entries')}; expected at most {ctx['max_length']}"
-    return f"found {shown(found)}; expected {_EXPECTED.get(kind, item['msg'][0].lower() + item['msg'][1:])}"
-
-
-_EXPECTED = {
-    "string_type": "text in quotes",
-    "bool_type": "true or false",
-    "bool_parsing": "true or false",
-    "int_type": "a whole number",
-    "int_from_float": "a whole number",
-    "int_parsing": "a whole number",
-    "list_type": "a list; tables of a list are headed with double brackets, such as [[joints]]",
-    "tuple_type": "a list",
-    "dict_type": "a table of named entries",
-    "model_type": "a table",
-    "model_attributes_type": "a table",
-    "float_type": "a number",
-    "string_pattern_mismatch": "a name of letters, digits, - and _",
-}
-
-
-def _unknown_key(place: _Place) -> str:
-    fields = [name for table in place.tables for name in table.model_fields]
-    tags = [f"{d} = {v!r}" for table in place.elsewhere if place.key in table.model_fields for d, v in [_tag_of(table)]]
-    if tags:
-        return f"this key is not known here; it belongs to {' or '.join(tags)}"
-    return f"this key is not known; {near(place.key, fields)}"
-
-
-def _needed(place: _Place) -> str:
-    field = next((table.model_fields[place.key] for table in place.tables if place.key in table.model_fields), None)
-    text = (field.description or "").split("\n")[0].rstrip(".") if field else ""
-    return f" ({text[0].lower()}{text[1:]})" if text else ""
-
-
-def _tags(place: _Place, key: str) -> list[str]:
-    return [value for table in place.inner for _, value in [_tag_of(table, key)] if value]
-
-
-def _tag_of(table: type[BaseModel], key: str = "") -> tuple[str, str]:
-    """The discriminating key and its value of one member of a union of tables."""
-    for name in (key,) if key else ("kind", "method"):
-        if name in table.model_fields:
-            values = typing.get_args(table.model_fields[name].annotation)
-            return name, str(values[0]) if values else ""
-    return "", ""
-
-
-def _place(table: type[BaseModel], raw: Any, loc: Sequence[int | str]) -> _Place:
-    """Follow an error's location through the raw file and the tables' types together.
-
-    pydantic puts tags of unions into locations; what is no key or index of the raw file is such a tag.
-    """
-    candidates: tuple[Any, ...] = (table,)
-    tables: tuple[type[BaseModel], ...] = ()
-    elsewhere: tuple[type[BaseModel], ...] = ()
-    path, key, value = "", "", raw
-    steps = [step for step in loc if step != "[key]"]
-    for k, step in enumerate(steps):
-        kinds = _tables(candidates)
-        tagged = [kind for kind in kinds if _tag_of(kind)[1] == step]
-        is_key = isinstance(value, dict) and step in value and k + 1 == len(steps)
-        if len(kinds) > 1 and tagged and not is_key:
-            elsewhere = tuple(kind for kind in kinds if kind is not tagged[0])
-            candidates = tuple(tagged)
-            continue
-        tables, key, path = kinds, str(step), _joined(path, step, value)
-        if k + 1 < len(steps):
-            elsewhere = ()
-        candidates, value = _below(candidates, step), _entry(value, step)
-    return _Place(path, key, tables, elsewhere, _tables(candidates))
-
-
-def _entry(value: Any, step: int | str) -> Any:
-    if isinstance(value, dict):
-        return value.get(step)
-    return value[step] if isinstance(value, list) and isinstance(step, int) and step < len(value) else None
-
-
-def _joined(path: str, step: int | str, value: Any) -> str:
-    if isinstance(step, str):
-        quoted = step if step.replace("_", "").replace("-", "").isalnum() else repr(step)
-        return f"{path}.{quoted}" if path else quoted
-    return f"{path}[{item_label(value, step)}]"
-
-
 def item_label(items: Any, index: int) -> str:
     """How an entry of an array of tables is called: its name, its child, or its number."""
     item = items[index] if isinstance(items, list) and index < len(items) else None
@@ -195,41 +53,3 @@ def item_label(items: Any, index: int) -> str:
                 same = sum(1 for other in items if isinstance(other, dict) and other.get(key) == item[key])
                 return str(item[key]) if same == 1 else f"{index}: {item[key]}"
     return str(index)
-
-
-def _tables(annotations: Iterable[Any]) -> tuple[type[BaseModel], ...]:
-    return tuple(a for a in _flat(annotations) if isinstance(a, type) and issubclass(a, BaseModel))
-
-
-def _flat(annotations: Iterable[Any]) -> list[Any]:
-    """Alternatives of unions and what is annotated, opened up."""
-    out: list[Any] = []
-    for annotation in annotations:
-        origin = typing.get_origin(annotation)
-        if origin is typing.Annotated:
-            out += _flat([typing.get_args(annotation)[0]])
-        elif origin in (typing.Union, types.UnionType):
-            out += _flat(typing.get_args(annotation))
-        else:
-            out.append(annotation)
-    return out
-
-
-def _below(annotations: Iterable[Any], step: int | str) -> tuple[Any, ...]:
-    """Types of the entry `step` of a value of these types."""
-    out: list[Any] = []
-    for annotation in _flat(annotations):
-        if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-            field: FieldInfo | None = annotation.model_fields.get(str(step))
-            extra = annotation.__annotations__.get("__pydantic_extra__")
-            if field is not None:
-                out.append(field.annotation)
-            elif extra is not None:
-                out.append(annotation.extra_type())  # type: ignore[attr-defined]
-            continue
-        arguments = typing.get_args(annotation)
-        if typing.get_origin(annotation) is dict:
-            out.append(arguments[1])
-        elif typing.get_origin(annotation) in (list, tuple) and arguments:
-            out.append(arguments[0])
-    return tuple(out)

@@ -13,7 +13,8 @@ from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
 from femflex.case.crosscheck import cross_problems
 from femflex.case.outline import Outline, outline
-from femflex.case.problems import CaseError, Problem, near, schema_problems
+from femflex.case.problems import CaseError, Problem, near
+from femflex.case.sentences import schema_problems
 from femflex.case.suspicion import warn_of_doubtful_numbers
 
 
@@ -53,7 +54,9 @@ def _mesh_problems(parts: Outline, folder: Path) -> list[Problem]:
     from femflex.case.builders.structure import group_problems
 
     bodies = {name: body for name, body in parts.bodies.items() if isinstance(body, FlexibleTable)}
-    return [p for name, body in bodies.items() if (folder / body.mesh).is_file() for p in group_problems(name, body, folder)]
+    return [
+        p for name, body in bodies.items() if (folder / body.mesh).is_file() for p in group_problems(name, body, folder)
+    ]
 
 
 def _text(path: Path) -> str:
@@ -79,5 +82,7 @@ def _toml(text: str, path: Path) -> dict[str, Any]:
         line = int(match[2]) if match and match[2] else text.count("\n") + 1
         content = text.splitlines()[line - 1].strip() if 0 < line <= len(text.splitlines()) else ""
         where = f"line {line}"
-        hint = "; text goes in quotes, such as \"33 m\"" if "Invalid value" in told or "Expected newline" in told else ""
-        raise CaseError(path.name, [Problem(where, f"this is not TOML, {told[0].lower()}{told[1:]}: {content!r}{hint}")]) from None
+        hint = '; text goes in quotes, such as "33 m"' if "Invalid value" in told or "Expected newline" in told else ""
+        raise CaseError(
+            path.name, [Problem(where, f"this is not TOML, {told[0].lower()}{told[1:]}: {content!r}{hint}")]
+        ) from None

@@ -45,7 +45,10 @@ class RunTable(Table):
         exactly_one(self, ("duration", "orbits"))
         exactly_one(self, ("output_step", "samples"), required=False)
         if self.duration is not None and self.output_step is not None and self.output_step > self.duration:
-            refuse(f"found an output step of {self.output_step:g} s, longer than the duration of {self.duration:g} s; give a shorter step")
+            refuse(
+                f"found an output step of {self.output_step:g} s, longer than the duration of {self.duration:g} s; "
+                f"give a shorter step"
+            )
         return self
 
     def length(self, period: float | None) -> float:
@@ -105,11 +108,11 @@ class PicturesTable(Table):
     """Seconds of the run in one of the movie; left out, real time for short runs, else a movie of 12 s."""
     fps: Annotated[float, Quantity("", above=0.0, most=240.0)] = 25.0
     """Frames of the movie a second."""
-    modes: list[str] = []
+    modes: list[str] = Field(default_factory=list)
     """Bodies whose modes are drawn as a montage."""
-    plots: list[str] = []
+    plots: list[str] = Field(default_factory=list)
     """Channels drawn over time, such as "attitude/angles"."""
-    traces: list[str] = []
+    traces: list[str] = Field(default_factory=list)
     """Markers, "body.marker", whose path is drawn."""
     scale: Annotated[float | str, _Scale()] = 1.0
     """Factor on deformations; 1 is true, "auto" makes them visible; said in the picture."""

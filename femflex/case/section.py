@@ -176,5 +176,6 @@ Material = Annotated[
     Annotated[Isotropic | Orthotropic | Core, Field(discriminator="kind")], BeforeValidator(_isotropic_unless_said)
 ]
 Section = Annotated[
-    Tube | Circle | Box | Rectangle | ISection | Given | Stiffness | Plate | Sandwich | Layup, Field(discriminator="kind")
+    Tube | Circle | Box | Rectangle | ISection | Given | Stiffness | Plate | Sandwich | Layup,
+    Field(discriminator="kind"),
 ]

@@ -31,8 +31,9 @@ def warn_of_doubtful_numbers(raw: Mapping[str, Any], case: Case) -> None:
 def _text(where: str, number: float, per: str) -> str:
     turns = number / FULL_TURN
     return (
-        f"{where}: {number:g} is read as {number:g} rad{per} ({turns:.3g} turns{' a second' if per else ''}); if degrees were meant, "
-        f"write \"{number:g} deg{per}\" ({math.radians(number):.4g} rad{per})"
+        f"{where}: {number:g} is read as {number:g} rad{per} ({turns:.3g} turns{' a second' if per else ''}); if "
+        f"degrees were meant, "
+        f'write "{number:g} deg{per}" ({math.radians(number):.4g} rad{per})'
     )
 
 

@@ -16,7 +16,10 @@ def crossing_frequency(time: Array, signal: Array) -> float:
     x = signal - signal.mean()
     up = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
     if len(up) < 2:
-        raise ValueError(f"the signal crosses its mean upwards {len(up)} times; a frequency needs at least two crossings, so a longer run")
+        raise ValueError(
+            f"the signal crosses its mean upwards {len(up)} times; a frequency needs at least two crossings, so a "
+            f"longer run"
+        )
     places = np.array([_crossing(time, x, k) for k in (up[0], up[-1])])
     return float((len(up) - 1) / (places[1] - places[0]))
 
@@ -43,12 +46,17 @@ def fitted_frequencies(time: Array, signal: Array, tones: int) -> Array:
     from scipy.optimize import least_squares
 
     time = time - time.mean()
-    found = np.zeros(0)
+    found, scale = np.zeros(0), 2 * np.pi / float(np.ptp(time))
     for _ in range(tones):
         found = np.append(found, _peak(time, _residual(found, time, signal)))
-        scale = 2 * np.pi / np.ptp(time)
         fit = least_squares(
-            lambda w: _residual(w * scale, time, signal), found / scale, xtol=1e-14, ftol=1e-14, gtol=1e-14, max_nfev=200
+            _scaled_residual,
+            found / scale,
+            xtol=1e-14,
+            ftol=1e-14,
+            gtol=1e-14,
+            max_nfev=200,
+            args=(scale, time, signal),
         )
         found = fit.x * scale
     return np.asarray(np.sort(np.abs(found)) / (2 * np.pi))
@@ -59,6 +67,11 @@ def _residual(omega: Array, time: Array, signal: Array) -> Array:
     A = np.concatenate([np.ones((len(time), 1)), np.cos(np.outer(time, omega)), np.sin(np.outer(time, omega))], axis=1)
     size = np.ptp(signal)
     return np.asarray((signal - A @ np.linalg.lstsq(A, signal, rcond=None)[0]) / (size if size > 0 else 1.0))
+
+
+def _scaled_residual(periods: Array, scale: float, time: Array, signal: Array) -> Array:
+    """The residual over frequencies counted in periods of the record, which are of the size of one."""
+    return _residual(periods * scale, time, signal)
 
 
 def _peak(time: Array, signal: Array) -> float:

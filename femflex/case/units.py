@@ -67,12 +67,17 @@ def to_si(text: str, unit: str) -> float:
     """
     value, given = split_quantity(text, unit or "")
     if not given and unit:
-        raise UnitError(f"found {text!r} without a unit; give a number (in {unit}) or a string such as {example(unit)!r}")
+        raise UnitError(
+            f"found {text!r} without a unit; give a number (in {unit}) or a string such as {example(unit)!r}"
+        )
     factor, base = _scale(given)
     wanted, expected = _scale(unit)
     if base == expected or base == tuple(pair for pair in expected if pair != ("radian", -1)):
         return value * factor / wanted
-    raise UnitError(f"found {text!r}, which is {describe(base)}; expected {noun(unit)}, such as {example(unit)!r}{_hint(base, unit)}")
+    raise UnitError(
+        f"found {text!r}, which is {describe(base)}; expected {noun(unit)}, such as "
+        f"{example(unit)!r}{_hint(base, unit)}"
+    )
 
 
 def to_base(text: str) -> tuple[float, str]:
@@ -148,15 +153,46 @@ def _scale(unit: str) -> tuple[float, tuple[tuple[str, float], ...]]:
         raise UnitError(f"unit {name!r} in {unit!r} is not known{hint}") from None
     except Exception:  # pint has no common base for what its parser raises
         raise UnitError(f"unit {unit!r} cannot be read; write it like 'N m^2', 'kg/m' or 'deg/s'") from None
-    powers = tuple(sorted((str(name), float(power)) for name, power in quantity.unit_items() if power))
-    return float(quantity.magnitude), powers
+    items: Any = quantity.unit_items()
+    return float(quantity.magnitude), tuple(sorted((str(name), float(power)) for name, power in items if power))
 
 
 COMMON_UNITS = (
-    *("m", "mm", "cm", "km", "inch", "ft", "kg", "g", "tonne", "lb", "s", "min", "h", "day", "rad", "deg", "rev", "rpm"),
+    *(
+        "m",
+        "mm",
+        "cm",
+        "km",
+        "inch",
+        "ft",
+        "kg",
+        "g",
+        "tonne",
+        "lb",
+        "s",
+        "min",
+        "h",
+        "day",
+        "rad",
+        "deg",
+        "rev",
+        "rpm",
+    ),
     *("N", "kN", "kgf", "lbf", "Pa", "kPa", "MPa", "GPa", "psi", "Hz", "J", "%"),
 )
-LONG_NAMES = ("metre", "millimetre", "second", "minute", "hour", "kilogram", "gram", "radian", "degree", "newton", "pascal")
+LONG_NAMES = (
+    "metre",
+    "millimetre",
+    "second",
+    "minute",
+    "hour",
+    "kilogram",
+    "gram",
+    "radian",
+    "degree",
+    "newton",
+    "pascal",
+)
 
 _SYMBOLS = {"kilogram": "kg", "meter": "m", "second": "s", "radian": "rad", "kelvin": "K", "ampere": "A"}
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Annotated, Any
 
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -73,7 +74,7 @@ class Quantity(_Readable):
             return self._number(value)
         if not isinstance(value, (list, tuple)):
             raise ValueProblem(f"found {shown(value)}; expected {self._wanted(shape)}")
-        if shape[0] is not None and len(value) != shape[0] or not value:
+        if (shape[0] is not None and len(value) != shape[0]) or not value:
             raise ValueProblem(f"found {count(len(value), 'entry', 'entries')}; expected {self._wanted(shape)}")
         out, problems = [], []
         for k, entry in enumerate(value):
@@ -82,7 +83,9 @@ class Quantity(_Readable):
             except (ValueProblem, UnitError) as problem:
                 problems.append(f"entry {k + 1}: {problem}")
         if problems:
-            raise ValueProblem("; ".join(problems[:3]) + (f"; and {len(problems) - 3} more" if len(problems) > 3 else ""))
+            raise ValueProblem(
+                "; ".join(problems[:3]) + (f"; and {len(problems) - 3} more" if len(problems) > 3 else "")
+            )
         return tuple(out)
 
     def _number(self, value: Any) -> float:
@@ -105,7 +108,9 @@ class Quantity(_Readable):
         return number
 
     def _wanted(self, shape: tuple[int | None, ...]) -> str:
-        one = f"{noun(self.unit)}, a number" + (f" in {self.unit} or a string such as {example(self.unit)!r}" if self.unit else "")
+        one = f"{noun(self.unit)}, a number" + (
+            f" in {self.unit} or a string such as {example(self.unit)!r}" if self.unit else ""
+        )
         if not shape:
             return one
         sizes = " of ".join("a list" if size is None else f"a list of {size}" for size in shape)
@@ -113,10 +118,18 @@ class Quantity(_Readable):
 
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of the value; `unit` names the SI unit of plain numbers."""
-        bounds = {"exclusiveMinimum": self.above, "exclusiveMaximum": self.below, "minimum": self.least, "maximum": self.most}
+        bounds = {
+            "exclusiveMinimum": self.above,
+            "exclusiveMaximum": self.below,
+            "minimum": self.least,
+            "maximum": self.most,
+        }
         number: dict[str, Any] = {"type": "number"} | {key: b for key, b in bounds.items() if math.isfinite(b)}
         unit = self.unit or "1"
-        out: dict[str, Any] = {"anyOf": [number, {"type": "string", "description": f"with a unit, such as {example(self.unit)!r}"}], "unit": unit}
+        out: dict[str, Any] = {
+            "anyOf": [number, {"type": "string", "description": f"with a unit, such as {example(self.unit)!r}"}],
+            "unit": unit,
+        }
         for size in reversed(self.shape):
             limits = {"minItems": 1} if size is None else {"minItems": size, "maxItems": size}
             out = {"type": "array", "items": out, "unit": unit} | limits
@@ -136,16 +149,21 @@ class Along(_Readable):
     def read(self, value: Any) -> float | str | tuple[tuple[float, ...], tuple[float, ...]]:
         """The number, formula or table in SI."""
         if not isinstance(value, dict):
-            return Quantity(self.unit, least=self.least).read(value)  # type: ignore[no-any-return]
+            return Quantity(self.unit, least=self.least).read(value)
         if set(value) == {"formula"} and isinstance(value["formula"], str):
             return str(value["formula"])
         if set(value) != {"s", "values"}:
-            raise ValueProblem(f"found a table with keys {sorted(value)}; expected {{s = [...], values = [...]}} or {{formula = \"...\"}}")
+            raise ValueProblem(
+                f"found a table with keys {sorted(value)}; expected {{s = [...], values = [...]}} or "
+                f'{{formula = "..."}}'
+            )
         s = Quantity("m", (None,), least=0.0).read(value["s"])
         values = Quantity(self.unit, (None,), least=self.least).read(value["values"])
         if len(s) != len(values) or len(s) < 2:
-            raise ValueProblem(f"found {len(s)} arc lengths and {len(values)} values; a table needs as many of both, at least 2")
-        if any(b <= a for a, b in zip(s, s[1:], strict=False)):
+            raise ValueProblem(
+                f"found {len(s)} arc lengths and {len(values)} values; a table needs as many of both, at least 2"
+            )
+        if any(b <= a for a, b in pairwise(s)):
             raise ValueProblem(f"found arc lengths {list(s)} m; they must increase")
         return s, values
 
@@ -155,7 +173,12 @@ class Along(_Readable):
         rows = {"s": Quantity("m", (None,)).json_schema(), "values": Quantity(self.unit, (None,)).json_schema()}
         table = {"type": "object", "properties": rows, "required": ["s", "values"], "additionalProperties": False}
         text = {"type": "string", "description": "arithmetic of the arc length s and the whole length L, in SI"}
-        formula = {"type": "object", "properties": {"formula": text}, "required": ["formula"], "additionalProperties": False}
+        formula = {
+            "type": "object",
+            "properties": {"formula": text},
+            "required": ["formula"],
+            "additionalProperties": False,
+        }
         return {"anyOf": [one.json_schema(), table, formula], "unit": self.unit}
 
 
@@ -180,7 +203,14 @@ class Count(_Readable):
 
 def shown(value: Any) -> str:
     """The value as a message shows it: `"abc" (text)`, `true (a truth value)`."""
-    kinds: Mapping[type, str] = {bool: "a truth value", str: "text", list: "a list", dict: "a table", int: "a number", float: "a number"}
+    kinds: Mapping[type, str] = {
+        bool: "a truth value",
+        str: "text",
+        list: "a list",
+        dict: "a table",
+        int: "a number",
+        float: "a number",
+    }
     kind = kinds.get(type(value), f"a {type(value).__name__}")
     text = str(value).lower() if isinstance(value, bool) else repr(value) if type(value) in kinds else str(value)
     return f"{text if len(text) < 60 else text[:57] + '...'} ({kind})"

@@ -1,4 +1,4 @@
-"""The command line: verbs that parse and print; the physics is elsewhere. Nothing heavy is imported before a verb runs."""
+"""The command line: verbs that parse and print; nothing heavy is imported before one runs."""
 
 from __future__ import annotations
 

@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 
 from femflex import __version__
-from femflex.cli import body, check, info, modes, plot, render, run, schema, terms
+from femflex.cli import body, check, converge, info, modes, plot, render, run, schema, terms
+from femflex.cli.verb import EXAMPLES
 
 app = typer.Typer(
     name="femflex",
@@ -28,10 +29,23 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def _options(
-    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
 ) -> None:
     pass
 
 
-for _verb in (run.run, modes.modes, body.body, render.render, plot.plot, terms.terms, check.check, info.info, schema.schema):
-    app.command(epilog=_verb.__example__)(_verb)
+for _verb in (
+    run.run,
+    modes.modes,
+    body.body,
+    render.render,
+    plot.plot,
+    terms.terms,
+    converge.converge,
+    check.check,
+    info.info,
+    schema.schema,
+):
+    app.command(epilog=EXAMPLES[_verb.__name__])(_verb)

@@ -16,7 +16,9 @@ def body(
     case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
     name: Annotated[str, typer.Argument(help="Name of the body in the case.", show_default=False)],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Body file; left out, NAME.h5.")] = None,
-    number: Annotated[int | None, typer.Option("-n", "--number", min=1, help="Number of modes instead of the case's.")] = None,
+    number: Annotated[
+        int | None, typer.Option("-n", "--number", min=1, help="Number of modes instead of the case's.")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
 ) -> None:
     """Reduce one body of a case and save it; a case uses it with kind = "file"."""
@@ -31,4 +33,7 @@ def body(
 
         reduced = build_body(read_case(case), name, modes=number)
         save_body(target, reduced, force=force)
-    print(f"{target}: {reduced.moments.mass:.6g} kg, {reduced.n_modes} elastic coordinates, markers {', '.join(sorted(reduced.markers))}")
+    print(
+        f"{target}: {reduced.moments.mass:.6g} kg, {reduced.n_modes} elastic coordinates, markers "
+        f"{', '.join(sorted(reduced.markers))}"
+    )

@@ -8,20 +8,45 @@ from typing import Annotated
 import typer
 
 from femflex.cli.progress import Patience
-from femflex.cli.verb import verb
+from femflex.cli.tables import print_json
+from femflex.cli.verb import BAD_INPUT, verb
 
 
 @verb("femflex check cases/orbiter_beam.toml")
-def check(case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)]) -> None:
+def check(
+    case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
+    as_json: Annotated[bool, typer.Option("--json", help="Print the problems for programs.")] = False,
+) -> None:
     """Report every problem of a case: keys, units, names, meshes, structure, modes. Writes nothing."""
+    from femflex.case.problems import CaseError
+
+    try:
+        told = examined(case)
+    except CaseError as error:
+        if as_json:
+            print_json({"problems": [{"where": p.where, "text": p.text} for p in error.problems]})
+            raise typer.Exit(BAD_INPUT) from None
+        raise
+    if as_json:
+        print_json({"problems": []})
+    else:
+        print(f"{case.name}: no problems; {told}")
+
+
+def examined(case: Path) -> str:
+    """What a case is made of, in words. Raises CaseError with its problems."""
     with Patience("building the bodies"):
         from femflex.case import read_case
         from femflex.case.builders import build_system
+        from femflex.case.builders.doubts import warn_of_doubtful_bodies
+        from femflex.case.builders.references import duration_of
         from femflex.case.values import count
 
-        system = build_system(read_case(case))
+        read = read_case(case)
+        system = build_system(read)
+        times = read.run.times(duration_of(read, system))
+        warn_of_doubtful_bodies(read, system.bodies, float(times[1] - times[0]))
     elastic = sum(body.n_modes for body in system.bodies.values())
     mass = sum(body.moments.mass for body in system.bodies.values())
-    freedoms = len(system.velocity_names())
     bodies = count(len(system.bodies), "body", "bodies")
-    print(f"{case.name}: no problems; {bodies}, {mass:.6g} kg, {freedoms} degrees of freedom, {elastic} of them elastic")
+    return f"{bodies}, {mass:.6g} kg, {len(system.velocity_names())} degrees of freedom, {elastic} of them elastic"

@@ -15,9 +15,17 @@ from femflex.cli.verb import verb
 def info(file: Annotated[Path, typer.Argument(help="Mesh, body, case or run file.", show_default=False)]) -> None:
     """Say what a file holds: groups of a mesh, modes of a body, tables of a case, channels of a run."""
     if not file.is_file():
-        raise FileNotFoundError(f"{file} does not exist" if not file.exists() else f"{file} is a folder; name a file in it")
+        raise FileNotFoundError(
+            f"{file} does not exist" if not file.exists() else f"{file} is a folder; name a file in it"
+        )
     with Patience(f"reading {file.name}"):
-        text = _hdf5(file) if _starts_as_hdf5(file) and file.suffix != ".med" else _case(file) if file.suffix == ".toml" else _mesh(file)
+        text = (
+            _hdf5(file)
+            if _starts_as_hdf5(file) and file.suffix != ".med"
+            else _case(file)
+            if file.suffix == ".toml"
+            else _mesh(file)
+        )
     print(text)
 
 
@@ -32,7 +40,9 @@ def kind_of_hdf5(file: Path) -> str:
     Raises FileNotFoundError.
     """
     if not file.is_file():
-        raise FileNotFoundError(f"{file} does not exist" if not file.exists() else f"{file} is a folder; name a file in it")
+        raise FileNotFoundError(
+            f"{file} does not exist" if not file.exists() else f"{file} is a folder; name a file in it"
+        )
     if not _starts_as_hdf5(file):
         return ""
     import h5py
@@ -63,7 +73,10 @@ def body_text(file: Path, body: object) -> str:
 
     assert isinstance(body, FlexibleBody)
     kinds = ", ".join(f"{body.kinds.count(kind)} {kind}" for kind in dict.fromkeys(body.kinds)) or "none"
-    lines = [f"{file.name}: reduced body, {body.moments.mass:.6g} kg", f"centre of mass {_list(body.moments.center_of_mass())} m"]
+    lines = [
+        f"{file.name}: reduced body, {body.moments.mass:.6g} kg",
+        f"centre of mass {_list(body.moments.center_of_mass())} m",
+    ]
     lines.append(f"shapes  {kinds}")
     lines += [f"  {k + 1:3d}  {omega / (2 * pi):.6g} Hz" for k, omega in enumerate(body.omega) if isfinite(omega)]
     lines += [f"marker  {name} at {_list(marker.position)} m" for name, marker in sorted(body.markers.items())]
@@ -85,7 +98,10 @@ def _case(file: Path) -> str:
     period = f"{case.run.duration:g} s" if case.run.duration is not None else f"{case.run.orbits:g} orbits"
     lines.append(f"run     {period}, integrator {case.run.integrator}")
     lines.append(f"orbit   {case.orbit.kind}")
-    lines += [f"body    {name}: {table.kind}" + (f" from {table.mesh}" if table.kind == "flexible" else "") for name, table in case.bodies.items()]
+    lines += [
+        f"body    {name}: {table.kind}" + (f" from {table.mesh}" if table.kind == "flexible" else "")
+        for name, table in case.bodies.items()
+    ]
     lines += [f"joint   {joint.kind} from {joint.parent or 'the base frame'} to {joint.child}" for joint in case.joints]
     lines += [f"load    {load.name} on {load.body}.{load.marker}" for load in case.loads]
     lines += [f"expects {name}" for name in case.expect.answers]

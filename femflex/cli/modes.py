@@ -21,8 +21,12 @@ DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 def modes(
     file: Annotated[Path, typer.Argument(help="Case file (TOML) or body file (HDF5).", show_default=False)],
     body: Annotated[str | None, typer.Option("--body", help="Name of the body; left out, all flexible ones.")] = None,
-    number: Annotated[int | None, typer.Option("-n", "--number", min=1, help="Number of modes instead of the case's.")] = None,
-    mac: Annotated[Path | None, typer.Option("--mac", help="Body file whose shapes are compared (modal assurance).")] = None,
+    number: Annotated[
+        int | None, typer.Option("-n", "--number", min=1, help="Number of modes instead of the case's.")
+    ] = None,
+    mac: Annotated[
+        Path | None, typer.Option("--mac", help="Body file whose shapes are compared (modal assurance).")
+    ] = None,
     picture: Annotated[Path | None, typer.Option("--picture", help="Draw the modes as a montage (PNG).")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing picture.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
@@ -81,10 +85,15 @@ def print_modes(name: str, body: FlexibleBody) -> None:
     from femflex.reduction import effective_mass
 
     found = effective_mass(body)
-    print(f"{name}: {body.moments.mass:.6g} kg, {body.n_modes} elastic coordinates; participation in kg^1/2 and kg^1/2 m")
+    print(
+        f"{name}: {body.moments.mass:.6g} kg, {body.n_modes} elastic coordinates; participation in kg^1/2 and kg^1/2 m"
+    )
     print_table(
         ["mode", "Hz", *DIRECTIONS],
-        [[str(k + 1), f"{omega / (2 * pi):.6g}", *(f"{p + 0.0:.4f}" for p in np.round(row, 4))] for k, (omega, row) in enumerate(zip(found.omega, found.participation, strict=True))],
+        [
+            [str(k + 1), f"{omega / (2 * pi):.6g}", *(f"{p + 0.0:.4f}" for p in np.round(row, 4))]
+            for k, (omega, row) in enumerate(zip(found.omega, found.participation, strict=True))
+        ],
     )
     rows = []
     for k, omega in enumerate(found.omega):

@@ -14,10 +14,22 @@ from femflex.cli.verb import verb
 @verb("femflex plot run.h5 attitude/angles markers/beam.tip/deflection -o tip.svg")
 def plot(
     file: Annotated[Path, typer.Argument(help="Result file of a run.", show_default=False)],
-    channels: Annotated[list[str] | None, typer.Argument(help="Channels, such as attitude/angles; left out, the telling ones. `femflex info` lists them.", show_default=False)] = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="PNG or SVG file; left out, beside the run.")] = None,
-    other: Annotated[Path | None, typer.Option("--with", help="Result file of another run, laid over this one in dashed lines.")] = None,
-    spectrum: Annotated[bool, typer.Option("--spectrum", help="Amplitude spectra with named peaks instead of histories.")] = False,
+    channels: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="Channels, such as attitude/angles; left out, the telling ones. `femflex info` lists them.",
+            show_default=False,
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="PNG or SVG file; left out, beside the run.")
+    ] = None,
+    other: Annotated[
+        Path | None, typer.Option("--with", help="Result file of another run, laid over this one in dashed lines.")
+    ] = None,
+    spectrum: Annotated[
+        bool, typer.Option("--spectrum", help="Amplitude spectra with named peaks instead of histories.")
+    ] = False,
     highest: Annotated[float | None, typer.Option("--highest", help="Last frequency of a spectrum in Hz.")] = None,
     radians: Annotated[bool, typer.Option("--radians", help="Angles in radians instead of degrees.")] = False,
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
@@ -31,7 +43,9 @@ def plot(
     target = output or file.with_name(f"{file.stem}_{'spectrum' if spectrum else 'plot'}.png")
     with open_run(file) as run, nullcontext() if other is None else open_run(other) as second:
         if spectrum:
-            plot_spectra(run, target, channels or None, not radians, theme, title, highest=highest, force=force, other=second)
+            plot_spectra(
+                run, target, channels or None, not radians, theme, title, highest=highest, force=force, other=second
+            )
         else:
             plot_histories(run, target, channels or None, not radians, theme, title, force=force, other=second)
     print(f"picture     {target}")

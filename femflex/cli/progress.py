@@ -11,6 +11,11 @@ from typing import Any, Self
 PATIENCE = 2.0  # seconds
 
 
+def on_terminal() -> bool:
+    """Whether somebody watches standard error."""
+    return sys.stderr.isatty()
+
+
 class Bar:
     """A progress bar over a range of simulated time [s], drawn only when the run takes long."""
 
@@ -23,14 +28,16 @@ class Bar:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         if self._bar is not None:
             self._bar.stop()
 
     def __call__(self, reached: float) -> None:
         """Tell how far it is."""
         if self._bar is None:
-            if time.perf_counter() - self._began < PATIENCE or not sys.stderr.isatty():
+            if time.perf_counter() - self._began < PATIENCE or not on_terminal():
                 return
             self._open()
         told = f"{reached:.6g} of {self._end:.6g} {self._unit}"
@@ -41,7 +48,7 @@ class Bar:
         from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
         columns = (TextColumn(self._text), BarColumn(), TextColumn("{task.fields[told]}"), TimeRemainingColumn())
-        self._bar = Progress(*columns, console=Console(stderr=True), transient=True)
+        self._bar = Progress(*columns, console=Console(stderr=True, force_terminal=True), transient=True)
         self._task = self._bar.add_task(self._text, total=self._end - self._first, told="")
         self._bar.start()
 
@@ -56,7 +63,7 @@ class Patience:
         self._said = ""
 
     def __enter__(self) -> Self:
-        if sys.stderr.isatty():
+        if on_terminal():
             self._timer.start()
         return self
 
@@ -66,7 +73,9 @@ class Patience:
         if self._said and self._said != text:
             self._say()
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self._timer.cancel()
 
     def _say(self) -> None:

@@ -19,22 +19,36 @@ if TYPE_CHECKING:
 @verb("femflex render run.h5 --movie --scale 10 -o run.mp4")
 def render(
     file: Annotated[Path, typer.Argument(help="Result file of a run, or body file.", show_default=False)],
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="PNG picture, MP4 movie, or folder of PNG frames.")] = None,
-    time: Annotated[str | None, typer.Option("--time", help="Instant of the picture, such as 12.5 or '2 min'; left out, that of the largest displacement.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="PNG picture, MP4 movie, or folder of PNG frames.")
+    ] = None,
+    time: Annotated[
+        str | None,
+        typer.Option(
+            "--time",
+            help="Instant of the picture, such as 12.5 or '2 min'; left out, that of the largest displacement.",
+        ),
+    ] = None,
     movie: Annotated[bool, typer.Option("--movie", help="Draw a movie instead of a picture.")] = False,
     start: Annotated[str | None, typer.Option("--from", help="First instant of the movie.")] = None,
     end: Annotated[str | None, typer.Option("--to", help="Last instant of the movie.")] = None,
     speed: Annotated[float | None, typer.Option("--speed", help="Seconds of the run in one of the movie.")] = None,
     fps: Annotated[float, typer.Option("--fps", help="Frames a second.")] = 25.0,
-    mode: Annotated[int | None, typer.Option("--mode", min=1, help="Of a body file: draw a looping movie of this mode.")] = None,
+    mode: Annotated[
+        int | None, typer.Option("--mode", min=1, help="Of a body file: draw a looping movie of this mode.")
+    ] = None,
     scale: Annotated[str, typer.Option("--scale", help="Factor on deformations, or 'auto'.")] = "1",
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
     camera: Annotated[str, typer.Option("--camera", help="auto, fixed, follow, orbital, body or body:NAME.")] = "auto",
-    view: Annotated[str | None, typer.Option("--view", help="Direction from the scene to the camera, such as 1,-2,0.5.")] = None,
+    view: Annotated[
+        str | None, typer.Option("--view", help="Direction from the scene to the camera, such as 1,-2,0.5.")
+    ] = None,
     size: Annotated[str, typer.Option("--size", help="Width and height in pixels.")] = "1280x720",
     edges: Annotated[str, typer.Option("--edges", help="sharp, mesh or none.")] = "sharp",
     no_triads: Annotated[bool, typer.Option("--no-triads", help="Leave out the axes of bodies and frame.")] = False,
-    trace: Annotated[list[str] | None, typer.Option("--trace", help="Marker BODY.MARKER whose path is drawn; may be repeated.")] = None,
+    trace: Annotated[
+        list[str] | None, typer.Option("--trace", help="Marker BODY.MARKER whose path is drawn; may be repeated.")
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
 ) -> None:
     """Draw a run off screen: one instant, or a movie; or the modes of a body file as a montage or a looping movie."""
@@ -67,7 +81,9 @@ def render(
     print(f"picture     {target}")
 
 
-def draw_movie(run: Run, target: Path, span: tuple[float | None, float | None], how: dict[str, Any], look: dict[str, Any]) -> None:
+def draw_movie(
+    run: Run, target: Path, span: tuple[float | None, float | None], how: dict[str, Any], look: dict[str, Any]
+) -> None:
     """Draw a movie with a progress bar; span None is the start or the end of the run."""
     from femflex.view import render_movie
 
@@ -76,16 +92,29 @@ def draw_movie(run: Run, target: Path, span: tuple[float | None, float | None], 
         render_movie(run, target, span=(first, last), progress=lambda done, count: bar(done / count), **how, **look)
 
 
-def _draw_body(file: Path, output: Path | None, mode: int | None, theme: str, view: Any, fps: float, force: bool) -> Path:
+def _draw_body(
+    file: Path, output: Path | None, mode: int | None, theme: str, view: Any, fps: float, force: bool
+) -> Path:
     from femflex.reduction import load_body
     from femflex.view import mode_montage, mode_movie
 
     body = load_body(file)
     if mode is None:
-        return mode_montage(body, output or file.with_suffix(".png"), title=f"modes of {file.stem}", theme=theme, view=view, force=force)
+        return mode_montage(
+            body, output or file.with_suffix(".png"), title=f"modes of {file.stem}", theme=theme, view=view, force=force
+        )
     target = output or file.with_name(f"{file.stem}_mode{mode}.mp4")
     with Bar("drawing", 1.0, unit="of the frames") as bar:
-        return mode_movie(body, target, mode, fps=fps, theme=theme, view=view, force=force, progress=lambda done, count: bar(done / count))
+        return mode_movie(
+            body,
+            target,
+            mode,
+            fps=fps,
+            theme=theme,
+            view=view,
+            force=force,
+            progress=lambda done, count: bar(done / count),
+        )
 
 
 def numbers(text: str, n: int, option: str) -> tuple[float, ...]:

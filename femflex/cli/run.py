@@ -22,12 +22,16 @@ def run(
     output: Annotated[Path, typer.Option("-o", "--output", help="Result file (HDF5).")] = Path("run.h5"),
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the unfinished run in the output file.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
-    without: Annotated[str, typer.Option("--without", help="Switch off by name: gravity_gradient,gyroscopic, a load, flexibility.")] = "",
-    no_pictures: Annotated[bool, typer.Option("--no-pictures", help="Leave out the pictures the case asks for.")] = False,
+    without: Annotated[
+        str, typer.Option("--without", help="Switch off by name: gravity_gradient,gyroscopic, a load, flexibility.")
+    ] = "",
+    no_pictures: Annotated[
+        bool, typer.Option("--no-pictures", help="Leave out the pictures the case asks for.")
+    ] = False,
 ) -> None:
     """Simulate a case: mesh to modes to motion to HDF5, with the pictures the case asks for.
 
-    Exit code 2: the case cannot be run; 3: the numerics failed, the file keeps what was computed; 130: interrupted, likewise.
+    Exit code 2: the case cannot be run; 3: the numerics failed, 130: interrupted, with what was computed kept.
     """
     from femflex import pipeline
     from femflex.case import read_case
@@ -37,7 +41,10 @@ def run(
         pipeline.check_output(read, output, force=force, resume=resume)
         if not no_pictures:
             check_pictures(read, output, force=force)
-        told("building bodies and compiling the equations of motion (the first run of an installation takes about a minute)")
+        told(
+            "building bodies and compiling the equations of motion (the first run of an installation takes about a "
+            "minute)"
+        )
         prepared = pipeline.prepare(read, output, force=force, resume=resume, without=named(without))
     say_what_runs(prepared)
     with Bar("integrating", float(prepared.times[-1])) as bar:
@@ -85,8 +92,14 @@ def _orbit_lines(prepared: Prepared) -> list[str]:
     if orbit is None:
         return ["orbit       none"]
     altitude = (table.perigee_radius - table.radius) / 1e3
-    text = f"orbit       {table.kind}, perigee {altitude:.6g} km over {table.radius / 1e3:.6g} km, e = {orbit.eccentricity:.6g}"
-    motion = f"            period {orbit.period:.6g} s, n = {orbit.mean_motion:.6g} rad/s, begins at anomaly {degrees(orbit.true_anomaly):.4g} deg"
+    text = (
+        f"orbit       {table.kind}, perigee {altitude:.6g} km over {table.radius / 1e3:.6g} km, e = "
+        f"{orbit.eccentricity:.6g}"
+    )
+    motion = (
+        f"            period {orbit.period:.6g} s, n = {orbit.mean_motion:.6g} rad/s, begins at anomaly "
+        f"{degrees(orbit.true_anomaly):.4g} deg"
+    )
     return [text, motion]
 
 
@@ -107,17 +120,23 @@ def say_what_came_out(run: Run, output: Path) -> None:
     import numpy as np
 
     s = run.statistics
-    print(f"done        {output}: {s.get('accepted', 0)} steps, {s.get('rejected', 0)} rejected, {s.get('evaluations', 0)} evaluations")
+    print(
+        f"done        {output}: {s.get('accepted', 0)} steps, {s.get('rejected', 0)} rejected, "
+        f"{s.get('evaluations', 0)} evaluations"
+    )
     for path in conserved(run):
         value = run[path]
         change, size = (float(np.abs(v).max()) for v in (value - value[0], value))
         relative = f", {change / size:.2e} of its size" if size > 0 else ""
-        print(f"monitor     {path.split('/')[1].replace('_', ' ')} changed by up to {change:.3e} {run.unit(path)}{relative}")
+        print(
+            f"monitor     {path.split('/')[1].replace('_', ' ')} changed by up to {change:.3e} "
+            f"{run.unit(path)}{relative}"
+        )
     print(f"monitor     Euler parameters off unit length by up to {np.abs(run['monitors/quaternion_norm']).max():.2e}")
 
 
 def conserved(run: Run) -> list[str]:
-    """The monitors that forces without work or moment leave alone: Jacobi's on a circular orbit, energy and momentum without."""
+    """The monitors worth a look: the Jacobi integral on a circular orbit, energy and angular momentum without orbit."""
     import numpy as np
 
     if set(run.without) & {"coriolis_centrifugal", "gyroscopic", "specified_motion", "gravity_gradient"}:
@@ -164,4 +183,7 @@ def check_pictures(case: Case, output: Path, force: bool) -> None:
         return
     there = [str(path) for path in names(case.pictures, output) if path.exists()]
     if there:
-        raise FileExistsError(f"{', '.join(there)} exist{'s' * (len(there) == 1)}; choose another --output, --force to overwrite, or --no-pictures")
+        raise FileExistsError(
+            f"{', '.join(there)} exist{'s' * (len(there) == 1)}; choose another --output, --no-pictures, or force "
+            f"to overwrite"
+        )

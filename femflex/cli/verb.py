@@ -18,6 +18,7 @@ BAD_INPUT, FAILED, INTERRUPTED = 2, 3, 130
 FULL = {errno.ENOSPC, errno.EDQUOT, errno.EIO}  # the disk, not the user
 
 F = TypeVar("F", bound=Callable[..., Any])
+EXAMPLES: dict[str, str] = {}  # verb -> example for its help
 
 
 def verb(example: str) -> Callable[[F], F]:
@@ -43,7 +44,7 @@ def verb(example: str) -> Callable[[F], F]:
                     raise
                 raise typer.Exit(_told(error)) from None
 
-        wrapped.__example__ = f"Example: {example}"  # type: ignore[attr-defined]
+        EXAMPLES[function.__name__] = f"Example: {example}"
         return wrapped  # type: ignore[return-value]
 
     return decorate
@@ -64,7 +65,7 @@ def _told(error: Exception) -> int:
         complain("there is not enough memory for this; take a coarser mesh, fewer modes or fewer rows of output")
         return FAILED
     if isinstance(error, OSError):
-        complain(_os_text(error))
+        complain(_os_text(error) + (" (--force)" if isinstance(error, FileExistsError) else ""))
         return FAILED if error.errno in FULL else BAD_INPUT
     ours = _raised_here(error)
     text = str(error.args[0]) if isinstance(error, KeyError) and error.args else str(error)

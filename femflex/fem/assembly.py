@@ -16,6 +16,7 @@ from scipy import sparse
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+Integers = NDArray[np.integer]  # of whichever width
 
 CHUNK_ENTRIES = 400_000  # entries of element matrices made at once: small enough to stay in cache (3 MB)
 
@@ -48,12 +49,12 @@ class Runs:
 
 @dataclass(frozen=True, eq=False)
 class Connections:
-    """Pairs of runs that share an element: row and col (n_pairs,), sorted, and pair (e r r,) of each element's pairs."""
+    """Pairs of runs that share an element: row and col (n_pairs,), sorted; pair (e r r,) for each in the elements."""
 
     number: Index
     row: Index
     col: Index
-    pair: Index
+    pair: Integers
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,9 +64,9 @@ class Pattern:
 
     dofs: Index
     runs: Runs
-    indptr: Index
-    indices: Index
-    offset: Index
+    indptr: Integers
+    indices: Integers
+    offset: Integers
 
 
 class Assembler:
@@ -184,7 +185,7 @@ def _runs_from(dofs: Index, starts: NDArray[np.bool_], n_dof: int) -> Runs:
 
 def connections(number: Index) -> Connections:
     """Which of the runs number (e, r) of elements are connected."""
-    e, r = number.shape
+    r = number.shape[1]
     n = int(number.max()) + 1
     owner = _sorting(number.ravel().astype(np.int32), n)  # element and run, by run
     counts = np.bincount(number.ravel(), minlength=n)
@@ -231,7 +232,7 @@ def _sorting(numbers: NDArray[np.int32], n: int) -> NDArray[np.int32]:
     return sparse.csr_array((np.zeros(k, np.int8), numbers, ramp), shape=(k, n)).tocsc().indices
 
 
-def _expanded(offset: Index, runs: Runs) -> Index:
+def _expanded(offset: Integers, runs: Runs) -> Integers:
     """Offsets (k, l, l) of single dofs from those of runs (k, r, r)."""
     if len(runs.within) == offset.shape[1]:
         return offset

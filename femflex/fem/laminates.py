@@ -47,7 +47,9 @@ class Lamina:
                 object.__setattr__(self, name, self.G12)
             _require(name, getattr(self, name), "lamina", positive=True)
         if (self.E1 > 0) != (self.E2 > 0):
-            raise ValueError(f"a lamina has E1 = {self.E1} and E2 = {self.E2} N/m^2; give both, or neither (a soft core)")
+            raise ValueError(
+                f"a lamina has E1 = {self.E1} and E2 = {self.E2} N/m^2; give both, or neither (a soft core)"
+            )
         if self.E1 > 0 and not self.nu12**2 < self.E1 / self.E2:
             raise ValueError(
                 f"nu12 is {self.nu12}, but a material with E1 / E2 = {self.E1 / self.E2:.6g} stores positive energy "
@@ -122,7 +124,9 @@ class PlateSection:
             matrix = np.asarray(getattr(self, name), float)
             object.__setattr__(self, name, matrix)
             if matrix.shape != (size, size) or not np.isfinite(matrix).all():
-                raise ValueError(f"{name} of a plate section must be {size} x {size} finite numbers; found {matrix.tolist()}")
+                raise ValueError(
+                    f"{name} of a plate section must be {size} x {size} finite numbers; found {matrix.tolist()}"
+                )
             if not np.allclose(matrix, matrix.T, rtol=1e-9, atol=1e-12 * np.abs(matrix).max()):
                 raise ValueError(f"{name} of a plate section is not symmetric: {matrix.tolist()}")
             _require_positive_definite(name, matrix)
@@ -149,7 +153,8 @@ def layup(plies: Iterable[Ply]) -> PlateSection:
 
     A = sum Q t, D = sum Q (z_top^3 - z_bottom^3) / 3 (classical lamination theory). Shear: the energy of the shear
     stresses that equilibrium gives to bending, S^-1 = int f^T G^-1 f dz with f from F(z) = int Q z dz D^-1 (Rolfes &
-    Rohwer, Composites Sci. Tech. 58, 1998); 5/6 G h for a plain sheet, G d^2 / c for a sandwich of thin faces.
+    Rohwer, Composites Sci. Tech. 58, 1998); 5/6 G h for a plain sheet, G d^2 / c for a sandwich of thin faces. It
+    takes the bending along x and along y to be cylindrical, and so depends a little on the axes for plies askew.
     """
     stack = list(plies)
     if not stack:
@@ -161,7 +166,10 @@ def layup(plies: Iterable[Ply]) -> PlateSection:
     moments = [np.diff(z**power) / power for power in (1, 2, 3)]
     A, B, D = (np.einsum("p,pij->ij", moment, Q) for moment in moments)
     uneven = float(rho @ moments[1]) / max(float(rho @ moments[0]) * (z[-1] - z[0]), np.finfo(float).tiny)
-    if np.abs(B).max() > COUPLING_TOLERANCE * np.sqrt(np.abs(A).max() * np.abs(D).max()) or abs(uneven) > COUPLING_TOLERANCE:
+    if (
+        np.abs(B).max() > COUPLING_TOLERANCE * np.sqrt(np.abs(A).max() * np.abs(D).max())
+        or abs(uneven) > COUPLING_TOLERANCE
+    ):
         raise ValueError(
             f"the lay-up of {len(stack)} plies is not symmetric about its middle plane: its membrane-bending coupling "
             f"B is up to {np.abs(B).max():.3g} N and its mass centre lies {uneven * (z[-1] - z[0]):.3g} m off; only "

@@ -94,7 +94,9 @@ class Numbering:
             values.append(axes[flat, :, j].ravel())
         n_dof += 2 * len(dropped)
         triplets = (np.concatenate(values), (np.concatenate(rows), np.concatenate(cols)))
-        return sparse.coo_array(triplets, shape=(self.n_raw, n_dof)).tocsr()
+        T = sparse.coo_array(triplets, shape=(self.n_raw, n_dof)).tocsr()
+        T.eliminate_zeros()  # a dof counts as a rotation about an axis only when it has a part in it
+        return T
 
     def raw_dofs_on(self, nodes: Index, components: Sequence[str] = COMPONENTS) -> Index:
         """Raw dofs that the named components of nodes (k,) carry, with the extra dofs lying wholly on these nodes."""

@@ -40,8 +40,16 @@ def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     options   element  "dkmt" (any thickness, default) or "dkt" (thin: no transverse shear)
               axis     (3,) direction in the mesh's axes of the section's x axis, laid into the plates
 
-    Sides are straight: second-order triangles are used by their corners. Raises ValueError on other cells, sections
-    or options, and on triangles without area.
+    DKMT is the default because it is right for any thickness: it needs no choice, sandwich cores must shear, and on
+    thin plates it is DKT to rounding. Choose "dkt" to compare with thin-plate theory on meshes as fine as the
+    thickness, where DKMT resolves the boundary layer of free edges and thin theory has none.
+
+    Mesh: the relative error of a frequency is about 0.33 (side / half wavelength)^2 on squares cut in two, so that 26
+    sides to the shortest half wave wanted give 5e-4; the first three frequencies of a square cantilever are within
+    4e-4 with 16 sides. Rectangles need far fewer elements by the plate_bfs family.
+
+    Sides are straight: second-order triangles are used by their corners, and their middle nodes carry no dofs. Raises
+    ValueError on other cells, sections or options, and on triangles without area.
     """
     options = member_options(member, DEFAULTS)
     element = options["element"]
@@ -67,7 +75,9 @@ def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     )
 
 
-def triangle_inertia(x: Array, axes: Array, section: PlateSection, fields: Triangles, dof_map: LocalDofs) -> PlateInertia:
+def triangle_inertia(
+    x: Array, axes: Array, section: PlateSection, fields: Triangles, dof_map: LocalDofs
+) -> PlateInertia:
     """Inertia of triangles with corners x (e, 3, 3): 12 points, exact for the cubic deflection."""
     L, weight = area_points(6)
     dm, rho, heights = mass_points(np.matmul(L, x), fields.area[:, None] * weight, axes, section)

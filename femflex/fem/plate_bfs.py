@@ -1,4 +1,4 @@
-"""Plate members on rectangles: the thin plate element of Bogner, Fox and Schmit, with frequencies to the fourth order."""
+"""Plate members on rectangles: the thin element of Bogner, Fox and Schmit, frequencies to the fourth order."""
 
 from __future__ import annotations
 
@@ -40,6 +40,10 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     section   PlateSection, or a thickness [m] with a material; its transverse shear stiffness is not used
     material  Material, with a thickness only
     options   axis  (3,) direction in the mesh's axes of the section's x axis, laid into the plates
+
+    Mesh: frequencies converge with the fourth power of the size; four sides to the shortest half wave give 2e-4 for
+    smooth modes, the corners of a clamp converge more slowly (a square cantilever: 4e-4 with 8 sides). Across a fold
+    the twist of each plane is free, which costs an order there.
 
     Second-order quadrilaterals are used by their corners. Raises ValueError on other cells, sections or options, and
     on quadrilaterals that are not rectangles (the plate family on triangles takes any shape).

@@ -1,8 +1,8 @@
 """Inertia and strain of flat plate elements, whatever fields they are made of.
 
 An element's local dofs are (u, v) of each of the m functions of its in-plane field, then its bending dofs (b), in its
-own axes; they follow from its raw dofs by a map X (1|e, 2 m + b, l). Strains: membrane (3), curvature (3) and, where the plate shears,
-shear (2); generalised gradients in the order
+own axes; they follow from its raw dofs by a map X (1|e, 2 m + b, l). Strains: membrane (3), curvature (3) and, where
+the plate shears, shear (2); generalised gradients in the order
 
     g = (u,x  u,y  v,x  v,y  w,x  w,y  kappa_xx  kappa_yy  kappa_xy  [gamma_xz  gamma_yz])
 
@@ -45,7 +45,7 @@ class LocalDofs:
         return np.matmul(of(self.X, elements), phi[self.dofs[elements]])
 
     def picked(self) -> tuple[Index, Array] | None:
-        """Column (2 m + b,) and sign of each local dof where it is a raw dof but for its sign, in all elements alike."""
+        """Column (2 m + b,) and sign of each local dof, where it is plus or minus a raw dof in all elements alike."""
         if self.X.shape[0] > 1 or (np.count_nonzero(self.X[0], axis=1) != 1).any():
             return None
         column = np.abs(self.X[0]).argmax(axis=1)
@@ -127,7 +127,8 @@ class PlateInertia:
 
     def mass(self, elements: slice = EVERY) -> Array:
         """Element mass matrices (e, l, l)."""
-        return self.map.in_raw(np.kron(self.scalar_mass(elements), np.eye(2)), self.bending_mass(elements), elements)
+        inplane = np.asarray(np.kron(self.scalar_mass(elements), np.eye(2)), np.float64)
+        return self.map.in_raw(inplane, self.bending_mass(elements), elements)
 
     def parts(self) -> tuple[Part, ...]:
         """Element matrices for assembly: u and v alike, and bending, where they do not mix."""

@@ -38,7 +38,7 @@ def section_stiffness(section: PlateSection, axis: ArrayLike, axes: Array) -> St
     """
     direction = np.asarray(axis, float)
     if direction.shape != (3,) or not np.isfinite(direction).all() or not direction.any():
-        raise ValueError(f"axis of a plate is {axis}; give a direction of three numbers, not all zero")
+        raise ValueError(f"axis of a plate is {axis!r}; give a direction of three numbers, not all zero")
     angles = section_angles(direction, axes)
     if np.abs(angles - angles[0]).max() < DUST:
         angles = angles[:1]

@@ -39,7 +39,7 @@ def oriented(normals: Array) -> Array:
 
 
 def in_plane(direction: ArrayLike, normals: Array) -> Array:
-    """Unit vectors (e, 3): the direction (3,) laid into each plane; the next global axis where it stands on the plane."""
+    """Unit vectors (e, 3): the direction (3,) laid into each plane; where it is upright, with components shifted."""
     given = np.asarray(direction, float)
     first, second = _laid(given / np.linalg.norm(given), normals), _laid(np.roll(given, 1), normals)
     upright = np.linalg.norm(first, axis=1, keepdims=True) < 0.1

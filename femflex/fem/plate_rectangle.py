@@ -8,8 +8,8 @@ slopes, and the normal stays normal: beta = -grad w, no transverse shear.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from numpy.polynomial import polynomial
+from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
@@ -18,7 +18,7 @@ XI, ETA = np.array([-1.0, 1.0, 1.0, -1.0]), np.array([-1.0, -1.0, 1.0, 1.0])
 
 
 def hermite(s: float, value: bool) -> Array:
-    """Coefficients (4,) of the cubic that is 1 in s = -1 or 1 (or whose slope is) and flat and zero at the other end."""
+    """Coefficients (4,) of the cubic of value (or of slope) 1 in s = -1 or 1, the other and both at -s being zero."""
     return np.array([2, 3 * s, 0, -s]) / 4 if value else np.array([-s, -1, s, 1]) / 4
 
 

@@ -78,7 +78,11 @@ def _side_places(points: Array, corners: Index, axes: Array, dof_map: LocalDofs)
     x_i, x_j = points[corners[element, i]], points[corners[element, j]]
     rise = np.cross(x_j - x_i, own[:, 2]) / 8
     lift = own[:, 2, :, None] * rise[:, None, :]
-    local = [3 * (c + i)[:, None] + np.arange(3), 3 * (c + j)[:, None] + np.arange(3), (6 * c + 2 * i)[:, None] + np.arange(2)]
+    local = [
+        3 * (c + i)[:, None] + np.arange(3),
+        3 * (c + j)[:, None] + np.arange(3),
+        (6 * c + 2 * i)[:, None] + np.arange(2),
+    ]
     bulges = [_bulge(dof_map, element, c + i, own, columns) for columns in local]
     along = [
         (theta_i, bulges[0] + lift),

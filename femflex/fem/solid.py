@@ -95,7 +95,7 @@ def _check_order(name: str, x: Array, group: str) -> None:
         stray = np.flatnonzero(np.linalg.norm(x[:, node] - mean, axis=1) > STRAY * reach)
         if len(stray):
             raise ValueError(
-                f"solid on group {group!r}: node {node} of {len(stray)} of {len(x)} {name} elements (the first is element "
+                f"solid on group {group!r}: node {node} of {len(stray)} of {len(x)} {name} elements (first element "
                 f"{stray[0]}) lies far from the middle of its corners; the nodes must be in VTK's order"
             )
 

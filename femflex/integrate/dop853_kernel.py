@@ -23,7 +23,6 @@ IntArray = NDArray[np.int64]
 Span = tuple[float, float, float]
 
 X, K1, X_OLD, F0 = 0, 1, 2, 3  # rows of the kept vectors
-NVECTORS = 10
 Y, E3, E5 = 0, 1, 2  # rows of the scratch vectors: end of the trial step, its two errors
 N_SCRATCH, N_STAGES = 3, 16
 
@@ -104,8 +103,8 @@ def reject(
 def growth(h: float, error: float, state: Array) -> float:
     """Factor on the next step: the digital filter H211b of order 8 with b = 4 (Soederlind 2003, table III).
 
-    Where fast modes make the error go up and down from step to step, it keeps the steps even: a quarter fewer rates
-    and a tenth of the rejections of the usual control on a craft with panels.
+    Where fast modes make the error go up and down from step to step, it keeps the steps more even than the usual
+    control: 9 % fewer rates and 31 % fewer rejections on a craft with two vibrating panels at a tolerance of 1e-9.
     """
     before = state[head.T] - state[head.T_OLD]
     ratio = h / before if before > 0.0 else 1.0
@@ -190,7 +189,7 @@ def fill(
             return head.END, row
         if budget == 0:
             return head.PAUSE, row
-        if wanted < head.TINY * abs(t) or wanted < head.TINIEST:
+        if wanted < head.TINY * abs(t) or wanted < head.TINIEST * abs(span[0]):
             return head.STUCK, row
         budget -= 1
 

@@ -36,7 +36,7 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Span = tuple[float, float, float]
 
-NVECTORS, N_STAGES = 4, 6
+N_STAGES = 6
 # rows of the scratch vectors: the stage, what is known of it beforehand, error, a correction in x; the rest (n_u,)
 Y, BASE, E, CHANGE, RIGHT, DELTA = 0, 1, 2, 3, 4, 5
 N_SCRATCH = 6
@@ -183,7 +183,7 @@ def fill(
             return head.END, row
         if budget == 0:
             return head.PAUSE, row
-        if wanted < head.TINY * abs(t) or wanted < head.TINIEST:
+        if wanted < head.TINY * abs(t) or wanted < head.TINIEST * abs(span[0]):
             return head.STUCK, row
         budget -= 1
 
@@ -208,4 +208,4 @@ def fill(
         factor = SAFETY * error ** (-0.7 / 4) * state[head.ERROR] ** (0.4 / 4) if error > 0.0 else GROW
         accept(t_new, h, wanted, min(GROW, max(SHRINK, factor)), error, True, state)
         if fixed > 0.0:
-            state[head.H] = fixed
+            state[head.H] = min(fixed, 2.0 * h)  # back to it by doubling after a failure

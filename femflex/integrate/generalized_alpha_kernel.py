@@ -34,9 +34,8 @@ from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, no
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Span = tuple[float, float, float]
-Calls = tuple[Call, Call, Call, Call]  # residual, solve, kinematic, advance
 
-SLOPES, NVECTORS = 4, 5
+SLOPES = 4  # row of the kept vectors, beside the four of `hermite`
 # rows of the scratch vectors: end of the trial step, its rate, error, a correction in x; the rest are (n_u,)
 Y, YDOT, E, CHANGE, INCREMENT, A_NEW, RIGHT, DELTA, VELOCITY = 0, 1, 2, 3, 4, 5, 6, 7, 8
 N_SCRATCH = 9
@@ -157,17 +156,8 @@ def move_on(h: float, n_q: int, vectors: Array, scratch: Array) -> None:
 
 _CALLS = tuple(types.FunctionType(call) for call in (RESIDUAL, SOLVE, KINEMATIC, ADVANCE))
 _SETTINGS = (REAL, REAL, REAL, VECTOR, REAL)  # rho, fixed, rtol, atol, max_step
-_SIGNATURE = ENDED(
-    *_CALLS,
-    OWN,
-    SPAN,
-    INDICES,
-    INTEGER,
-    *_SETTINGS,
-    *(VECTOR, TABLE, TABLE),
-    *(VECTOR, TABLE),
-    INTEGER,
-)
+_KEPT = (VECTOR, TABLE, TABLE)  # state, vectors, scratch
+_SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, INTEGER, *_SETTINGS, *_KEPT, *(VECTOR, TABLE), INTEGER)
 
 
 @kernel(_SIGNATURE)
@@ -207,7 +197,7 @@ def fill(
             return head.END, row
         if budget == 0:
             return head.PAUSE, row
-        if wanted < head.TINY * abs(t) or wanted < head.TINIEST:
+        if wanted < head.TINY * abs(t) or wanted < head.TINIEST * abs(span[0]):
             return head.STUCK, row
         budget -= 1
 
@@ -233,4 +223,4 @@ def fill(
         factor = SAFETY * error ** (-0.7 / 3) * state[head.ERROR] ** (0.4 / 3) if error > 0.0 else GROW
         accept(t_new, h, wanted, min(GROW, max(SHRINK, factor)), error, True, state)
         if fixed > 0.0:
-            state[head.H] = fixed
+            state[head.H] = min(fixed, 2.0 * h)  # back to it by doubling after a failure

@@ -25,4 +25,4 @@ HEAD = 17
 
 ERROR_TEST, NOT_FINITE, NEWTON = 0, 1, 2  # values of CAUSE
 FULL, END, PAUSE, STUCK = 0, 1, 2, 3  # what a kernel answers: rows full, interval done, budget used up, step too small
-TINY, TINIEST = 1e-15, 1e-300  # the smallest step, relative to the time reached [1] and near time zero [s]
+TINY, TINIEST = 1e-15, 1e-20  # the smallest step, relative to the time reached and to the end of the smooth interval

@@ -19,7 +19,12 @@ Progress = Callable[[float], object]  # called with the time reached [s]
 
 
 def integrate(
-    prepared: Prepared, output: str | Path, *, force: bool = False, resume: bool = False, progress: Progress | None = None
+    prepared: Prepared,
+    output: str | Path,
+    *,
+    force: bool = False,
+    resume: bool = False,
+    progress: Progress | None = None,
 ) -> None:
     """Run to the end, block by block into the file. See `femflex.run`."""
     from femflex.integrate import IntegrationError

@@ -65,8 +65,10 @@ class Runaway:
                 row = slice(far[0], far[0] + 1)
                 k = int(np.argmax(moved[far[0]]))
                 text = (
-                    f"the motion has run away, body {name!r} is displaced by {moved[far[0], k]:.3g} m, over {FAR:g} times its "
-                    f"size of {size:.3g} m. Look for a spin faster than the body's lowest frequencies, or an unstable attitude."
+                    f"the motion has run away, body {name!r} is displaced by {moved[far[0], k]:.3g} m, over "
+                    f"{FAR:g} times its "
+                    f"size of {size:.3g} m. Look for a spin faster than the body's lowest frequencies, or an "
+                    f"unstable attitude."
                 )
                 return IntegrationError(text, block.times[row], block.states[row], first + k, block.steps)
         return None

@@ -46,6 +46,7 @@ def prepare(
     """
     from femflex.case import Case, read_case
     from femflex.case.builders import build_system
+    from femflex.case.builders.doubts import warn_of_doubtful_bodies
     from femflex.case.builders.integrator import chosen_integrator
     from femflex.case.builders.references import duration_of
     from femflex.dynamics import compile_system
@@ -60,6 +61,7 @@ def prepare(
     if resume:
         check_same(model.omitted, Path(output))
     times = case.run.times(duration_of(case, system))
+    warn_of_doubtful_bodies(case, system.bodies, float(times[1] - times[0]))
     integrator, reason = chosen_integrator(case, model, times)
     return Prepared(case, system, model, integrator, reason, times)
 
@@ -76,7 +78,9 @@ def check_output(case: Case, output: Path, force: bool, resume: bool) -> None:
         if unfinished.complete:
             raise ValueError(f"{output} is complete; there is nothing to resume")
         if unfinished.case_text != case.text:
-            raise ValueError(f"{output} was begun with another text of the case; resume it with that one, or start anew")
+            raise ValueError(
+                f"{output} was begun with another text of the case; resume it with that one, or start anew"
+            )
 
 
 def check_same(omitted: Sequence[str], output: Path) -> None:

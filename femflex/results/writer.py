@@ -110,6 +110,14 @@ class RunWriter:
         finally:
             self.close()
 
+    def _leave(self, ended: str) -> None:
+        """Close the file at once, with the rows laid out after the valid ones left in it."""
+        try:
+            if self.rows:
+                set_attributes(self._opened(), {"complete": False, "ended": ended})
+        finally:
+            self.close()
+
     def close(self) -> None:
         """Close the file as it stands."""
         for file in (self._file, self._skeleton):
@@ -127,7 +135,7 @@ class RunWriter:
         if kind is None:
             self.finish(complete=False, ended="not finished")
         elif issubclass(kind, KeyboardInterrupt):
-            self.finish(complete=False, ended="interrupted")
+            self._leave("interrupted")
         else:
             self.finish(complete=False, ended=f"stopped by {kind.__name__}: {error}")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -64,8 +65,11 @@ class Convergence:
 
     @property
     def estimate(self) -> float:
-        """The limit: Richardson's extrapolation, or that of the fitted law; the last value when there is no law."""
-        return self.trend.limit
+        """The limit: Richardson's extrapolation, or that of the fitted law; the last value where there is no law.
+
+        nan when values do not settle, or are too few to tell.
+        """
+        return math.nan if self.trend.state in ("one", "few") else self.trend.limit
 
     @property
     def scale(self) -> float:
@@ -182,7 +186,7 @@ def assessed(
 
 def errors(trend: Trend, values: Array, noise: Array) -> Array:
     """Estimated errors (n,): distance from the limit, but no less than the limit's uncertainty and than rounding."""
-    off = np.asarray(np.abs(values - trend.limit), np.float64)
+    off: Array = np.abs(values - trend.limit)
     if trend.state in ("one", "few"):
         off[-1] = np.nan  # nothing is known of the last value
         return off
@@ -192,4 +196,4 @@ def errors(trend: Trend, values: Array, noise: Array) -> Array:
 
 def resolution(over: Over, levels: NDArray[np.int64], counts: NDArray[np.int64]) -> Array:
     """What errors fall with, (n,): number of elastic coordinates, or cells along an edge of the case's own."""
-    return counts.astype(float) if over == "modes" else 2.0**levels
+    return counts.astype(float) if over == "modes" else np.exp2(levels.astype(float))

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 KINDS: tuple[Kind, ...] = ("algebraic", "geometric")
 FITTED = 6  # the last so many counts above rounding are fitted; coarser ones follow no law yet
-CLEAR = 0.7  # misfit (root mean square, of the logarithm) above which the errors follow no law: a factor of two
+CLEAR = 1.0  # misfit (root mean square, of the logarithm) above which the errors follow no law: a factor of e
 FALLEN = 1.0  # logarithm of the fall over the fitted counts below which nothing converges
 SURELY = 3.0  # differences within so many times the rounding estimated are taken for rounding
 

@@ -47,7 +47,7 @@ class Rung:
 
 @dataclass(frozen=True, eq=False)
 class Ladder:
-    """The rungs of a study, coarse to fine, the bodies it varies, and the level of the case itself (None for several)."""
+    """The rungs of a study, coarse to fine, the bodies it varies, and the level of the case (None for several)."""
 
     varied: tuple[str, ...]
     rungs: tuple[Rung, ...]
@@ -79,7 +79,7 @@ def mode_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder:
         largest = {name: build_body(case, name, modes=own) for name in names}
     if len(names) == 1 and _truncates(case.bodies[names[0]]):  # the level is what is kept: no close pair is parted
         counts = sorted({_kept(largest[names[0]], n) for n in counts})
-        owns = {_kept(largest[names[0]], own)}
+        owns = {_kept(largest[names[0]], own) if own <= counts[-1] else own}
     rungs = (Rung(n, float(n) ** 2, partial(_with_modes, case, largest, n, counts[-1])) for n in counts)
     return Ladder(tuple(names), tuple(rungs), owns.pop() if len(owns) == 1 else None)
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from femflex.studies.law import Law, Trend
+from femflex.studies.law import Law, State, Trend
 
 Array = NDArray[np.float64]
 
@@ -58,23 +58,24 @@ def mesh_trend(x: ArrayLike, values: ArrayLike, noise: ArrayLike = 0.0) -> Trend
     if last < 2:
         return Trend("rounded" if last else "constant", float(v[last]), floor, rounded=rounded)
     orders = [observed_order(x[k : k + 3], v[k : k + 3]) for k in range(last - 1)]
-    if math.isnan(orders[-1]):
-        return Trend("swinging", float(v[last]), max(float(change[last - 2 : last].max()), floor), rounded=rounded)
     if orders[-1] < LOWEST:
         return Trend("unsettled", math.nan, math.nan, rounded=rounded)
+    doubted = [p for p in orders[-2:] if not p >= LOWEST]  # a law seen once against a value that denies it is chance
+    if doubted:
+        state: State = "swinging" if math.isnan(doubted[0]) else "settling"
+        return Trend(state, float(v[last]), max(float(change[last - 2 : last].max()), floor), rounded=rounded)
     return _with_order(x[: last + 1], v[: last + 1], orders, floor, rounded)
 
 
 def _with_order(x: Array, v: Array, orders: list[float], floor: float, rounded: int | None) -> Trend:
     """Richardson's limit, with the difference from that of the triple before as its uncertainty."""
     limit = extrapolated(x[-2:], v[-2:], orders[-1])
-    spread, before = abs(limit - v[-1]), orders[-3:-1]
-    if before and before[-1] >= LOWEST:
-        spread = min(spread, abs(limit - extrapolated(x[-3:-1], v[-3:-1], before[-1])))
-    known = [p for p in before if not math.isnan(p)]
+    spread, known = abs(limit - float(v[-1])), [p for p in orders[-3:-1] if p >= LOWEST]
+    if len(orders) > 1:
+        spread = abs(limit - extrapolated(x[-3:-1], v[-3:-1], orders[-2]))
     scatter = max((abs(p - orders[-1]) for p in known), default=math.nan)
     law = Law("algebraic", orders[-1], abs(limit - float(v[-1])), float(x[-1]))
-    return Trend("law", limit, float(max(spread, floor)), law, scatter, rounded)
+    return Trend("law", limit, max(spread, floor), law, scatter, rounded)
 
 
 def _before_rounding(v: Array, noise: Array) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
@@ -21,6 +22,7 @@ from femflex.case.measure import MeasureTable
 from femflex.pipeline import Prepared, prepare
 from femflex.studies.ladder import Built, Ladder, Rung, mesh_ladder, mode_ladder
 from femflex.system import Channel
+from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
 Over = Literal["modes", "mesh"]
@@ -98,30 +100,32 @@ class Study:
 
         The first levels may be too coarse for the case: an initial displacement that so few modes cannot take, a mode
         that is not among them. Raises what made the last of them fail when no level has a value, and IntegrationError
-        when the numerics fail.
+        when the numerics fail. Physics warnings are those of the finest level.
         """
         rungs, found, count = self.ladder.rungs, False, -1
         ends = np.cumsum([rung.weight for rung in rungs])
         for rung, end in zip(rungs, ends, strict=True):
             told = partial(_tell, progress, (end - rung.weight) / ends[-1], rung.weight / ends[-1])
             told(0.0)
-            built = rung.build()
-            if built.count == count:  # a close pair was kept whole, so nothing is new
-                continue
-            count = built.count
-            try:
-                point = self._point(rung, built, told)
-            except ValueError as error:
-                if found or rung is rungs[-1] or not self._is_coarse(error):
-                    raise
-                text = str(error).removeprefix(f"{self.case.path.name}: ")
-                point = Point(rung.level, built.count, math.nan, math.nan, problem=text)
-            found = found or not point.problem
+            with warnings.catch_warnings():
+                if rung is not rungs[-1]:  # of coarse levels it is known that they are coarse
+                    warnings.simplefilter("ignore", PhysicsWarning)
+                built = rung.build()
+                if built.count == count:  # a close pair was kept whole, so nothing is new
+                    continue
+                point = self._point(rung, built, told, may_fail=not found and rung is not rungs[-1])
+            found, count = found or not point.problem, built.count
             yield point
 
-    def _point(self, rung: Rung, built: Built, progress: Progress) -> Point:
-        seen = self._seen(built, progress)
-        value = measured(self.quantity, seen, seen.mean_motion)
+    def _point(self, rung: Rung, built: Built, progress: Progress, may_fail: bool) -> Point:
+        try:
+            seen = self._seen(built, progress)
+            value = measured(self.quantity, seen, seen.mean_motion)
+        except ValueError as error:
+            if not (may_fail and self._is_coarse(error)):
+                raise
+            text = str(error).removeprefix(f"{self.case.path.name}: ")
+            return Point(rung.level, built.count, math.nan, math.nan, problem=text)
         noise = max(built.rounding, STEPS * seen.rtol, EPS) * abs(value)
         return Point(rung.level, built.count, value, noise, measured_unit(self.quantity, seen))
 

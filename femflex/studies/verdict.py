@@ -113,7 +113,7 @@ def _needed(found: Convergence) -> str:
         return ""
     if law is None:
         return "Try more levels."
-    if found.trend.spread > found.tolerance * found.scale:
+    if found.trend.spread > 1.5 * law.size:
         return "The limit itself is not known that well; try more levels, or a larger tolerance."
     x = law.reaches(found.tolerance * found.scale)
     if found.over == "mesh":
@@ -137,7 +137,7 @@ def _rounding(found: Convergence) -> str:
         return ""
     at = level_text(found, int(found.levels[found.trend.rounded]))
     if found.simulated:
-        return f"The tolerance of the integration is met at {at}: a finer mesh shows no more, a smaller run.rtol may."
+        return f"Rounding or the tolerance of the integration is met at {at}: finer meshes show no more."
     return f"Rounding is met at {at}: a finer mesh has fewer right digits, not more; elements of higher order have."
 
 

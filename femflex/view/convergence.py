@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import textwrap
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.view.output import placed
+from femflex.view.studied import Studied
 from femflex.view.theme import Theme, theme_of
 
 if TYPE_CHECKING:
@@ -18,63 +19,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 SIZE = (9.0, 7.2)  # inches
-WIDTH = 104  # letters of a line of the verdict
-
-
-class Curve(Protocol):
-    """A law by which errors fall."""
-
-    def error(self, x: Array) -> Array:
-        """The error at x."""
-
-
-class Studied(Protocol):
-    """What is drawn of a study (femflex.studies.Convergence); arrays run over its levels, coarse to fine.
-
-    levels, counts, values, errors (n,)   as in a table; x (n,) is what the law is in
-    told                                  so many levels stand before rounding
-    """
-
-    title: str
-    unit: str
-    over: str
-    levels: NDArray[np.int64]
-    counts: NDArray[np.int64]
-    values: Array
-    errors: Array
-    tolerance: float
-
-    @property
-    def x(self) -> Array:
-        """What the law is in."""
-
-    @property
-    def told(self) -> int:
-        """Number of levels before rounding."""
-
-    @property
-    def law(self) -> Curve | None:
-        """The law of the errors."""
-
-    @property
-    def law_text(self) -> str:
-        """The law in words."""
-
-    @property
-    def estimate(self) -> float:
-        """The limit, nan without one."""
-
-    @property
-    def scale(self) -> float:
-        """What errors are relative to."""
-
-    @property
-    def recommended(self) -> int | None:
-        """The level to choose."""
-
-    @property
-    def verdict(self) -> str:
-        """What it means, in sentences."""
+WIDTH = 126  # letters of a line of the verdict
 
 
 def plot_convergence(
@@ -158,23 +103,21 @@ def _errors(ax: Axes, study: Studied, colours: Theme) -> None:
             label=f"errors fall\n{textwrap.fill(study.law_text, 24)}",
         )
     ax.axhline(study.tolerance, color=colours.lines[2], linewidth=1.2, label=f"tolerance {study.tolerance:g}")
-    ax.plot(counts, errors, "o", color=colours.lines[0], markersize=5, label="estimated error")
+    if counts.size:
+        ax.plot(counts, errors, "o", color=colours.lines[0], markersize=5, label="estimated error")
+    else:
+        ax.text(0.5, 0.5, "no error can be estimated", transform=ax.transAxes, ha="center", color=colours.faint)
     _ring(ax, study, study.errors / study.scale, colours)
-    for level, count, error in zip(study.levels[known], counts, errors, strict=True):
-        style = {"textcoords": "offset points", "ha": "center", "fontsize": 8, "color": colours.faint}
-        ax.annotate(str(level), (count, error), (0, 7), **style)
+    named = not np.array_equal(study.levels, study.counts)
+    for level, at, error in zip(study.levels[known], counts, errors, strict=True):
+        if named:
+            mark = ax.annotate(f"{level}", (at, error), (0, 8), textcoords="offset points", ha="center", fontsize=8)
+            mark.set_color(colours.text)
     ax.margins(y=0.12)
     ax.set_ylabel("estimated relative error")
-    what = (
-        "degrees of freedom   (number at a point: refinements of the mesh)"
-        if study.over == "mesh"
-        else "elastic coordinates"
-    )
-    ax.set_xlabel(
-        what
-        if study.over == "mesh" or (study.levels == study.counts).all()
-        else f"{what}   (number at a point: modes a body)"
-    )
+    what = "degrees of freedom" if study.over == "mesh" else "elastic coordinates"
+    numbers = "refinements of the mesh" if study.over == "mesh" else "modes a body"
+    ax.set_xlabel(f"{what}   (at a point: {numbers})" if named else what)
     _count_ticks(ax, study)
 
 
@@ -182,8 +125,8 @@ def _ring(ax: Axes, study: Studied, heights: Array, colours: Theme) -> None:
     """A ring about the level to choose."""
     at = study.levels == study.recommended
     if study.recommended is not None and np.isfinite(heights[at]).all():
-        style = {"markersize": 12, "markerfacecolor": "none", "markeredgewidth": 1.5}
-        ax.plot(study.counts[at], heights[at], "o", color=colours.lines[6], label="to choose", **style)
+        (ring,) = ax.plot(study.counts[at], heights[at], "o", color=colours.lines[6], markersize=12, label="to choose")
+        ring.set(markerfacecolor="none", markeredgewidth=1.5)
 
 
 def _count_ticks(ax: Axes, study: Studied) -> None:

@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 
 DEGREES = 180.0 / np.pi
 DRIFT = "energy drift"  # a curve of its own: (E - E(0)) / largest |E|
+STEADY = 1e-4  # of its size: a curve that changes less is shown from its first value
 NEGLIGIBLE = 1e-3  # of the largest on the same axes: a curve that is not shown unless asked for
 
 
@@ -56,7 +57,7 @@ def curves_of(
         raise ValueError("no channels are named to plot; give some, or leave them out for the usual ones")
     keys = dict.fromkeys(curve.axes for curve in found)
     groups = [[curve for curve in found if curve.axes == key] for key in keys]
-    return [_readable(group if channels else _noticeable(group), degrees) for group in groups]
+    return [_changes(_readable(group if channels else _noticeable(group), degrees)) for group in groups]
 
 
 def default_channels(run: Run) -> list[str]:
@@ -83,7 +84,9 @@ def _curves(run: Run, channel: str) -> list[Curve]:
     owner = path.split("/")[1] if path.count("/") > 1 else ""
     named = {"angles": "attitude", "q": "coordinate", "u": "velocity"}.get(quantity, quantity)
     return [
-        Curve(f"{owner} {names[k % len(names)]}".strip() or quantity, values[:, k], units[k % len(units)], named, run.time)
+        Curve(
+            f"{owner} {names[k % len(names)]}".strip() or quantity, values[:, k], units[k % len(units)], named, run.time
+        )
         for k in wanted
     ]
 
@@ -100,6 +103,21 @@ def _drift(run: Run) -> Curve:
     name, path = ("Jacobi integral", "monitors/jacobi") if "monitors/jacobi" in run else ("energy", "monitors/energy")
     E = run[path]
     return Curve(name, (E - E[0]) / (np.abs(E).max() or 1.0), "1", "relative drift", run.time)
+
+
+def _changes(group: list[Curve]) -> list[Curve]:
+    """The curves counted from their first values where they hardly leave them, as an energy does."""
+    if not all(0 < np.ptp(curve.values) < STEADY * np.abs(curve.values).max() for curve in group):
+        return group
+    return [
+        replace(
+            curve,
+            values=curve.values - curve.values[0],
+            label=f"{curve.label}\nfrom {curve.values[0]:.6g}",
+            quantity=f"change of {curve.quantity}",
+        )
+        for curve in group
+    ]
 
 
 def _size(group: list[Curve]) -> float:

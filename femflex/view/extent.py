@@ -54,12 +54,14 @@ def displacement(run: Run, skins: dict[str, Skin]) -> tuple[Array, Array]:
     return run.time[rows], largest
 
 
-def cloud(motion: Motion, skins: dict[str, Skin], scale: float, arms: dict[str, float]) -> Array:
+def cloud(motion: Motion, skins: dict[str, Skin], scale: float, arms: dict[str, Array]) -> Array:
     """Points (n_t, n, 3) that thinned skins, axes of such lengths, and traces reach at each instant [m]."""
     parts = []
     for name, r in motion.position.items():
         C = motion.attitude[name]
-        local = np.broadcast_to(np.concatenate([np.zeros((1, 3)), arms.get(name, 0.0) * np.eye(3)]), (len(r), 4, 3))
+        local = np.broadcast_to(
+            np.concatenate([np.zeros((1, 3)), np.diag(arms.get(name, np.zeros(3)))]), (len(r), 4, 3)
+        )
         if name in skins:
             skin, n = skins[name], len(skins[name].shapes)
             moved = (

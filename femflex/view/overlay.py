@@ -109,7 +109,7 @@ class CornerTriad:
         renderer.InteractiveOff()
         plotter.render_window.SetNumberOfLayers(2)
         plotter.render_window.AddRenderer(renderer)
-        self._actor = triad_actor(theme, 1.0, thickness=1.4)
+        self._actor = triad_actor(theme, np.ones(3), thickness=0.07)
         renderer.AddViewProp(self._actor)
         camera = renderer.GetActiveCamera()
         camera.SetParallelProjection(True)
@@ -134,17 +134,16 @@ class CornerTriad:
             actor.SetPosition((CORNER[0] + right) / self._aspect, CORNER[1] + up)
 
 
-def triad_actor(theme: Theme, length: float, thickness: float = 1.0) -> Any:
-    """Three arrows along x, y and z of that length [m]."""
+def triad_actor(theme: Theme, lengths: Array, thickness: float) -> Any:
+    """Three arrows along x, y and z of those lengths (3,) [m]; the radius of their tips is `thickness` [m]."""
     import pyvista as pv
     from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
     parts = []
-    for direction, colour in zip(np.eye(3), theme.axes, strict=True):
-        radius = 0.022 * thickness
-        arrow = pv.Arrow(
-            direction=direction, tip_length=0.2, tip_radius=2.4 * radius, shaft_radius=radius, scale=length
-        )
+    for direction, colour, length in zip(np.eye(3), theme.axes, lengths, strict=True):
+        tip = thickness / length
+        shape = {"tip_length": 4.0 * tip, "tip_radius": tip, "shaft_radius": 0.42 * tip, "scale": length}
+        arrow = pv.Arrow(direction=direction, **shape)
         arrow.cell_data["colour"] = np.tile(np.array(pv.Color(colour).int_rgb, np.uint8), (arrow.n_cells, 1))
         parts.append(arrow)
     triad = pv.merge(parts)

@@ -18,9 +18,7 @@ from femflex.view.units import Bar, colour_bar
 Array = NDArray[np.float64]
 
 FRAMING_ROWS = 200
-ARMS = 0.09  # length of the axes of flexible bodies, parts of the craft's size
-BEYOND = 1.6  # the axes of rigid bodies reach beyond their skin by this factor
-LONGEST = 0.25  # but no further than this part of the craft's size
+ARMS = 0.08  # length of the axes of a body, or by which they reach out of a rigid one, parts of the craft's size
 TINY = 1e-12  # m; an elastic displacement below this is none
 
 
@@ -28,7 +26,7 @@ TINY = 1e-12  # m; an elastic displacement below this is none
 class Plan:
     """What is settled for all pictures of a scene.
 
-    skins     body -> Skin;  arms  body -> length of its axes [m], none where they are not drawn
+    skins     body -> Skin;  arms  body -> lengths of its axes (3,) [m], none where they are not drawn
     camera, body  frame of the camera;  view  its place in it
     scale     magnification of the elastic displacement
     largest   elastic displacement of the whole run [m], reached at time peak [s]
@@ -36,7 +34,7 @@ class Plan:
     """
 
     skins: dict[str, Skin]
-    arms: dict[str, float]
+    arms: dict[str, Array]
     camera: str
     body: str
     view: View
@@ -69,7 +67,7 @@ def planned(run: Run, look: Look, time: float | None = None) -> Plan:
     size = float(np.linalg.norm(np.ptp(first, axis=0)))
     scale = automatic_scale(largest, size) if isinstance(look.scale, str) else float(look.scale)
     camera, body = chosen_camera(run, bodies, look.camera, size)
-    arms = {name: _arm(skin, size) for name, skin in thin.items()} if look.triads else {}
+    arms = {name: _arms(skin, size) for name, skin in thin.items()} if look.triads else {}
     instants = np.union1d(_spread(times), [peak])
     if look.fit == "picture":
         instants = np.array([peak if time is None else time])
@@ -89,10 +87,9 @@ def _spread(times: Array) -> Array:
     return times[np.unique(np.linspace(0, len(times) - 1, min(len(times), FRAMING_ROWS)).round().astype(np.int64))]
 
 
-def _arm(skin: Skin, size: float) -> float:
-    if len(skin.shapes):
-        return ARMS * size
-    return float(np.clip(BEYOND * skin.points.max(), ARMS * size, LONGEST * size))
+def _arms(skin: Skin, size: float) -> Array:
+    inside = np.zeros(3) if len(skin.shapes) else np.maximum(skin.points.max(axis=0), 0.0)
+    return inside + ARMS * size
 
 
 def _check_traces(run: Run, look: Look) -> None:

@@ -20,6 +20,8 @@ from femflex.view.window import Image, grabbed, open_window, place_camera
 
 Array = NDArray[np.float64]
 
+TIP = 0.055  # radius of the arrow heads of a body's axes, parts of the shortest
+
 
 class Scene:
     """A window with every body of a run, shown at instants of a Motion; use it in a `with` statement.
@@ -84,7 +86,7 @@ class Scene:
 
     def _add_triads(self, look: Look, size: tuple[int, int]) -> None:
         for name, arm in self._plan.arms.items():
-            self._triads[name] = triad_actor(look.colours, arm)
+            self._triads[name] = triad_actor(look.colours, arm, TIP * arm.min())
             self._plotter.renderer.AddViewProp(self._triads[name])
         orbital = "orbit/attitude" in self._run
         names = ("normal", "up", "flight") if orbital else ("X", "Y", "Z")

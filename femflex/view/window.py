@@ -12,8 +12,7 @@ from femflex.view.theme import Theme
 
 Image = NDArray[np.uint8]
 
-
-LIGHTS = (((0.3, 0.0, 1.0), 0.75), ((-0.7, 0.8, 0.7), 0.55))  # beside the camera, at z = 1; each costs 3 ms of a frame
+LIGHTS = (((0.3, 0.0, 1.0), 0.75), ((-0.7, 0.8, 0.7), 0.55))  # beside the camera, at z = 1: direction and intensity
 
 
 class NoRenderer(RuntimeError):

@@ -34,7 +34,9 @@ def cpu_seconds(work: Callable[[], Matrices]) -> tuple[float, Matrices]:
     return time.process_time() - start, found
 
 
-def median_ratio(ours: Callable[[], Matrices], theirs: Callable[[], Matrices], pairs: int) -> tuple[float, Matrices, Matrices]:
+def median_ratio(
+    ours: Callable[[], Matrices], theirs: Callable[[], Matrices], pairs: int
+) -> tuple[float, Matrices, Matrices]:
     """Median of their time over ours, and the matrices of the last pair; one round of ours first, to warm up."""
     with threadpool_limits(1):
         ours()

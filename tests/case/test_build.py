@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 from femflex.case import Case, parse_case, read_case
 from femflex.case.builders import build_body, build_system
+from femflex.case.builders.doubts import warn_of_doubtful_bodies
 from femflex.case.builders.shapes import equivalent_box
 from femflex.dynamics import compile_system
 from femflex.reduction import save_body
@@ -34,7 +36,9 @@ def observed(case: Case) -> dict[str, np.ndarray]:
 
 def test_inertia_about_the_origin_is_moved_to_the_centre_of_mass():
     extra = 'center_of_mass = [1, 2, 3]\ninertia_about = "origin"\n'
-    body = build_body(parse_case(HUB.replace("[3, 4, 5]", "[[29, -4, -6], [-4, 24, -12], [-6, -12, 15]]") + extra), "hub")
+    body = build_body(
+        parse_case(HUB.replace("[3, 4, 5]", "[[29, -4, -6], [-4, 24, -12], [-6, -12, 15]]") + extra), "hub"
+    )
     np.testing.assert_allclose(body.moments.inertia(), [[29, -4, -6], [-4, 24, -12], [-6, -12, 15]], atol=1e-12)
     about_centre = build_body(parse_case(HUB + "center_of_mass = [1, 2, 3]\n"), "hub")  # diag(3, 4, 5) there
     np.testing.assert_allclose(body.moments.second, about_centre.moments.second, atol=1e-12)
@@ -46,7 +50,9 @@ def test_the_drawn_box_has_the_mass_moments_of_the_body():
     points, cells = equivalent_box(table)  # type: ignore[arg-type]
     a, b, c = points[1] - points[0], points[3] - points[0], points[4] - points[0]
     second = 2 / 12 * (np.outer(a, a) + np.outer(b, b) + np.outer(c, c))  # int r r^T dm of a uniform box
-    np.testing.assert_allclose(np.trace(second) * np.eye(3) - second, [[3, 0.2, 0.1], [0.2, 4, -0.3], [0.1, -0.3, 5]], atol=1e-12)
+    np.testing.assert_allclose(
+        np.trace(second) * np.eye(3) - second, [[3, 0.2, 0.1], [0.2, 4, -0.3], [0.1, -0.3, 5]], atol=1e-12
+    )
     faces = points[cells["quad"]]
     normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 1])
     assert np.all(np.einsum("fi,fi->f", normals, faces.mean(axis=1)) > 0)  # all look outwards
@@ -78,7 +84,10 @@ def test_nominal_axes_lie_along_normal_vertical_and_flight_direction():
 
 @pytest.mark.parametrize("rotation", ["euler_parameters", "xzy", "zxz"])
 def test_pitch_yaw_and_roll_come_back_as_reported_angles(rotation: str):
-    text = f"[attitude]\npitch = '10 deg'\nyaw = '20 deg'\nroll = '-5 deg'\nrates = [0.001, 0, 0]\nrotation = '{rotation}'\n"
+    text = (
+        f"[attitude]\npitch = '10 deg'\nyaw = '20 deg'\nroll = '-5 deg'\nrates = [0.001, 0, 0]\nrotation = "
+        f"'{rotation}'\n"
+    )
     seen = observed(parse_case(HUB + ORBIT + text))
     np.testing.assert_allclose(np.degrees(seen["attitude/angles"]), [10, -5, 20], atol=1e-12)  # pitch, roll, yaw
     n = np.sqrt(3.986004418e14 / (6378137.0 + 331e3) ** 3)
@@ -91,7 +100,9 @@ def test_a_held_attitude_has_no_freedom_and_the_given_angles():
     assert system.velocity_names() == []
     (marker,) = [m for name, m in system.bodies["hub"].markers.items() if name == system.joints[0].child_marker]
     c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
-    np.testing.assert_allclose(marker.orientation.T, [[c, 0, s], [0, 1, 0], [-s, 0, c]], atol=1e-15)  # C_OB, turned about y0
+    np.testing.assert_allclose(
+        marker.orientation.T, [[c, 0, s], [0, 1, 0], [-s, 0, c]], atol=1e-15
+    )  # C_OB, turned about y0
 
 
 def test_a_free_orbit_starts_with_the_centre_of_mass_at_rest_at_o(craft: str, write_case: Callable[..., Path]):
@@ -103,13 +114,13 @@ def test_a_free_orbit_starts_with_the_centre_of_mass_at_rest_at_o(craft: str, wr
 
 
 def test_initial_displacements_are_reached(craft: str, write_case: Callable[..., Path]):
-    wanted = "displacement = [0, \"10 mm\", 0]"
+    wanted = 'displacement = [0, "10 mm", 0]'
     for given, expected in (
         (wanted, [0, 0.01, 0]),
-        ("displacement = [0, \"3 mm\", \"-4 mm\"]", [0, 0.003, -0.004]),
+        ('displacement = [0, "3 mm", "-4 mm"]', [0, 0.003, -0.004]),
         ("relative = [0, 0.02, 0]", [0, 0.06, 0]),  # of 3 m
         ("relative = [0, 0.02, 0], length = 1", [0, 0.02, 0]),
-        (wanted + ", shape = \"static\"", [0, 0.01, 0]),
+        (wanted + ', shape = "static"', [0, 0.01, 0]),
         (wanted + ", modes = [3, 4]", [0, 0.01, 0]),
     ):
         seen = observed(read_case(write_case(craft.replace(wanted, given))))
@@ -121,7 +132,9 @@ def test_a_static_initial_shape_stores_the_energy_of_the_textbook(craft: str, wr
     r, t = 0.03, 0.002
     EI = 70e9 * np.pi / 4 * (r**4 - (r - t) ** 4)
     seen = observed(read_case(write_case(text)))
-    assert seen["monitors/elastic"] == pytest.approx(3 * EI / 3.0**3 * 0.01**2 / 2, rel=1e-9)  # cubic elements are exact here
+    assert seen["monitors/elastic"] == pytest.approx(
+        3 * EI / 3.0**3 * 0.01**2 / 2, rel=1e-9
+    )  # cubic elements are exact here
 
 
 def test_a_large_initial_displacement_is_warned_of_with_both_numbers(craft: str, write_case: Callable[..., Path]):
@@ -132,7 +145,11 @@ def test_a_large_initial_displacement_is_warned_of_with_both_numbers(craft: str,
 @pytest.mark.parametrize(
     ("key", "value", "told"),
     [
-        ("rates", "[360, 0, 0]", r'rates: 360 is read as 360 rad/s \(57.3 turns a second\).*"360 deg/s" \(6.283 rad/s\)'),
+        (
+            "rates",
+            "[360, 0, 0]",
+            r'rates: 360 is read as 360 rad/s \(57.3 turns a second\).*"360 deg/s" \(6.283 rad/s\)',
+        ),
         ("rates", '["360 rad/s", 0, 0]', r"attitude.rates: 360 is read as"),
         ("yaw", "30", r'attitude.yaw: 30 is read as 30 rad \(4.77 turns\).*"30 deg" \(0.5236 rad\)'),
     ],
@@ -143,11 +160,15 @@ def test_numbers_that_look_like_degrees_are_warned_of_with_both_readings(key: st
 
 
 def test_fast_rates_with_their_unit_are_not_warned_of():
-    assert parse_case(HUB + "[attitude]\nrates = ['6000 rpm', 0, 0]\n").attitude.rates == pytest.approx((200 * np.pi, 0, 0))
+    assert parse_case(HUB + "[attitude]\nrates = ['6000 rpm', 0, 0]\n").attitude.rates == pytest.approx(
+        (200 * np.pi, 0, 0)
+    )
 
 
 def test_springs_and_initial_values_reach_the_joint():
-    text = HUB + """
+    text = (
+        HUB
+        + """
 [bodies.arm]
 kind = "rigid"
 mass = 1
@@ -156,18 +177,70 @@ inertia = [1, 1, 1]
 child = "arm"
 parent = "hub"
 """
+    )
     cases = {
-        "kind = 'revolute'\naxis = '-y'\nangle = '90 deg'\nrate = 1\nstiffness = 2\ndamping = 3\nrest = 4\n": ([np.pi / 2], [1], [2], [3], [4]),
-        "kind = 'prismatic'\nposition = '5 cm'\nvelocity = 1\nstiffness = 2\ndamping = 3\nrest = 4\n": ([0.05], [1], [2], [3], [4]),
-        "kind = 'cylindrical'\nposition = 1\nangle = 2\nvelocity = 3\nrate = 4\nslide_stiffness = 5\nstiffness = 6\n": ([1, 2], [3, 4], [5, 6], [0, 0], [0, 0]),
-        "kind = 'universal'\nangles = [1, 2]\nrates = [3, 4]\nstiffness = [5, 6]\n": ([1, 2], [3, 4], [5, 6], [0, 0], [0, 0]),
-        "kind = 'spherical'\nrotation = 'zyx'\nsequence = 'zyx'\nangles = [0.1, 0.2, 0.3]\nstiffness = 7\n": ([0.1, 0.2, 0.3], [0] * 3, [7] * 3, [0] * 3, [0] * 3),
-        "kind = 'free'\nposition = [1, 2, 3]\nvelocity = [4, 5, 6]\nrates = [7, 8, 9]\nslide_damping = 1\ndamping = [2, 3, 4]\n": ([1, 2, 3, 1, 0, 0, 0], [4, 5, 6, 7, 8, 9], [0] * 6, [1, 1, 1, 2, 3, 4], [0] * 6),
+        "kind = 'revolute'\naxis = '-y'\nangle = '90 deg'\nrate = 1\nstiffness = 2\ndamping = 3\nrest = 4\n": (
+            [np.pi / 2],
+            [1],
+            [2],
+            [3],
+            [4],
+        ),
+        "kind = 'prismatic'\nposition = '5 cm'\nvelocity = 1\nstiffness = 2\ndamping = 3\nrest = 4\n": (
+            [0.05],
+            [1],
+            [2],
+            [3],
+            [4],
+        ),
+        "kind = 'cylindrical'\nposition = 1\nangle = 2\nvelocity = 3\nrate = 4\nslide_stiffness = 5\nstiffness = 6\n": (
+            [1, 2],
+            [3, 4],
+            [5, 6],
+            [0, 0],
+            [0, 0],
+        ),
+        "kind = 'universal'\nangles = [1, 2]\nrates = [3, 4]\nstiffness = [5, 6]\n": (
+            [1, 2],
+            [3, 4],
+            [5, 6],
+            [0, 0],
+            [0, 0],
+        ),
+        "kind = 'spherical'\nrotation = 'zyx'\nsequence = 'zyx'\nangles = [0.1, 0.2, 0.3]\nstiffness = 7\n": (
+            [0.1, 0.2, 0.3],
+            [0] * 3,
+            [7] * 3,
+            [0] * 3,
+            [0] * 3,
+        ),
+        "kind = 'free'\nposition = [1, 2, 3]\nvelocity = [4, 5, 6]\nrates = [7, 8, 9]\nslide_damping = 1\ndamping "
+        "= [2, 3, 4]\n": (
+            [1, 2, 3, 1, 0, 0, 0],
+            [4, 5, 6, 7, 8, 9],
+            [0] * 6,
+            [1, 1, 1, 2, 3, 4],
+            [0] * 6,
+        ),
+        "kind = 'general'\nslides = ['x', 'z']\nturns = ['y']\nposition = [1, 2]\nrates = [3]\n"
+        "slide_stiffness = [4, 5]\ndamping = [6]\nrest = [0.7]\n": (
+            [1, 2, 0],
+            [0, 0, 3],
+            [4, 5, 0],
+            [0, 0, 6],
+            [0, 0, 0.7],
+        ),
         "kind = 'weld'\n": ([], [], [], [], []),
     }
     for given, (q0, u0, stiffness, damping, rest) in cases.items():
         joint = build_system(parse_case(text + given)).joint_of("arm")
-        for found, expected in ((joint.q0, q0), (joint.u0, u0), (joint.stiffness, stiffness), (joint.damping, damping), (joint.rest, rest)):
+        for found, expected in (
+            (joint.q0, q0),
+            (joint.u0, u0),
+            (joint.stiffness, stiffness),
+            (joint.damping, damping),
+            (joint.rest, rest),
+        ):
             np.testing.assert_allclose(found, expected, atol=1e-15)
     axis = build_system(parse_case(text + next(iter(cases)))).joint_of("arm").rotations
     np.testing.assert_allclose(axis, [[0, -1, 0]])
@@ -248,7 +321,11 @@ face = { material = "aluminium", thickness = "0.3 mm" }
 core = { material = "honeycomb", thickness = "20 mm" }
 [sections.laminate]
 kind = "layup"
-plies = [{ material = "carbon", thickness = "1 mm" }, { material = "carbon", thickness = "1 mm", angle = "90 deg" }, { material = "carbon", thickness = "1 mm" }]
+plies = [
+  { material = "carbon", thickness = "1 mm" },
+  { material = "carbon", thickness = "1 mm", angle = "90 deg" },
+  { material = "carbon", thickness = "1 mm" },
+]
 [bodies.hub]
 kind = "rigid"
 mass = 1
@@ -308,3 +385,72 @@ def test_a_mesh_in_millimetres_is_scaled(craft: str, write_case: Callable[..., P
     path.with_name("mm.inp").write_text(text)
     metres = build_body(read_case(write_case(craft, "metres.toml")), "boom")
     assert build_body(read_case(path), "boom").omega == pytest.approx(metres.omega, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("reduction", "n_modes"),
+    [
+        ('{ method = "cantilever", clamp = { ROOT = ["x", "y", "z", "rx", "ry", "rz"] }, modes = 4 }', 4),
+        ('{ method = "cantilever", clamp = "ROOT", modes = 4, attachment = ["y", "z"] }', 6),
+        ('{ method = "craig_bampton", interfaces = ["ROOT"], modes = 4 }', 4),
+        ('{ method = "craig_bampton", clamp = "ROOT", interfaces = ["TIP"], modes = 2, interface = "nodal" }', 8),
+        ('{ method = "nodal", clamp = "ROOT" }', None),
+        ('{ method = "lumped", clamp = "ROOT" }', 9),
+    ],
+)
+def test_every_reduction_rings_at_the_frequency_of_the_textbook(
+    reduction: str, n_modes: int | None, craft: str, write_case: Callable[..., Path]
+):
+    text = craft.replace('{ method = "cantilever", clamp = "ROOT", modes = 4 }', reduction)
+    body = build_body(read_case(write_case(text.replace('mesh = "boom.inp"', 'mesh = "boom.inp"\nrefine = 0'))), "boom")
+    lowest = np.sqrt(eigh(body.strain.V1, body.moments.elastic_mass(), eigvals_only=True)[0])
+    r, t, L = 0.03, 0.002, 3.0
+    area, second = np.pi * (r**2 - (r - t) ** 2), np.pi / 4 * (r**4 - (r - t) ** 4)
+    expected = 1.8751040687119611**2 * np.sqrt(70e9 * second / (2700 * area * L**4))
+    assert lowest == pytest.approx(expected, rel=0.06 if "lumped" in reduction else 5e-4)  # three elements
+    assert n_modes is None or body.n_modes == n_modes
+
+
+def test_a_free_free_boom_rings_at_the_frequency_of_the_textbook(craft: str, write_case: Callable[..., Path]):
+    text = craft.replace('{ method = "cantilever", clamp = "ROOT", modes = 4 }', '{ method = "free_free", modes = 2 }')
+    text = text.replace('child_marker = "ROOT"', 'child_marker = "tip"').replace(
+        ', displacement = [0, "10 mm", 0]', ", displacement = [0, 0, 0]"
+    )
+    body = build_body(read_case(write_case(text)), "boom")
+    cantilever = build_body(read_case(write_case(craft, "cantilever.toml")), "boom")
+    assert body.omega[0] / cantilever.omega[0] == pytest.approx((4.730040744862704 / 1.8751040687119611) ** 2, rel=5e-3)
+
+
+def test_a_mesh_taken_as_rigid_has_its_mass_and_no_modes(craft: str, write_case: Callable[..., Path]):
+    start, end = craft.index("reduction ="), craft.index("[[joints]]")
+    text = craft[:start] + 'reduction = { method = "rigid" }\nmarkers.ROOT = {}\n' + craft[end:]
+    body = build_body(read_case(write_case(text)), "boom")
+    assert body.n_modes == 0 and body.moments.mass == pytest.approx(2700 * np.pi * (0.03**2 - 0.028**2) * 3)
+    np.testing.assert_allclose(body.moments.center_of_mass(), [1.5, 0, 0], atol=1e-12)
+
+
+def test_doubtful_bodies_are_warned_of_with_both_numbers(craft: str, write_case: Callable[..., Path]):
+    one = read_case(write_case(craft.replace("modes = 4", "modes = 1")))
+    bodies = {"boom": build_body(one, "boom")}
+    assert bodies["boom"].n_modes == 2  # the pair of a round boom is kept whole
+    with pytest.warns(
+        PhysicsWarning,
+        match=r"its 2 modes carry at most 61% of its mass in any direction, less "
+        r"than 75%",
+    ):
+        warn_of_doubtful_bodies(one, bodies, 0.01)
+    sound = read_case(write_case())
+    with pytest.warns(
+        PhysicsWarning,
+        match=r"step of 0.1 s shows up to 5 Hz, and the first mode of body 'boom' "
+        r"has 6.496 Hz",
+    ):
+        warn_of_doubtful_bodies(sound, {"boom": build_body(sound, "boom")}, 0.1)
+    warn_of_doubtful_bodies(
+        sound, {"boom": build_body(sound, "boom")}, 0.01
+    )  # nothing to say: warnings are errors here
+    path = write_case(craft, "long.toml")
+    (path.parent / "boom.inp").write_text((path.parent / "boom.inp").read_text().replace("3.0, 0.0", "3000.0, 0.0"))
+    long = read_case(path)
+    with pytest.warns(PhysicsWarning, match=r"the mesh spans 3000 m, over 1000 m; .* mesh_unit = 'mm'"):
+        warn_of_doubtful_bodies(long, {"boom": build_body(long, "boom")}, 1e-9)

@@ -14,7 +14,9 @@ from femflex.case.measure import MeasureTable
 from femflex.case.tones import crossing_frequency, fitted_frequencies
 
 TIME = np.linspace(0.0, 50.0, 2001)
-ANGLES = np.stack([0.1 * np.sin(1.58 * TIME), 0.02 * np.cos(1.9266 * TIME + 0.3) + 0.05 * np.sin(0.5687 * TIME), 0 * TIME], axis=1)
+ANGLES = np.stack(
+    [0.1 * np.sin(1.58 * TIME), 0.02 * np.cos(1.9266 * TIME + 0.3) + 0.05 * np.sin(0.5687 * TIME), 0 * TIME], axis=1
+)
 
 
 class Signals:
@@ -56,7 +58,9 @@ def test_drift_is_relative_when_asked():
 
 
 def test_a_frequency_is_found_by_crossings_and_by_a_fit_of_two_tones():
-    assert 2 * math.pi * measure(of="frequency", channel="attitude/angles", component=0) == pytest.approx(1.58, rel=1e-9)
+    assert 2 * math.pi * measure(of="frequency", channel="attitude/angles", component=0) == pytest.approx(
+        1.58, rel=1e-9
+    )
     roll = {"of": "frequency", "channel": "attitude/angles", "component": "roll", "tones": 2}
     assert measure(tone=1, per_orbit=True, **roll) == pytest.approx(0.5687 / 0.5, rel=1e-10)
     assert measure(tone=2, per_orbit=True, **roll) == pytest.approx(1.9266 / 0.5, rel=1e-10)

@@ -31,13 +31,19 @@ IN_THE_TEXT = [
     ('kind = "rigid"\n', "", "bodies.hub", "'kind' is missing", "'rigid', 'flexible'"),
     ('kind = "rigid"', 'kind = "ridgid"', "found kind = 'ridgid'", "did you mean 'rigid'?"),
     ('kind = "weld"', 'kind = "hinge"', "joints[boom]", "'hinge'", "'revolute'"),
-    ('[run]\nduration = "10 s"\noutput_step = 0.1\n', "", "run: this key is missing"),
+    ('[run]\nduration = "10 s"\noutput_step = 0.05\n', "", "run: this key is missing"),
     ("[[joints]]", "[joints.first]", "joints", "a table", "[[joints]]"),
     ("", "[expect]\na = 3\n", "expect.a", "3 (a number)", "expected a table"),
     ('title = "hub with a boom"', "title = 5", "title", "5 (a number)", "text in quotes"),
     # units
     ('"30 mm"', '"30 deg"', "sections.tube.outer_radius", "an angle", "expected a length"),
-    ("[[0, 0, 1], [0, 0, 1]]", "[['1 kg m^2', 0, 0], [0, 0, 0]]", "loads[push].torque", "a moment of inertia", "expected a torque"),
+    (
+        "[[0, 0, 1], [0, 0, 1]]",
+        "[['1 kg m^2', 0, 0], [0, 0, 0]]",
+        "loads[push].torque",
+        "a moment of inertia",
+        "expected a torque",
+    ),
     ('"30 mm"', '"30 mmm"', "'mmm' is not known", "did you mean 'mm'?"),
     ('"30 mm"', '"30 metrs"', "did you mean 'metre'?"),
     ('"30 mm"', '"30 mm +"', "'mm +' cannot be read"),
@@ -70,21 +76,27 @@ IN_THE_TEXT = [
     ('"0.5 %"', "1.5", "bodies.boom.damping.ratio", "below 1"),
     ("[120, 100, 140]", "[-120, 100, 140]", "not positive definite", "-120, 100, 140 kg m^2"),
     ("[120, 100, 140]", "[0, 0, 0]", "not positive definite"),
-    ("[120, 100, 140]", "[120, 100, 240]", "triangle inequality", "100, 120, 240 kg m^2", "sum to at least the largest"),
+    (
+        "[120, 100, 140]",
+        "[120, 100, 240]",
+        "triangle inequality",
+        "100, 120, 240 kg m^2",
+        "sum to at least the largest",
+    ),
     ("[120, 100, 140]", "[[120, 1, 0], [0, 100, 0], [0, 0, 140]]", "not symmetric", "(1, 2) is 1, (2, 1) is 0"),
     ("[120, 100, 140]", "[120, 100, 140, 1]", "4 entries", "a list of 3"),
     ("[120, 100, 140]", "[120, nan, 140]", "entry 2: found nan"),
     # run
     ('duration = "10 s"', "duration = 0", "run.duration", "above 0 s"),
     ('duration = "10 s"', 'duration = "-10 s"', "found -10 s", "above 0 s"),
-    ("output_step = 0.1", "output_step = 20", "20 s, longer than the duration of 10 s"),
-    ("output_step = 0.1", "output_step = 0", "run.output_step", "above 0 s"),
-    ("output_step = 0.1", "output_step = 1e-12", "run.output_step", "1e+13 rows", "GB are free"),
-    ("output_step = 0.1", "output_step = 0.1\nsamples = 10", "output_step and samples together"),
-    ("output_step = 0.1", "samples = 1", "run.samples", "at least 2"),
-    ("output_step = 0.1", "rtol = 0", "run.rtol", "above 0"),
-    ("output_step = 0.1", "rtol = 2", "run.rtol", "at most 0.1"),
-    ("output_step = 0.1", 'integrator = "rk45"', "run.integrator", "'rk45'", "'dop853'"),
+    ("output_step = 0.05", "output_step = 20", "20 s, longer than the duration of 10 s"),
+    ("output_step = 0.05", "output_step = 0", "run.output_step", "above 0 s"),
+    ("output_step = 0.05", "output_step = 1e-12", "run.output_step", "1e+13 rows", "GB are free"),
+    ("output_step = 0.05", "output_step = 0.05\nsamples = 10", "output_step and samples together"),
+    ("output_step = 0.05", "samples = 1", "run.samples", "at least 2"),
+    ("output_step = 0.05", "rtol = 0", "run.rtol", "above 0"),
+    ("output_step = 0.05", "rtol = 2", "run.rtol", "at most 0.1"),
+    ("output_step = 0.05", 'integrator = "rk45"', "run.integrator", "'rk45'", "'dop853'"),
     ('duration = "10 s"', "orbits = 2", "run.orbits", "needs an orbit"),
     ('duration = "10 s"', "duration = 3\norbits = 2", "duration and orbits together"),
     # orbit and attitude
@@ -137,7 +149,12 @@ IN_THE_TEXT = [
     ('"2 mm"', "{s=[0,3]}", "keys ['s']", "formula"),
     # markers
     ('{ group = "TIP" }', '{ group = "TIP", position = [3, 0, 0] }', "group and position in marker 'tip'"),
-    ('{ group = "TIP" }', "{ position = [3000, 0, 0] }", "bodies.boom.markers.tip.position", "2997 m from the nearest point"),
+    (
+        '{ group = "TIP" }',
+        "{ position = [3000, 0, 0] }",
+        "bodies.boom.markers.tip.position",
+        "2997 m from the nearest point",
+    ),
     ("position = [0.5, 0, 0]", 'group = "x"', "marker 'left' of a rigid body", "give position"),
     ("position = [0.5, 0, 0]", "orientation = [[1,0,0],[0,1,0],[0,0,-1]]", "not a rotation", "determinant -1"),
     ("position = [0.5, 0, 0]", "orientation = {x=[1,0,0], y=[2,0,0]}", "must not be parallel"),
@@ -158,6 +175,8 @@ IN_THE_TEXT = [
     ('kind = "weld"', 'kind = "revolute"\nstiffness = -1', "joints[boom].stiffness", "at least 0"),
     ('kind = "weld"', 'kind = "revolute"\nstiffness = "1 N/m"', "expected a rotational stiffness"),
     ('kind = "weld"', 'kind = "universal"\naxes = ["x", "x"]', "parallel", "use revolute"),
+    ('kind = "weld"', 'kind = "general"\nslides = ["x"]\nposition = [1, 2]', "2 values in position and 1 slides"),
+    ('kind = "weld"', 'kind = "general"\nslides = ["x", "x"]', "translation axes", "depend on each other"),
     # loads
     ('body = "hub"', 'body = "hob"', "loads[push].body", "did you mean 'hub'?"),
     ('body = "hub"', 'body = "hub"\nmarker = "rihgt"', "loads[push].marker", "'left', 'origin'"),
@@ -223,7 +242,11 @@ def test_the_case_without_mistakes_is_sound(write_case: Callable[..., Path]):
 
 
 def test_all_problems_of_a_file_are_told_together(craft: str, write_case: Callable[..., Path]):
-    text = craft.replace("mass = 200", "mass = -200").replace('group = "TIP"', 'group = "END"').replace('body = "hub"', 'body = "hob"')
+    text = (
+        craft.replace("mass = 200", "mass = -200")
+        .replace('group = "TIP"', 'group = "END"')
+        .replace('body = "hub"', 'body = "hob"')
+    )
     with pytest.raises(CaseError) as caught:
         read_case(write_case(text + "[expect.a]\nchannel = 'q'\n"))
     where = [problem.where for problem in caught.value.problems]
@@ -275,7 +298,9 @@ def test_an_orbiting_root_may_not_slide(craft: str, write_case: Callable[..., Pa
         ("", ("empty", "names the columns")),
     ],
 )
-def test_a_mistake_in_a_load_table_is_answered(table: str, fragments: tuple[str, ...], craft: str, write_case: Callable[..., Path]):
+def test_a_mistake_in_a_load_table_is_answered(
+    table: str, fragments: tuple[str, ...], craft: str, write_case: Callable[..., Path]
+):
     path = write_case(craft.replace(TORQUE, "table = 'push.csv'"))
     path.with_name("push.csv").write_text(table)
     with pytest.raises(CaseError) as caught:

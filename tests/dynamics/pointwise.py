@@ -74,13 +74,19 @@ class Tree:
             if joint.parent is None:
                 marker_C, marker_r = const(np.eye(3)), const(np.zeros(3))
             else:
-                marker_C, marker_r = self.marker(self.system.bodies[joint.parent].marker(joint.parent_marker), self.delta[joint.parent])
+                marker_C, marker_r = self.marker(
+                    self.system.bodies[joint.parent].marker(joint.parent_marker), self.delta[joint.parent]
+                )
             C, r = frames[joint.parent]
             C_NP, r_P = C @ marker_C, r + C @ marker_r
             nt = len(joint.translations)
             t = const(np.zeros(3))
             for k in range(nt):
-                t = t + Jet(joint.translations[k] * q[iq + k], joint.translations[k] * u[iu + k], joint.translations[k] * udot[iu + k])
+                t = t + Jet(
+                    joint.translations[k] * q[iq + k],
+                    joint.translations[k] * u[iu + k],
+                    joint.translations[k] * udot[iu + k],
+                )
             C_PQ = const(np.eye(3))
             if joint.ball is None:
                 for k in range(len(joint.rotations)):

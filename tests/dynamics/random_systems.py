@@ -40,7 +40,10 @@ def random_tree(seed, n_bodies=5, root=None, moving_markers=True, **more):
         bodies[name], clouds[name] = random_body(rng, int(rng.integers(0, 4)), moving_markers)
         parent = None if k == 0 else names[int(rng.integers(0, k))]
         kind = KINDS[int(rng.integers(0, len(KINDS)))] if k or root is None else root
-        where = {"parent_marker": "origin" if parent is None else rng.choice(["a", "b"]), "child_marker": rng.choice(["b", "c"])}
+        where = {
+            "parent_marker": "origin" if parent is None else rng.choice(["a", "b"]),
+            "child_marker": rng.choice(["b", "c"]),
+        }
         if kind in (spherical, free):
             where["rotation"] = str(rng.choice(["euler_parameters", "xyz", "zxz", "xzy"]))
         elif kind is universal:
@@ -49,7 +52,9 @@ def random_tree(seed, n_bodies=5, root=None, moving_markers=True, **more):
             where["axis"] = rng.normal(size=3)
         joints.append(kind(name, parent, **where))
     order = rng.permutation(n_bodies)
-    system = System({names[i]: bodies[names[i]] for i in order}, tuple(joints[i] for i in rng.permutation(n_bodies)), **more)
+    system = System(
+        {names[i]: bodies[names[i]] for i in order}, tuple(joints[i] for i in rng.permutation(n_bodies)), **more
+    )
     return system, clouds, random_state(system, rng)
 
 

@@ -14,7 +14,7 @@ LENGTH, WIDTH = 1.0, 0.25
 
 
 def bent(angle: float, n: int, family: str, turn: np.ndarray | None = None) -> Mesh:
-    """Two strips LENGTH x WIDTH that meet along x at an angle (0: flat), groups "a", "b", "surface" and points "root"."""
+    """Two strips LENGTH x WIDTH that meet along x at an angle (0: flat); groups "a", "b", "surface", points "root"."""
     flat = rectangle(LENGTH, 2 * WIDTH, 4 * n, 2 * n, CELL[family])
     x, y, _ = (flat.points - [0, WIDTH, 0]).T
     up = y > 1e-12
@@ -57,7 +57,10 @@ def test_triangles_and_rectangles_approach_each_other_on_an_angle_section():
     """Two formulations of one L-shaped cantilever."""
     gaps = []
     for n in (4, 8):
-        thin = (plate_structure(bent(np.pi / 2, n, f), 2e-3, f, **o) for f, o in (("plate", {"element": "dkt"}), ("plate_bfs", {})))
+        thin = (
+            plate_structure(bent(np.pi / 2, n, f), 2e-3, f, **o)
+            for f, o in (("plate", {"element": "dkt"}), ("plate_bfs", {}))
+        )
         triangles, rectangles = (frequencies(s, s.clamped_dofs("root"), 4) for s in thin)
         gaps.append(np.abs(triangles / rectangles - 1).max())
     assert gaps[1] < 3e-3

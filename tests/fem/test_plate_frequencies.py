@@ -1,4 +1,4 @@
-"""Natural frequencies of plates against closed forms and published values, their orders, and independence of position."""
+"""Natural frequencies of plates against closed forms and published values, their orders, and any position."""
 
 from __future__ import annotations
 

@@ -10,6 +10,7 @@ from test_plate_fold import bent
 from femflex.mesh import rectangle
 
 H = 0.05
+SHIFT = np.array([0.1, 0.2, 0.3])
 
 
 def triangles_of(skin) -> np.ndarray:
@@ -43,9 +44,13 @@ def test_the_skin_follows_rigid_motions(family, angle):
     turn = random_rotation(5)
     structure = flat(family, turn) if angle is None else plate_structure(bent(angle, 1, family, turn), H, family)
     for omega in turn.T[:2] if angle is None else np.eye(3):  # a flat plate's nodes do not turn about its normal
-        d = displaced(structure, lambda x, w=omega: [0.1, 0.2, 0.3] + np.cross(w, x), lambda x, w=omega: np.broadcast_to(w, x.shape))
+        d = displaced(
+            structure,
+            lambda x, w=omega: np.cross(w, x) + SHIFT,
+            lambda x, w=omega: np.broadcast_to(w, x.shape),
+        )
         moved = (structure.skin.operator @ d).reshape(-1, 3)
-        assert moved == pytest.approx([0.1, 0.2, 0.3] + np.cross(omega, structure.skin.points), abs=1e-12)
+        assert moved == pytest.approx(np.cross(omega, structure.skin.points) + SHIFT, abs=1e-12)
 
 
 @pytest.mark.parametrize("family", ["plate", "plate_bfs"])

@@ -110,9 +110,9 @@ def rotated(e, r):
 def run_arrays(times, bodies, orbital):
     """Channels of a made-up motion: the hub tumbles, or librates about the orbital axes; the rest vibrates on it."""
     if orbital:
-        # C_NO: x0 normal, y0 outward, z0 flight, at true anomaly f
+        # C_NO: x0 along Z (normal), y0 outward, z0 along the flight, at true anomaly f
         f = 2 * np.pi * times / 5400
-        orbit = product(quaternions([0, 0, 1], f), np.tile([0.5, 0.5, 0.5, 0.5], (len(times), 1)))
+        orbit = product(quaternions([0, 0, 1], f), np.tile([0.5, -0.5, -0.5, -0.5], (len(times), 1)))
         angles = np.deg2rad(np.column_stack([25 * np.cos(3 * f), 8 * np.sin(3.6 * f), 5 * np.sin(2 * f + 1)]))
         libration = [quaternions(axis, a) for axis, a in zip(np.eye(3)[[0, 2, 1]], angles.T, strict=True)]
         hub = product(orbit, product(libration[0], product(libration[1], libration[2])))

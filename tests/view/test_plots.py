@@ -125,3 +125,10 @@ def test_what_cannot_be_plotted_is_told(tmp_path, run):
     plot_histories(run, tmp_path / "a.png", dpi=30)
     with pytest.raises(FileExistsError, match=r"a\.png exists; choose another name, or force"):
         plot_histories(run, tmp_path / "a.png")
+
+
+def test_a_quantity_that_hardly_changes_is_shown_from_its_first_value(run):
+    ((curve,),) = curves_of(run, ["monitors/energy"])
+    E = run["monitors/energy"]
+    assert np.allclose(curve.values, E - E[0], atol=1e-18) and curve.quantity == "change of energy"
+    assert curve.label == "energy\nfrom 12.5" and curve.unit == "J"

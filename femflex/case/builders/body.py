@@ -8,18 +8,21 @@ from dataclasses import replace
 import numpy as np
 
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors, rigid_body
-from femflex.case.body import AnalyticTable, BodyTable, DampingTable, FileTable, FlexibleTable, RigidTable
+from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.builders.shapes import rigid_skin
 from femflex.case.builders.structure import PLACE, build_mesh, build_modes, build_structure_of
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem, near
+from femflex.case.reduction import DampingTable
 from femflex.reduction import ModalDamping, RayleighDamping, UniformBeam, beam_body, load_body, reduce_structure
-from femflex.reduction.admissible import BeamFunctions
+from femflex.reduction.uniform_beam import BeamFunctions
 
 Told = Callable[[str], None]  # called with what is being done, for a progress display
 
 
-def build_bodies(case: Case, modes: int | None = None, refine: int = 0, told: Told | None = None) -> dict[str, FlexibleBody]:
+def build_bodies(
+    case: Case, modes: int | None = None, refine: int = 0, told: Told | None = None
+) -> dict[str, FlexibleBody]:
     """All bodies of a case by name, with other numbers of modes or finer meshes if asked.
 
     Raises CaseError with the problems of all bodies together.
@@ -59,7 +62,9 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
     if isinstance(table, FileTable):
         return _from_file(case, name, table, modes)
     assert isinstance(table, FlexibleTable)
-    structure, modeset = build_modes(build_structure_of(case, name, table, build_mesh(case, name, table, refine)), table, modes)
+    structure, modeset = build_modes(
+        build_structure_of(case, name, table, build_mesh(case, name, table, refine)), table, modes
+    )
     groups = {
         marker: PLACE.format(marker) if entry.position is not None else (entry.group or marker)
         for marker, entry in table.markers.items()
@@ -129,7 +134,10 @@ def _with_markers(body: FlexibleBody, name: str, table: BodyTable) -> FlexibleBo
     for key, entry in table.markers.items():
         if key not in markers:
             if entry.position is not None:
-                raise ValueError(f"marker {key!r} cannot be put at a position of a body without a mesh; its markers are {sorted(markers)}")
+                raise ValueError(
+                    f"marker {key!r} cannot be put at a position of a body without a mesh; its markers are "
+                    f"{sorted(markers)}"
+                )
             group = entry.group or key
             if group not in markers:
                 raise ValueError(f"marker {key!r} needs marker {group!r} of body {name!r}, which has {sorted(markers)}")

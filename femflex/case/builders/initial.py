@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Marker
-from femflex.case.body import InitialTable
+from femflex.case.initial import InitialTable
 from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
@@ -71,7 +71,8 @@ def _in_modes(body: FlexibleBody, marker: Marker, wanted: Array, table: InitialT
 def _check_reached(found: Array, wanted: Array, name: str, by: str) -> None:
     if np.linalg.norm(found - wanted) > REACHED * np.linalg.norm(wanted):
         raise ValueError(
-            f"marker {name!r} is to move by {_metres(wanted)}, but {by} can move it by {_metres(_rounded(found, wanted))} at best (body axes); "
+            f"marker {name!r} is to move by {_metres(wanted)}, but {by} can move it by "
+            f"{_metres(_rounded(found, wanted))} at best (body axes); "
             "ask for a displacement along directions the body bends in, or keep more modes"
         )
 
@@ -88,7 +89,8 @@ def _metres(v: Array) -> str:
 def _warn_if_large(name: str, size: float, length: float) -> None:
     if length > 0 and size > LARGE * length:
         warnings.warn(
-            f"initial displacement of marker {name!r} is {size:.4g} m, {size / length:.0%} of the length {length:.4g} m; "
+            f"initial displacement of marker {name!r} is {size:.4g} m, {size / length:.0%} of the length "
+            f"{length:.4g} m; "
             f"strain is linear, which is good to about {LARGE:.0%}",
             PhysicsWarning,
             stacklevel=4,

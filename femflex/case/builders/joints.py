@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,29 +23,41 @@ LIBRATION = "libration_axes"  # marker of the root body whose axes the attitude 
 
 def build_joint(table: tables.JointTable) -> Joint:
     """The Joint of one entry of [[joints]]."""
-    where = table.model_dump(include={"child", "parent", "child_marker", "parent_marker", "name"})
+    where: dict[str, Any] = table.model_dump(include={"child", "parent", "child_marker", "parent_marker", "name"})
     match table:
         case tables.Revolute():
-            springs = {key: [getattr(table, key)] for key in ("stiffness", "damping", "rest")}
-            return revolute(axis=table.axis, q0=[table.angle], u0=[table.rate], **springs, **where)
+            return revolute(axis=table.axis, q0=[table.angle], u0=[table.rate], **_springs(table), **where)
         case tables.Prismatic():
-            springs = {key: [getattr(table, key)] for key in ("stiffness", "damping", "rest")}
-            return prismatic(axis=table.axis, q0=[table.position], u0=[table.velocity], **springs, **where)
+            return prismatic(axis=table.axis, q0=[table.position], u0=[table.velocity], **_springs(table), **where)
         case tables.Cylindrical():
-            springs = {key: [getattr(table, f"slide_{key}"), getattr(table, key)] for key in ("stiffness", "damping", "rest")}
-            q0, u0 = [table.position, table.angle], [table.velocity, table.rate]
-            return cylindrical(axis=table.axis, q0=q0, u0=u0, **springs, **where)
+            start: dict[str, Any] = {"q0": [table.position, table.angle], "u0": [table.velocity, table.rate]}
+            return cylindrical(axis=table.axis, **start, **_springs(table, "slide_"), **where)
         case tables.Universal():
-            springs = {key: getattr(table, key) for key in ("stiffness", "damping", "rest")}
-            return universal(axes=table.axes, q0=table.angles, u0=table.rates, **springs, **where)
+            return universal(axes=table.axes, q0=table.angles, u0=table.rates, **_springs(table), **where)
         case tables.Free():
-            springs = {key: [*getattr(table, f"slide_{key}"), *getattr(table, key)] for key in ("stiffness", "damping", "rest")}
-            q0 = np.concatenate([table.position, _ball(table)])
-            return free(rotation=table.rotation, q0=q0, u0=[*table.velocity, *table.rates], **springs, **where)
+            start = {"q0": [*table.position, *_ball(table)], "u0": [*table.velocity, *table.rates]}
+            return free(rotation=table.rotation, **start, **_springs(table, "slide_"), **where)
         case tables.Spherical():
-            springs = {key: getattr(table, key) for key in ("stiffness", "damping", "rest")}
-            return spherical(rotation=table.rotation, q0=_ball(table), u0=table.rates, **springs, **where)
+            return spherical(rotation=table.rotation, q0=_ball(table), u0=table.rates, **_springs(table), **where)
+        case tables.General():
+            values = {key: table.padded(key) for key in (*tables.SLIDE_KEYS, *tables.TURN_KEYS)}
+            numbers: dict[str, Any] = {
+                key: np.array(values[f"slide_{key}"] + values[key]) for key in ("stiffness", "damping", "rest")
+            }
+            numbers["q0"] = np.array(values["position"] + values["angles"])
+            numbers["u0"] = np.array(values["velocity"] + values["rates"])
+            axes: dict[str, Any] = {"translations": np.array(table.slides), "rotations": np.array(table.turns)}
+            return Joint(kind="general", **axes, **numbers, **where)
     return weld(**where)
+
+
+def _springs(table: tables.JointTable, first: str = "") -> dict[str, Any]:
+    """Stiffness, damping and rest of every quasi-coordinate; those whose keys begin with `first` come before."""
+    keys = ("stiffness", "damping", "rest")
+    found = {key: np.atleast_1d(getattr(table, key)) for key in keys}
+    if first:
+        return {key: np.concatenate([np.atleast_1d(getattr(table, first + key)), found[key]]) for key in keys}
+    return found
 
 
 def root_joint(case: Case, bodies: Mapping[str, FlexibleBody]) -> tuple[Joint | None, dict[str, FlexibleBody]]:

@@ -5,14 +5,16 @@ from __future__ import annotations
 import csv
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.case.case import Case
 from femflex.case.load import LoadTable
-from femflex.case.problems import CaseError, Problem, count, near
+from femflex.case.problems import CaseError, Problem, near
 from femflex.case.units import UnitError, to_si
+from femflex.case.values import count
 from femflex.system import Load
 
 Array = NDArray[np.float64]
@@ -36,14 +38,13 @@ def build_loads(case: Case) -> tuple[Load, ...]:
 
 def build_load(case: Case, table: LoadTable) -> Load:
     """One load. Raises ValueError."""
-    where = {"name": table.name, "body": table.body, "marker": table.marker, "frame": table.frame}
+    where: dict[str, Any] = {"name": table.name, "body": table.body, "marker": table.marker, "frame": table.frame}
     if table.table is not None:
         times, force, torque = read_load_table(case.beside(table.table))
-    else:
-        times = None if table.times is None else np.array(table.times)
-        shape = (3,) if times is None else (len(times), 3)
-        force, torque = (np.zeros(shape) if v is None else np.array(v, float) for v in (table.force, table.torque))
-    return Load(times=times, force=force, torque=torque, **where)
+        return Load(times=times, force=force, torque=torque, **where)
+    shape = (3,) if table.times is None else (len(table.times), 3)
+    force, torque = (np.zeros(shape) if v is None else np.array(v, float) for v in (table.force, table.torque))
+    return Load(times=None if table.times is None else np.array(table.times), force=force, torque=torque, **where)
 
 
 def read_load_table(path: Path) -> tuple[Array, Array, Array]:
@@ -52,7 +53,9 @@ def read_load_table(path: Path) -> tuple[Array, Array, Array]:
     Raises ValueError naming the line and column of what cannot be read.
     """
     with open(path, newline="", encoding="utf-8") as file:
-        rows = [(k, row) for k, row in enumerate(csv.reader(file), start=1) if row and not row[0].lstrip().startswith("#")]
+        rows = [
+            (k, row) for k, row in enumerate(csv.reader(file), start=1) if row and not row[0].lstrip().startswith("#")
+        ]
     if not rows:
         raise ValueError(f"{path.name} is empty; its first line names the columns, such as time [s],tz [N m]")
     names, factors = _head(rows[0][1], path.name)
@@ -64,7 +67,10 @@ def read_load_table(path: Path) -> tuple[Array, Array, Array]:
     falls = np.flatnonzero(np.diff(times) < 0)
     if len(falls):
         k = falls[0]
-        raise ValueError(f"line {rows[k + 2][0]} of {path.name} has time {times[k + 1]:g} s after {times[k]:g} s; times must not decrease")
+        raise ValueError(
+            f"line {rows[k + 2][0]} of {path.name} has time {times[k + 1]:g} s after {times[k]:g} s; times must "
+            f"not decrease"
+        )
     zero = np.zeros(len(times))
     force, torque = (np.stack([column.get(f"{kind}{axis}", zero) for axis in "xyz"], axis=1) for kind in "ft")
     return times, force, torque
@@ -91,7 +97,9 @@ def _head(cells: list[str], file: str) -> tuple[list[str], Array]:
 
 def _row(cells: list[str], names: list[str], line: int, file: str) -> list[float]:
     if len(cells) != len(names):
-        raise ValueError(f"line {line} of {file} has {count(len(cells), 'entry', 'entries')}; its head names {len(names)} columns")
+        raise ValueError(
+            f"line {line} of {file} has {count(len(cells), 'entry', 'entries')}; its head names {len(names)} columns"
+        )
     out = []
     for cell, name in zip(cells, names, strict=True):
         try:

@@ -27,25 +27,41 @@ def channel_problems(case: Case, channels: Mapping[str, Channel]) -> Iterator[Pr
         if table.channel is None:
             continue
         if table.channel not in channels:
-            yield Problem(f"{where}.channel", f"found {table.channel!r}, which the run will not report; {_near_path(table.channel, channels)}")
+            yield Problem(
+                f"{where}.channel",
+                f"found {table.channel!r}, which the run will not report; {_near_path(table.channel, channels)}",
+            )
             continue
         names, shape = channels[table.channel].names, channels[table.channel].shape
         if isinstance(table.component, str) and table.component not in names:
-            yield Problem(f"{where}.component", f"found {table.component!r}, which is no entry of {table.channel}; {near(table.component, names)}")
+            yield Problem(
+                f"{where}.component",
+                f"found {table.component!r}, which is no entry of {table.channel}; {near(table.component, names)}",
+            )
         if isinstance(table.component, int) and table.component >= (shape[0] if shape else 0):
-            yield Problem(f"{where}.component", f"found {table.component}; {table.channel} has {shape[0] if shape else 'no'} entries, counted from 0")
+            yield Problem(
+                f"{where}.component",
+                f"found {table.component}; {table.channel} has {shape[0] if shape else 'no'} entries, counted from 0",
+            )
     for k, named in enumerate(case.pictures.plots if case.pictures else []):
         path, _, component = named.partition(":")
         if path == "energy drift":
             continue
         if path not in channels:
-            yield Problem(f"pictures.plots[{k}]", f"found {path!r}, which the run will not report; {_near_path(path, channels)}")
+            yield Problem(
+                f"pictures.plots[{k}]", f"found {path!r}, which the run will not report; {_near_path(path, channels)}"
+            )
         elif component and not component.isdigit() and component not in channels[path].names:
-            yield Problem(f"pictures.plots[{k}]", f"found {component!r}, which is no entry of {path}; {near(component, channels[path].names)}")
+            yield Problem(
+                f"pictures.plots[{k}]",
+                f"found {component!r}, which is no entry of {path}; {near(component, channels[path].names)}",
+            )
     known = [path.split("/")[1] for path in channels if path.startswith("markers/") and path.endswith("/position")]
     for k, marker in enumerate(case.pictures.traces if case.pictures else []):
         if marker not in known:
-            yield Problem(f"pictures.traces[{k}]", f"found {marker!r}, which is no marker of the craft; {near(marker, known)}")
+            yield Problem(
+                f"pictures.traces[{k}]", f"found {marker!r}, which is no marker of the craft; {near(marker, known)}"
+            )
 
 
 def size_problems(case: Case, system: System, channels: Mapping[str, Channel], folder: Path) -> Iterator[Problem]:
@@ -55,7 +71,10 @@ def size_problems(case: Case, system: System, channels: Mapping[str, Channel], f
     free = shutil.disk_usage(folder).free
     if rows > ROWS or size > free:
         where = "run.output_step" if case.run.output_step is not None else "run.samples"
-        text = f"found {rows:.3g} rows of output, {_gigabytes(size)}, where {_gigabytes(free)} are free; raise the output step"
+        text = (
+            f"found {rows:.3g} rows of output, {_gigabytes(size)}, where {_gigabytes(free)} are free; raise the "
+            f"output step"
+        )
         yield Problem(where, text)
 
 

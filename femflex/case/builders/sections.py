@@ -46,7 +46,9 @@ def build_section(
     return _plate(table, material, materials), None
 
 
-def _plate(table: tables.Section, material: Material | Lamina | None, materials: Mapping[str, tables.Material]) -> PlateSection:
+def _plate(
+    table: tables.Section, material: Material | Lamina | None, materials: Mapping[str, tables.Material]
+) -> PlateSection:
     if isinstance(table, tables.Plate):
         if material is None:
             raise ValueError("a section of kind 'plate' takes the member's material; name one in `material`")

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import Skin
-from femflex.case.body import BoxShape, CylinderShape, MeshShape, RigidTable
+from femflex.case.body import RigidTable
 from femflex.case.builders.structure import UNITS
 from femflex.case.case import Case
+from femflex.case.shape import BoxShape, CylinderShape, MeshShape
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -37,7 +38,9 @@ def joined_skin(parts: Iterable[Part]) -> Skin:
             cells.setdefault(kind, []).append(rows + at)
         points.append(part_points)
         at += len(part_points)
-    return Skin(np.concatenate(points), {kind: np.concatenate(rows) for kind, rows in cells.items()}, np.zeros((0, at, 3)))
+    return Skin(
+        np.concatenate(points), {kind: np.concatenate(rows) for kind, rows in cells.items()}, np.zeros((0, at, 3))
+    )
 
 
 def box(size: Array, position: Array, C: Array) -> Part:
@@ -46,7 +49,7 @@ def box(size: Array, position: Array, C: Array) -> Part:
 
 
 def equivalent_box(table: RigidTable) -> Part:
-    """The uniform box with the body's mass and inertia about its centre of mass; edges sqrt(12 q / m), q = int x^2 dm."""
+    """The uniform box of the body's mass and inertia: edges sqrt(12 q / m), q = int x^2 dm along principal axes."""
     centre, J = np.array(table.center_of_mass), np.array(table.inertia)
     if table.inertia_about == "origin":
         J = J - table.mass * ((centre @ centre) * np.eye(3) - np.outer(centre, centre))

@@ -8,18 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from femflex.case.body import (
-    CantileverTable,
-    CraigBamptonTable,
-    FlexibleTable,
-    FreeFreeTable,
-    LumpedTable,
-    MemberTable,
-    NodalTable,
-)
+from femflex.case.body import FlexibleTable, MemberTable
 from femflex.case.builders.sections import build_material, build_section
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem, near
+from femflex.case.reduction import CantileverTable, CraigBamptonTable, FreeFreeTable, LumpedTable, NodalTable
 from femflex.fem import FAMILIES, Member, PointMass, Structure, build_structure
 from femflex.fem.laminates import Lamina
 from femflex.mesh import Mesh, read_mesh
@@ -50,7 +43,9 @@ def build_mesh(case: Case, name: str, table: FlexibleTable, refine: int = 0) -> 
         raise CaseError(case.path.name, problems)
     places = {marker: entry.position for marker, entry in table.markers.items() if entry.position is not None}
     if places:
-        mesh = mesh.with_groups(points={PLACE.format(marker): [mesh.nearest_point(at)] for marker, at in places.items()})
+        mesh = mesh.with_groups(
+            points={PLACE.format(marker): [mesh.nearest_point(at)] for marker, at in places.items()}
+        )
     times = table.refine + refine
     return mesh.refined(times) if times else mesh
 
@@ -78,7 +73,7 @@ def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) 
 
 
 def build_modes(structure: Structure, table: FlexibleTable, modes: int | None = None) -> tuple[Structure, ModeSet]:
-    """The mode set a body's reduction asks for, with `modes` modes instead if given, and the structure it belongs to."""
+    """The structure a body's reduction works on and its mode set, of `modes` modes instead of the case's if given."""
     r = table.reduction
     if isinstance(r, (CantileverTable, FreeFreeTable, CraigBamptonTable)):
         n = r.modes if modes is None else modes
@@ -117,7 +112,15 @@ def _member(case: Case, name: str, table: MemberTable) -> Member:
         except ValueError as error:
             raise CaseError(case.path.name, [Problem(f"sections.{table.section}", str(error))]) from None
     if isinstance(material, Lamina):
-        raise CaseError(case.path.name, [Problem(f"{where}.material", "found an orthotropic material without a section; plates take one of kind 'plate'")])
+        raise CaseError(
+            case.path.name,
+            [
+                Problem(
+                    f"{where}.material",
+                    "found an orthotropic material without a section; plates take one of kind 'plate'",
+                )
+            ],
+        )
     return Member(table.group, table.family, section, material, dict(table.options))
 
 
@@ -155,5 +158,8 @@ def _distance_problems(where: str, mesh: Mesh, index: int, wanted: np.ndarray) -
     distance = float(np.linalg.norm(mesh.points[index] - wanted))
     if distance <= NEAR * size:
         return []
-    text = f"found {wanted.tolist()} m, {distance:.4g} m from the nearest point of the mesh {mesh.points[index].tolist()}; name a place on the mesh"
+    text = (
+        f"found {wanted.tolist()} m, {distance:.4g} m from the nearest point of the mesh "
+        f"{mesh.points[index].tolist()}; name a place on the mesh"
+    )
     return [Problem(where, text)]

@@ -54,7 +54,9 @@ def build_system(case: Case, bodies: Mapping[str, FlexibleBody] | None = None) -
     return system
 
 
-def _bodies_and_loads(case: Case, bodies: Mapping[str, FlexibleBody] | None) -> tuple[dict[str, FlexibleBody], tuple[Load, ...]]:
+def _bodies_and_loads(
+    case: Case, bodies: Mapping[str, FlexibleBody] | None
+) -> tuple[dict[str, FlexibleBody], tuple[Load, ...]]:
     """Bodies (built if not given) and loads, their problems told together."""
     problems: list[Problem] = []
     parts: dict[str, FlexibleBody] = {}
@@ -85,7 +87,9 @@ def build_orbit(table: OrbitTable) -> Orbit | None:
     """The orbit, or None."""
     if table.kind == "none":
         return None
-    shape = {key: getattr(table, key) for key in ("eccentricity", "inclination", "node", "perigee", "true_anomaly", "mu")}
+    shape = {
+        key: getattr(table, key) for key in ("eccentricity", "inclination", "node", "perigee", "true_anomaly", "mu")
+    }
     return Orbit(table.perigee_radius / (1.0 - table.eccentricity), free=table.kind == "free", **shape)
 
 
@@ -96,7 +100,7 @@ def build_frame(case: Case) -> Frame:
 
 
 def centred(system: System, position_given: bool = False, velocity_given: bool = False) -> System:
-    """The system with its root body shifted so that the centre of mass starts at O and at rest in the orbital motion."""
+    """The system with its root body shifted so that the centre of mass starts at O, at rest in the orbital motion."""
     if not position_given:
         shift = _observed(system, "monitors/center_of_mass")
         system = _moved(system, q=-shift)

@@ -1,0 +1,55 @@
+"""Warnings about physics that the bodies of a case give rise to; each shows the number found and its measure."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping
+
+import numpy as np
+
+from femflex.body import FlexibleBody
+from femflex.case.case import Case
+from femflex.warning import PhysicsWarning
+
+LARGE = 1000.0  # m; meshes beyond it are more often in millimetres than of that size
+CARRIED = 0.75  # of the mass; one bending mode of a uniform cantilever carries 61 %, two 80 %
+
+
+def warn_of_doubtful_bodies(case: Case, bodies: Mapping[str, FlexibleBody], output_step: float) -> None:
+    """Warn of meshes in the wrong unit, mode sets that carry little of the mass, and modes too fast for the output."""
+    for name, body in bodies.items():
+        table = case.bodies[name]
+        if body.skin is not None and getattr(table, "mesh_unit", "") == "m":
+            size = float(np.ptp(body.skin.points, axis=0).max())
+            if size > LARGE:
+                _warn(
+                    f"bodies.{name}: the mesh spans {size:.4g} m, over {LARGE:g} m; if its unit is millimetres, "
+                    f"set mesh_unit = 'mm'"
+                )
+        if set(body.kinds) == {"vibration"}:
+            carried = carried_mass(body)
+            if carried < CARRIED:
+                _warn(
+                    f"bodies.{name}: its {body.n_modes} modes carry at most {carried:.0%} of its mass in any "
+                    f"direction, "
+                    f"less than {CARRIED:.0%}; more modes, or `attachment` shapes, follow an accelerated root better"
+                )
+        omega = body.omega[np.isfinite(body.omega) & (body.omega > 0)]
+        if len(omega) and output_step > math.pi / omega[0]:
+            _warn(
+                f"run: an output step of {output_step:.4g} s shows up to {0.5 / output_step:.4g} Hz, and the first "
+                f"mode of "
+                f"body {name!r} has {omega[0] / (2 * math.pi):.4g} Hz; its vibration is computed but cannot be "
+                f"seen in the output"
+            )
+
+
+def carried_mass(body: FlexibleBody) -> float:
+    """Largest fraction of the mass that the elastic coordinates carry in any direction."""
+    s, Me = body.moments.first[1:], body.moments.elastic_mass()
+    return float(np.linalg.eigvalsh(s.T @ np.linalg.solve(Me, s))[-1] / body.moments.mass)
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, PhysicsWarning, stacklevel=4)

@@ -1,0 +1,54 @@
+"""Inertia matrices as a case file gives them, checked as ones that a distribution of mass can have."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from femflex.case.values import Matrix, Quantity, ValueProblem, _Readable
+
+
+class Inertia(_Readable):
+    """Three principal moments, or a symmetric 3 x 3 matrix (off-diagonal entries are minus the products of inertia)."""
+
+    moments, matrix = Quantity("kg m^2", (3,)), Quantity("kg m^2", (3, 3))
+
+    def read(self, value: Any) -> Matrix:
+        """The matrix; checked as one that a distribution of mass can have."""
+        if isinstance(value, list) and value and not isinstance(value[0], list):
+            a, b, c = self.moments.read(value)
+            rows: Matrix = ((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, c))
+        else:
+            rows = self.matrix.read(value)
+        _check_inertia(rows)
+        return rows
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of both forms."""
+        return {"anyOf": [self.moments.json_schema(), self.matrix.json_schema()], "unit": "kg m^2"}
+
+
+def _check_inertia(rows: Matrix) -> None:
+    import numpy as np
+
+    J = np.array(rows)
+    if np.abs(J - J.T).max() > 1e-9 * np.abs(J).max():
+        i, j = np.unravel_index(np.argmax(np.abs(J - J.T)), (3, 3))
+        raise ValueProblem(
+            f"found an inertia that is not symmetric: entry ({i + 1}, {j + 1}) is {J[i, j]:g}, ({j + 1}, {i + 1}) "
+            f"is {J[j, i]:g} kg m^2"
+        )
+    least, middle, most = np.linalg.eigvalsh(J)
+    principal = f"{least:.7g}, {middle:.7g}, {most:.7g} kg m^2"
+    if least < 0 or most <= 0:
+        raise ValueProblem(
+            f"found an inertia that is not positive definite, with principal moments {principal}; check signs and "
+            f"entries"
+        )
+    if least + middle < most * (1 - 1e-9):
+        raise ValueProblem(
+            f"found an inertia that breaks the triangle inequality, with principal moments {principal}; "
+            "the two smaller must sum to at least the largest"
+        )
+
+
+InertiaMatrix = Annotated[Matrix, Inertia()]

@@ -1,0 +1,42 @@
+"""The elastic state of a body at the start."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from femflex.case.base import Table, exactly_one, refuse
+from femflex.case.values import Direction, Position, PositiveLength, Quantity, Whole
+
+
+class InitialTable(Table):
+    """Elastic state at t = 0: modal amplitudes, or the displacement of a marker."""
+
+    amplitudes: Annotated[tuple[float, ...] | None, Quantity("kg^0.5 m", (None,))] = None
+    """Of the first elastic coordinates; the others are zero."""
+    rates: Annotated[tuple[float, ...] | None, Quantity("kg^0.5 m/s", (None,))] = None
+    marker: str | None = None
+    """Whose displacement is given."""
+    displacement: Position | None = None
+    """Along the marker's undeformed axes; the body is at rest."""
+    relative: Annotated[Direction, Quantity("", (3,))] | None = None
+    """The same as a fraction of `length`."""
+    length: PositiveLength | None = None
+    """Left out: distance from the body's joint to the marker."""
+    shape: Literal["modes", "static"] = "modes"
+    """How the rest of the body moves along: in the modes named, or as under a static force at the marker."""
+    modes: Annotated[list[Whole] | None, Field(min_length=1)] = None
+    """Numbers (from 1) of the modes used; left out, the lowest that reach the displacement."""
+
+    @model_validator(mode="after")
+    def _one_way(self) -> InitialTable:
+        exactly_one(self, ("amplitudes", "displacement", "relative"), required=self.rates is None)
+        displaced = self.displacement is not None or self.relative is not None
+        if displaced != (self.marker is not None):
+            refuse("found a displacement without marker, or a marker without displacement; they belong together")
+        if self.modes is not None and (self.shape == "static" or not displaced):
+            refuse("found modes, which go with a displacement in shape = 'modes' only")
+        if self.length is not None and self.relative is None:
+            refuse("found length without relative; it is what `relative` is a fraction of")
+        return self

@@ -1,0 +1,159 @@
+"""How a meshed body is reduced: which shapes it may take, what is clamped, how it is damped."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, StrictBool, model_validator
+
+from femflex.case.base import Table, refuse
+from femflex.case.values import Count, Quantity, ValueProblem, Whole, _Readable, shown
+
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+
+
+class _ClampValue(_Readable):
+    """Group names, or group name -> components held. Reads into a dict; an empty tuple of components holds all six."""
+
+    def read(self, value: Any) -> dict[str, tuple[str, ...]]:
+        """Group -> components held."""
+        if isinstance(value, str):
+            value = [value]
+        if isinstance(value, list) and all(isinstance(name, str) for name in value):
+            return dict.fromkeys(value, ())
+        if not isinstance(value, dict):
+            raise ValueProblem(
+                f'found {shown(value)}; expected a group name, a list of them, or {{group = ["x", "y", "z"]}}'
+            )
+        for group, components in value.items():
+            wrong = [c for c in components if c not in DIRECTIONS] if isinstance(components, list) else [components]
+            if wrong or not components:
+                raise ValueProblem(
+                    f"found {shown(components)} at group {group!r}; held components are of {', '.join(DIRECTIONS)}"
+                )
+        return {group: tuple(components) for group, components in value.items()}
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of the three forms."""
+        names = {"type": "array", "items": {"type": "string"}}
+        held = {"type": "array", "items": {"enum": list(DIRECTIONS)}, "minItems": 1}
+        return {"anyOf": [{"type": "string"}, names, {"type": "object", "additionalProperties": held}]}
+
+
+class _Ratio(_Readable):
+    """One damping ratio, or one per mode."""
+
+    one, many = Quantity("", least=0.0, below=1.0), Quantity("", (None,), least=0.0, below=1.0)
+
+    def read(self, value: Any) -> Any:
+        """A float or a tuple of them."""
+        return (self.many if isinstance(value, list) else self.one).read(value)
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of both forms."""
+        return {"anyOf": [self.one.json_schema(), self.many.json_schema()]}
+
+
+Clamp = Annotated[dict[str, tuple[str, ...]], _ClampValue()]
+Component = Literal["x", "y", "z", "rx", "ry", "rz"]
+
+
+class DampingTable(Table):
+    """Elastic damping: a fraction of critical damping, or Rayleigh's two numbers."""
+
+    ratio: Annotated[float | tuple[float, ...] | None, _Ratio()] = None
+    """Fraction of critical damping of every mode; 0.005 is half a percent."""
+    mass: Annotated[float, Quantity("1/s", least=0.0)] | None = None
+    """alpha of D = alpha M + beta K."""
+    stiffness: Annotated[float, Quantity("s", least=0.0)] | None = None
+    """beta of D = alpha M + beta K."""
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> DampingTable:
+        rayleigh = self.mass is not None or self.stiffness is not None
+        if (self.ratio is not None) == rayleigh:
+            refuse(
+                "found "
+                + ("ratio together with mass or stiffness" if rayleigh else "no damping")
+                + "; give ratio, or mass and stiffness"
+            )
+        return self
+
+
+class CantileverTable(Table):
+    """Vibration modes with groups clamped in the body frame."""
+
+    method: Literal["cantilever"]
+    clamp: Clamp
+    modes: Whole
+    attachment: list[Component] = Field(default_factory=list)
+    """Directions of acceleration of the clamp whose static shapes are added."""
+
+    @model_validator(mode="after")
+    def _is_held(self) -> CantileverTable:
+        if not self.clamp:
+            refuse(
+                "found no group to clamp; cantilever modes need the structure held, so name a group, or use method "
+                "= 'free_free'"
+            )
+        return self
+
+
+class FreeFreeTable(Table):
+    """Elastic modes of the unconstrained structure; the body frame follows the mean motion."""
+
+    method: Literal["free_free"]
+    modes: Whole
+
+
+class CraigBamptonTable(Table):
+    """Fixed-interface modes and constraint modes of interface groups."""
+
+    method: Literal["craig_bampton"]
+    interfaces: list[str]
+    modes: Annotated[int, Count(0)]
+    """Fixed-interface modes kept beside the constraint modes."""
+    clamp: Clamp = Field(default_factory=dict)
+    interface: Literal["rigid", "nodal"] = "rigid"
+    """rigid: the nodes of a group move as one; nodal: each has shapes of its own."""
+
+
+class NodalTable(Table):
+    """The nodal displacements themselves, with groups clamped: no reduction."""
+
+    method: Literal["nodal"]
+    clamp: Clamp
+
+
+class LumpedTable(Table):
+    """Nodal translations with lumped masses; rotations condensed out."""
+
+    method: Literal["lumped"]
+    clamp: Clamp
+
+
+class StiffTable(Table):
+    """No elastic coordinates: the mesh gives mass, inertia and picture."""
+
+    method: Literal["rigid"]
+
+
+Reduction = Annotated[
+    CantileverTable | FreeFreeTable | CraigBamptonTable | NodalTable | LumpedTable | StiffTable,
+    Field(discriminator="method"),
+]
+
+
+class FunctionsTable(Table):
+    """Admissible functions of a beam: how many for each field, and which."""
+
+    y: Annotated[int, Count(0)] = 0
+    """Bending along the section's y axis."""
+    z: Annotated[int, Count(0)] = 0
+    axial: Annotated[int, Count(0)] = 0
+    torsion: Annotated[int, Count(0)] = 0
+    family: Literal["characteristic", "polynomial"] = "characteristic"
+    ends: str = "clamped-free"
+    """Supports of root and tip in the body frame, of free, pinned, clamped."""
+    static: StrictBool = False
+    """The last functions are the static shapes of an accelerated root."""

@@ -1,0 +1,292 @@
+"""The verbs in this process: what they print, what they refuse, what they leave."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+from femflex import view
+from femflex.cli.app import app
+from femflex.results import open_run
+
+VERBS = ("run", "modes", "body", "render", "plot", "check", "info", "schema")
+
+
+@pytest.fixture
+def femflex(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[int, str, str]]:
+    """Runs the command line in a folder of its own; returns exit code, standard output and standard error."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments: object) -> tuple[int, str, str]:
+        done = CliRunner().invoke(app, [str(argument) for argument in arguments])
+        if done.exception is not None and not isinstance(done.exception, SystemExit):
+            raise done.exception
+        return done.exit_code, done.stdout, done.stderr
+
+    return call
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_a_verb_explains_itself_with_an_example(verb: str, femflex: Callable[..., tuple[int, str, str]]):
+    code, out, _ = femflex(verb, "--help")
+    assert code == 0 and f"Example: femflex {verb}" in " ".join(out.split())
+
+
+def test_the_version_is_told(femflex: Callable[..., tuple[int, str, str]]):
+    assert femflex("--version")[:2] == (0, "femflex 0.1.0\n")
+
+
+def test_an_unknown_verb_or_option_is_bad_input(femflex: Callable[..., tuple[int, str, str]]):
+    assert femflex("simulate")[0] == 2
+    assert femflex("run", "--fast")[0] == 2
+    assert femflex("run")[0] == 2
+
+
+def test_run_prints_what_it_did_and_leaves_a_complete_file(
+    femflex: Callable[..., tuple[int, str, str]], craft: str, write_case: Callable[..., Path], tmp_path: Path
+):
+    expect = "[expect.tip]\nof = 'peak'\nchannel = 'markers/boom.tip/deflection'\nabove = '1 mm'\n"
+    code, out, err = femflex("run", write_case(craft + expect), "-o", "run.h5")
+    assert (code, err) == (0, "")
+    for told in (
+        "hub with a boom",
+        "6.49581",
+        "effective mass",
+        "orbit       none",
+        "attitude    hub free",
+        "dop853",
+        "expected    tip",
+    ):
+        assert told in out
+    with h5py.File(tmp_path / "run.h5") as file:
+        assert file.attrs["complete"] and len(file["time"]) == 201
+        assert file["time"][-1] == 10.0 and np.isfinite(file["q"]).all()
+    assert not list(tmp_path.glob("*.part"))
+
+
+def test_an_existing_output_is_refused_without_force(
+    femflex: Callable[..., tuple[int, str, str]], write_case: Callable[..., Path], tmp_path: Path
+):
+    case = write_case()
+    (tmp_path / "run.h5").write_text("mine")
+    code, _, err = femflex("run", case)
+    assert code == 2 and "run.h5 exists" in err and "--force" in err
+    assert (tmp_path / "run.h5").read_text() == "mine"
+    assert femflex("run", case, "--force")[0] == 0
+
+
+def test_existing_pictures_are_refused_before_the_run(
+    femflex: Callable[..., tuple[int, str, str]], craft: str, write_case: Callable[..., Path], tmp_path: Path
+):
+    (tmp_path / "run_attitude_angles.png").write_text("mine")
+    code, _, err = femflex("run", write_case(craft + "[pictures]\nplots = ['attitude/angles']\n"))
+    assert code == 2 and "run_attitude_angles.png exists" in err
+    assert not (tmp_path / "run.h5").exists()
+
+
+def test_the_plots_a_case_asks_for_are_left_beside_the_run(
+    femflex: Callable[..., tuple[int, str, str]], craft: str, write_case: Callable[..., Path], tmp_path: Path
+):
+    code, out, _ = femflex("run", write_case(craft + "[pictures]\nplots = ['attitude/angles']\n"), "-o", "a.h5")
+    assert code == 0 and "picture     a_attitude_angles.png" in out
+    assert (tmp_path / "a_attitude_angles.png").stat().st_size > 5000
+    assert femflex("plot", "a.h5", "markers/boom.tip/deflection", "--spectrum", "-o", "tip.svg")[0] == 0
+    assert (tmp_path / "tip.svg").read_text().startswith("<?xml")
+    code, _, err = femflex("plot", "a.h5", "markers/boom.tip/deflexion")
+    assert code == 2 and "markers/boom.tip/deflection" in err
+    code, _, err = femflex("plot", "a.h5", "-o", "tip.svg")
+    assert code == 2 and "tip.svg exists" in err
+
+
+def test_bad_input_is_told_on_standard_error_and_nothing_is_written(
+    femflex: Callable[..., tuple[int, str, str]], craft: str, write_case: Callable[..., Path], tmp_path: Path
+):
+    case = write_case(craft.replace("mass = 200", "mass = -200").replace('group = "TIP"', 'group = "END"'))
+    before = sorted(tmp_path.iterdir())
+    for verb in (("run", case), ("check", case), ("modes", case), ("body", case, "boom"), ("info", case)):
+        code, out, err = femflex(*verb)
+        assert (code, out) == (2, "")
+        assert "femflex: craft.toml: bodies.hub.mass: found -200 kg" in err
+        assert "femflex: craft.toml: bodies.boom.markers.tip.group: found 'END'" in err
+        assert "Traceback" not in err
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_doubtful_rate_is_warned_of_and_run(
+    femflex: Callable[..., tuple[int, str, str]], craft: str, write_case: Callable[..., Path]
+):
+    code, _, err = femflex("check", write_case(craft.replace('rates = ["2 deg/s", 0, 0.01]', "rates = [36, 0, 0]")))
+    assert code == 0
+    assert (
+        err.startswith("femflex: warning: attitude.rates: 36 is read as 36 rad/s")
+        and '"36 deg/s" (0.6283 rad/s)' in err
+    )
+
+
+def test_check_tells_what_a_sound_case_is(
+    femflex: Callable[..., tuple[int, str, str]], write_case: Callable[..., Path]
+):
+    code, out, err = femflex("check", write_case())
+    assert (code, err) == (0, "")
+    assert out == "craft.toml: no problems; 2 bodies, 202.952 kg, 10 degrees of freedom, 4 of them elastic\n"
+
+
+def test_a_motion_that_runs_away_ends_with_code_3_and_keeps_its_file(
+    femflex: Callable[..., tuple[int, str, str]], craft: str, write_case: Callable[..., Path], tmp_path: Path
+):
+    """A heavy hub spins faster than the boom's lowest frequency: with linear strain the boom diverges exponentially."""
+    text = craft.replace('"2 deg/s", 0, 0.01', '0, 0, "100 rad/s"').replace("[120, 100, 140]", "[1e9, 1e9, 1e9]")
+    code, _, err = femflex("run", write_case(text.replace("mass = 200", "mass = 1e7")), "-o", "run.h5")
+    assert code == 3
+    assert "in boom.delta" in err and "the motion has run away" in err and "marked incomplete" in err
+    with open_run(tmp_path / "run.h5") as kept:
+        assert not kept.complete and "run away" in kept.ended
+        assert 0 < len(kept) < 201 and np.isfinite(kept["q"]).all()
+
+
+def test_numbers_that_overflow_end_with_code_3_and_without_nan(
+    femflex: Callable[..., tuple[int, str, str]], craft: str, write_case: Callable[..., Path], tmp_path: Path
+):
+    text = craft.replace(
+        "torque = [[0, 0, 1], [0, 0, 1]]\ntimes = [0, 2]", "torque = [[0, 1e250, 0], [0, 1e250, 0]]\ntimes = [5, 20]"
+    )
+    code, _, err = femflex("run", write_case(text), "-o", "run.h5")
+    assert code == 3 and "the run stopped at t = 5 s in" in err
+    with open_run(tmp_path / "run.h5") as kept:
+        assert not kept.complete and kept.time[-1] == 5.0 and np.isfinite(kept["q"]).all()
+
+
+def test_modes_prints_frequencies_and_running_sums(
+    femflex: Callable[..., tuple[int, str, str]], write_case: Callable[..., Path]
+):
+    case = write_case()
+    code, out, _ = femflex("modes", case, "--json")
+    data = json.loads(out)["boom"]
+    assert code == 0 and len(data["frequency_hz"]) == 4
+    running = np.array(data["running_sum"])
+    np.testing.assert_allclose(running[-1, 1], np.square(data["participation"])[:, 1].sum() / data["total"][1])
+    assert np.all(np.diff(running[:, :3], axis=0) >= 0) and running[-1, 1] == pytest.approx(
+        0.8, abs=0.01
+    )  # two modes a plane
+    code, out, _ = femflex("modes", case, "-n", "6")
+    assert code == 0 and "6.49581" in out and "61.29" in out
+
+
+def test_modes_of_an_unknown_or_rigid_body_are_answered(
+    femflex: Callable[..., tuple[int, str, str]], write_case: Callable[..., Path]
+):
+    case = write_case()
+    assert "no body 'bom'; did you mean 'boom'?" in femflex("modes", case, "--body", "bom")[2]
+    assert "body 'hub' has no elastic modes" in femflex("modes", case, "--body", "hub")[2]
+
+
+def test_a_saved_body_has_the_modes_it_was_saved_with(
+    femflex: Callable[..., tuple[int, str, str]], write_case: Callable[..., Path], tmp_path: Path
+):
+    case = write_case()
+    code, out, _ = femflex("body", case, "boom")
+    assert code == 0 and out.startswith("boom.h5: 2.95184 kg, 4 elastic coordinates")
+    assert femflex("body", case, "boom")[0] == 2  # it is there now
+    saved, fresh = (json.loads(femflex("modes", file, "--json")[1])["boom"] for file in ("boom.h5", case))
+    assert saved == fresh
+    mac = json.loads(femflex("modes", case, "--mac", "boom.h5", "--json")[1])["boom"]["mac"]
+    np.testing.assert_allclose(np.diag(mac), 1.0, rtol=1e-12)
+    code, _, err = femflex("modes", "boom.h5", "-n", "9")
+    assert code == 2 and "the body file holds 4" in err
+    assert "marker  tip at (3, 0, 0) m" in femflex("info", "boom.h5")[1]
+
+
+def test_info_tells_meshes_cases_runs_and_refuses_the_rest(
+    femflex: Callable[..., tuple[int, str, str]], write_case: Callable[..., Path], tmp_path: Path
+):
+    case = write_case()
+    assert (
+        "boom.inp: mesh" in femflex("info", tmp_path / "boom.inp")[1]
+        and "BOOM" in femflex("info", tmp_path / "boom.inp")[1]
+    )
+    assert "body    boom: flexible from boom.inp" in femflex("info", case)[1]
+    assert femflex("run", case, "-o", "run.h5")[0] == 0
+    assert "201 instants, 0 to 10 s" in femflex("info", "run.h5")[1]
+    assert femflex("info", "nothing.msh")[0] == 2
+    assert femflex("info", tmp_path)[0] == 2
+    with h5py.File(tmp_path / "other.h5", "w"):
+        pass
+    assert "neither a run nor a body" in femflex("info", "other.h5")[2]
+
+
+def test_a_complete_run_or_another_case_is_not_resumed(
+    femflex: Callable[..., tuple[int, str, str]], craft: str, write_case: Callable[..., Path]
+):
+    case = write_case()
+    assert "result file run.h5 does not exist" in femflex("run", case, "--resume")[2]
+    assert femflex("run", case)[0] == 0
+    code, _, err = femflex("run", case, "--resume")
+    assert code == 2 and "run.h5 is complete" in err
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "told"),
+    [
+        ("--time", "soon", "--time: found 'soon'"),
+        ("--time", "3 m", "a length; expected a time"),
+        ("--view", "1,2", "--view: found '1,2'; expected 3 numbers"),
+        ("--size", "big", "--size: found"),
+        ("--scale", "huge", "--scale: found 'huge'"),
+        ("--theme", "blue", "blue"),
+        ("--time", "99", "outside the run"),
+    ],
+)
+def test_render_answers_bad_options(
+    option: str, value: str, told: str, femflex: Callable[..., tuple[int, str, str]], write_case: Callable[..., Path]
+):
+    assert femflex("run", write_case(), "-o", "run.h5")[0] == 0
+    code, _, err = femflex("render", "run.h5", option, value)
+    assert code == 2 and told in err
+
+
+def test_the_schema_knows_units_and_refuses_unknown_keys(femflex: Callable[..., tuple[int, str, str]]):
+    schema = json.loads(femflex("schema")[1])
+    assert schema["additionalProperties"] is False and set(schema["required"]) == {"run", "bodies"}
+    orbit, run = schema["$defs"]["OrbitTable"]["properties"], schema["$defs"]["RunTable"]["properties"]
+    assert "m^3/s^2" in json.dumps(orbit["mu"]) and "Height of the perigee" in orbit["perigee_altitude"]["description"]
+    assert '"unit": "s"' in json.dumps(run["duration"])
+    assert len(schema["$defs"]) > 30
+
+
+def test_pictures_of_a_run_and_of_modes_have_the_size_asked_for(
+    femflex: Callable[..., tuple[int, str, str]], write_case: Callable[..., Path], tmp_path: Path
+):
+    case = write_case()
+    assert femflex("run", case, "-o", "run.h5")[0] == 0
+    code, out, _ = femflex("render", "run.h5", "--time", "1", "--size", "320x240", "--scale", "20", "-o", "a.png")
+    assert (code, out) == (0, "picture     a.png\n")
+    image = np.asarray(Image.open(tmp_path / "a.png"))
+    assert image.shape[:2] == (240, 320) and image.std() > 5
+    assert femflex("modes", case, "--picture", "m.png")[0] == 0
+    assert np.asarray(Image.open(tmp_path / "m.png")).std() > 5
+    code, _, err = femflex("modes", case, "--picture", "m.png")
+    assert code == 2 and "m.png exists" in err
+
+
+def test_where_nothing_can_be_drawn_the_run_is_kept_and_said(
+    femflex: Callable[..., tuple[int, str, str]],
+    craft: str,
+    write_case: Callable[..., Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+):
+    def cannot(*_: object, **__: object) -> None:
+        raise view.NoRenderer("no OpenGL here")
+
+    monkeypatch.setattr(view, "render_picture", cannot)
+    code, _, err = femflex("run", write_case(craft + "[pictures]\npicture = true\n"), "-o", "run.h5")
+    assert (code, err) == (0, "femflex: no pictures: no OpenGL here; the run is kept in run.h5\n")
+    with open_run(tmp_path / "run.h5") as kept:
+        assert kept.complete

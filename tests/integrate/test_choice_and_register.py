@@ -1,0 +1,120 @@
+"""The automatic choice with its sentence, the register, and scipy's solvers on the same rate."""
+
+import numpy as np
+import pytest
+from integrate_models import chain, explosion, failing, oscillator, pulse, rigid_body
+
+from femflex.integrate import INTEGRATORS, Dop853, IntegrationError, Integrator, choose, integrator
+
+TAU = 2 * np.pi
+
+
+def test_low_frequencies_are_integrated_explicitly():
+    choice = choose(highest=TAU * 3.0, duration=100.0, output_step=0.1)
+    assert choice.name == "dop853"
+    assert "the highest natural frequency is 3 Hz, the highest the output can show 5 Hz" in choice.sentence
+
+
+def test_a_long_run_with_modes_far_above_the_band_is_integrated_implicitly():
+    choice = choose(highest=TAU * 2e4, duration=3000.0, output_step=0.01, band=TAU * 5.0)
+    assert choice.name == "esdirk4"
+    # 12 rates each 5.5 / omega_max, and 25 each 0.2 / omega_band
+    assert f"{12 * 3000 * TAU * 2e4 / 5.5:.1e} rates explicitly" in choice.sentence
+    assert f"{25 * 3000 * TAU * 5 / 0.2:.1e} implicitly" in choice.sentence
+    assert "2e+04 Hz" in choice.sentence
+    assert "the highest wanted 5 Hz" in choice.sentence
+
+
+def test_a_short_run_stays_explicit_however_stiff():
+    assert choose(highest=TAU * 2e4, duration=1.0, output_step=0.01, band=TAU * 5.0).name == "dop853"
+
+
+def test_modes_within_the_band_are_followed_explicitly():
+    assert choose(highest=TAU * 2e4, duration=3000.0, output_step=1e-5).name == "dop853"
+
+
+def test_a_rigid_system_says_so():
+    assert "nothing in the model vibrates" in choose(0.0, 100.0, 0.1).sentence
+
+
+def test_what_is_asked_for_is_taken_and_the_automatic_choice_is_told():
+    choice = choose(TAU * 3.0, 100.0, 0.1, asked="generalized_alpha")
+    assert choice.name == "generalized_alpha"
+    assert choice.sentence.startswith("generalized_alpha (as asked)")
+    assert choice.sentence.endswith("The automatic choice is dop853.")
+
+
+def test_the_rates_foretold_are_about_those_spent():
+    """On a chain with modes above the band: within a factor of three, for both methods."""
+    model = chain(np.ones(2), np.array([1.0, 2e5, 0.0]), np.array([0.0, 500.0, 0.0]))
+    duration, highest, slow = 20.0, np.sqrt(4e5), np.sqrt(0.5)
+    x0 = np.array([1.0, 1.0, 0.0, 0.0])
+    sentence = choose(highest, duration, 0.1, band=slow).sentence
+    explicit, implicit = (float(word) for word in sentence.split() if "e+" in word)
+    spent = Dop853().solve(model, np.array([0.0, duration]), x0).steps.evaluations
+    assert explicit / 3 < spent < explicit * 3
+    spent = 2 * integrator("esdirk4").solve(model, np.array([0.0, duration]), x0).steps.evaluations
+    assert implicit / 3 < spent < implicit * 3
+
+
+def test_every_registered_integrator_has_its_own_name_and_follows_the_protocol():
+    assert {"dop853", "esdirk4", "generalized_alpha", "scipy_dop853", "scipy_radau"} <= set(INTEGRATORS)
+    for name in INTEGRATORS:
+        assert isinstance(integrator(name), Integrator)
+        assert integrator(name).name == name
+        assert integrator(name).order >= 2
+
+
+def test_an_unknown_name_is_told_with_the_near_one():
+    with pytest.raises(ValueError, match=r"'dop583' is not known\. Did you mean 'dop853'\? Known are \["):
+        integrator("dop583")
+
+
+SCIPY = [name for name in INTEGRATORS if name.startswith("scipy")]
+
+
+@pytest.mark.parametrize("name", SCIPY)
+def test_scipy_solvers_drive_the_same_rate(name):
+    times = np.linspace(0, 10, 101)
+    x = integrator(name, rtol=1e-6, atol=1e-8).solve(oscillator(1.5), times, [1.0, 0.0])
+    assert x.states[:, 0] == pytest.approx(np.cos(1.5 * times), abs=1e-4)
+    assert x.steps.evaluations > x.steps.accepted > 10
+
+
+def test_scipy_solvers_stop_at_breaks_and_keep_quaternions():
+    x = integrator("scipy_dop853", rtol=1e-10).solve(pulse(0.31, 0.77), np.linspace(0, 2, 9), [0.0, 0.0])
+    assert x.states[-1, 1] == pytest.approx(0.46 * np.exp(-3 * (2 - 0.77)), abs=1e-9)
+    x0 = np.array([1.0, 0, 0, 0, 0.7, -0.2, 1.1])
+    x = integrator("scipy_rk45", rtol=1e-4).solve(rigid_body(), np.linspace(0, 20, 41), x0)
+    assert np.linalg.norm(x.states[:, :4], axis=1) == pytest.approx(np.ones(41), abs=1e-15)
+
+
+def test_scipy_runs_resume_to_the_tolerance():
+    times, method = np.linspace(0, 10, 101), integrator("scipy_dop853", rtol=1e-9)
+    first = method.solve(oscillator(), times, [1.0, 0.0], progress=lambda t: True)
+    rest = method.solve(oscillator(), times, [1.0, 0.0], state=method.solve(oscillator(), times[:40], [1, 0]).resume)
+    assert first.times.size > 0
+    assert np.array_equal(rest.times, times[40:])
+    assert rest.states[:, 0] == pytest.approx(np.cos(times[40:]), abs=1e-7)
+    with pytest.raises(ValueError, match="was not written by a scipy method for 2 states"):
+        method.solve(oscillator(), times, [1.0, 0.0], state=np.zeros(5))
+
+
+@pytest.mark.parametrize("name", SCIPY)
+def test_scipy_failures_carry_the_trajectory(name):
+    with pytest.raises(IntegrationError, match=f"{name} stopped at t = ") as caught:
+        integrator(name, rtol=1e-5).solve(failing(1.3), np.linspace(0, 2, 21), np.zeros(3))
+    assert caught.value.t <= 1.3 + 1e-9
+    assert np.all(np.isfinite(caught.value.states))
+    assert len(caught.value.times) > 3
+
+
+def test_scipy_tells_the_coordinate_that_explodes():
+    with pytest.raises(IntegrationError) as caught:
+        integrator("scipy_dop853").solve(explosion(), np.linspace(0, 2, 5), np.array([0.0, 1.0]))
+    assert caught.value.coordinate == 1
+
+
+def test_an_unknown_scipy_method_is_told():
+    with pytest.raises(ValueError, match="scipy method 'RK78' is not known"):
+        INTEGRATORS["scipy_rk45"].func("RK78")

@@ -1,0 +1,45 @@
+"""Every case file that is shipped runs and meets its own expectations."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import femflex
+from femflex.case import read_case
+from femflex.case.evaluate import judged
+
+CASES = sorted((Path(__file__).resolve().parents[1] / "cases").glob("*.toml"))
+
+
+def _slow(path: Path) -> bool:
+    return bool(tomllib.loads(path.read_text(encoding="utf-8")).get("expect", {}).get("slow", False))
+
+
+ALL = [pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if _slow(path) else []) for path in CASES]
+
+
+def test_there_are_cases():
+    assert {"orbiter_beam", "orbiter_pitch30"} <= {path.stem for path in CASES}
+
+
+@pytest.mark.parametrize("path", ALL)
+@pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")
+def test_a_shipped_case_meets_its_expectations(path: Path, tmp_path: Path):
+    case = read_case(path)
+    with femflex.run(case, tmp_path / "run.h5") as run:
+        assert run.complete and run.case_text == path.read_text(encoding="utf-8")
+        verdicts = judged(case, run)
+    assert all(verdict.holds for verdict in verdicts), "\n".join(map(str, verdicts))
+
+
+@pytest.mark.parametrize("path", CASES, ids=[path.stem for path in CASES])
+@pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")
+def test_a_shipped_case_says_where_its_numbers_and_answers_come_from(path: Path):
+    case = read_case(path)
+    assert case.title and len(case.source) > 20
+    assert case.expect.answers, "a case has expectations"
+    for name, answer in case.expect.answers.items():
+        assert answer.source or answer.value is None, f"expect.{name} says no source"
