@@ -1,4 +1,4 @@
-"""Rotations for people and files: angle sequences, Euler parameters (scalar first), rotation vectors, direction cosines.
+"""Rotations for people and files: angle sequences, Euler parameters (scalar first), rotation vectors, matrices.
 
 C_AB turns components in B into components in A; every function speaks of C_PQ, a rotation that carries P onto Q. All
 take stacks (..., 3, 3), (..., 4), (..., 3) and lean on scipy's Rotation; the compiled model has its own formulas in

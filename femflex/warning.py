@@ -2,4 +2,4 @@
 
 
 class PhysicsWarning(UserWarning):
-    """A model is outside what its assumptions cover; the text shows the number found and the number it is held against."""
+    """A model is outside what its assumptions cover; the text shows the number found and the one it is held against."""

@@ -79,7 +79,7 @@ def climbed(study: Study) -> tuple[list[Point], BaseException | None]:
 
 @contextmanager
 def kept_alive(bar: Callable[[float], None]) -> Iterator[Callable[[float], None]]:
-    """What is told to the bar, told again at every beat: a bar shows itself late, and a large mesh says nothing long."""
+    """What tells the bar, and tells it again at every beat: while a large mesh is built, nothing else would."""
     reached, lock, over = [0.0], Lock(), Event()
 
     def tell(now: float) -> None:

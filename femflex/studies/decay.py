@@ -7,6 +7,7 @@ truncation errors fall in steps (modes that take no part change nothing), which 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -37,15 +38,15 @@ def mode_trend(counts: ArrayLike, values: ArrayLike, noise: ArrayLike = 0.0) -> 
     if len(v) < 3:
         return Trend("few", float(v[-1]), abs(float(off[0])))
     told = told[-FITTED:]
-    law, misfit = _best_law(n, np.abs(off), told) if told.size > 1 else (None, math.nan)
-    if np.unique(np.sign(off[told])).size > 1:
-        return _lawless(v, "swinging", floor)
-    if law is None or misfit > CLEAR:  # not when misfit is nan: two differences leave none
-        return _lawless(v, "settling", floor)
+    signs = np.unique(np.sign(off[told]))
+    fit = _best_fit(n, np.abs(off), told) if told.size > 1 else None
+    if fit is None or signs.size > 1 or fit.misfit > CLEAR:  # not when the misfit is nan
+        return _lawless(v, "swinging" if signs.size > 1 else "settling", floor)
+    law = fit.law
     if float(np.log(law.error(n[told[0]]) / law.size)) < FALLEN:
         return Trend("unsettled", math.nan, math.nan)
     limit = float(v[-1] - math.copysign(law.size, off[told[-1]]))
-    return Trend("law", limit, max(law.size * (1.0 if math.isnan(misfit) else math.expm1(misfit)), floor), law, misfit)
+    return Trend("law", limit, max(fit.doubt, floor), law, fit.misfit)
 
 
 def _lawless(v: Array, state: State, floor: float) -> Trend:
@@ -57,18 +58,30 @@ def _lawless(v: Array, state: State, floor: float) -> Trend:
     return Trend(state, float(v[-1]), max(ahead, floor))
 
 
-def _best_law(n: Array, error: Array, told: NDArray[np.int64]) -> tuple[Law, float]:
-    """The law that fits clearly better, or else the one that leaves the larger remainder; and its misfit."""
+@dataclass(frozen=True)
+class Fit:
+    """A fitted law, its misfit (nan where two differences leave none), and the doubt about what error it leaves."""
+
+    law: Law
+    misfit: float
+    doubt: float
+
+
+def _best_fit(n: Array, error: Array, told: NDArray[np.int64]) -> Fit:
+    """The law that fits clearly better, or else the one that leaves more error; where both fit, both are heard."""
     fits = [_fit(kind, n[told], float(n[-1]), error[told]) for kind in KINDS]
-    fits.sort(key=lambda fit: fit[1])
-    if told.size > 2 and fits[0][1] < 0.5 * fits[1][1]:
-        return fits[0]
-    law, misfit = max(fits, key=lambda fit: fit[0].size)
-    return law, misfit if told.size > 2 else math.nan
+    cautious = max(fits, key=lambda fit: fit.law.size)
+    if told.size == 2:
+        return Fit(cautious.law, math.nan, cautious.law.size)
+    better, other = sorted(fits, key=lambda fit: fit.misfit)
+    chosen = better if better.misfit < 0.5 * other.misfit else cautious
+    if other.misfit > 10.0 * better.misfit:
+        return chosen
+    return replace(chosen, doubt=max(chosen.doubt, abs(better.law.size - other.law.size)))
 
 
-def _fit(kind: Kind, n: Array, last: float, error: Array) -> tuple[Law, float]:
-    """Least squares of log E - log c (g(n) - g(last)): the law, and the root mean square misfit."""
+def _fit(kind: Kind, n: Array, last: float, error: Array) -> Fit:
+    """Least squares of log E - log c (g(n) - g(last)), with the root mean square misfit."""
 
     def residual(log_rate: Array) -> Array:
         fall = np.log(error) - np.log(shape(kind, float(np.exp(log_rate[0])), n, last) - 1.0)
@@ -81,4 +94,5 @@ def _fit(kind: Kind, n: Array, last: float, error: Array) -> tuple[Law, float]:
     found = least_squares(residual, [start], bounds=bounds, x_scale=0.1, xtol=1e-15, ftol=1e-15, gtol=1e-15)
     rate = float(np.exp(found.x[0]))
     size = float(np.exp(np.mean(np.log(error) - np.log(shape(kind, rate, n, last) - 1.0))))
-    return Law(kind, rate, size, last), float(np.sqrt(np.mean(found.fun**2)))
+    misfit = float(np.sqrt(np.mean(found.fun**2)))
+    return Fit(Law(kind, rate, size, last), misfit, size * math.expm1(min(misfit, 50.0)))

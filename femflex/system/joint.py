@@ -64,7 +64,8 @@ class Joint:
         set_(self, "rotations", _unit_rows(self.rotations, "rotation", self.label))
         if len(self.translations) > 3 or len(self.rotations) > 3:
             raise ValueError(
-                f"joint {self.label!r} has {len(self.translations)} translations and {len(self.rotations)} rotations; at most three of each"
+                f"joint {self.label!r} has {len(self.translations)} translations and {len(self.rotations)} rotations; "
+                "at most three of each"
             )
         if np.linalg.matrix_rank(self.translations) < len(self.translations):
             raise ValueError(

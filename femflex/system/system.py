@@ -128,7 +128,8 @@ class System:
             return [f"a free orbit needs a free root joint; joint {roots[0].label!r} has {slides} translations"]
         if not self.orbit.free and slides:
             return [
-                f"a specified orbit eliminates the root's translation; joint {roots[0].label!r} must be spherical, weld or turning, not {roots[0].kind}"
+                f"a specified orbit eliminates the root's translation; joint {roots[0].label!r} must be spherical, weld or "
+                f"turning, not {roots[0].kind}"
             ]
         return []
 
@@ -145,9 +146,8 @@ class System:
             if body not in self.bodies:
                 out.append(f"body {body!r} of {who} does not exist; bodies are {sorted(self.bodies)}")
             elif marker not in self.bodies[body].markers:
-                out.append(
-                    f"marker {marker!r} of {who} is not on body {body!r}; its markers are {sorted(self.bodies[body].markers)}"
-                )
+                known = sorted(self.bodies[body].markers)
+                out.append(f"marker {marker!r} of {who} is not on body {body!r}; its markers are {known}")
         for what in ("delta0", "ddelta0"):
             for body, value in getattr(self, what).items():
                 n = self.bodies[body].n_modes if body in self.bodies else -1

@@ -68,7 +68,8 @@ def exudyn_run(step: float) -> tuple[float, np.ndarray]:
 
     mesh, structure, modes = panel_structure()
     X, M, K, P = nodal_matrices(mesh, structure, modes)
-    east, west = X + [OFFSET, 0, 0], (X + [OFFSET, 0, 0]) @ HALF_TURN
+    east = X + np.array([OFFSET, 0, 0])
+    west = east @ HALF_TURN
     turn = sparse.kron(sparse.eye(len(X)), HALF_TURN).tocsr()
     second = np.trace(HUB_INERTIA) / 2 - np.diag(HUB_INERTIA)  # int x^2, y^2, z^2 dm
     arm = np.sqrt(second / HUB_MASS)
