@@ -39,6 +39,9 @@ def terms(
     whole: Annotated[
         bool, typer.Option("--whole", help="Draw the inertia as one, not by whose acceleration it is.")
     ] = False,
+    keep: Annotated[
+        bool, typer.Option("--keep", help="Keep the terms in the run, as channels terms/elastic and so on.")
+    ] = False,
     json: Annotated[bool, typer.Option("--json", help="Print peaks and root mean squares as JSON.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
 ) -> None:
@@ -46,6 +49,8 @@ def terms(
 
     The model is built again from the case text in the run. Terms have their sign in M udot + h - Q = 0 and sum to zero.
     """
+    if keep and (start is not None or end is not None):
+        raise ValueError("--keep keeps the terms of the whole run; leave out --from and --to")
     from femflex.pipeline import rebuilt
     from femflex.results import open_run
     from femflex.results.place import check_place
@@ -74,6 +79,10 @@ def terms(
             plot_terms(run, shown.time, parts, chose, output, theme, title, force=force)
             if not json:
                 print(f"picture     {output}{which}")
+    if keep:
+        keep_terms(file, found)
+        if not json:
+            print(f"kept        {file}: {', '.join('terms/' + name for name in found.terms)}")
 
 
 def shortened(found: Explanation, places: list[int], wanted: bool) -> tuple[Explanation, str]:
@@ -86,6 +95,24 @@ def shortened(found: Explanation, places: list[int], wanted: bool) -> tuple[Expl
     return found.until(
         last
     ), f", {first:g} to {last:g} s of {found.time[-1]:g} s, where single swings can be seen; --from and --to choose"
+
+
+def keep_terms(file: Path, found: Explanation) -> None:
+    """Write the terms into the run."""
+    from femflex.results import add_channels
+    from femflex.system import Channel
+
+    units, shape = ", ".join(found.units), (len(found.names),)
+    add_channels(
+        file,
+        {
+            f"terms/{name}": (
+                Channel(units, f"{name.replace('_', ' ')} in M udot + h - Q = 0", shape, found.names),
+                rows,
+            )
+            for name, rows in found.terms.items()
+        },
+    )
 
 
 def say_tables(without: tuple[str, ...], found: Explanation, places: list[int]) -> None:

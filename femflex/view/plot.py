@@ -120,7 +120,7 @@ def raised(unit: str) -> str:
 
 
 def _styled(group: list[Curve], colours: Theme) -> list[tuple[Curve, dict[str, Any]]]:
-    """The curves with colour, line and name; those of a second run dashed, in the colour of the same one of the first."""
+    """The curves with colour, line and name; those of a second run dashed, in the colours of the first."""
     order = list(dict.fromkeys(curve.label for curve in group))
     dashed = {"linewidth": 1.0, "linestyle": (0, (4, 1.6)), "alpha": 0.85}
     return [

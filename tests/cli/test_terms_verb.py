@@ -11,7 +11,8 @@ import pytest
 from typer.testing import CliRunner
 
 from femflex.cli.app import app
-from femflex.results import open_run
+from femflex.results import add_channels, open_run
+from femflex.system import Channel
 
 
 def told(*words):
@@ -162,3 +163,26 @@ def test_a_run_without_case_text_has_no_terms(full, tmp_path):
         file.attrs["case_text"] = ""
     code, _, wrong = told("terms", tmp_path / "run.h5")
     assert code == 2 and "keeps no case text, so its model cannot be built again" in wrong
+
+
+def test_terms_are_kept_in_the_run_and_can_be_plotted(full, tmp_path):
+    kept = tmp_path / "run.h5"
+    shutil.copy(full, kept)
+    for _ in range(2):  # the second time they are replaced
+        code, said, wrong = told("terms", kept, "--keep", "--case", full.with_name("craft.toml"))
+        assert code == 0, wrong
+        assert "terms/inertia" in said
+    with open_run(kept) as run, open_run(full) as before:
+        terms = {path: run[path] for path in run if path.startswith("terms/")}
+        assert {"terms/inertia", "terms/loads/push", "terms/elastic"} <= set(terms)
+        assert run.names("terms/elastic") == run.names("u") and run.units("terms/loads/push")[5] == "N m"
+        assert np.abs(sum(terms.values())).max() < 1e-10 * max(np.abs(rows).max() for rows in terms.values())
+        assert run.complete and all(np.array_equal(run[path], before[path]) for path in before)
+    assert told("plot", kept, "terms/loads/push:base-hub.omega_z", "-o", tmp_path / "push.png")[0] == 0
+    code, _, wrong = told("terms", kept, "--keep", "--to", 5)
+    assert code == 2 and "--keep keeps the terms of the whole run" in wrong
+
+
+def test_channels_of_another_length_are_refused(full):
+    with pytest.raises(ValueError, match=r"channel 'terms/x' has shape \(3,\); this run needs \("):
+        add_channels(full, {"terms/x": (Channel("N", "none"), np.zeros(3))})
