@@ -16,12 +16,13 @@ from femflex.dynamics.layout import (
     W_OMEGA,
     W_POS,
     W_VEL,
-    bodies_of,
+    body_of,
     header_of,
 )
 from femflex.dynamics.turns import axis_turn
 from femflex.dynamics.vectors import (
-    Vector,
+    UNIT,
+    ZERO,
     inner,
     load3,
     load9,
@@ -54,7 +55,7 @@ def eccentric_anomaly(mean: float, e: float) -> float:
 
 @inner
 def move_orbit(t: float, table: Table, pool: Array, work: Array) -> None:
-    """Write the orbit's state at t: radius, rate, acceleration of the true anomaly, it itself, C_NO and the position."""
+    """Write the orbit's state at t: radius, the true anomaly's rate, acceleration and value, C_NO, place, velocity."""
     head = header_of(table)
     d, o = head["orbit_data"], head["orbit_state"]
     mu, a, e, n, M0 = pool[d], pool[d + 1], pool[d + 2], pool[d + 3], pool[d + 4]
@@ -80,12 +81,10 @@ def move_orbit(t: float, table: Table, pool: Array, work: Array) -> None:
 def move_base(t: float, table: Table, pool: Array, work: Array) -> None:
     """Write the base frame's attitude, rate and acceleration at t into record 0, and the orbit's state."""
     head = header_of(table)
-    w = bodies_of(table)[0]["work"]
+    w = body_of(table, 0)["work"]
     if head["orbit"] != ORBIT_NONE:
         move_orbit(t, table, pool, work)
-    C_FN = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-    omega: Vector = (0.0, 0.0, 0.0)
-    alpha: Vector = (0.0, 0.0, 0.0)
+    C_FN, omega, alpha = UNIT, ZERO, ZERO
     if head["frame"] == FRAME_SPINNING:
         omega = load3(pool, head["frame_data"])
         speed = math.sqrt(omega[0] ** 2 + omega[1] ** 2 + omega[2] ** 2)
@@ -98,7 +97,7 @@ def move_base(t: float, table: Table, pool: Array, work: Array) -> None:
         alpha = (work[o + 2], 0.0, 0.0)
     store9(work, w + W_CIN, C_FN)
     store3(work, w + W_OMEGA, omega)
-    store3(work, w + W_ACC, (0.0, 0.0, 0.0))
-    store3(work, w + W_ACC + 3, alpha)
-    store3(work, w + W_POS, (0.0, 0.0, 0.0))
-    store3(work, w + W_VEL, (0.0, 0.0, 0.0))
+    store3(work, w + W_ACC, ZERO)
+    store3(work, w + W_ACC + 4, alpha)
+    store3(work, w + W_POS, ZERO)
+    store3(work, w + W_VEL, ZERO)

@@ -1,4 +1,4 @@
-"""The equations of motion (9), compiled: rate of the state, residual, and the linear solve of implicit integrators.
+"""The equations of motion (9), compiled: rate of the state.
 
 Every function here has one fixed signature over flat arrays, so that nothing is compiled per model.
 """
@@ -10,10 +10,12 @@ from numba import njit, types
 from numpy.typing import NDArray
 
 from femflex.dynamics.base import move_base
+from femflex.dynamics.coordinates import coordinate_rates
 from femflex.dynamics.forces import write_forces
 from femflex.dynamics.inertia import deform
-from femflex.dynamics.kinematics import coordinate_rates, place_body
-from femflex.dynamics.layout import W_TAU, bodies_of, header_of
+from femflex.dynamics.kinematics import place_body
+from femflex.dynamics.lanes import beyond, start
+from femflex.dynamics.layout import body_of, header_of
 from femflex.dynamics.recursion import accelerate, reduce_to_root
 from femflex.dynamics.vectors import inner
 
@@ -25,27 +27,24 @@ RATE = types.void(types.float64, _vector, _vector, types.int64[::1], _vector, _v
 
 
 @inner
-def place(t: float, x: Array, table: Table, pool: Array, work: Array) -> None:
-    """Place every body at the state x = (q, u) and write its inertia; joint forces are cleared."""
-    bodies = bodies_of(table)
-    nq = header_of(table)["n_q"]
+def place(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
+    """Place every body at the state (q, u) and write its moments."""
     move_base(t, table, pool, work)
-    for i in range(1, len(bodies)):
-        b = bodies[i]
-        place_body(b, bodies[b["parent"]], x, nq, pool, work)
-        deform(b, x, pool, work)
-        for k in range(6):
-            work[b["work"] + W_TAU + k] = 0.0
+    for i in range(1, header_of(table)["n_bodies"]):
+        b = body_of(table, i)
+        place_body(b, body_of(table, b["parent"]), q, u, pool, work)
+        deform(b, pool, work)
 
 
 @njit(RATE, cache=True)
 def rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
     """dx/dt of the state x = (q, u): qdot = N(q) u and M udot = Q - h, in O(n)."""
-    bodies = bodies_of(table)
-    nq = header_of(table)["n_q"]
-    place(t, x, table, pool, work)
-    write_forces(t, x, table, pool, work)
-    reduce_to_root(table, pool, work, 0.0, 0.0, False)
-    accelerate(table, work, dx, nq)
-    for i in range(1, len(bodies)):
-        coordinate_rates(bodies[i], x[:nq], x[nq:], dx, pool)
+    records, numbers, scratch = start(table), start(pool), start(work)
+    head = header_of(records)
+    q, u, dq, udot = start(x), beyond(x, head["n_q"]), start(dx), beyond(dx, head["n_q"])
+    place(t, q, u, records, numbers, scratch)
+    write_forces(t, q, u, records, numbers, scratch)
+    reduce_to_root(records, numbers, scratch, 0.0, 0.0, False)
+    accelerate(records, scratch, udot, False)
+    for i in range(1, head["n_bodies"]):
+        coordinate_rates(body_of(records, i), q, u, dq, numbers)

@@ -4,14 +4,20 @@ table  header record, then one BODY record per body (record 0 is the base frame)
 pool   constants: moments, shapes at markers, axes, springs, load tables, orbit
 work   scratch, one block per body: the offsets W_* below, then arrays whose place the record holds
 
-Kernels read the records through `header`, `bodies_of` and `loads_of`; every array they touch is a plain slice of these.
+Kernels read the records through `header_of`, `body_of`, `load_of` and `marker_of`. Rows over shapes are as long as
+`row` says, the numbers past n are zero; rows and blocks begin at whole lanes.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
+import numba.np.numpy_support
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.formula import extending, types
 from femflex.dynamics.vectors import inner
 
 Table = NDArray[np.int64]
@@ -30,8 +36,7 @@ HEADER = np.dtype(
             "orbit_data",  # pool: mu, a, e, n, mean anomaly at t = 0, C_NP (9)
             "frame_data",  # pool: rate of a spinning frame (3)
             "mass",  # pool: total mass
-            "state",  # work: a state x = (q, u)
-            "orbit_state",  # work: radius, rate, acceleration of the true anomaly, true anomaly, C_NO (9), position (3), velocity (3), inertial
+            "orbit_state",  # work: radius; the true anomaly's rate, acceleration, value; C_NO (9), place, velocity
             "angle_axes",  # pool: axis numbers of the reported attitude angles (3)
             "total",  # work: centre of mass (3), uniform field (3)
             "kept",  # pool: 1 or 0 for every term of femflex.dynamics.ledger; read by reduced models alone
@@ -45,6 +50,7 @@ BODY = np.dtype(
         for name in (
             "parent",
             "n",  # elastic coordinates
+            "row",  # n padded to whole lanes: length of rows over shapes
             "q", "u",  # first joint coordinate and quasi-velocity
             "qe", "ue",  # first elastic coordinate and rate
             "n_slide", "n_turn", "ball",  # BALL_*
@@ -55,18 +61,32 @@ BODY = np.dtype(
             "axes",  # pool: slides then turns (3 each); for an angle set: axis numbers (3)
             "spring", "damper", "rest",  # pool (n_slide + n_turn | 3)
             "sprung",  # 1: the joint has springs or dampers
-            "mass", "first", "second", "gyro",  # pool: m, s (1+n,3), P, R1 (n,3,n)
-            "stiffness", "damping", "f0",  # pool: V1 (n,n), D (n,n), f0 (n)
+            "mass",  # pool: m, s (3) and Q (9) of the undeformed body
+            "first",  # pool: s_k (3,row)
+            "momentum",  # pool: the same, (row,4)
+            "second",  # pool: P[A,a,c,k] (1+n,3,3,row), A = 0 for the position rho
+            "gyro",  # pool: R1 (n,3,row)
+            "stiffness", "damping", "f0",  # pool: V1, D^T (n,row), f0 (row)
             "diagonal",  # 1: V1 and D are diagonal
-            "elastic_mass", "elastic_factor",  # pool (n,n)
+            "own_stiffness", "own_damping",  # pool: their diagonals (row)
+            "elastic_mass",  # pool: Me (n,row)
+            "elastic_factor", "elastic_pivot",  # pool: U (n,row) and 1/d (n) of Me = U^T diag(1/d) U
             "orthonormal",  # 1: Me is the unit matrix to rounding
-            "place", "shape", "spin",  # pool, marker P on the parent: position (3) and C_pP (9); phi (3,n_p); psi (3,n_p)
+            "place", "shape", "spin",  # pool, marker P on the parent: position (3) and C_pP (9); phi, psi (3,row_p)
             "bends",  # 1: marker P moves with the parent's elastic coordinates
             "own_place", "own_shape", "own_spin",  # the same for marker Q on this body
             "own_bends",
             "dense",  # 1: the elastic block changes with the motion and is factorised
             "work",  # first of this body's block
-            "Z", "B", "Y", "pn", "E", "G", "Phi",  # work
+            "delta", "ddelta", "accel",  # work (row): elastic coordinates, their rates and accelerations
+            "Z",  # work (3,3,row)
+            "pn",  # work (row)
+            "border",  # work (row, stride): rows [E | s_k, 0, Cr_k, pn_k]
+            "stride",  # row + 8
+            "pivot",  # work (n): reciprocal pivots of the eliminated E
+            "G",  # work (6,row): columns of marker Q
+            "N",  # work (row,8): scratch of refer_to_hinge
+            "Phi",  # work (6,row_p): columns of marker P
         )
     ]
 )  # fmt: skip
@@ -91,35 +111,28 @@ FRAME_INERTIAL, FRAME_ORBITAL, FRAME_SPINNING = 0, 1, 2
 BALL_NONE, BALL_QUATERNION, BALL_ANGLES = 0, 1, 2
 LOAD_BODY, LOAD_MARKER, LOAD_INERTIAL, LOAD_ORBITAL = 0, 1, 2, 3
 
-W_CIP = 0  # C_ip (9): parent components to body components
-W_CIN = 9  # C_iN (9): inertial components to body components
-W_R = 18  # body origin from the parent's origin, parent components (3)
-W_POS = 21  # body origin, inertial components (3)
-W_OMEGA = 24  # rate of the body, body components (3)
-W_BIAS = 27  # acceleration of origin and rate that does not depend on udot, body components (6)
-W_ACC = 33  # acceleration of origin and rate (6)
-W_P = 39  # bias wrench on the body at its origin (6)
-W_RQ = 45  # marker Q from the body origin (3)
-W_RP = 48  # marker P from the parent's origin (3)
-W_S = 51  # first moment s y (3)
-W_Q = 54  # second moment Q_ab (9)
-W_A = 63  # rigid inertia, then articulated inertia, 6 x 6
-W_H = 99  # joint columns H, 6 x 6 (column c at W_H + 6 c)
-W_U = 135  # articulated inertia times H, as H
-W_D = 171  # factors of H^T U, 6 x 6
-W_TAU = 207  # joint forces (6)
-W_VEL = 213  # velocity of the origin, body components (3)
-W_CPQ = 216  # C_PQ (9)
-W_FIXED = 225  # first of the arrays whose place the record holds
+W_CIP = 0  # C_ip: parent components to body components, three rows of four
+W_ACC = 12  # acceleration of the origin (3), 0, of the rate (3), 1
+W_BIAS = 20  # the part of it that does not depend on udot (3), 0, (3), 0
+W_P = 28  # bias wrench on the body at its origin: force (3), 0, couple (3), 0
+W_M = 36  # rows [A | p] of the rigid, then articulated inertia and bias: six of (A_r1..3, 0, A_r4..6, p_r)
+W_H = 84  # joint columns H: six of (3), 0, (3), 0
+W_U = 132  # articulated inertia times H and what remains of the joint force, as H
+W_PIVOT = 180  # reciprocals of H^T U (6)
+W_TAU = 186  # joint forces (6)
+W_CIN = 192  # C_iN (9): inertial components to body components
+W_CPQ = 201  # C_PQ (9)
+W_R = 210  # body origin from the parent's origin, parent components (3)
+W_POS = 213  # body origin, inertial components (3)
+W_VEL = 216  # velocity of the origin, body components (3)
+W_OMEGA = 219  # rate of the body, body components (3)
+W_S = 222  # first moment s y (3)
+W_Q = 225  # second moment Q_ab (9)
+W_FIXED = 236  # first of the arrays whose place the record holds
 
+SLOTS = (0, 1, 2, 4, 5, 6)  # where the components of force and couple stand among the eight of a row
 
 N_HEADER, N_BODY, N_LOAD, N_MARKER = (len(record.names or ()) for record in (HEADER, BODY, LOAD, MARKER))
-
-
-@inner
-def header_of(table: Table) -> np.void:
-    """The header record."""
-    return table[:N_HEADER].view(HEADER)[0]
 
 
 def body_records(table: Table) -> NDArray[np.void]:
@@ -127,18 +140,46 @@ def body_records(table: Table) -> NDArray[np.void]:
     return table[N_HEADER : N_HEADER + N_BODY * table[0]].view(BODY)
 
 
-bodies_of = inner(body_records)  # the same for compiled callers
+def record_reader(record: np.dtype[Any]) -> Callable[[Table, int], np.void]:
+    """A function of (table, i) that gives the record at table[i], known to the compiler."""
+    kind = numba.np.numpy_support.from_dtype(record)
+
+    def read(table: Table, i: int) -> np.void:
+        return table[i : i + len(record.names or ())].view(record)[0]
+
+    @extending.type_callable(read)
+    def typer(context: Any) -> Any:
+        return lambda table, i: kind
+
+    @extending.lower_builtin(read, types.CPointer, types.Integer)
+    def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return builder.bitcast(builder.gep(*args[:1], [args[1]]), context.get_value_type(kind))
+
+    return read
+
+
+_header, _body, _load, _marker = (record_reader(record) for record in (HEADER, BODY, LOAD, MARKER))
 
 
 @inner
-def loads_of(table: Table) -> NDArray[np.void]:
-    """The load records."""
-    start = N_HEADER + N_BODY * table[0]
-    return table[start : start + N_LOAD * table[1]].view(LOAD)
+def header_of(table: Table) -> np.void:
+    """The header record."""
+    return _header(table, 0)
 
 
 @inner
-def markers_of(table: Table) -> NDArray[np.void]:
-    """The records of markers whose motion is reported."""
-    start = N_HEADER + N_BODY * table[0] + N_LOAD * table[1]
-    return table[start : start + N_MARKER * table[2]].view(MARKER)
+def body_of(table: Table, i: int) -> np.void:
+    """Body record i; record 0 is the base frame."""
+    return _body(table, N_HEADER + N_BODY * i)
+
+
+@inner
+def load_of(table: Table, i: int) -> np.void:
+    """Load record i."""
+    return _load(table, N_HEADER + N_BODY * table[0] + N_LOAD * i)
+
+
+@inner
+def marker_of(table: Table, i: int) -> np.void:
+    """Record i of the markers whose motion is reported."""
+    return _marker(table, N_HEADER + N_BODY * table[0] + N_LOAD * table[1] + N_MARKER * i)

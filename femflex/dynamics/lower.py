@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Marker
 from femflex.dynamics import layout as at
+from femflex.dynamics.lanes import padded
 from femflex.system import Joint, Load, System
 
 Array = NDArray[np.float64]
@@ -18,8 +19,15 @@ FRAME_CODES = {"inertial": at.FRAME_INERTIAL, "orbital": at.FRAME_ORBITAL, "spin
 LOAD_CODES = {"body": at.LOAD_BODY, "marker": at.LOAD_MARKER, "inertial": at.LOAD_INERTIAL, "orbital": at.LOAD_ORBITAL}
 
 
+def aligned(size: int) -> Array:
+    """Zeros (size,) that begin at a whole cache line, so that no lane straddles two."""
+    spare = np.zeros(size + 8)
+    start = -(spare.ctypes.data // 8) % 8
+    return spare[start : start + size]
+
+
 class Pool:
-    """Numbers laid one after another; `put` says where a piece went, and lays equal pieces only once."""
+    """Numbers laid one after another from whole lanes; `put` says where a piece went, and lays equal ones only once."""
 
     def __init__(self) -> None:
         self._pieces: list[Array] = []
@@ -32,24 +40,33 @@ class Pool:
         key = piece.tobytes()
         if key not in self._known:
             self._known[key] = self.size
-            self._pieces.append(piece)
-            self.size += piece.size
+            self._pieces.append(np.concatenate([piece, np.zeros(padded(piece.size) - piece.size)]))
+            self.size += padded(piece.size)
         return self._known[key]
+
+    def put_rows(self, values: object) -> int:
+        """Place of an array whose last axis is filled up with zeros to whole lanes."""
+        values = np.asarray(values, float)
+        width = padded(values.shape[-1]) - values.shape[-1]
+        return self.put(np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, width)]))
 
     def array(self) -> Array:
         """All pieces in one array."""
-        return np.concatenate([*self._pieces, np.zeros(1)])
+        out = aligned(self.size)
+        if self._pieces:
+            out[: self.size] = np.concatenate(self._pieces)
+        return out
 
 
 class Scratch:
-    """Hands out places in the work array."""
+    """Hands out places in the work array, from whole lanes."""
 
     def __init__(self) -> None:
         self.size = 0
 
     def take(self, count: int) -> int:
         """Place of that many doubles."""
-        start, self.size = self.size, self.size + count
+        start, self.size = self.size, self.size + padded(count)
         return start
 
 
@@ -78,11 +95,7 @@ def lower(system: System) -> tuple[Table, Array, int]:
     head[0]["n_q"], head[0]["n_u"] = nq, nu
     head[0]["angle_axes"] = pool.put(axis_numbers(system.libration_sequence))
     head[0]["mass"] = pool.put([sum(body.moments.mass for body in system.bodies.values())])
-    head[0]["state"], head[0]["orbit_state"], head[0]["total"] = (
-        scratch.take(nq + nu),
-        scratch.take(19),
-        scratch.take(6),
-    )
+    head[0]["orbit_state"], head[0]["total"] = scratch.take(19), scratch.take(6)
     lower_orbit(head[0], system, pool)
     table = np.concatenate([part.view(np.int64).ravel() for part in (head, bodies, loads, markers)])
     return table, pool.array(), scratch.size
@@ -106,7 +119,7 @@ def lower_joint(record: np.void, joint: Joint, system: System, pool: Pool) -> No
     """Axes, rotation set, springs and dampers of a joint."""
     record["hidden"] = int(joint.parent is None and system.orbit is not None and not system.orbit.free)
     record["n_slide"], record["n_turn"] = len(joint.translations), len(joint.rotations)
-    axes = [joint.translations.ravel(), joint.rotations.ravel()]
+    axes: list[Array | list[float]] = [joint.translations.ravel(), joint.rotations.ravel()]
     if joint.ball == "euler_parameters":
         record["ball"] = at.BALL_QUATERNION
     elif joint.ball is not None:
@@ -122,35 +135,39 @@ def lower_joint(record: np.void, joint: Joint, system: System, pool: Pool) -> No
 
 def lower_body(record: np.void, body: FlexibleBody, pool: Pool, scratch: Scratch) -> None:
     """Moments, stiffness and damping of a body, and its work arrays."""
-    n, moments = body.n_modes, body.moments
-    record["n"] = n
-    record["mass"] = pool.put([moments.mass])
-    record["first"] = pool.put(moments.first)
-    record["second"] = pool.put(moments.second)
-    P = moments.second[1:, :, 1:, :]  # j b k c
+    n, moments, P = body.n_modes, body.moments, body.moments.second
+    row = padded(n)
+    record["n"], record["row"], record["stride"] = n, row, row + 8
+    record["mass"] = pool.put([moments.mass, *moments.first[0], *P[0, :, 0, :].ravel()])
+    record["first"] = pool.put_rows(moments.first[1:].T)
+    record["momentum"] = pool.put(np.pad(moments.first[1:], ((0, row - n), (0, 1))))
+    record["second"] = pool.put_rows(P[:, :, 1:, :].swapaxes(2, 3))  # A a c k
+    P = P[1:, :, 1:, :]  # j b k c
     gyro = np.stack([P[:, b, :, c] - P[:, c, :, b] for b, c in ((1, 2), (2, 0), (0, 1))])  # a j k
-    record["gyro"] = pool.put(gyro.swapaxes(0, 1))
-    elastic_mass = moments.elastic_mass()
-    record["elastic_mass"] = pool.put(elastic_mass)
-    record["elastic_factor"] = pool.put(ldl_factors(elastic_mass))
-    record["orthonormal"] = int(np.abs(elastic_mass - np.eye(n)).max(initial=0.0) < ROUNDING)
+    record["gyro"] = pool.put_rows(gyro.swapaxes(0, 1))
+    lower_elastic_mass(record, moments.elastic_mass(), pool)
     V1 = (body.strain.V1 + body.strain.V1.T) / 2
-    record["stiffness"], record["damping"], record["f0"] = (
-        pool.put(V1),
-        pool.put(body.damping),
-        pool.put(body.strain.f0),
-    )
+    record["stiffness"], record["damping"] = pool.put_rows(V1), pool.put_rows(body.damping.T)
+    record["own_stiffness"], record["own_damping"] = pool.put_rows(np.diag(V1)), pool.put_rows(np.diag(body.damping))
+    record["f0"] = pool.put_rows(body.strain.f0)
     record["diagonal"] = int(_is_diagonal(V1) and _is_diagonal(body.damping))
     record["work"] = scratch.take(at.W_FIXED)
-    for key, size in (("Z", 9 * (1 + n)), ("B", 6 * n), ("Y", 6 * n), ("pn", n), ("E", n * n), ("G", 6 * n)):
-        record[key] = scratch.take(size)
+    for key in ("delta", "ddelta", "accel", "pn", "pivot"):
+        record[key] = scratch.take(row)
+    for key, rows in (("Z", 9), ("G", 6), ("N", 8)):
+        record[key] = scratch.take(rows * row)
+    record["border"] = scratch.take(row * record["stride"])
 
 
-def ldl_factors(a: Array) -> Array:
-    """Factors of a symmetric positive matrix as femflex.dynamics.small.factorise leaves them: L below, 1/D on the diagonal."""
-    C = np.linalg.cholesky(a)
-    d = np.diag(C)
-    return C / d - np.eye(len(d)) + np.diag(1.0 / d**2)
+def lower_elastic_mass(record: np.void, elastic_mass: Array, pool: Pool) -> None:
+    """The elastic mass and its factors."""
+    n = len(elastic_mass)
+    C = np.linalg.cholesky(elastic_mass)
+    pivots = np.diag(C) ** 2
+    record["elastic_mass"] = pool.put_rows(elastic_mass)
+    record["elastic_factor"] = pool.put_rows(np.diag(C)[:, None] * C.T)  # U of Gauss's elimination
+    record["elastic_pivot"] = pool.put_rows(1.0 / pivots)
+    record["orthonormal"] = int(np.abs(elastic_mass - np.eye(n)).max(initial=0.0) < ROUNDING)
 
 
 def lower_markers(bodies: NDArray[np.void], i: int, joint: Joint, system: System, pool: Pool, scratch: Scratch) -> None:
@@ -162,7 +179,7 @@ def lower_markers(bodies: NDArray[np.void], i: int, joint: Joint, system: System
     )
     record["place"], record["shape"], record["spin"], record["bends"] = put_marker(above, pool)
     record["own_place"], record["own_shape"], record["own_spin"], record["own_bends"] = put_marker(own, pool)
-    record["Phi"] = scratch.take(6 * parent["n"])
+    record["Phi"] = scratch.take(6 * parent["row"])
     if record["bends"]:
         parent["dense"] = 1
     if record["own_bends"]:
@@ -181,7 +198,7 @@ def put_marker(marker: Marker, pool: Pool) -> tuple[int, int, int, int]:
     """Places of position and axes, phi, psi, and whether the marker moves with the shapes at all."""
     bends = int(bool(np.any(marker.phi) or np.any(marker.psi)))
     place = pool.put(np.concatenate([marker.position, marker.orientation.ravel()]))
-    return place, pool.put(marker.phi), pool.put(marker.psi), bends
+    return place, pool.put_rows(marker.phi), pool.put_rows(marker.psi), bends
 
 
 def lower_load(load: Load, system: System, order: list[str], pool: Pool) -> NDArray[np.void]:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics import equations
+from femflex.dynamics import equations, monitors
 from femflex.dynamics import observe as seen
 from femflex.dynamics.layout import BALL_QUATERNION, body_records
-from femflex.dynamics.lower import lower, reported_markers
+from femflex.dynamics.lower import aligned, lower, reported_markers
 from femflex.system import Channel, System
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ def compile_system(system: System) -> Model:
         system=system,
         table=table,
         pool=pool,
-        work=np.zeros(scratch),
+        work=aligned(scratch),
         n_q=n_q,
         n_u=n_u,
         x0=system.initial_state(),
@@ -178,12 +178,12 @@ def stiff_coordinates(record: np.void) -> list[tuple[int, int]]:
 def row_length(system: System) -> int:
     """Numbers per observed instant."""
     counts = len(system.bodies) * seen.ROW_BODY + len(reported_markers(system)) * seen.ROW_MARKER
-    return seen.ROW_FIXED + counts + len(system.loads) * seen.ROW_LOAD
+    return monitors.ROW_FIXED + counts + len(system.loads) * seen.ROW_LOAD
 
 
 def row_places(system: System) -> dict[str, slice | int]:
     """Where each channel stands in an observed row."""
-    s = seen
+    s = monitors
     places: dict[str, slice | int] = {
         "attitude/angles": slice(s.ROW_ANGLES, s.ROW_ANGLES + 3),
         "monitors/energy": s.ROW_ENERGY,
@@ -207,15 +207,15 @@ def row_places(system: System) -> dict[str, slice | int]:
     for name in system.order:
         for key, start, stop in (("position", 0, 3), ("attitude", 3, 7), ("rate", 7, 10)):
             places[f"bodies/{name}/{key}"] = slice(at + start, at + stop)
-        at += s.ROW_BODY
+        at += seen.ROW_BODY
     for body, marker in reported_markers(system):
         for key, start in (("position", 0), ("velocity", 3), ("deflection", 6)):
             places[f"markers/{body}.{marker}/{key}"] = slice(at + start, at + start + 3)
-        at += s.ROW_MARKER
+        at += seen.ROW_MARKER
     for load in system.loads:
         for key, start in (("force", 0), ("torque", 3)):
             places[f"loads/{load.name}/{key}"] = slice(at + start, at + start + 3)
-        at += s.ROW_LOAD
+        at += seen.ROW_LOAD
     return places
 
 

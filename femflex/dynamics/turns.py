@@ -7,17 +7,17 @@ from __future__ import annotations
 
 import math
 
+from femflex.dynamics.formula import formula
+from femflex.dynamics.lanes import cosine, sine
 from femflex.dynamics.vectors import Four, Matrix, Vector, add, cross, dot, inner, product, scale, solve3, turn_back
 
-UNIT: Matrix = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-ZERO: Vector = (0.0, 0.0, 0.0)
 SERIES_ANGLE = 0.05  # rad; below it the quotients of a rotation vector's tangent are series, error under 1e-17
 
 
-@inner
+@formula
 def axis_turn(axis: Vector, angle: float) -> Matrix:
     """C_PQ of a turn about a unit axis (Rodrigues' formula)."""
-    c, s = math.cos(angle), math.sin(angle)
+    c, s = cosine(angle), sine(angle)
     x, y, z = axis
     v = 1.0 - c
     return (
@@ -27,7 +27,7 @@ def axis_turn(axis: Vector, angle: float) -> Matrix:
     )  # fmt: skip
 
 
-@inner
+@formula
 def quaternion_turn(e: Four) -> Matrix:
     """C_PQ of Euler parameters, which need not be normalised."""
     w, x, y, z = e
@@ -81,7 +81,7 @@ def vector_coefficients(square: float) -> tuple[float, float, float, float, floa
     return s, c, d, (s - 2.0 * c) / b, (c - 3.0 * d) / b
 
 
-@inner
+@formula
 def polynomial(v: Vector, s: float, c: float) -> Matrix:
     """1 + s X + c X^2 with X = skew(v)."""
     x, y, z = v
@@ -108,16 +108,16 @@ def vector_tangent(theta: Vector) -> Matrix:
 
 
 @inner
-def vector_spin(theta: Vector, dtheta: Vector) -> tuple[Vector, Vector]:
-    """T dtheta/dt and (dT/dt) dtheta/dt: the rate of Q relative to P, P components, and its bias acceleration."""
-    _, c, d, dc, dd = vector_coefficients(dot(theta, theta))
+def moving_vector_turn(theta: Vector, dtheta: Vector) -> tuple[Matrix, Matrix, Vector, Vector]:
+    """exp(skew(theta)), its tangent T, the rate T dtheta/dt of Q relative to P, P components, and (dT/dt) dtheta/dt."""
+    s, c, d, dc, dd = vector_coefficients(dot(theta, theta))
     along = dot(theta, dtheta)
     X_d = cross(theta, dtheta)
     XX_d = cross(theta, X_d)
     rate = add(dtheta, add(scale(c, X_d), scale(d, XX_d)))
     # with X = skew(theta), Y = skew(dtheta), Y dtheta = 0: (dc along X + d Y X + dd along X X) dtheta
     bias = add(scale(dc * along, X_d), add(scale(d, cross(dtheta, X_d)), scale(dd * along, XX_d)))
-    return rate, bias
+    return polynomial(theta, s, c), polynomial(theta, c, d), rate, bias
 
 
 @inner
@@ -172,7 +172,7 @@ def angle_rates(angles: Vector, numbers: Vector, omega: Vector) -> Vector:
     return solve3((a[0], b[0], third[0], a[1], b[1], third[1], a[2], b[2], third[2]), omega)
 
 
-@inner
+@formula
 def quaternion_rates(e: Four, omega: Vector) -> Four:
     """dEuler parameters/dt = 1/2 e o (0, omega)."""
     a, b, c = omega

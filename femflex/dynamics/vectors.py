@@ -1,38 +1,49 @@
 """Three-vectors and 3 x 3 matrices as tuples: they live in registers when compiled, and need no allocation.
 
-A vector is (x, y, z), a matrix nine numbers row by row. `load3` and `load9` read them from a flat array.
+A vector is (x, y, z), a matrix nine numbers row by row; each may as well be a lane, for four vectors at once.
+`load3` and `load9` read them from a flat array.
 """
 
 from __future__ import annotations
 
+from typing import Any
+
+import numba
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from femflex.dynamics.formula import formula
+from femflex.dynamics.lanes import lane_of, put
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 Four = tuple[float, float, float, float]
 Matrix = tuple[float, float, float, float, float, float, float, float, float]
 
+ZERO: Vector = (0.0, 0.0, 0.0)
+UNIT: Matrix = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+
+njit: Any = numba.njit
+
 FAST = {"contract", "arcp", "nsz", "reassoc"}  # everything that keeps NaN and infinity honest
 
-# A function that only other compiled functions call: it needs no entry from Python, which costs most of the compile time.
-inner = njit(fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+# A function that only other compiled functions call: it needs no entry from Python.
+inner = njit(fastmath=FAST, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
-@inner
+@formula
 def load3(a: Array, i: int) -> Vector:
     """Vector at a[i : i + 3]."""
     return a[i], a[i + 1], a[i + 2]
 
 
-@inner
+@formula
 def store3(a: Array, i: int, v: Vector) -> None:
     """Write v to a[i : i + 3]."""
     a[i], a[i + 1], a[i + 2] = v[0], v[1], v[2]
 
 
-@inner
+@formula
 def accumulate3(a: Array, i: int, v: Vector) -> None:
     """Add v to a[i : i + 3]."""
     a[i] += v[0]
@@ -40,25 +51,25 @@ def accumulate3(a: Array, i: int, v: Vector) -> None:
     a[i + 2] += v[2]
 
 
-@inner
+@formula
 def load4(a: Array, i: int) -> Four:
     """Four numbers at a[i : i + 4]."""
     return a[i], a[i + 1], a[i + 2], a[i + 3]
 
 
-@inner
+@formula
 def store4(a: Array, i: int, v: Four) -> None:
     """Write four numbers to a[i : i + 4]."""
     a[i], a[i + 1], a[i + 2], a[i + 3] = v[0], v[1], v[2], v[3]
 
 
-@inner
+@formula
 def load9(a: Array, i: int) -> Matrix:
     """Matrix at a[i : i + 9], row by row."""
     return a[i], a[i + 1], a[i + 2], a[i + 3], a[i + 4], a[i + 5], a[i + 6], a[i + 7], a[i + 8]
 
 
-@inner
+@formula
 def store9(a: Array, i: int, m: Matrix) -> None:
     """Write m to a[i : i + 9], row by row."""
     a[i], a[i + 1], a[i + 2] = m[0], m[1], m[2]
@@ -66,37 +77,56 @@ def store9(a: Array, i: int, m: Matrix) -> None:
     a[i + 6], a[i + 7], a[i + 8] = m[6], m[7], m[8]
 
 
-@inner
+@formula
+def load_rows(a: Array, i: int) -> Matrix:
+    """Matrix of three rows of four numbers at a[i : i + 12], the fourth left out."""
+    return a[i], a[i + 1], a[i + 2], a[i + 4], a[i + 5], a[i + 6], a[i + 8], a[i + 9], a[i + 10]
+
+
+@formula
+def store_rows(a: Array, i: int, m: Matrix) -> None:
+    """Write m to a[i : i + 12] as three rows of four numbers, the fourth zero."""
+    for r in range(3):
+        store4(a, i + 4 * r, (m[3 * r], m[3 * r + 1], m[3 * r + 2], 0.0))
+
+
+@formula
+def store_lane(a: Array, i: int, v: Vector, last: float = 0.0) -> None:
+    """Write v and a fourth number to a[i : i + 4]."""
+    put(a, i, lane_of(v[0], v[1], v[2], last))
+
+
+@formula
 def add(a: Vector, b: Vector) -> Vector:
     """a + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@inner
+@formula
 def sub(a: Vector, b: Vector) -> Vector:
     """a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@inner
+@formula
 def scale(s: float, a: Vector) -> Vector:
     """s a."""
     return s * a[0], s * a[1], s * a[2]
 
 
-@inner
+@formula
 def dot(a: Vector, b: Vector) -> float:
     """a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@inner
+@formula
 def cross(a: Vector, b: Vector) -> Vector:
     """a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@inner
+@formula
 def turn(m: Matrix, v: Vector) -> Vector:
     """m v."""
     return (
@@ -106,7 +136,7 @@ def turn(m: Matrix, v: Vector) -> Vector:
     )
 
 
-@inner
+@formula
 def turn_back(m: Matrix, v: Vector) -> Vector:
     """m^T v."""
     return (
@@ -116,7 +146,7 @@ def turn_back(m: Matrix, v: Vector) -> Vector:
     )
 
 
-@inner
+@formula
 def product(a: Matrix, b: Matrix) -> Matrix:
     """a b."""
     return (
@@ -132,13 +162,13 @@ def product(a: Matrix, b: Matrix) -> Matrix:
     )
 
 
-@inner
+@formula
 def transpose(m: Matrix) -> Matrix:
     """m^T."""
     return m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]
 
 
-@inner
+@formula
 def add9(a: Matrix, b: Matrix) -> Matrix:
     """a + b."""
     return (
@@ -154,7 +184,7 @@ def add9(a: Matrix, b: Matrix) -> Matrix:
     )
 
 
-@inner
+@formula
 def cross_matrix(v: Vector, m: Matrix) -> Matrix:
     """skew(v) m."""
     a = cross(v, (m[0], m[3], m[6]))
@@ -163,7 +193,7 @@ def cross_matrix(v: Vector, m: Matrix) -> Matrix:
     return a[0], b[0], c[0], a[1], b[1], c[1], a[2], b[2], c[2]
 
 
-@inner
+@formula
 def solve3(m: Matrix, v: Vector) -> Vector:
     """x with m x = v (Cramer's rule)."""
     a, b, c = (m[0], m[3], m[6]), (m[1], m[4], m[7]), (m[2], m[5], m[8])

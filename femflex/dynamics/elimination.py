@@ -1,0 +1,214 @@
+"""A body's own freedoms eliminated: what is left is the inertia and bias that its parent feels.
+
+The elastic rows come first. They stand above the body's six, as a border: row k is [E_k | s_k, 0, Cr_k, pn_k], and
+Gauss's elimination of the n elastic unknowns takes V_i (x) V_i / d_i off [A | p]. Where E is the unit matrix (shapes
+orthonormal over the mass, no moving node that carries a joint) nothing has to be factorised. The joint follows, one
+freedom at a time.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.formula import formula
+from femflex.dynamics.lanes import lane, lane_of, last, put, reciprocal, transposed, with_last
+from femflex.dynamics.layout import W_BIAS, W_H, W_M, W_P, W_PIVOT, W_Q, W_S, W_TAU, W_U
+from femflex.dynamics.shapes import Lanes, rows9
+from femflex.dynamics.spatial import (
+    Pair,
+    body_rows,
+    dot_pair,
+    less_outer,
+    less_outer_at,
+    pair,
+    pulled,
+    put_pair,
+    put_six_rows,
+    six_rows,
+    weighted,
+    with_bias,
+)
+from femflex.dynamics.vectors import inner, load3, load9
+
+Array = NDArray[np.float64]
+Record = np.void
+
+
+@inner
+def write_rows(b: Record, pool: Array, work: Array) -> None:
+    """Write [A | p] of the rigid motion, and beside it the elastic rows' coupling [s_k, 0, Cr_k, pn_k]."""
+    w, row, stride = b["work"], b["row"], b["stride"]
+    force, couple = load3(work, w + W_P), load3(work, w + W_P + 4)
+    put_six_rows(work, w + W_M, body_rows(pool[b["mass"]], load3(work, w + W_S), load9(work, w + W_Q), force, couple))
+    for k in range(0, row, 4):
+        at = b["border"] + k * stride + row
+        turning = turning_of(rows9(work, b["Z"] + k, row))
+        columns = transposed(turning[0], turning[1], turning[2], lane(work, b["pn"] + k))
+        for j in range(4):
+            put(work, at + j * stride, lane(pool, b["momentum"] + 4 * (k + j)))
+        put(work, at + 4, columns[0])
+        put(work, at + stride + 4, columns[1])
+        put(work, at + 2 * stride + 4, columns[2])
+        put(work, at + 3 * stride + 4, columns[3])
+
+
+@formula
+def turning_of(z: Lanes) -> Lanes:
+    """Cr_a = eps_abc Z[b,c] of four shapes."""
+    return z[5] - z[7], z[6] - z[2], z[1] - z[3]
+
+
+@inner
+def write_elastic_block(b: Record, pool: Array, work: Array, c_d: float, c_k: float) -> None:
+    """Write E = Me + c_d D + c_k V1 into the border, or the factor of Me where nothing is added to it."""
+    if b["dense"] == 1 or c_d != 0.0 or c_k != 0.0:
+        copy_block(b, pool, work, b["elastic_mass"])
+        add_block(b, pool, work, b["damping"], c_d)
+        add_block(b, pool, work, b["stiffness"], c_k)
+    elif b["orthonormal"] == 0:
+        copy_block(b, pool, work, b["elastic_factor"])
+        for k in range(0, b["row"], 4):
+            put(work, b["pivot"] + k, lane(pool, b["elastic_pivot"] + k))
+
+
+@inner
+def copy_block(b: Record, pool: Array, work: Array, block: int) -> None:
+    """E = the matrix (n, row) at pool[block]."""
+    row, stride, border = b["row"], b["stride"], b["border"]
+    for i in range(b["n"]):
+        for k in range(0, row, 4):
+            put(work, border + stride * i + k, lane(pool, block + row * i + k))
+
+
+@inner
+def add_block(b: Record, pool: Array, work: Array, block: int, c: float) -> None:
+    """E + c times the matrix (n, row) at pool[block]."""
+    row, stride, border = b["row"], b["stride"], b["border"]
+    if c != 0.0:
+        for i in range(b["n"]):
+            for k in range(0, row, 4):
+                at = border + stride * i + k
+                put(work, at, lane(work, at) + c * lane(pool, block + row * i + k))
+
+
+@inner
+def refer_to_hinge(b: Record, work: Array) -> None:
+    """Change unknowns from the body's own acceleration to that of marker Q's carrier, which moves by the columns G.
+
+    B - A G replaces B, and E - G^T B - B^T G + G^T A G = E - G^T N - N^T G with N = B - A G / 2 replaces E.
+    """
+    n, row, stride, G, N = b["n"], b["row"], b["stride"], b["G"], b["N"]
+    rows = six_rows(work, b["work"] + W_M)
+    for k in range(n):
+        at = b["border"] + stride * k + row
+        B = pair(work, at)
+        moved = weighted(rows, work, G + k, row)  # (A G_k, p . G_k)
+        put_pair(work, at, (B[0] - moved[0], B[1] - moved[1]))
+        put_pair(work, N + 8 * k, (B[0] - 0.5 * moved[0], B[1] - 0.5 * moved[1]))
+    for i in range(n):
+        for k in range(i // 4 * 4, row, 4):
+            at = b["border"] + stride * i + k
+            E = lane(work, at)
+            for r in range(6):
+                slot = r if r < 3 else r + 1
+                g = lane(work, G + row * r + k)
+                other = N + 8 * k + slot
+                h = lane_of(work[other], work[other + 8], work[other + 16], work[other + 24])
+                E = E - work[N + 8 * i + slot] * g - work[G + row * r + i] * h
+            put(work, at, E)
+
+
+@inner
+def eliminate_elastic(b: Record, work: Array, stiff: bool) -> None:
+    """Take the elastic unknowns out of [A | p], leaving rows Y = E^-1 [B^T, pn] in the border."""
+    n, row, stride, border = b["n"], b["row"], b["stride"], b["border"]
+    changing = b["dense"] == 1 or stiff
+    plain = b["orthonormal"] == 1 and not changing
+    rows = six_rows(work, b["work"] + W_M)
+    for i in range(n):
+        at = border + stride * i + row
+        if plain:
+            V = pair(work, at)
+        else:
+            if changing:
+                factorise_row(b, work, i)
+            V = reduced_row(b, work, i)
+            put_pair(work, at, V)
+            d = work[b["pivot"] + i]
+            V = (d * V[0], d * V[1])
+        rows = less_outer_at(rows, work, at, V)
+    put_six_rows(work, b["work"] + W_M, rows)
+    if not plain:
+        substitute_back(b, work)
+
+
+@inner
+def factorise_row(b: Record, work: Array, i: int) -> None:
+    """Row i of E less its part along the rows above, and the reciprocal of its pivot (NaN when not positive)."""
+    row, stride, border, pivot = b["row"], b["stride"], b["border"], b["pivot"]
+    first = i // 4 * 4
+    for k in range(first, row, 4):
+        E = lane(work, border + stride * i + k)
+        for j in range(i):
+            above = border + stride * j
+            E = E - (work[above + i] * work[pivot + j]) * lane(work, above + k)
+        put(work, border + stride * i + k, E)
+    work[pivot + i] = reciprocal(work[border + stride * i + i])
+
+
+@inner
+def reduced_row(b: Record, work: Array, i: int) -> Pair:
+    """V_i: the coupling of row i less its part along the rows above."""
+    row, stride, border, pivot = b["row"], b["stride"], b["border"], b["pivot"]
+    V = pair(work, border + stride * i + row)
+    for j in range(i):
+        above = border + stride * j
+        V = less(V, work[above + i] * work[pivot + j], pair(work, above + row))
+    return V
+
+
+@formula
+def less(a: Pair, s: float, b: Pair) -> Pair:
+    """a - s b."""
+    return a[0] - s * b[0], a[1] - s * b[1]
+
+
+@inner
+def substitute_back(b: Record, work: Array) -> None:
+    """Rows Y = E^-1 [B^T, pn] in place of V."""
+    n, row, stride, border, pivot = b["n"], b["row"], b["stride"], b["border"], b["pivot"]
+    for i in range(n - 1, -1, -1):
+        here = border + stride * i
+        Y = pair(work, here + row)
+        for j in range(i + 1, n):
+            Y = less(Y, work[here + j], pair(work, border + stride * j + row))
+        d = work[pivot + i]
+        put_pair(work, here + row, (d * Y[0], d * Y[1]))
+
+
+@inner
+def eliminate_joint(b: Record, pool: Array, work: Array, c_d: float, c_k: float, forced: bool) -> None:
+    """Take the joint's freedoms out of [A | p], one after the other, the bias acceleration included in p.
+
+    Freedom k with column h: U = A h, d = h . U + c_d damper + c_k spring, and the force that remains is
+    h . p - tau, kept in the last place of U.
+    """
+    w = b["work"]
+    rows = with_bias(six_rows(work, w + W_M), pair(work, w + W_BIAS))
+    hidden = 3 if b["hidden"] else 0
+    for k in range(b["n_h"]):
+        h = pair(work, w + W_H + 8 * k)
+        U = pulled(rows, h)
+        d, force = dot_pair(U, h), last(U[1])
+        if k >= hidden:
+            if b["sprung"] or forced:
+                force -= work[w + W_TAU + k - hidden]
+            if b["sprung"]:
+                d += c_d * pool[b["damper"] + k - hidden] + c_k * pool[b["spring"] + k - hidden]
+        d = reciprocal(d)
+        U = (U[0], with_last(U[1], force))
+        put_pair(work, w + W_U + 8 * k, U)
+        work[w + W_PIVOT + k] = d
+        rows = less_outer(rows, U, (d * U[0], d * U[1]))
+    put_six_rows(work, w + W_M, rows)

@@ -1,0 +1,105 @@
+"""Loads at markers, constant or tabulated in time."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.lanes import lane, put
+from femflex.dynamics.layout import (
+    LOAD_BODY,
+    LOAD_INERTIAL,
+    LOAD_MARKER,
+    W_CIN,
+    W_P,
+    body_of,
+    header_of,
+)
+from femflex.dynamics.shapes import combined, rows3
+from femflex.dynamics.turns import vector_tangent, vector_turn
+from femflex.dynamics.vectors import (
+    UNIT,
+    ZERO,
+    Matrix,
+    Vector,
+    add,
+    cross,
+    dot,
+    inner,
+    load3,
+    load9,
+    product,
+    scale,
+    store_lane,
+    sub,
+    turn,
+    turn_back,
+)
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+Record = np.void
+
+
+@inner
+def tabulated(t: float, load: Record, pool: Array) -> tuple[Vector, Vector]:
+    """Force and torque of a load at t: linear between the times, zero outside, a repeated time is a jump."""
+    n, times, values = load["n_times"], load["times"], load["values"]
+    if n == 0:
+        return load3(pool, values), load3(pool, values + 3)
+    if t < pool[times] or t > pool[times + n - 1]:
+        return ZERO, ZERO
+    low, high = 0, n - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if pool[times + middle] <= t:
+            low = middle
+        else:
+            high = middle
+    t0, t1 = pool[times + low], pool[times + high]
+    s = 1.0 if t1 == t0 else (t - t0) / (t1 - t0)
+    before, after = values + 6 * low, values + 6 * high
+    force = add(scale(1.0 - s, load3(pool, before)), scale(s, load3(pool, after)))
+    return force, add(scale(1.0 - s, load3(pool, before + 3)), scale(s, load3(pool, after + 3)))
+
+
+@inner
+def load_wrench(
+    t: float, load: Record, table: Table, pool: Array, work: Array
+) -> tuple[Vector, Vector, Vector, Matrix]:
+    """Force, torque and place of a load, and the tangent T of its marker's turn, all in body components."""
+    b = body_of(table, load["body"])
+    C_iN = load9(work, b["work"] + W_CIN)
+    force, torque = tabulated(t, load, pool)
+    r = load3(pool, load["place"])
+    C_iM = load9(pool, load["place"] + 3)
+    T = UNIT
+    if load["bends"]:
+        r = add(r, combined(pool, load["shape"], b["row"], work, b["delta"]))
+        theta = combined(pool, load["spin"], b["row"], work, b["delta"])
+        C_iM = product(vector_turn(theta), C_iM)
+        T = vector_tangent(theta)
+    if load["frame"] == LOAD_MARKER:
+        C = C_iM
+    elif load["frame"] == LOAD_INERTIAL:
+        C = C_iN
+    elif load["frame"] == LOAD_BODY:
+        C = UNIT
+    else:
+        C = product(C_iN, load9(work, header_of(table)["orbit_state"] + 4))
+    return turn(C, force), turn(C, torque), r, T
+
+
+@inner
+def apply_load(t: float, load: Record, table: Table, pool: Array, work: Array) -> None:
+    """Take a load off the bias of its body: wrench at the origin, and phi^T force + (T psi)^T torque."""
+    b = body_of(table, load["body"])
+    force, torque, r, T = load_wrench(t, load, table, pool, work)
+    p, row = b["work"] + W_P, b["row"]
+    store_lane(work, p, sub(load3(work, p), force))
+    store_lane(work, p + 4, sub(load3(work, p + 4), add(torque, cross(r, force))))
+    if load["bends"]:
+        turned = turn_back(T, torque)
+        for k in range(0, row, 4):
+            power = dot(force, rows3(pool, load["shape"] + k, row)) + dot(turned, rows3(pool, load["spin"] + k, row))
+            put(work, b["pn"] + k, lane(work, b["pn"] + k) - power)
