@@ -3,6 +3,8 @@
 Every term is written as it stands on the left of M udot + h - Q = 0, so that all of them sum to zero. h splits by its
 degree in u (THEORY section 4), from inertia forces alone, at u, -u and 0; everything else is evaluated by itself, with
 nothing else there to cancel against. Compiled apart from `rate`, and only when first asked for.
+
+Rows (n_terms, n_u) lie flat. `spare` (2 n_u) holds zeros, a system at rest, and then room for -u.
 """
 
 from __future__ import annotations
@@ -12,22 +14,15 @@ from numba import njit, types
 from numpy.typing import NDArray
 
 from femflex.dynamics.equations import place
-from femflex.dynamics.forces import apply_load, find_center_of_mass, gravity_field, local_field, write_spring_forces
+from femflex.dynamics.gathering import gather_residual
+from femflex.dynamics.gravity import NO_GRADIENT, find_center_of_mass, gravity_field, local_field
 from femflex.dynamics.inertia import write_velocity_forces, zero_forces
-from femflex.dynamics.kinematics import coordinate_rates
-from femflex.dynamics.layout import (
-    BALL_NONE,
-    ORBIT_NONE,
-    W_BIAS,
-    W_OMEGA,
-    W_TAU,
-    bodies_of,
-    header_of,
-    loads_of,
-)
-from femflex.dynamics.second_order import RESIDUAL, gather_residual, solve
-from femflex.dynamics.turns import ZERO
-from femflex.dynamics.vectors import Matrix, inner, store3
+from femflex.dynamics.joint_forces import write_spring_forces
+from femflex.dynamics.lanes import beyond, start
+from femflex.dynamics.layout import BALL_NONE, ORBIT_NONE, W_BIAS, W_OMEGA, W_TAU, body_of, header_of, load_of
+from femflex.dynamics.loads import apply_load
+from femflex.dynamics.spatial import nothing_pair, put_pair
+from femflex.dynamics.vectors import ZERO, inner, store3
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -37,166 +32,154 @@ Record = np.void
 INERTIA, QUADRATIC, LINEAR, SPECIFIED = 0, 1, 2, 3
 ELASTIC, PRESTRESS, DAMPING, SPRINGS, DAMPERS, GRAVITY, FIRST_LOAD = 4, 5, 6, 7, 8, 9, 10
 
-NO_FIELD: Matrix = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-
 _vector, _matrix = types.float64[::1], types.float64[:, ::1]
-_own = (types.int64[::1], _vector, _vector)  # table, pool, work
-RATE = types.void(types.float64, _vector, _vector, *_own)
-LEDGER = types.void(_vector, _matrix, _matrix, types.float64[:, :, ::1], *_own)
+LEDGER = types.void(_vector, _matrix, _matrix, types.float64[:, :, ::1], types.int64[::1], _vector, _vector)
+
+
+@inner
+def release_joint(b: Record, work: Array) -> None:
+    """Clear the joint forces."""
+    for k in range(6):
+        work[b["work"] + W_TAU + k] = 0.0
 
 
 @inner
 def clear(table: Table, work: Array) -> None:
     """Leave the placed bodies without forces, joint forces and bias accelerations."""
-    bodies = bodies_of(table)
-    for i in range(1, len(bodies)):
-        zero_forces(bodies[i], work)
-        for k in range(6):
-            work[bodies[i]["work"] + W_BIAS + k] = 0.0
-            work[bodies[i]["work"] + W_TAU + k] = 0.0
+    for i in range(1, header_of(table)["n_bodies"]):
+        b = body_of(table, i)
+        zero_forces(b, work)
+        put_pair(work, b["work"] + W_BIAS, nothing_pair())
+        release_joint(b, work)
 
 
 @inner
-def velocity_row(t: float, x: Array, still: Array, row: Array, table: Table, pool: Array, work: Array) -> None:
-    """row = h of the inertia forces alone at the state x; `still` is a zero udot."""
-    bodies = bodies_of(table)
-    nq = header_of(table)["n_q"]
-    place(t, x, table, pool, work)
-    for i in range(1, len(bodies)):
-        write_velocity_forces(bodies[i], x, nq, pool, work, NO_FIELD, ZERO)
+def velocity_row(
+    t: float, q: Array, u: Array, still: Array, row: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """row = h of the inertia forces alone at the state (q, u); `still` is a zero udot."""
+    place(t, q, u, table, pool, work)
+    for i in range(1, header_of(table)["n_bodies"]):
+        b = body_of(table, i)
+        release_joint(b, work)
+        write_velocity_forces(b, pool, work, NO_GRADIENT, ZERO)
     gather_residual(still, row, table, pool, work)
 
 
 @inner
-def write_velocity_rows(t: float, x: Array, still: Array, rows: Array, table: Table, pool: Array, work: Array) -> None:
+def write_velocity_rows(
+    t: float, q: Array, u: Array, rows: Array, spare: Array, table: Table, pool: Array, work: Array
+) -> None:
     """Rows of h by degree in u: two (Coriolis, centrifugal), one (gyroscopic), zero (specified motion).
 
     The bodies are left placed at (q, 0).
     """
-    nq = header_of(table)["n_q"]
-    plus, minus, none = rows[QUADRATIC], rows[LINEAR], rows[SPECIFIED]
-    y = x.copy()
-    velocity_row(t, y, still, plus, table, pool, work)
-    y[nq:] = -x[nq:]
-    velocity_row(t, y, still, minus, table, pool, work)
-    y[nq:] = 0.0
-    velocity_row(t, y, still, none, table, pool, work)
-    for k in range(len(still)):
+    n_u = header_of(table)["n_u"]
+    plus, minus, none = beyond(rows, QUADRATIC * n_u), beyond(rows, LINEAR * n_u), beyond(rows, SPECIFIED * n_u)
+    backwards = beyond(spare, n_u)
+    for k in range(n_u):
+        backwards[k] = -u[k]
+    velocity_row(t, q, u, spare, plus, table, pool, work)
+    velocity_row(t, q, backwards, spare, minus, table, pool, work)
+    velocity_row(t, q, spare, spare, none, table, pool, work)
+    for k in range(n_u):
         even, odd = 0.5 * (plus[k] + minus[k]), 0.5 * (plus[k] - minus[k])
         plus[k], minus[k] = even - none[k], odd
 
 
 @inner
-def matrix_rows(b: Record, matrix: int, x: Array, first: int, row: Array, pool: Array) -> None:
-    """row[ue + k] = sum_j matrix[k, j] x[first + j] on a body's elastic coordinates."""
-    n = b["n"]
-    for k in range(n):
+def matrix_rows(b: Record, columns: int, x: Array, first: int, row: Array, pool: Array) -> None:
+    """row[ue + k] = sum_j columns[j, k] x[first + j] on a body's elastic coordinates."""
+    for k in range(b["n"]):
         total = 0.0
-        for j in range(n):
-            total += pool[matrix + k * n + j] * x[first + j]
+        for j in range(b["n"]):
+            total += pool[columns + j * b["row"] + k] * x[first + j]
         row[b["ue"] + k] = total
 
 
 @inner
-def write_elastic_rows(x: Array, rows: Array, table: Table, pool: Array) -> None:
+def write_elastic_rows(q: Array, u: Array, rows: Array, table: Table, pool: Array) -> None:
     """Rows of V1 delta (eq. 8), of the initial stress f0 and of the damping D ddelta."""
-    bodies = bodies_of(table)
-    nq = header_of(table)["n_q"]
-    for i in range(1, len(bodies)):
-        b = bodies[i]
-        matrix_rows(b, b["stiffness"], x, b["qe"], rows[ELASTIC], pool)
-        matrix_rows(b, b["damping"], x, nq + b["ue"], rows[DAMPING], pool)
+    head = header_of(table)
+    n_u = head["n_u"]
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
+        matrix_rows(b, b["stiffness"], q, b["qe"], beyond(rows, ELASTIC * n_u), pool)
+        matrix_rows(b, b["damping"], u, b["ue"], beyond(rows, DAMPING * n_u), pool)
         for k in range(b["n"]):
-            rows[PRESTRESS, b["ue"] + k] = pool[b["f0"] + k]
+            rows[PRESTRESS * n_u + b["ue"] + k] = pool[b["f0"] + k]
 
 
 @inner
-def write_joint_rows(x: Array, rows: Array, table: Table, pool: Array, work: Array) -> None:
+def write_joint_rows(q: Array, u: Array, rows: Array, still: Array, table: Table, pool: Array, work: Array) -> None:
     """Rows of joint springs and joint dampers."""
-    bodies = bodies_of(table)
-    nq = header_of(table)["n_q"]
-    at_rest = x.copy()
-    at_rest[nq:] = 0.0
-    for i in range(1, len(bodies)):
-        b = bodies[i]
+    head = header_of(table)
+    springs, dampers = beyond(rows, SPRINGS * head["n_u"]), beyond(rows, DAMPERS * head["n_u"])
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
         if b["sprung"]:
-            write_spring_forces(b, at_rest, nq, pool, work)
+            write_spring_forces(b, q, still, pool, work)
             for k in range(b["n_slide"] + b["n_turn"] + (0 if b["ball"] == BALL_NONE else 3)):
-                rows[SPRINGS, b["u"] + k] = -work[b["work"] + W_TAU + k]
-                rows[DAMPERS, b["u"] + k] = pool[b["damper"] + k] * x[nq + b["u"] + k]
+                springs[b["u"] + k] = -work[b["work"] + W_TAU + k]
+                dampers[b["u"] + k] = pool[b["damper"] + k] * u[b["u"] + k]
 
 
 @inner
-def write_gravity_row(x: Array, still: Array, row: Array, table: Table, pool: Array, work: Array) -> None:
-    """Row of gravity relative to O: the gradient of eq. (6); in a free orbit also what moves the centre of mass."""
-    bodies, head = bodies_of(table), header_of(table)
-    at_rest = x.copy()
-    at_rest[head["n_q"] :] = 0.0
+def write_gravity_row(still: Array, row: Array, table: Table, pool: Array, work: Array) -> None:
+    """Row of gravity relative to O, bodies at rest: eq. (6); on a free orbit also what moves the centre of mass."""
+    head = header_of(table)
     clear(table, work)
     find_center_of_mass(table, pool, work)
-    gradient, strength = gravity_field(table, pool, work)
-    for i in range(1, len(bodies)):
-        b = bodies[i]
+    l, strength = gravity_field(table, pool, work)
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
         store3(work, b["work"] + W_OMEGA, ZERO)  # what remains of the velocity forces is the field
-        field, uniform = local_field(b, head, gradient, strength, work)
-        write_velocity_forces(b, at_rest, head["n_q"], pool, work, field, uniform)
+        field, uniform = local_field(b, head, l, strength, work)
+        write_velocity_forces(b, pool, work, field, uniform)
     gather_residual(still, row, table, pool, work)
 
 
 @inner
-def write_terms(t: float, x: Array, udot: Array, rows: Array, table: Table, pool: Array, work: Array) -> None:
-    """rows (n_terms, n_u): every term at the state x with the accelerations udot (n_u,)."""
-    bodies, loads, head = bodies_of(table), loads_of(table), header_of(table)
-    still = np.zeros(udot.size)
-    rows[:] = 0.0
-    write_velocity_rows(t, x, still, rows, table, pool, work)
-    write_elastic_rows(x, rows, table, pool)
-    write_joint_rows(x, rows, table, pool, work)
+def write_terms(
+    t: float, q: Array, u: Array, udot: Array, rows: Array, spare: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """rows (n_terms, n_u): every term at the state (q, u) with the accelerations udot (n_u,)."""
+    head = header_of(table)
+    n_u = head["n_u"]
+    for k in range(n_rows(table) * n_u):
+        rows[k] = 0.0
+    write_velocity_rows(t, q, u, rows, spare, table, pool, work)
+    write_elastic_rows(q, u, rows, table, pool)
+    write_joint_rows(q, u, rows, spare, table, pool, work)
     clear(table, work)
-    gather_residual(udot, rows[INERTIA], table, pool, work)
-    for j in range(len(loads)):
+    gather_residual(udot, beyond(rows, INERTIA * n_u), table, pool, work)
+    for j in range(head["n_loads"]):
         clear(table, work)
-        apply_load(t, loads[j], bodies, head, x, pool, work)
-        gather_residual(still, rows[FIRST_LOAD + j], table, pool, work)
+        apply_load(t, load_of(table, j), table, pool, work)
+        gather_residual(spare, beyond(rows, (FIRST_LOAD + j) * n_u), table, pool, work)
     if head["orbit"] != ORBIT_NONE:
-        write_gravity_row(x, still, rows[GRAVITY], table, pool, work)
+        write_gravity_row(spare, beyond(rows, GRAVITY * n_u), table, pool, work)
+
+
+@inner
+def n_rows(table: Table) -> int:
+    """Number of rows of the ledger."""
+    return FIRST_LOAD + int(header_of(table)["n_loads"])
+
+
+@inner
+def write_rows_of_run(
+    times: Array, states: Array, rates: Array, out: Array, spare: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """Rows of every instant of a run; what `spare` points to is held by the caller."""
+    for j in range(len(times)):
+        q = start(states[j])
+        u = beyond(q, header_of(table)["n_q"])
+        write_terms(times[j], q, u, start(rates[j]), start(out[j]), start(spare), table, pool, work)
 
 
 @njit(LEDGER, cache=True)
 def ledger(times: Array, states: Array, rates: Array, out: Array, table: Table, pool: Array, work: Array) -> None:
     """out (n_t, n_terms, n_u): all terms at times (n_t,), states (n_t, n_x) and accelerations (n_t, n_u)."""
-    for j in range(len(times)):
-        write_terms(times[j], states[j], rates[j], out[j], table, pool, work)
-
-
-@njit(RESIDUAL, cache=True)
-def reduced_residual(
-    t: float, q: Array, u: Array, udot: Array, out: Array, table: Table, pool: Array, work: Array
-) -> None:
-    """out = M udot + h - Q with the terms that the header's `kept` leaves."""
-    head = header_of(table)
-    x = np.empty(head["n_q"] + head["n_u"])
-    x[: head["n_q"]] = q
-    x[head["n_q"] :] = u
-    rows = np.empty((FIRST_LOAD + head["n_loads"], head["n_u"]))
-    write_terms(t, x, udot, rows, table, pool, work)
-    out[:] = 0.0
-    for i in range(len(rows)):
-        if pool[head["kept"] + i] != 0.0:
-            for k in range(len(out)):
-                out[k] += rows[i, k]
-
-
-@njit(RATE, cache=True)
-def reduced_rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
-    """dx/dt of a model from which terms have been left out; some five times the cost of `rate`."""
-    bodies = bodies_of(table)
-    head = header_of(table)
-    nq, n_u = head["n_q"], head["n_u"]
-    q, u, bias = x[:nq], x[nq:], np.empty(n_u)
-    reduced_residual(t, q, u, np.zeros(n_u), bias, table, pool, work)
-    for k in range(n_u):
-        bias[k] = -bias[k]
-    solve(t, q, bias, dx[nq:], 1.0, 0.0, 0.0, table, pool, work)
-    for i in range(1, len(bodies)):
-        coordinate_rates(bodies[i], q, u, dx, pool)
+    spare = np.zeros(2 * rates.shape[1])
+    write_rows_of_run(times, states, rates, out, spare, start(table), start(pool), start(work))

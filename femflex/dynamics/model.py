@@ -62,7 +62,7 @@ class Model:
 
         if self.rate is equations.rate:
             return SecondOrderCalls(self.n_q, self.n_u)
-        from femflex.dynamics.ledger import reduced_residual
+        from femflex.dynamics.reduced import reduced_residual
 
         return SecondOrderCalls(self.n_q, self.n_u, reduced_residual)
 

@@ -117,9 +117,11 @@ def reduced(model: Model, omitted: tuple[str, ...]) -> Model:
     if not any(name in SWITCHED for name in omitted):
         return replace(model, omitted=omitted)
     from femflex.dynamics.layout import HEADER, N_HEADER
-    from femflex.dynamics.ledger import reduced_rate
+    from femflex.dynamics.lower import aligned
+    from femflex.dynamics.reduced import reduced_rate
 
     kept = [0.0 if name in SWITCHED and name in omitted else 1.0 for name in rows]
-    table, pool = model.table.copy(), np.concatenate([model.pool, kept])
+    table, pool = model.table.copy(), aligned(len(model.pool) + len(kept))
+    pool[:] = np.concatenate([model.pool, kept])
     table[:N_HEADER].view(HEADER)[0]["kept"] = len(model.pool)
     return replace(model, table=table, pool=pool, rate=reduced_rate, omitted=omitted)
