@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from femflex.kernel_cache import drop_stale_kernels
+
 __version__ = "0.1.0"
+
+for _layer in ("dynamics", "integrate"):  # before anything there is imported
+    drop_stale_kernels(Path(__file__).parent / _layer)
 
 if TYPE_CHECKING:
     from femflex.body import FlexibleBody as FlexibleBody

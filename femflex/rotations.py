@@ -8,6 +8,7 @@ femflex.dynamics.turns, tested against these.
 from __future__ import annotations
 
 import warnings
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,7 +42,8 @@ def angles_from_dcm(C: ArrayLike, sequence: str) -> Array:
     """Intrinsic angles (..., 3) [rad] of C_PQ; at the sequence's singularity the third is zero."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Gimbal lock")
-        return Rotation.from_matrix(np.asarray(C, float)).as_euler(checked_sequence(sequence).upper())
+        letters: Any = checked_sequence(sequence).upper()
+        return Rotation.from_matrix(np.asarray(C, float)).as_euler(letters)
 
 
 def dcm_from_quaternion(e: ArrayLike) -> Array:

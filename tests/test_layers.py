@@ -14,6 +14,7 @@ ALLOWED = {
     "rotations": set(),
     "body": set(),
     "warning": set(),
+    "kernel_cache": set(),
     "mesh": set(),
     "integrate": set(),
     "fem": {"mesh"},

@@ -93,8 +93,11 @@ class Symbol:
     def __neg__(self) -> Symbol:
         return self._with("mul", -1.0, self)
 
-    def __bool__(self) -> bool:
+    def _decide(self, *_: Any) -> bool:
         raise TypeError("a formula has no branches; compile the function with `inner` instead")
+
+    __bool__ = __lt__ = __le__ = __gt__ = __ge__ = __eq__ = __ne__ = _decide
+    __hash__ = None  # type: ignore[assignment]
 
     def __getitem__(self, i: Any) -> Symbol:
         return Symbol(self.builder, self.builder.load(self.at(i)))

@@ -37,7 +37,7 @@ HEADER = np.dtype(
             "frame_data",  # pool: rate of a spinning frame (3)
             "mass",  # pool: total mass
             "orbit_state",  # work: radius; the true anomaly's rate, acceleration, value; C_NO (9), place, velocity
-            "angle_axes",  # pool: axis numbers of the reported attitude angles (3)
+            "angle_axes",  # pool: axis numbers of the reported attitude angles (3), C_QL (9)
             "total",  # work: centre of mass (3), uniform field (3)
             "kept",  # pool: 1 or 0 for every term of femflex.dynamics.ledger; read by reduced models alone
         )

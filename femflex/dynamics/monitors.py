@@ -36,6 +36,7 @@ from femflex.dynamics.vectors import (
     inner,
     load3,
     load9,
+    product,
     scale,
     store3,
     store4,
@@ -137,8 +138,9 @@ def observe_orbit(
 
 @inner
 def observe_angles(b: Record, row: Array, head: Record, pool: Array, work: Array) -> None:
-    """Attitude angles of the root body's marker Q relative to the base frame, in the reported sequence."""
-    store3(row, ROW_ANGLES, angles_of(load9(work, b["work"] + W_CPQ), load3(pool, head["angle_axes"])))
+    """Attitude angles of the root body's libration axes relative to the base frame, in the reported sequence."""
+    C_PL = product(load9(work, b["work"] + W_CPQ), load9(pool, head["angle_axes"] + 3))
+    store3(row, ROW_ANGLES, angles_of(C_PL, load3(pool, head["angle_axes"])))
 
 
 @inner

@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.rotations import dcm_from_angles
+
 Array = NDArray[np.float64]
 
 MU_EARTH = 3.986004418e14  # m^3/s^2
@@ -62,12 +64,7 @@ class Orbit:
 
     def C_NP(self) -> Array:
         """Turns perifocal components (X to perigee, Z normal) into inertial ones, (3, 3)."""
-        c, s = np.cos, np.sin
-        Rz = lambda a: np.array([[c(a), -s(a), 0], [s(a), c(a), 0], [0, 0, 1]])  # noqa: E731
-        Rx = np.array(
-            [[1, 0, 0], [0, c(self.inclination), -s(self.inclination)], [0, s(self.inclination), c(self.inclination)]]
-        )
-        return Rz(self.node) @ Rx @ Rz(self.perigee)
+        return dcm_from_angles([self.node, self.inclination, self.perigee], "zxz")
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,8 @@ class System:
     frame    base frame F of joints without a parent
     orbit    None, or the orbit of O; then one root body, and F's origin is O
     delta0   body name -> initial elastic coordinates (n,);  ddelta0 their rates
-    libration_sequence  angles reported of the root body relative to F
+    libration_sequence  angles reported of the libration axes L relative to F
+    libration_axes      (3, 3) C_QL: libration axes in components of the root joint's marker Q on the root body
 
     With a specified orbit O is the centre of mass: the root joint's translation is eliminated, so the root joint must
     have none (spherical: attitude free; weld: attitude held). With a free orbit the root joint is `free`.
@@ -39,6 +40,7 @@ class System:
     delta0: dict[str, Array] = field(default_factory=dict)
     ddelta0: dict[str, Array] = field(default_factory=dict)
     libration_sequence: str = "xzy"
+    libration_axes: Array = field(default_factory=lambda: np.eye(3))
 
     def __post_init__(self) -> None:
         problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems()]
@@ -127,9 +129,10 @@ class System:
         if self.orbit.free and slides != 3:
             return [f"a free orbit needs a free root joint; joint {roots[0].label!r} has {slides} translations"]
         if not self.orbit.free and slides:
+            label, kind = roots[0].label, roots[0].kind
             return [
-                f"a specified orbit eliminates the root's translation; joint {roots[0].label!r} must be spherical, weld or "
-                f"turning, not {roots[0].kind}"
+                "a specified orbit eliminates the root's translation; "
+                f"joint {label!r} must be spherical, weld or turning, not {kind}"
             ]
         return []
 

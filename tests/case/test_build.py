@@ -454,3 +454,15 @@ def test_doubtful_bodies_are_warned_of_with_both_numbers(craft: str, write_case:
     long = read_case(path)
     with pytest.warns(PhysicsWarning, match=r"the mesh spans 3000 m, over 1000 m; .* mesh_unit = 'mm'"):
         warn_of_doubtful_bodies(long, {"boom": build_body(long, "boom")}, 1e-9)
+
+
+def test_a_held_attitude_is_reported_as_it_is_held(tmp_path):
+    text = (Path(__file__).resolve().parents[2] / "cases" / "orbiter_yaw30.toml").read_text()
+    case = tmp_path / "held.toml"
+    held = text.split("[expect")[0].replace(
+        'yaw = "30 deg"', 'held = true\nyaw = "30 deg"\npitch = "10 deg"\nroll = "-5 deg"'
+    )
+    case.write_text(held)
+    model = compile_system(build_system(read_case(case)))
+    angles = model.observe(np.zeros(1), model.x0[None])["attitude/angles"][0]
+    assert np.degrees(angles) == pytest.approx([10, -5, 30], abs=1e-12)  # pitch, roll, yaw

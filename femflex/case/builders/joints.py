@@ -72,9 +72,7 @@ def root_joint(case: Case, bodies: Mapping[str, FlexibleBody]) -> tuple[Joint | 
     name, attitude = case.attitude.root or loose[0], case.attitude
     place = bodies[name].marker(attitude.marker or "origin")
     C_BM = place.orientation if attitude.marker else nominal_axes(attitude)
-    C_FM = dcm_from_angles(attitude.turns(), attitude.sequence)
-    if attitude.held:  # the weld's own axes are turned instead
-        C_BM = C_BM @ C_FM.T
+    C_BM = C_BM @ held_attitude(attitude).T  # a held joint's own axes are turned instead
     marker = attitude.marker or "origin"
     if not np.array_equal(C_BM, place.orientation):
         marker = LIBRATION
@@ -93,6 +91,11 @@ def root_joint(case: Case, bodies: Mapping[str, FlexibleBody]) -> tuple[Joint | 
     else:
         joint = spherical(rotation=attitude.rotation, q0=rotation, u0=rates, **where)
     return joint, {**bodies, name: body}
+
+
+def held_attitude(attitude: AttitudeTable) -> Array:
+    """C_FL (3, 3): where the libration axes are held in the frame; the unit matrix when they are free."""
+    return dcm_from_angles(attitude.turns(), attitude.sequence) if attitude.held else np.eye(3)
 
 
 def nominal_axes(attitude: AttitudeTable) -> Array:

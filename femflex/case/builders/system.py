@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody
 from femflex.case.builders.body import build_bodies
 from femflex.case.builders.initial import initial_shape
-from femflex.case.builders.joints import build_joint, root_joint
+from femflex.case.builders.joints import build_joint, held_attitude, root_joint
 from femflex.case.builders.loads import build_loads
 from femflex.case.builders.references import channel_problems, size_problems
 from femflex.case.case import Case
@@ -40,6 +40,7 @@ def build_system(case: Case, bodies: Mapping[str, FlexibleBody] | None = None) -
             frame=build_frame(case),
             orbit=orbit,
             libration_sequence=case.attitude.sequence,
+            libration_axes=held_attitude(case.attitude),
         )
     except CaseError:
         raise

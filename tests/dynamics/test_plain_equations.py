@@ -1,0 +1,64 @@
+"""The equations as plain Python, without the compiler, and the compiled ones: the same numbers."""
+
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from random_systems import random_body, random_tree
+
+from femflex.dynamics import compile_system
+from femflex.system import Frame, Load, Orbit, spherical
+
+SCRIPT = """
+import sys
+import numpy as np
+sys.path.insert(0, sys.argv[1])
+from test_plain_equations import answers
+np.savez(sys.argv[2], **answers())
+"""
+
+
+def systems():
+    """A free tree with springs and loads, and one on an orbit; some bodies have more shapes than a lane holds."""
+    rng = np.random.default_rng(6)
+    for seed, more in ((1, {}), (4, {"root": spherical, "orbit": Orbit(7e6, 0.3, mu=5e20), "frame": Frame("orbital")})):
+        system, _, (q, u) = random_tree(seed, n_bodies=4, **more)
+        joints = tuple(replace(j, stiffness=rng.uniform(1, 2, j.n_u), damping=np.ones(j.n_u)) for j in system.joints)
+        last = system.order[-1]
+        bodies = {**system.bodies, last: random_body(rng, 6)[0]}
+        grown = 6 - system.bodies[last].n_modes
+        loads = (Load("push", last, "a", "marker", force=rng.normal(size=3), torque=rng.normal(size=3)),)
+        system = replace(system, joints=joints, bodies=bodies, loads=loads)
+        yield system, np.r_[q, 0.1 * rng.normal(size=grown)], np.r_[u, 0.1 * rng.normal(size=grown)]
+
+
+def answers():
+    """Everything a model computes, at one state of each system."""
+    out = {}
+    for i, (system, q, u) in enumerate(systems()):
+        model, x = compile_system(system), np.concatenate([q, u])
+        own = (model.table, model.pool, model.work)
+        solved, moved = np.empty(model.n_u), np.empty(model.n_q)
+        model.second_order.solve(0.2, q, u, solved, 2.0, 0.3, 0.7, *own)
+        model.second_order.advance(q, u, moved, *own)
+        out |= {f"{i}/rate": model.state_rate(0.2, x), f"{i}/residual": model.residual(0.2, x, np.cos(u))}
+        out |= {f"{i}/solve": solved, f"{i}/advance": moved}
+        out |= {f"{i}/{path}": v for path, v in model.observe(np.array([0.2]), x[None]).items()}
+    return out
+
+
+def test_plain_python_gives_the_numbers_of_the_compiled_equations(tmp_path):
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "OPENBLAS_NUM_THREADS": "1"}
+    root = Path(__file__).parents[2]
+    environment["PYTHONPATH"] = os.pathsep.join([str(root), environment.get("PYTHONPATH", "")])
+    command = [sys.executable, "-c", SCRIPT, str(Path(__file__).parent), str(tmp_path / "plain.npz")]
+    subprocess.run(command, env=environment, check=True, timeout=120)
+    plain, compiled = np.load(tmp_path / "plain.npz"), answers()
+    assert set(plain.files) == set(compiled)
+    for name, values in compiled.items():
+        size = 1.0 + np.abs(values).max(initial=0.0)
+        assert plain[name] == pytest.approx(values, rel=1e-12, abs=1e-12 * size), name
