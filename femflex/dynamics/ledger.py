@@ -33,7 +33,7 @@ INERTIA, QUADRATIC, LINEAR, SPECIFIED = 0, 1, 2, 3
 ELASTIC, PRESTRESS, DAMPING, SPRINGS, DAMPERS, GRAVITY, FIRST_LOAD = 4, 5, 6, 7, 8, 9, 10
 
 _vector, _matrix = types.float64[::1], types.float64[:, ::1]
-LEDGER = types.void(_vector, _matrix, _matrix, types.float64[:, :, ::1], types.int64[::1], _vector, _vector)
+LEDGER = types.void(_vector, _matrix, _matrix, _matrix, types.int64[::1], _vector, _vector)
 
 
 @inner
@@ -180,6 +180,6 @@ def write_rows_of_run(
 
 @njit(LEDGER, cache=True)
 def ledger(times: Array, states: Array, rates: Array, out: Array, table: Table, pool: Array, work: Array) -> None:
-    """out (n_t, n_terms, n_u): all terms at times (n_t,), states (n_t, n_x) and accelerations (n_t, n_u)."""
+    """out (n_t, n_terms n_u): all terms at times (n_t,), states (n_t, n_x) and accelerations (n_t, n_u)."""
     spare = np.zeros(2 * rates.shape[1])
     write_rows_of_run(times, states, rates, out, spare, start(table), start(pool), start(work))

@@ -89,9 +89,10 @@ def _ledger(model: Model, times: Array, states: Array, rates: Array) -> Array:
     """All rows of the ledger, (n_t, n_rows, n_u)."""
     from femflex.dynamics.ledger import ledger
 
-    out = np.empty((len(times), len(all_rows(model.system)), model.n_u))
+    n_rows = len(all_rows(model.system))
+    out = np.empty((len(times), n_rows * model.n_u))
     ledger(times, states, rates, out, model.table, model.pool, model.work)
-    return out
+    return out.reshape(len(times), n_rows, model.n_u)
 
 
 def linear_terms(model: Model, t: float, x: Array) -> tuple[Array, Array]:
