@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from femflex import __version__
-from femflex.cli import body, check, converge, info, modes, plot, render, run, schema
+from femflex.cli import body, check, converge, info, modes, plot, render, run, schema, terms
 from femflex.cli.verb import EXAMPLES
 
 app = typer.Typer(
@@ -42,6 +42,7 @@ for _verb in (
     body.body,
     render.render,
     plot.plot,
+    terms.terms,
     converge.converge,
     check.check,
     info.info,

@@ -27,6 +27,8 @@ def draw(
     look: dict[str, Any] = table.model_dump(include={"scale", "theme", "camera", "view", "triads", "edges", "size"})
     look["traces"] = tuple(table.traces)
     for path, (kind, what) in _wanted(table, output):
+        if run.without and not _there(run, bodies, kind, what):
+            continue
         if kind == "picture":
             render_picture(run, path, time=what, force=force, **look)
         elif kind == "movie":
@@ -42,6 +44,11 @@ def draw(
         else:
             plot_histories(run, path, [what], force=force, theme=table.theme)
         yield path
+
+
+def _there(run: Run, bodies: Mapping[str, FlexibleBody], kind: str, what: Any) -> bool:
+    """Whether what a picture shows is left in a run with something switched off."""
+    return (kind != "plot" or what.partition(":")[0] in run) and (kind != "modes" or bodies[what].n_modes > 0)
 
 
 def _wanted(table: PicturesTable, output: Path) -> list[tuple[Path, tuple[str, Any]]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -23,6 +24,9 @@ def plot(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="PNG or SVG file; left out, beside the run.")
     ] = None,
+    other: Annotated[
+        Path | None, typer.Option("--with", help="Result file of another run, laid over this one in dashed lines.")
+    ] = None,
     spectrum: Annotated[
         bool, typer.Option("--spectrum", help="Amplitude spectra with named peaks instead of histories.")
     ] = False,
@@ -37,9 +41,11 @@ def plot(
     from femflex.view import plot_histories, plot_spectra
 
     target = output or file.with_name(f"{file.stem}_{'spectrum' if spectrum else 'plot'}.png")
-    with open_run(file) as run:
+    with open_run(file) as run, nullcontext() if other is None else open_run(other) as second:
         if spectrum:
-            plot_spectra(run, target, channels or None, not radians, theme, title, highest=highest, force=force)
+            plot_spectra(
+                run, target, channels or None, not radians, theme, title, highest=highest, force=force, other=second
+            )
         else:
-            plot_histories(run, target, channels or None, not radians, theme, title, force=force)
+            plot_histories(run, target, channels or None, not radians, theme, title, force=force, other=second)
     print(f"picture     {target}")

@@ -59,6 +59,12 @@ def write_residual(
     """out = M udot + h - Q: forces of motion and strain, loads and springs, then the inertia forces of udot."""
     place(t, q, u, table, pool, work)
     write_forces(t, q, u, table, pool, work)
+    gather_residual(udot, out, table, pool, work)
+
+
+@inner
+def gather_residual(udot: Array, out: Array, table: Table, pool: Array, work: Array) -> None:
+    """Add the inertia forces of udot to the written biases and gather them on the coordinates."""
     head = header_of(table)
     total = ZERO
     for i in range(1, head["n_bodies"]):

@@ -39,6 +39,7 @@ HEADER = np.dtype(
             "orbit_state",  # work: radius; the true anomaly's rate, acceleration, value; C_NO (9), place, velocity
             "angle_axes",  # pool: axis numbers of the reported attitude angles (3), C_QL (9)
             "total",  # work: centre of mass (3), uniform field (3)
+            "kept",  # pool: 1 or 0 for every term of femflex.dynamics.ledger; read by reduced models alone
         )
     ]
 )

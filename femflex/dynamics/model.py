@@ -34,6 +34,7 @@ class Model:
     breaks              (n,) times at which a load is not smooth [s]
     renormalise         first positions in x of the quadruples of Euler parameters
     channels            path -> Channel of everything `observe` returns
+    omitted             what `without` has switched off
     """
 
     system: System
@@ -47,6 +48,7 @@ class Model:
     renormalise: NDArray[np.int64]
     channels: dict[str, Channel]
     rate: Any = field(default=equations.rate)
+    omitted: tuple[str, ...] = ()
 
     @property
     def n_x(self) -> int:
@@ -58,7 +60,11 @@ class Model:
         """The calls of implicit integrators; compiled when first asked for."""
         from femflex.dynamics.second_order import SecondOrderCalls
 
-        return SecondOrderCalls(self.n_q, self.n_u)
+        if self.rate is equations.rate:
+            return SecondOrderCalls(self.n_q, self.n_u)
+        from femflex.dynamics.reduced import reduced_residual
+
+        return SecondOrderCalls(self.n_q, self.n_u, reduced_residual)
 
     @cached_property
     def max_frequency(self) -> float:
@@ -88,6 +94,18 @@ class Model:
         """M of eq. (9), (n_u, n_u)."""
         h = self.bias(t, x)
         return np.column_stack([self.residual(t, x, unit) - h for unit in np.eye(self.n_u)])
+
+    def terms(self, times: Array, states: Array) -> dict[str, Array]:
+        """Every term of eq. (9) at times (n_t,) and states (n_t, n_x): name -> (n_t, n_u). See `dynamics.terms`."""
+        from femflex.dynamics.terms import terms
+
+        return terms(self, times, states)
+
+    def without(self, *names: str) -> Model:
+        """A model with terms, loads or flexibility switched off by name. See `dynamics.without`."""
+        from femflex.dynamics.without import without
+
+        return without(self, *names)
 
     def observe(self, times: Array, states: Array) -> dict[str, Array]:
         """Every channel at times (n_t,) and states (n_t, n_x): path -> (n_t, *channel.shape)."""

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from femflex.pipeline.advance import Progress, integrate
 from femflex.pipeline.prepared import Prepared, check_output, prepare
+from femflex.pipeline.rebuilt import rebuilt
 
 if TYPE_CHECKING:
     from femflex.case import Case
     from femflex.results import Run
 
-__all__ = ["Prepared", "Progress", "check_output", "integrate", "prepare", "run"]
+__all__ = ["Prepared", "Progress", "check_output", "integrate", "prepare", "rebuilt", "run"]
 
 
 def run(
@@ -22,16 +24,18 @@ def run(
     force: bool = False,
     resume: bool = False,
     progress: Progress | None = None,
+    without: Sequence[str] = (),
 ) -> Run:
     """The finished run of a case, written to an HDF5 file as it goes and open for reading.
 
     resume    go on with the unfinished run in `output`; the answer is that of an uninterrupted one, bit for bit
+    without   names of what is switched off, such as "gravity_gradient", a load or "flexibility"; the file says so
     progress  called with the time reached [s] after every block
     Raises CaseError for a case that cannot be run, FileExistsError for an existing output unless `force`, and
     IntegrationError when the numerics fail; the file then keeps what was computed and says so.
     """
     from femflex.results import open_run
 
-    prepared = prepare(case, output, force=force, resume=resume)
+    prepared = prepare(case, output, force=force, resume=resume, without=without)
     integrate(prepared, output, force=force, resume=resume, progress=progress)
     return open_run(output)

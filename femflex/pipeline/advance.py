@@ -64,6 +64,7 @@ def _writer(prepared: Prepared, output: Path, force: bool, resume: bool) -> Iter
         "title": case.title,
         "case_text": case.text,
         "case_path": str(case.path),
+        "without": ", ".join(model.omitted),
         "integrator": prepared.integrator.name,
         "frame": f"N inertial; attitude from the {prepared.system.frame.kind} frame",
     }

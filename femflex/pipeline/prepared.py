@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -36,8 +36,11 @@ def prepare(
     force: bool = False,
     resume: bool = False,
     bodies: Mapping[str, FlexibleBody] | None = None,
+    without: Sequence[str] = (),
 ) -> Prepared:
     """The run of a case up to its first step, with these bodies or with its own; nothing is written.
+
+    without: names of what is switched off (see `femflex.dynamics.without`)
 
     Raises as `femflex.run` does for what can be told before the first step.
     """
@@ -52,6 +55,11 @@ def prepare(
     check_output(case, Path(output), force, resume)
     system = build_system(case, bodies)
     model = compile_system(system)
+    if without:
+        model = model.without(*without)
+        system = model.system
+    if resume:
+        check_same(model.omitted, Path(output))
     times = case.run.times(duration_of(case, system))
     warn_of_doubtful_bodies(case, system.bodies, float(times[1] - times[0]))
     integrator, reason = chosen_integrator(case, model, times)
@@ -72,4 +80,16 @@ def check_output(case: Case, output: Path, force: bool, resume: bool) -> None:
         if unfinished.case_text != case.text:
             raise ValueError(
                 f"{output} was begun with another text of the case; resume it with that one, or start anew"
+            )
+
+
+def check_same(omitted: Sequence[str], output: Path) -> None:
+    """Raise ValueError when the unfinished run was begun with something else switched off."""
+    from femflex.results import open_run
+
+    with open_run(output) as unfinished:
+        if set(unfinished.without) != set(omitted):
+            begun, now = (", ".join(names) or "nothing" for names in (unfinished.without, omitted))
+            raise ValueError(
+                f"{output} was begun with {begun} switched off, not {now}; resume it likewise, or start anew"
             )

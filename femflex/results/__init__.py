@@ -3,12 +3,13 @@
 Layout, version 1 (plain HDF5 1.8 format; any HDF5 reader opens it):
 
     /                     attributes: format, layout, title, case_text, femflex_version, complete, ended,
-                          and what the run adds
+                          and what the run adds: case_path, without (what was switched off), integrator, ...
     /progress      (2,)   rows that are valid, and the slot of /resume that belongs to them (-1: none)
     /time          (n,)   [s]
     /q  /u         (n, k) coordinates and quasi-velocities; attribute `names` per column
     /bodies/<name>/{position,attitude,rate,delta}    inertial axes, Euler parameters of C_NB (scalar first), body axes
     /markers/<body>.<marker>/{position,velocity,deflection}
+    /terms/<name>         (n, n_u) when asked for: every term of M udot + h - Q = 0, names as /u
     /attitude/angles  /orbit/...  /loads/<name>/...  /monitors/...
     /model/<body>         attributes: mass, n_modes; omega (n,), kinds (n,), markers/<name> (3,) [m],
                           points (n_p, 3) [m], cells/<type> (n_c, nodes), shapes (n, n_p, 3)
@@ -26,8 +27,9 @@ written beside as `<file>.part` and moved into place. An existing file is refuse
 replaced only when the new run has its first block.
 """
 
+from femflex.results.adding import add_channels
 from femflex.results.reader import Run, RunBody, open_run
 from femflex.results.resume import ResumePoint, resume_point
 from femflex.results.writer import RunWriter
 
-__all__ = ["ResumePoint", "Run", "RunBody", "RunWriter", "open_run", "resume_point"]
+__all__ = ["ResumePoint", "Run", "RunBody", "RunWriter", "add_channels", "open_run", "resume_point"]

@@ -13,6 +13,7 @@ def outline(run: Run) -> str:
     state = "complete" if run.complete else f"incomplete ({run.ended})" if run.ended else "incomplete"
     span = f"{len(run)} instants, {run.time[0]:g} to {run.time[-1]:g} s" if len(run) else "no instants"
     lines = [f"{run.path.name}: {run.title}" if run.title else run.path.name, f"{state}, {span}"]
+    lines += [f"without {', '.join(run.without)}"] if run.without else []
     group: list[str] = []
     for path, channel in run.channels.items():
         *folders, leaf = path.split("/")

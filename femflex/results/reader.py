@@ -131,6 +131,11 @@ class Run:
         return str(self.attributes["case_text"])
 
     @property
+    def without(self) -> tuple[str, ...]:
+        """What was switched off in the run by name, () in a full one."""
+        return tuple(filter(None, str(self.attributes.get("without", "")).split(", ")))
+
+    @property
     def complete(self) -> bool:
         """Whether the run reached its end."""
         return bool(self.attributes["complete"])

@@ -4,6 +4,7 @@ from femflex.view.look import Look
 from femflex.view.modes import mode_montage, mode_movie
 from femflex.view.plot import plot_histories, plot_spectra
 from femflex.view.render import render_movie, render_picture
+from femflex.view.terms import plot_terms
 from femflex.view.window import NoRenderer
 
 __all__ = [
@@ -13,6 +14,7 @@ __all__ = [
     "mode_movie",
     "plot_histories",
     "plot_spectra",
+    "plot_terms",
     "render_movie",
     "render_picture",
 ]

@@ -21,12 +21,17 @@ NEGLIGIBLE = 1e-3  # of the largest on the same axes: a curve that is not shown 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """One component over time: label, values (n_t,) and unit; `quantity` is what the ordinate is called."""
+    """One component over time: label, values (n_t,) and unit; `quantity` is what the ordinate is called.
+
+    time (n_t,) [s]; second: of the other run of two that are laid over each other
+    """
 
     label: str
     values: Array
     unit: str
     quantity: str
+    time: Array
+    second: bool = False
 
     @property
     def axes(self) -> tuple[str, str]:
@@ -34,14 +39,20 @@ class Curve:
         return (self.quantity if self.unit in ("m", "rad") else "", self.unit)
 
 
-def curves_of(run: Run, channels: Sequence[str] | None = None, degrees: bool = True) -> list[list[Curve]]:
+def curves_of(
+    run: Run, channels: Sequence[str] | None = None, degrees: bool = True, other: Run | None = None
+) -> list[list[Curve]]:
     """Curves of channels in readable units, those on one pair of axes together; without channels, the telling ones.
 
     A channel is a path ("attitude/angles"), or a path and a component by name or by number from 1
     ("attitude/angles:pitch", "q:1"), or "energy drift". Raises KeyError for one that the run has not.
+    The same curves of another run follow theirs, marked `second`.
     """
     chosen = default_channels(run) if channels is None else list(channels)
     found = [curve for channel in chosen for curve in _curves(run, channel)]
+    if other is not None:
+        there = [channel for channel in chosen if channels is not None or channel == DRIFT or channel in other]
+        found += [replace(curve, second=True) for channel in there for curve in _curves(other, channel)]
     if not found:
         raise ValueError("no channels are named to plot; give some, or leave them out for the usual ones")
     keys = dict.fromkeys(curve.axes for curve in found)
@@ -73,7 +84,9 @@ def _curves(run: Run, channel: str) -> list[Curve]:
     owner = path.split("/")[1] if path.count("/") > 1 else ""
     named = {"angles": "attitude", "q": "coordinate", "u": "velocity"}.get(quantity, quantity)
     return [
-        Curve(f"{owner} {names[k % len(names)]}".strip() or quantity, values[:, k], units[k % len(units)], named)
+        Curve(
+            f"{owner} {names[k % len(names)]}".strip() or quantity, values[:, k], units[k % len(units)], named, run.time
+        )
         for k in wanted
     ]
 
@@ -89,7 +102,7 @@ def _component(path: str, names: tuple[str, ...], component: str) -> int:
 def _drift(run: Run) -> Curve:
     name, path = ("Jacobi integral", "monitors/jacobi") if "monitors/jacobi" in run else ("energy", "monitors/energy")
     E = run[path]
-    return Curve(name, (E - E[0]) / (np.abs(E).max() or 1.0), "1", "relative drift")
+    return Curve(name, (E - E[0]) / (np.abs(E).max() or 1.0), "1", "relative drift", run.time)
 
 
 def _changes(group: list[Curve]) -> list[Curve]:
@@ -113,7 +126,8 @@ def _size(group: list[Curve]) -> float:
 
 def _noticeable(group: list[Curve]) -> list[Curve]:
     largest = _size(group)
-    return [curve for curve in group if _size([curve]) >= NEGLIGIBLE * largest]
+    seen = {curve.label for curve in group if _size([curve]) >= NEGLIGIBLE * largest}
+    return [curve for curve in group if curve.label in seen]
 
 
 def _readable(group: list[Curve], degrees: bool) -> list[Curve]:

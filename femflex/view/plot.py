@@ -35,22 +35,24 @@ def plot_histories(
     title: str | None = None,
     dpi: int = 150,
     force: bool = False,
+    other: Run | None = None,
 ) -> Path:
     """Path of a picture (.png or .svg) of channels over time, one pair of axes for every unit.
 
     channels as in `curves_of`; by default attitude angles, largest deflections and energy drift.
+    other: a second run, laid over the first in thin dashed lines of the same colours.
     """
-    groups, colours = curves_of(run, channels, degrees), theme_of(theme)
-    figure, axes = _figure(len(groups), run.title if title is None else title, colours, sharex=True)
-    seconds, unit = time_unit(run.duration)
+    groups, colours = curves_of(run, channels, degrees, other), theme_of(theme)
+    figure, axes = _figure(len(groups), _title(run, other) if title is None else title, colours, sharex=True)
+    seconds, unit = time_unit(max(run.duration, 0.0 if other is None else other.duration))
     for ax, group in zip(axes, groups, strict=True):
-        for k, curve in enumerate(group):
-            ax.plot(run.time / seconds, curve.values, color=_colour(colours, k), label=curve.label, linewidth=1.2)
+        for curve, style in _styled(group, colours):
+            ax.plot(curve.time / seconds, curve.values, **style)
         ax.set_ylabel(_ordinate(group))
-        _finish(ax, group, colours)
+        finish(ax, group, colours)
         ax.margins(x=0)
     axes[-1].set_xlabel(f"time [{unit}]")
-    return _saved(figure, path, dpi, force)
+    return saved(figure, path, dpi, force)
 
 
 def plot_spectra(
@@ -63,35 +65,35 @@ def plot_spectra(
     dpi: int = 150,
     highest: float | None = None,
     force: bool = False,
+    other: Run | None = None,
 ) -> Path:
     """Path of a picture (.png or .svg) of amplitude spectra of channels, with their peaks named.
 
     A sine of amplitude a makes a peak of height a. highest is the last frequency shown [Hz]; by default every pair of
-    axes goes a little beyond its last peak.
+    axes goes a little beyond its last peak. other: a second run, laid over the first in thin dashed lines.
     """
     colours = theme_of(theme)
-    groups = curves_of(run, channels, degrees)
+    groups = curves_of(run, channels, degrees, other)
     if channels is None:
         groups = [group for group in groups if group[0].quantity != "relative drift"] or groups
-    figure, axes = _figure(len(groups), run.title if title is None else title, colours, sharex=False)
+    figure, axes = _figure(len(groups), _title(run, other) if title is None else title, colours, sharex=False)
     for ax, group in zip(axes, groups, strict=True):
-        spectra = [amplitude_spectrum(run.time, curve.values) for curve in group]
+        spectra = [amplitude_spectrum(curve.time, curve.values) for curve in group]
         peaks = [peak for spectrum in spectra for peak in spectrum.peaks() if highest is None or peak[0] <= highest]
         nyquist = float(spectra[0].frequency[-1])
         last = highest or min(nyquist, 1.3 * max((frequency for frequency, _ in peaks), default=nyquist))
         factor, unit = (1e3, "mHz") if last < 0.5 else (1.0, "Hz")
-        for k, (curve, spectrum) in enumerate(zip(group, spectra, strict=True)):
-            line = (spectrum.frequency * factor, np.maximum(spectrum.amplitude, 1e-300))
-            ax.semilogy(*line, color=_colour(colours, k), label=curve.label, linewidth=1.2)
+        for (_, style), spectrum in zip(_styled(group, colours), spectra, strict=True):
+            ax.semilogy(spectrum.frequency * factor, np.maximum(spectrum.amplitude, 1e-300), **style)
         top = max(float(spectrum.amplitude.max()) for spectrum in spectra) or 1.0
         ax.set_ylim(DEPTH * top, 10 * top)
         ax.set_xlim(0, last * factor)
         _name_peaks(ax, [(frequency * factor, amplitude) for frequency, amplitude in peaks], colours)
         ax.set_ylabel("amplitude of\n" + _ordinate(group))
         ax.set_xlabel(f"frequency [{unit}]")
-        _finish(ax, group, colours)
+        finish(ax, group, colours)
     axes[-1].set_xlabel(f"{axes[-1].get_xlabel()}   ({WINDOW}, trend removed)")
-    return _saved(figure, path, dpi, force)
+    return saved(figure, path, dpi, force)
 
 
 def _name_peaks(ax: Axes, peaks: list[tuple[float, float]], colours: Theme) -> None:
@@ -109,12 +111,45 @@ def _name_peaks(ax: Axes, peaks: list[tuple[float, float]], colours: Theme) -> N
 def _ordinate(group: list[Curve]) -> str:
     """Quantities and unit, with raised exponents."""
     said, unit = ", ".join(dict.fromkeys(curve.quantity for curve in group)), group[0].unit
-    raised = re.sub(r"\^(-?[\d/]+)", r"$^{\1}$", unit)
-    return said if unit in ("1", "") else f"{said} [{raised}]"
+    return said if unit in ("1", "") else f"{said} [{raised(unit)}]"
 
 
-def _colour(colours: Theme, k: int) -> str:
-    return colours.lines[k % len(colours.lines)]
+def raised(unit: str) -> str:
+    """A unit with raised exponents."""
+    return re.sub(r"\^(-?[\d/]+)", r"$^{\1}$", unit)
+
+
+def _styled(group: list[Curve], colours: Theme) -> list[tuple[Curve, dict[str, Any]]]:
+    """The curves with colour, line and name; those of a second run dashed, in the colours of the first."""
+    order = list(dict.fromkeys(curve.label for curve in group))
+    dashed = {"linewidth": 1.0, "linestyle": (0, (4, 1.6)), "alpha": 0.85}
+    return [
+        (
+            curve,
+            {
+                "color": colours.lines[order.index(curve.label) % len(colours.lines)],
+                "label": f"{curve.label} (dashed)" if curve.second else curve.label,
+                **(dashed if curve.second else {"linewidth": 1.2}),
+            },
+        )
+        for curve in group
+    ]
+
+
+def title_of(run: Run) -> str:
+    """Title of a run, with what was switched off in it."""
+    left_out = ", ".join(name.replace("_", " ").removeprefix("loads/") for name in run.without)
+    return f"{run.title} (without {left_out})" if left_out else run.title
+
+
+def _title(run: Run, other: Run | None) -> str:
+    """Title of one run, or of two: what tells them apart."""
+    if other is None:
+        return title_of(run)
+    if run.title != other.title:
+        return f"{title_of(run)}\ndashed: {title_of(other)}"
+    left_out, dashed = (title_of(one).removeprefix(one.title).strip("( )") or "in full" for one in (run, other))
+    return f"{run.title}\n{left_out}; dashed: {dashed if left_out != dashed else other.path.name}"
 
 
 def _figure(count: int, title: str, colours: Theme, sharex: bool) -> tuple[Figure, list[Axes]]:
@@ -126,7 +161,8 @@ def _figure(count: int, title: str, colours: Theme, sharex: bool) -> tuple[Figur
     return figure, axes
 
 
-def _finish(ax: Axes, group: list[Curve], colours: Theme) -> None:
+def finish(ax: Axes, group: Sequence[object], colours: Theme) -> None:
+    """Give axes the theme's colours, and a legend of what is in the group beside them."""
     ax.set_facecolor(colours.background)
     ax.grid(True, color=colours.faint, alpha=0.25, linewidth=0.6)
     ax.tick_params(colors=colours.text, which="both", labelsize=9)
@@ -135,13 +171,16 @@ def _finish(ax: Axes, group: list[Curve], colours: Theme) -> None:
     for side, spine in ax.spines.items():
         spine.set_visible(side in ("left", "bottom"))
         spine.set_color(colours.faint)
+    if not group:
+        return
     columns = -(-len(group) // LEGEND_ROWS)
     legend = ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=9, ncols=columns)
     for text in legend.get_texts():
         text.set_color(colours.text)
 
 
-def _saved(figure: Figure, path: str | Path, dpi: int, force: bool) -> Path:
+def saved(figure: Figure, path: str | Path, dpi: int, force: bool) -> Path:
+    """Path of the figure as a file, .png or .svg."""
     path = Path(path)
     kind = path.suffix.lower().lstrip(".")
     if kind not in ("png", "svg"):

@@ -40,8 +40,8 @@ def orbiting(tmp_path_factory):
 def figure(monkeypatch):
     """The figure that is saved."""
     kept = []
-    real = femflex.view.plot._saved
-    monkeypatch.setattr(femflex.view.plot, "_saved", lambda fig, *args: kept.append(fig) or real(fig, *args))
+    real = femflex.view.plot.saved
+    monkeypatch.setattr(femflex.view.plot, "saved", lambda fig, *args: kept.append(fig) or real(fig, *args))
     return lambda: kept[-1]
 
 

@@ -1,0 +1,155 @@
+"""`femflex terms`: what moves each coordinate of a run, term by term."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from femflex.cli.progress import Patience
+from femflex.cli.verb import verb
+
+if TYPE_CHECKING:
+    from femflex.studies.explain import Explanation
+
+
+@verb("femflex terms run.h5 --coordinate beam.delta1 -o terms.png")
+def terms(
+    file: Annotated[Path, typer.Argument(help="Result file of a run.", show_default=False)],
+    coordinate: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--coordinate",
+            help="Coordinate to explain, such as beam.delta1; may be repeated; `all`. Left out, the telling ones.",
+            show_default=False,
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="PNG or SVG picture: motion, and what pushes it, stacked.")
+    ] = None,
+    start: Annotated[float | None, typer.Option("--from", help="First time in s.")] = None,
+    end: Annotated[float | None, typer.Option("--to", help="Last time in s.")] = None,
+    case: Annotated[
+        Path | None,
+        typer.Option("--case", help="Where the case file is now, if it has moved; meshes are looked for beside it."),
+    ] = None,
+    theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
+    title: Annotated[str | None, typer.Option("--title", help="Left out, that of the case.")] = None,
+    whole: Annotated[
+        bool, typer.Option("--whole", help="Draw the inertia as one, not by whose acceleration it is.")
+    ] = False,
+    keep: Annotated[
+        bool, typer.Option("--keep", help="Keep the terms in the run, as channels terms/elastic and so on.")
+    ] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print peaks and root mean squares as JSON.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
+) -> None:
+    """Say what moves each coordinate: every term of the equations of motion along a run, as table and stacked plot.
+
+    The model is built again from the case text in the run. Terms have their sign in M udot + h - Q = 0 and sum to zero.
+    """
+    if keep and (start is not None or end is not None):
+        raise ValueError("--keep keeps the terms of the whole run; leave out --from and --to")
+    from femflex.pipeline import rebuilt
+    from femflex.results import open_run
+    from femflex.results.place import check_place
+    from femflex.studies.explain import chosen, explain
+
+    if output is not None:
+        check_place(output, force)
+    with open_run(file) as run:
+        with Patience("building the model again from the case text") as told:
+            model = rebuilt(run, case)
+            told("evaluating the terms")
+            first = float(run.time[0]) if start is None else start
+            last = float(run.time[-1]) if end is None else end
+            found = explain(run, model, (first, last))
+        places = chosen(found, coordinate or [])
+        if json:
+            say_json(run.without, found, places)
+        else:
+            say_tables(run.without, found, places)
+        if output is not None:
+            from femflex.view.terms import Explained, plot_terms
+
+            shown, which = shortened(found, places, wanted=start is None and end is None)
+            chose = [Explained(k, found.names[k], found.units[k], "inertia" if whole else found.own[k]) for k in places]
+            parts = shown.terms if whole else shown.parts
+            plot_terms(run, shown.time, parts, chose, output, theme, title, force=force)
+            if not json:
+                print(f"picture     {output}{which}")
+    if keep:
+        keep_terms(file, found)
+        if not json:
+            print(f"kept        {file}: {', '.join('terms/' + name for name in found.terms)}")
+
+
+def shortened(found: Explanation, places: list[int], wanted: bool) -> tuple[Explanation, str]:
+    """The explanation as far as a picture can show it, and in words which part of the run that is."""
+    from femflex.studies.explain import readable_span
+
+    first, last = readable_span(found, places) if wanted else (found.time[0], found.time[-1])
+    if last >= found.time[-1]:
+        return found, ""
+    return found.until(
+        last
+    ), f", {first:g} to {last:g} s of {found.time[-1]:g} s, where single swings can be seen; --from and --to choose"
+
+
+def keep_terms(file: Path, found: Explanation) -> None:
+    """Write the terms into the run."""
+    from femflex.results import add_channels
+    from femflex.system import Channel
+
+    units, shape = ", ".join(found.units), (len(found.names),)
+    add_channels(
+        file,
+        {
+            f"terms/{name}": (
+                Channel(units, f"{name.replace('_', ' ')} in M udot + h - Q = 0", shape, found.names),
+                rows,
+            )
+            for name, rows in found.terms.items()
+        },
+    )
+
+
+def say_tables(without: tuple[str, ...], found: Explanation, places: list[int]) -> None:
+    """Print peak and root mean square of every term on the coordinates."""
+    from femflex.cli.tables import print_table
+
+    if without:
+        print(f"without {', '.join(without)}")
+    for k in places:
+        print_table(("term", "peak", "rms", "of largest"), term_rows(found, k), f"{found.names[k]}, {found.units[k]}")
+    print(f"the terms sum to zero to {found.remainder:.1e} of the largest, over {len(found.time)} instants")
+
+
+def term_rows(found: Explanation, k: int) -> list[tuple[str, str, str, str]]:
+    """Rows of the table of coordinate k, largest first; the inertia is followed by its parts."""
+    from femflex.studies.explain import ROUNDING
+
+    sizes = found.sizes(k)
+    scale = max(rms for _, rms in sizes.values())
+    largest = max(sizes[name][1] for name in found.terms) or 1.0
+    order = []
+    for name in sorted(found.terms, key=lambda name: -sizes[name][1]):
+        order += [name, *(sorted(found.inertia, key=lambda part: -sizes[part][1]) if name == "inertia" else ())]
+    return [
+        (f"  {name}" if name in found.inertia else name, f"{peak:.4g}", f"{rms:.4g}", f"{rms / largest:.1%}")
+        for name in order
+        for peak, rms in [sizes[name]]
+        if rms > ROUNDING * scale
+    ]
+
+
+def say_json(without: tuple[str, ...], found: Explanation, places: list[int]) -> None:
+    """Print the same as JSON."""
+    from femflex.cli.tables import print_json
+
+    told: dict[str, Any] = {"without": list(without), "remainder": found.remainder, "coordinates": {}}
+    for k in places:
+        sizes = {name: {"peak": peak, "rms": rms} for name, (peak, rms) in found.sizes(k).items()}
+        told["coordinates"][found.names[k]] = {"unit": found.units[k], "terms": sizes}
+    print_json(told)

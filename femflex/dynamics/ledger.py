@@ -1,0 +1,185 @@
+"""The terms of eq. (9) one by one, compiled: which source moves, holds or brakes each coordinate.
+
+Every term is written as it stands on the left of M udot + h - Q = 0, so that all of them sum to zero. h splits by its
+degree in u (THEORY section 4), from inertia forces alone, at u, -u and 0; everything else is evaluated by itself, with
+nothing else there to cancel against. Compiled apart from `rate`, and only when first asked for.
+
+Rows (n_terms, n_u) lie flat. `spare` (2 n_u) holds zeros, a system at rest, and then room for -u.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, types
+from numpy.typing import NDArray
+
+from femflex.dynamics.equations import place
+from femflex.dynamics.gathering import gather_residual
+from femflex.dynamics.gravity import NO_GRADIENT, find_center_of_mass, gravity_field, local_field
+from femflex.dynamics.inertia import write_velocity_forces, zero_forces
+from femflex.dynamics.joint_forces import write_spring_forces
+from femflex.dynamics.lanes import beyond, start
+from femflex.dynamics.layout import BALL_NONE, ORBIT_NONE, W_BIAS, W_OMEGA, W_TAU, body_of, header_of, load_of
+from femflex.dynamics.loads import apply_load
+from femflex.dynamics.spatial import nothing_pair, put_pair
+from femflex.dynamics.vectors import ZERO, inner, store3
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+Record = np.void
+
+# rows of the ledger; loads follow in the system's order
+INERTIA, QUADRATIC, LINEAR, SPECIFIED = 0, 1, 2, 3
+ELASTIC, PRESTRESS, DAMPING, SPRINGS, DAMPERS, GRAVITY, FIRST_LOAD = 4, 5, 6, 7, 8, 9, 10
+
+_vector, _matrix = types.float64[::1], types.float64[:, ::1]
+LEDGER = types.void(_vector, _matrix, _matrix, _matrix, types.int64[::1], _vector, _vector)
+
+
+@inner
+def release_joint(b: Record, work: Array) -> None:
+    """Clear the joint forces."""
+    for k in range(6):
+        work[b["work"] + W_TAU + k] = 0.0
+
+
+@inner
+def clear(table: Table, work: Array) -> None:
+    """Leave the placed bodies without forces, joint forces and bias accelerations."""
+    for i in range(1, header_of(table)["n_bodies"]):
+        b = body_of(table, i)
+        zero_forces(b, work)
+        put_pair(work, b["work"] + W_BIAS, nothing_pair())
+        release_joint(b, work)
+
+
+@inner
+def velocity_row(
+    t: float, q: Array, u: Array, still: Array, row: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """row = h of the inertia forces alone at the state (q, u); `still` is a zero udot."""
+    place(t, q, u, table, pool, work)
+    for i in range(1, header_of(table)["n_bodies"]):
+        b = body_of(table, i)
+        release_joint(b, work)
+        write_velocity_forces(b, pool, work, NO_GRADIENT, ZERO)
+    gather_residual(still, row, table, pool, work)
+
+
+@inner
+def write_velocity_rows(
+    t: float, q: Array, u: Array, rows: Array, spare: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """Rows of h by degree in u: two (Coriolis, centrifugal), one (gyroscopic), zero (specified motion).
+
+    The bodies are left placed at (q, 0).
+    """
+    n_u = header_of(table)["n_u"]
+    plus, minus, none = beyond(rows, QUADRATIC * n_u), beyond(rows, LINEAR * n_u), beyond(rows, SPECIFIED * n_u)
+    backwards = beyond(spare, n_u)
+    for k in range(n_u):
+        backwards[k] = -u[k]
+    velocity_row(t, q, u, spare, plus, table, pool, work)
+    velocity_row(t, q, backwards, spare, minus, table, pool, work)
+    velocity_row(t, q, spare, spare, none, table, pool, work)
+    for k in range(n_u):
+        even, odd = 0.5 * (plus[k] + minus[k]), 0.5 * (plus[k] - minus[k])
+        plus[k], minus[k] = even - none[k], odd
+
+
+@inner
+def matrix_rows(b: Record, columns: int, x: Array, first: int, row: Array, pool: Array) -> None:
+    """row[ue + k] = sum_j columns[j, k] x[first + j] on a body's elastic coordinates."""
+    for k in range(b["n"]):
+        total = 0.0
+        for j in range(b["n"]):
+            total += pool[columns + j * b["row"] + k] * x[first + j]
+        row[b["ue"] + k] = total
+
+
+@inner
+def write_elastic_rows(q: Array, u: Array, rows: Array, table: Table, pool: Array) -> None:
+    """Rows of V1 delta (eq. 8), of the initial stress f0 and of the damping D ddelta."""
+    head = header_of(table)
+    n_u = head["n_u"]
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
+        matrix_rows(b, b["stiffness"], q, b["qe"], beyond(rows, ELASTIC * n_u), pool)
+        matrix_rows(b, b["damping"], u, b["ue"], beyond(rows, DAMPING * n_u), pool)
+        for k in range(b["n"]):
+            rows[PRESTRESS * n_u + b["ue"] + k] = pool[b["f0"] + k]
+
+
+@inner
+def write_joint_rows(q: Array, u: Array, rows: Array, still: Array, table: Table, pool: Array, work: Array) -> None:
+    """Rows of joint springs and joint dampers."""
+    head = header_of(table)
+    springs, dampers = beyond(rows, SPRINGS * head["n_u"]), beyond(rows, DAMPERS * head["n_u"])
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
+        if b["sprung"]:
+            write_spring_forces(b, q, still, pool, work)
+            for k in range(b["n_slide"] + b["n_turn"] + (0 if b["ball"] == BALL_NONE else 3)):
+                springs[b["u"] + k] = -work[b["work"] + W_TAU + k]
+                dampers[b["u"] + k] = pool[b["damper"] + k] * u[b["u"] + k]
+
+
+@inner
+def write_gravity_row(still: Array, row: Array, table: Table, pool: Array, work: Array) -> None:
+    """Row of gravity relative to O, bodies at rest: eq. (6); on a free orbit also what moves the centre of mass."""
+    head = header_of(table)
+    clear(table, work)
+    find_center_of_mass(table, pool, work)
+    l, strength = gravity_field(table, pool, work)
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
+        store3(work, b["work"] + W_OMEGA, ZERO)  # what remains of the velocity forces is the field
+        field, uniform = local_field(b, head, l, strength, work)
+        write_velocity_forces(b, pool, work, field, uniform)
+    gather_residual(still, row, table, pool, work)
+
+
+@inner
+def write_terms(
+    t: float, q: Array, u: Array, udot: Array, rows: Array, spare: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """rows (n_terms, n_u): every term at the state (q, u) with the accelerations udot (n_u,)."""
+    head = header_of(table)
+    n_u = head["n_u"]
+    for k in range(n_rows(table) * n_u):
+        rows[k] = 0.0
+    write_velocity_rows(t, q, u, rows, spare, table, pool, work)
+    write_elastic_rows(q, u, rows, table, pool)
+    write_joint_rows(q, u, rows, spare, table, pool, work)
+    clear(table, work)
+    gather_residual(udot, beyond(rows, INERTIA * n_u), table, pool, work)
+    for j in range(head["n_loads"]):
+        clear(table, work)
+        apply_load(t, load_of(table, j), table, pool, work)
+        gather_residual(spare, beyond(rows, (FIRST_LOAD + j) * n_u), table, pool, work)
+    if head["orbit"] != ORBIT_NONE:
+        write_gravity_row(spare, beyond(rows, GRAVITY * n_u), table, pool, work)
+
+
+@inner
+def n_rows(table: Table) -> int:
+    """Number of rows of the ledger."""
+    return FIRST_LOAD + int(header_of(table)["n_loads"])
+
+
+@inner
+def write_rows_of_run(
+    times: Array, states: Array, rates: Array, out: Array, spare: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """Rows of every instant of a run; what `spare` points to is held by the caller."""
+    for j in range(len(times)):
+        q = start(states[j])
+        u = beyond(q, header_of(table)["n_q"])
+        write_terms(times[j], q, u, start(rates[j]), start(out[j]), start(spare), table, pool, work)
+
+
+@njit(LEDGER, cache=True)
+def ledger(times: Array, states: Array, rates: Array, out: Array, table: Table, pool: Array, work: Array) -> None:
+    """out (n_t, n_terms n_u): all terms at times (n_t,), states (n_t, n_x) and accelerations (n_t, n_u)."""
+    spare = np.zeros(2 * rates.shape[1])
+    write_rows_of_run(times, states, rates, out, spare, start(table), start(pool), start(work))

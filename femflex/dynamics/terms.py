@@ -1,0 +1,133 @@
+"""Terms by source: every term of eq. (9) along a run, by name."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.system import System
+
+if TYPE_CHECKING:
+    from femflex.dynamics.model import Model
+
+Array = NDArray[np.float64]
+
+# the ledger's rows in its order, with what they say; loads follow as "loads/<name>"
+TERMS = {
+    "inertia": "M udot",
+    "coriolis_centrifugal": "part of h quadratic in u",
+    "gyroscopic": "G u, linear in u, from a turning base frame",
+    "specified_motion": "Gamma_t - T0,q: the base frame's own motion",
+    "elastic": "K1 delta",
+    "prestress": "f0, the force of an initial stress",
+    "damping": "D ddelta of the bodies",
+    "joint_springs": "springs of joints",
+    "joint_dampers": "dampers of joints",
+    "gravity_gradient": "gravity relative to O",
+}
+LOADS, INERTIA_OF = "loads/", "inertia/"
+FORCE_UNITS = {"m/s": "N", "rad/s": "N m", "kg^1/2 m/s": "kg^1/2 m/s^2"}
+
+
+def terms(model: Model, times: Array, states: Array) -> dict[str, Array]:
+    """Every term of M udot + h - Q = 0 along a motion: name -> (n_t, n_u), with its sign in that equation.
+
+    times (n_t,) [s], states (n_t, n_x); udot is the model's own. Row k is the generalised force on the coordinate with
+    quasi-velocity u_k (units as in `force_units`). The names are those of `TERMS`, without what the system has not,
+    and "loads/<name>"; -Q of a load carries its minus. The terms sum to zero to rounding, row by row. M_t u, the
+    symmetric part of what is linear in u, is no row: nothing here has moments that change by themselves.
+    """
+    times, states, rates = _motion(model, times, states)
+    out = _ledger(model, times, states, rates)
+    rows = all_rows(model.system)
+    present = [name for name in term_names(model.system) if name not in model.omitted]
+    return {name: out[:, rows.index(name)] for name in present}
+
+
+def inertia_by_source(model: Model, times: Array, states: Array) -> dict[str, Array]:
+    """M udot split by whose acceleration it is: "inertia/<joint>" or "inertia/<body>" (its shapes) -> (n_t, n_u).
+
+    Only joints that move and bodies with shapes have one; the parts sum to the term "inertia" of `terms`.
+    """
+    times, states, rates = _motion(model, times, states)
+    out = {}
+    for name, places in sources(model.system).items():
+        own = np.zeros_like(rates)
+        own[:, places] = rates[:, places]
+        out[INERTIA_OF + name] = _ledger(model, times, states, own)[:, 0]
+    return out
+
+
+def sources(system: System) -> dict[str, slice]:
+    """Places in u of the joints that move, by label, and of the bodies' shapes, by name."""
+    found, at = {}, 0
+    for name in system.order:
+        joint, n = system.joint_of(name), system.bodies[name].n_modes
+        found[joint.label] = slice(at, at + joint.n_u)
+        found[name] = slice(at + joint.n_u, at + joint.n_u + n)
+        at += joint.n_u + n
+    return {name: places for name, places in found.items() if places.stop > places.start}
+
+
+def _motion(model: Model, times: Array, states: Array) -> tuple[Array, Array, Array]:
+    """Times, states and the model's accelerations (n_t, n_u), checked."""
+    times = np.ascontiguousarray(times, float)
+    states = np.ascontiguousarray(states, float)
+    if states.shape != (len(times), model.n_x):
+        raise ValueError(
+            f"states have shape {states.shape}; {len(times)} times of this model need ({len(times)}, {model.n_x})"
+        )
+    rates = np.empty((len(times), model.n_u))
+    for k, (t, x) in enumerate(zip(times, states, strict=True)):
+        rates[k] = model.state_rate(t, x)[model.n_q :]
+    return times, states, rates
+
+
+def _ledger(model: Model, times: Array, states: Array, rates: Array) -> Array:
+    """All rows of the ledger, (n_t, n_rows, n_u)."""
+    from femflex.dynamics.ledger import ledger
+
+    n_rows = len(all_rows(model.system))
+    out = np.empty((len(times), n_rows * model.n_u))
+    ledger(times, states, rates, out, model.table, model.pool, model.work)
+    return out.reshape(len(times), n_rows, model.n_u)
+
+
+def linear_terms(model: Model, t: float, x: Array) -> tuple[Array, Array]:
+    """M_t (symmetric) and G (skew), both (n_u, n_u), of the part of h linear in u, (M_t + G) u, at x (n_x,)."""
+    from femflex.dynamics.ledger import LINEAR
+
+    n = model.n_u
+    states = np.hstack([np.tile(np.asarray(x, float)[: model.n_q], (n, 1)), np.eye(n)])
+    L = _ledger(model, np.full(n, float(t)), states, np.zeros((n, n)))[:, LINEAR].T
+    return (L + L.T) / 2, (L - L.T) / 2
+
+
+def all_rows(system: System) -> list[str]:
+    """Names of the ledger's rows for a system, also of those that are zero throughout."""
+    return [*TERMS, *(LOADS + load.name for load in system.loads)]
+
+
+def term_names(system: System) -> list[str]:
+    """Names of the terms that the system has, in the ledger's order."""
+    bodies, turning = system.bodies.values(), system.frame.kind != "inertial"
+    there = {
+        "inertia": True,
+        "coriolis_centrifugal": True,
+        "gyroscopic": turning,
+        "specified_motion": turning,
+        "elastic": any(body.strain.V1.any() for body in bodies),
+        "prestress": any(body.strain.f0.any() for body in bodies),
+        "damping": any(body.damping.any() for body in bodies),
+        "joint_springs": any(joint.stiffness.any() for joint in system.joints),
+        "joint_dampers": any(joint.damping.any() for joint in system.joints),
+        "gravity_gradient": system.orbit is not None,
+    }
+    return [name for name in all_rows(system) if there.get(name, True)]
+
+
+def force_units(system: System) -> list[str]:
+    """Unit of the generalised force on every coordinate (n_u): force times velocity is power."""
+    return [FORCE_UNITS[unit] for _, unit in system.velocity_names()]

@@ -1,0 +1,127 @@
+"""A model with something switched off by name: a term of eq. (9), a load, or flexibility."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from difflib import get_close_matches
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from femflex.body import FlexibleBody, MassMoments, StrainTensors
+from femflex.dynamics.terms import LOADS, TERMS, all_rows, term_names
+from femflex.system import Joint, System
+
+if TYPE_CHECKING:
+    from femflex.dynamics.model import Model
+
+FLEXIBILITY = "flexibility"
+SWITCHED = ("coriolis_centrifugal", "gyroscopic", "specified_motion", "gravity_gradient")  # in the compiled equations
+
+BODY_CHANGES: dict[str, Callable[[FlexibleBody], FlexibleBody]] = {
+    "elastic": lambda body: replace(body, strain=StrainTensors(0.0 * body.strain.V1, body.strain.f0)),
+    "prestress": lambda body: replace(body, strain=StrainTensors(body.strain.V1, 0.0 * body.strain.f0)),
+    "damping": lambda body: replace(body, damping=0.0 * body.damping),
+}
+JOINT_CHANGES: dict[str, Callable[[Joint], Joint]] = {
+    "joint_springs": lambda joint: replace(joint, stiffness=0.0 * joint.stiffness),
+    "joint_dampers": lambda joint: replace(joint, damping=0.0 * joint.damping),
+}
+
+
+def without(model: Model, *names: str) -> Model:
+    """The model without what is named: a term (see `terms`), a load, "flexibility" or "flexibility/<body>".
+
+    A rigid, undamped, unloaded ... system is one in which the thing is not there. The inertia forces by degree in u and
+    gravity are left out of the compiled equations instead; the monitors of energy still count what they stand for.
+    Raises ValueError for a name that is not known, with those that are.
+    """
+    chosen = tuple(dict.fromkeys(resolved(model, name) for name in names))
+    system = model.system
+    for name in chosen:
+        system = changed(system, name)
+    from femflex.dynamics.model import compile_system
+
+    return reduced(compile_system(system), (*model.omitted, *chosen))
+
+
+def switchable(model: Model) -> list[str]:
+    """Everything that can be switched off in the model."""
+    system = model.system
+    flexible = [name for name in system.order if system.bodies[name].n_modes]
+    names = [name for name in term_names(system) if name != "inertia" and name not in model.omitted]
+    return [*names, *([FLEXIBILITY] if flexible else []), *(f"{FLEXIBILITY}/{name}" for name in flexible)]
+
+
+def resolved(model: Model, name: str) -> str:
+    """The full name of something that can be switched off; a load may go by its own name alone."""
+    known = switchable(model)
+    for full in (name, LOADS + name):
+        if full in known:
+            return full
+    if name == "inertia":
+        why = "'inertia' cannot be switched off: without it there is no motion to solve for."
+    elif name in model.omitted:
+        why = f"{name!r} is switched off already."
+    elif name in TERMS or name == FLEXIBILITY:
+        why = f"{name!r} cannot be switched off: this system has none."
+    else:
+        near = get_close_matches(name, [*known, *(full.removeprefix(LOADS) for full in known)], n=1)
+        why = f"{name!r} is not something that can be switched off" + (f"; did you mean {near[0]!r}?" if near else ".")
+    raise ValueError(f"{why} Known here are {known}.")
+
+
+def changed(system: System, name: str) -> System:
+    """The system without the thing; itself where the compiled equations leave it out."""
+    if name in BODY_CHANGES:
+        return replace(system, bodies={key: BODY_CHANGES[name](body) for key, body in system.bodies.items()})
+    if name in JOINT_CHANGES:
+        return replace(system, joints=tuple(JOINT_CHANGES[name](joint) for joint in system.joints))
+    if name.startswith(LOADS):
+        return replace(system, loads=tuple(load for load in system.loads if LOADS + load.name != name))
+    if name.partition("/")[0] == FLEXIBILITY:
+        return stiffened(system, set(system.bodies) if name == FLEXIBILITY else {name.partition("/")[2]})
+    return system
+
+
+def stiffened(system: System, names: set[str]) -> System:
+    """The system with those bodies rigid in their undeformed shape."""
+    return replace(
+        system,
+        bodies={name: rigid(body) if name in names else body for name, body in system.bodies.items()},
+        delta0={name: value for name, value in system.delta0.items() if name not in names},
+        ddelta0={name: value for name, value in system.ddelta0.items() if name not in names},
+    )
+
+
+def rigid(body: FlexibleBody) -> FlexibleBody:
+    """The body without its shapes."""
+    moments, none = body.moments, np.zeros((0, 0))
+    skin = body.skin
+    return replace(
+        body,
+        moments=MassMoments(moments.mass, moments.first[:1], moments.second[:1, :, :1, :]),
+        strain=StrainTensors.linear(none),
+        damping=none,
+        markers={key: replace(m, phi=m.phi[:, :0], psi=m.psi[:, :0]) for key, m in body.markers.items()},
+        skin=None if skin is None else replace(skin, shapes=skin.shapes[:0]),
+        kinds=(),
+        omega=np.zeros(0),
+    )
+
+
+def reduced(model: Model, omitted: tuple[str, ...]) -> Model:
+    """The model with the compiled equations that leave these terms out, where they are what does so."""
+    rows = all_rows(model.system)
+    if not any(name in SWITCHED for name in omitted):
+        return replace(model, omitted=omitted)
+    from femflex.dynamics.layout import HEADER, N_HEADER
+    from femflex.dynamics.lower import aligned
+    from femflex.dynamics.reduced import reduced_rate
+
+    kept = [0.0 if name in SWITCHED and name in omitted else 1.0 for name in rows]
+    table, pool = model.table.copy(), aligned(len(model.pool) + len(kept))
+    pool[:] = np.concatenate([model.pool, kept])
+    table[:N_HEADER].view(HEADER)[0]["kept"] = len(model.pool)
+    return replace(model, table=table, pool=pool, rate=reduced_rate, omitted=omitted)

@@ -1,0 +1,58 @@
+"""The compiled model of a run, built again from the case text that its file keeps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from femflex.dynamics import Model
+    from femflex.results import Run
+
+AGREED = 1e-6  # relative; energies of the rebuilt model and of the file
+CHECKED = ("monitors/kinetic", "monitors/elastic")
+
+
+def rebuilt(run: Run, case: str | Path | None = None) -> Model:
+    """The model that made a run, without what was switched off in it.
+
+    case: where the case file is now, when it has moved; meshes are looked for beside it, its text is the run's.
+    Raises ValueError when the run keeps no case, its folder is gone, or the meshes have changed since; CaseError when
+    they are not there.
+    """
+    from femflex.case.builders import build_system
+    from femflex.case.read import parse_case
+    from femflex.dynamics import compile_system
+
+    if not run.case_text:
+        raise ValueError(f"{run.path} keeps no case text, so its model cannot be built again")
+    place = Path(case if case is not None else str(run.attributes.get("case_path", "case.toml")))
+    if not place.parent.is_dir():
+        raise ValueError(
+            f"{run.path} was made from {place}, and that folder is not here; say where the case file is now (--case), "
+            f"for the meshes beside it"
+        )
+    model = compile_system(build_system(parse_case(run.case_text, place)))
+    if run.without:
+        model = model.without(*run.without)
+    check_agreement(run, model)
+    return model
+
+
+def check_agreement(run: Run, model: Model) -> None:
+    """Raise ValueError when the run's last row is not what the model reports of its state."""
+    if not len(run):
+        raise ValueError(f"{run.path} holds no instants")
+    same = run.names("q") == model.channels["q"].names and run.names("u") == model.channels["u"].names
+    if same:
+        last = slice(len(run) - 1, len(run))
+        seen = model.observe(run.read("time", last), np.hstack([run.read("q", last), run.read("u", last)]))
+        size = max(float(np.abs(run[path]).max()) for path in CHECKED)
+        same = all(np.allclose(seen[path], run.read(path, last), rtol=AGREED, atol=1e-9 * size) for path in CHECKED)
+    if not same:
+        raise ValueError(
+            f"the model built again from the case text of {run.path} is not the one that made it: "
+            f"its meshes, or femflex, have changed since. Run the case anew."
+        )

@@ -1,0 +1,43 @@
+"""Channels added to a result file that is there already."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.results.layout import create_channel
+from femflex.results.reader import open_run
+from femflex.system.channel import Channel
+
+Array = NDArray[np.float64]
+
+
+def add_channels(path: str | Path, channels: Mapping[str, tuple[Channel, Array]]) -> None:
+    """Add channels with their values (n_t, *shape), one row per instant of the run, or replace those of these names.
+
+    They are written into a copy that is moved into place. Raises ValueError when the rows are not those of the run.
+    """
+    path = Path(path)
+    with open_run(path) as run:
+        count, room = len(run), len(run.file["time"])
+    for name, (channel, values) in channels.items():
+        if values.shape != (count, *channel.shape):
+            raise ValueError(f"channel {name!r} has shape {values.shape}; this run needs {(count, *channel.shape)}")
+    part = path.with_name(path.name + ".part")
+    try:
+        shutil.copyfile(path, part)
+        with h5py.File(part, "r+", locking=False) as file:
+            for name, (channel, values) in channels.items():
+                if name in file:
+                    del file[name]
+                create_channel(file, name, channel, room)[:count] = values
+        os.replace(part, path)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise

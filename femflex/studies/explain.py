@@ -1,0 +1,133 @@
+"""What moves each coordinate of a run: the terms of eq. (9) along it, their sizes, and the telling coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.terms import INERTIA_OF, force_units, inertia_by_source, sources, terms
+
+if TYPE_CHECKING:
+    from femflex.dynamics import Model
+    from femflex.results import Run
+
+Array = NDArray[np.float64]
+
+MANY = 16  # names listed in an error
+TELLING = 3  # coordinates shown unless some are named
+ROUNDING = 1e-9  # of the parts of the inertia: what is below it is none
+NOTICEABLE = 1e-3  # of the most strongly pushed coordinate of the same unit
+SWINGS = 24  # half oscillations that can be told apart in a picture
+
+
+@dataclass(frozen=True, eq=False)
+class Explanation:
+    """The terms of a run: time (n_t,) [s], name -> (n_t, n_u) with the signs of M udot + h - Q = 0, and M udot split.
+
+    names, units   of the quasi-velocities and of the generalised forces on them (n_u)
+    own            the source in `inertia` that each coordinate belongs to (n_u)
+    """
+
+    time: Array
+    terms: dict[str, Array]
+    inertia: dict[str, Array]
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    own: tuple[str, ...]
+
+    @property
+    def parts(self) -> dict[str, Array]:
+        """The terms with the inertia split by whose acceleration it is; they sum to zero."""
+        return {**self.inertia, **{name: rows for name, rows in self.terms.items() if name != "inertia"}}
+
+    @property
+    def remainder(self) -> float:
+        """Largest sum of the terms over the largest term of all."""
+        largest = max(float(np.abs(rows).max(initial=0.0)) for rows in self.terms.values())
+        return float(np.abs(sum(self.terms.values())).max(initial=0.0)) / (largest or 1.0)
+
+    def until(self, last: float) -> Explanation:
+        """The same up to that time [s]."""
+        rows = self.time <= last
+        cut = [{name: part[rows] for name, part in parts.items()} for parts in (self.terms, self.inertia)]
+        return Explanation(self.time[rows], cut[0], cut[1], self.names, self.units, self.own)
+
+    def sizes(self, k: int) -> dict[str, tuple[float, float]]:
+        """Peak (with its sign) and root mean square of every term on coordinate k, the inertia whole and split."""
+        return {name: _size(rows[:, k]) for name, rows in {**self.terms, **self.inertia}.items()}
+
+    def index(self, name: str) -> int:
+        """Place of a coordinate by the name of its velocity, with or without "_rate", or its number from 1.
+
+        Raises KeyError with the known names.
+        """
+        short = [own.removesuffix("_rate") for own in self.names]
+        for known in (list(self.names), short):
+            if name in known:
+                return known.index(name)
+        if name.isdigit() and 1 <= int(name) <= len(short):
+            return int(name) - 1
+        near = get_close_matches(name, short, n=3)
+        more = f" and {len(short) - MANY} more" if len(short) > MANY else ""
+        told = f"near it are {near}" if near else f"known are {short[:MANY]}{more}"
+        raise KeyError(f"{name!r} is not a coordinate of the run; {told}")
+
+    def telling(self) -> list[int]:
+        """The coordinates that show most: of every unit in turn the ones under the largest forces, at most three."""
+        whole, split = (
+            np.sqrt(sum(np.mean(rows**2, axis=0) for rows in parts.values())) for parts in (self.terms, self.inertia)
+        )
+        there = whole > ROUNDING * split  # parts of the inertia may cancel to nothing
+        by_unit = []
+        for unit in dict.fromkeys(self.units):
+            group = [k for k in np.argsort(-whole) if self.units[k] == unit and there[k]]
+            by_unit.append([k for k in group if whole[k] > NOTICEABLE * whole[group[0]]])
+        turns = [group[turn] for turn in range(TELLING) for group in by_unit if turn < len(group)]
+        return sorted(int(k) for k in turns[:TELLING]) or [0]
+
+
+def readable_span(found: Explanation, places: Sequence[int]) -> tuple[float, float]:
+    """The first and last time [s] of a picture in which the fastest of these coordinates can still be seen to swing."""
+    last = found.time[-1]
+    for k in places:
+        own = found.inertia[found.own[k]][:, k]
+        crossings = np.flatnonzero(np.diff(np.signbit(own - np.mean(own))))
+        if len(crossings) > 2 * SWINGS:
+            last = min(last, found.time[crossings[SWINGS]])
+    return float(found.time[0]), float(last)
+
+
+def explain(run: Run, model: Model, span: tuple[float, float] | None = None) -> Explanation:
+    """The terms of a run, or of a part of it from span[0] to span[1] [s], by the model that made it."""
+    first, last = (run.time[0], run.time[-1]) if span is None else span
+    rows = np.flatnonzero((run.time >= first) & (run.time <= last))
+    if len(rows) < 2:
+        raise ValueError(
+            f"there are {len(rows)} instants from {first:g} to {last:g} s; "
+            f"the run has them from {run.time[0]:g} to {run.time[-1]:g} s"
+        )
+    part = slice(int(rows[0]), int(rows[-1]) + 1)
+    time, states = run.read("time", part), np.hstack([run.read("q", part), run.read("u", part)])
+    own = [""] * model.n_u
+    for source, places in sources(model.system).items():
+        own[places] = [INERTIA_OF + source] * (places.stop - places.start)
+    names = tuple(name for name, _ in model.system.velocity_names())
+    whole, split = terms(model, time, states), inertia_by_source(model, time, states)
+    return Explanation(time, whole, split, names, tuple(force_units(model.system)), tuple(own))
+
+
+def chosen(found: Explanation, names: Sequence[str]) -> list[int]:
+    """Places of the named coordinates ("all" for every one), or of the telling ones."""
+    if list(names) == ["all"]:
+        return list(range(len(found.names)))
+    return [found.index(name) for name in names] or found.telling()
+
+
+def _size(values: Array) -> tuple[float, float]:
+    peak = float(values[np.argmax(np.abs(values))])
+    return peak, float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,151 @@
+"""The picture that explains a motion: what pushes each coordinate, stacked, and the acceleration it adds up to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.results import Run
+from femflex.view.plot import HEIGHT, TITLE, WIDTH, finish, raised, saved, title_of
+from femflex.view.theme import Theme, theme_of
+from femflex.view.units import time_unit
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+MOST = 7  # contributions named one by one; the others go together
+SMALL = 2e-3  # of all contributions together, root mean square: below it, one is not named
+STRIP, STACK = 0.5, 1.35  # heights of the strip of the motion and of the stack, in those of a plot's axes
+WORDS = {
+    "coriolis_centrifugal": "Coriolis, centrifugal",
+    "specified_motion": "motion of the frame",
+    "gravity_gradient": "gravity gradient",
+    "joint_springs": "joint springs",
+    "joint_dampers": "joint dampers",
+}
+
+
+@dataclass(frozen=True)
+class Explained:
+    """A coordinate to explain: its place in u, name, unit of its generalised force, and its own part of the inertia."""
+
+    index: int
+    name: str
+    unit: str
+    own: str
+
+
+def plot_terms(
+    run: Run,
+    time: Array,
+    parts: Mapping[str, Array],
+    coordinates: Sequence[Explained],
+    path: str | Path,
+    theme: str = "light",
+    title: str | None = None,
+    dpi: int = 150,
+    force: bool = False,
+) -> Path:
+    """Path of a picture (.png or .svg): per coordinate its motion, and under it what pushes it.
+
+    parts: name -> (n_t, n_u) at the instants `time` of the run, summing to zero, with their signs in M udot + h - Q = 0
+    and M udot whole or split as "inertia/<source>". A coordinate's own inertia times acceleration is the line; all else
+    stands on the other side of the equation, positive contributions stacked upwards and negative ones downwards.
+    """
+    from matplotlib.figure import Figure
+
+    colours = theme_of(theme)
+    named = _colours(parts, coordinates, colours)
+    height = (STRIP + STACK) * HEIGHT * len(coordinates) + TITLE
+    figure = Figure(figsize=(WIDTH + 1.0, height), layout="constrained", facecolor=colours.background)
+    ratios = [STRIP, STACK] * len(coordinates)
+    axes = figure.subplots(2 * len(coordinates), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
+    figure.suptitle(title_of(run) if title is None else title, color=colours.text, fontsize=12, fontweight="bold")
+    seconds, unit = time_unit(float(np.ptp(time)))
+    rows = np.searchsorted(run.time, time).astype(np.int64)
+    for strip, stack, one in zip(axes[::2], axes[1::2], coordinates, strict=True):
+        _draw_motion(strip, run, rows, time / seconds, one, colours)
+        _draw_stack(stack, time / seconds, parts, one, named, colours)
+    axes[-1].set_xlabel(f"time [{unit}]")
+    return saved(figure, path, dpi, force)
+
+
+def said(name: str) -> str:
+    """A term as a reader calls it.
+
+    >>> said("loads/slew"), said("inertia/boom"), said("gravity_gradient")
+    ('load slew', 'inertia of boom', 'gravity gradient')
+    """
+    if name.startswith("loads/"):
+        return f"load {name.removeprefix('loads/')}"
+    if name.startswith("inertia/"):
+        return f"inertia of {name.removeprefix('inertia/')}"
+    return WORDS.get(name, name.replace("_", " "))
+
+
+def contributions(parts: Mapping[str, Array], one: Explained) -> tuple[Array, dict[str, Array]]:
+    """A coordinate's own inertia times acceleration (n_t,), and what pushes it, strongest first: name -> (n_t,)."""
+    pushes = {name: -rows[:, one.index] for name, rows in parts.items() if name != one.own}
+    size = {name: float(np.sqrt(np.mean(push**2))) for name, push in pushes.items()}
+    total = sum(size.values()) or 1.0
+    ranked = sorted(pushes, key=lambda name: -size[name])
+    kept = [name for name in ranked[:MOST] if size[name] > SMALL * total]
+    found = {name: pushes[name] for name in kept}
+    rest = np.sum([pushes[name] for name in ranked if name not in kept], axis=0)
+    if np.sqrt(np.mean(rest**2)) > SMALL * total:
+        found["others"] = rest
+    return parts[one.own][:, one.index], found
+
+
+def _colours(parts: Mapping[str, Array], coordinates: Sequence[Explained], colours: Theme) -> dict[str, str]:
+    """One colour for every contribution, the same for all coordinates; the strongest of each choose first."""
+    ranks = [list(contributions(parts, one)[1]) for one in coordinates]
+    order = [rank[k] for k in range(MOST + 1) for rank in ranks if k < len(rank)]
+    named = list(dict.fromkeys(name for name in order if name != "others"))
+    return {name: colours.lines[k % len(colours.lines)] for k, name in enumerate(named)} | {"others": colours.faint}
+
+
+def _draw_motion(ax: Axes, run: Run, rows: NDArray[np.int64], time: Array, one: Explained, colours: Theme) -> None:
+    """The coordinate itself where u is its rate, else the rate."""
+    coordinate = one.name.removesuffix("_rate")
+    path = "q" if coordinate in run.names("q") else "u"
+    column = run.names(path).index(coordinate if path == "q" else one.name)
+    values, unit = run[path][rows, column], run.units(path)[column]
+    if unit in ("rad", "rad/s"):
+        values, unit = np.rad2deg(values), unit.replace("rad", "deg")
+    ax.plot(time, values, color=colours.text, linewidth=1.1)
+    ax.set_ylabel(f"[{raised(unit)}]")
+    shown = coordinate if path == "q" else one.name
+    ax.set_title(shown, loc="left", fontsize=10, fontweight="bold", color=colours.text)
+    finish(ax, [], colours)
+    ax.margins(x=0)
+
+
+def _draw_stack(
+    ax: Axes, time: Array, parts: Mapping[str, Array], one: Explained, named: dict[str, str], colours: Theme
+) -> None:
+    own, pushes = contributions(parts, one)
+    total = sum(float(np.sqrt(np.mean(push**2))) for push in pushes.values()) or 1.0
+    up, down = np.zeros(len(time)), np.zeros(len(time))
+    for name, push in pushes.items():
+        share = float(np.sqrt(np.mean(push**2))) / total
+        label = f"{said(name)}  {100 * share:.{1 if share < 0.1 else 0}f} %"
+        higher, lower = up + np.maximum(push, 0.0), down + np.minimum(push, 0.0)
+        style: dict[str, Any] = {"color": named[name], "alpha": 0.75, "linewidth": 0.0}
+        ax.fill_between(time, up, higher, label=label, **style)
+        ax.fill_between(time, down, lower, **style)
+        up, down = higher, lower
+    ax.axhline(0.0, color=colours.faint, linewidth=0.6)
+    ax.plot(time, own, color=colours.background, linewidth=3.0)
+    ax.plot(time, own, color=colours.text, linewidth=1.3, label=f"sum: {said(one.own)}")
+    what = {"N": "force", "N m": "moment"}.get(one.unit, "generalised force")
+    ax.set_ylabel(f"{what} [{raised(one.unit)}]")
+    finish(ax, list(pushes), colours)
+    ax.margins(x=0)

@@ -1,0 +1,50 @@
+"""Which coordinates of a run are told of, and how much of it fits a picture."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from femflex.studies.explain import Explanation, chosen, readable_span
+
+TIME = np.linspace(0.0, 100.0, 4001)
+NAMES = ("base-hub.omega_x", "base-hub.omega_y", "base-hub.slide_rate", "boom.delta1_rate", "boom.delta2_rate")
+UNITS = ("N m", "N m", "N", "kg^1/2 m/s^2", "kg^1/2 m/s^2")
+
+
+@pytest.fixture
+def found() -> Explanation:
+    """Forces of known size on five coordinates; those on the slide are two halves of inertia that cancel."""
+    push = np.outer(np.cos(2.0 * np.pi * TIME), [0.0, 5.0, 0.0, 1e-5, 2.0])
+    push[:, 0] = 3.0 * np.cos(0.2 * TIME)
+    half = push.copy()
+    half[:, 2] = 50.0 * np.cos(TIME)
+    inertia = {"inertia/base-hub": -half, "inertia/boom": half - push}
+    own = ("inertia/base-hub",) * 3 + ("inertia/base-hub",) * 2
+    return Explanation(TIME, {"inertia": -push, "loads/push": push}, inertia, NAMES, UNITS, own)
+
+
+def test_the_most_strongly_pushed_of_every_unit_are_told_of(found):
+    assert found.telling() == [0, 1, 4]  # not the slide, whose parts cancel, nor the hardly pushed boom.delta1
+
+
+def test_sizes_are_peaks_with_their_sign_and_root_mean_squares(found):
+    sizes = found.sizes(1)
+    assert sizes["inertia"][0] == -5.0 and sizes["loads/push"][1] == pytest.approx(5 / np.sqrt(2), rel=1e-3)
+    assert set(sizes) == {"inertia", "loads/push", "inertia/base-hub", "inertia/boom"}
+    assert found.remainder == 0.0 and set(found.parts) == {"loads/push", "inertia/base-hub", "inertia/boom"}
+
+
+def test_a_picture_ends_where_swings_can_still_be_told_apart(found):
+    assert readable_span(found, [0]) == (0.0, 100.0)  # three periods
+    first, last = readable_span(found, [0, 1])  # one hundred
+    assert first == 0.0 and last == pytest.approx(12.25, abs=0.05)  # after 24 half periods and the first quarter
+
+
+def test_coordinates_go_by_name_by_short_name_and_by_number(found):
+    assert chosen(found, ["boom.delta2_rate", "boom.delta1", "2"]) == [4, 3, 1]
+    assert chosen(found, ["all"]) == [0, 1, 2, 3, 4] and chosen(found, []) == [0, 1, 4]
+    with pytest.raises(KeyError, match=r"'pitch' is not a coordinate of the run; known are \['base-hub.omega_x'"):
+        found.index("pitch")
+    with pytest.raises(KeyError, match="'6' is not a coordinate"):
+        found.index("6")

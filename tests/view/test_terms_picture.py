@@ -1,0 +1,112 @@
+"""The stacked picture of terms: what is stacked, what is named, and that stack and line balance."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from made_runs import write_run
+from PIL import Image
+
+import femflex.view.terms
+from femflex.results import RunWriter, open_run
+from femflex.system import Channel
+from femflex.view import plot_histories, plot_terms
+from femflex.view.curves import curves_of
+from femflex.view.terms import Explained, contributions
+
+TIME = np.linspace(0, 10, 201)
+SPRING, PUSH = 3.0 * np.cos(TIME), np.where(TIME < 5, -1.0, 0.0)
+PARTS = {
+    "inertia/base-hub": -(SPRING + PUSH + 1e-9),
+    "joint_springs": SPRING,
+    "loads/push": PUSH,
+    "damping": np.full(len(TIME), 1e-9),
+}
+PARTS = {name: np.stack([rows, 0 * rows], axis=1) for name, rows in PARTS.items()}
+HUB = Explained(0, "base-hub.angle_rate", "N m", "inertia/base-hub")
+
+
+@pytest.fixture
+def run(tmp_path):
+    """A run of two coordinates, of which the first swings."""
+    q, u = np.stack([np.sin(TIME), TIME], axis=1), np.stack([np.cos(TIME), 0 * TIME + 1], axis=1)
+    names = ("base-hub.angle", "boom.delta1")
+    channels = {
+        "q": Channel("rad, kg^1/2 m", "coordinates", (2,), names),
+        "u": Channel("rad/s, kg^1/2 m/s", "quasi-velocities", (2,), tuple(f"{name}_rate" for name in names)),
+    }
+    with RunWriter(
+        tmp_path / "run.h5", channels, {}, {"title": "swing", "without": "gravity_gradient, loads/pull"}
+    ) as writer:
+        writer.write_block(TIME, {"q": q, "u": u})
+    with open_run(tmp_path / "run.h5") as opened:
+        yield opened
+
+
+@pytest.fixture
+def figure(monkeypatch):
+    """The figure that is saved."""
+    kept = []
+    real = femflex.view.terms.saved
+    monkeypatch.setattr(femflex.view.terms, "saved", lambda fig, *args: kept.append(fig) or real(fig, *args))
+    return lambda: kept[-1]
+
+
+def test_contributions_stand_on_the_other_side_strongest_first():
+    own, pushes = contributions(PARTS, HUB)
+    assert list(pushes) == ["joint_springs", "loads/push"]  # what is far too small to be seen is not named
+    assert pushes["loads/push"][0] == 1.0 and own == pytest.approx(sum(pushes.values()), abs=1e-8)
+
+
+def test_many_small_contributions_go_together():
+    parts = {f"loads/{k}": np.full((5, 1), 1.0 + k) for k in range(12)}
+    parts["inertia/base-hub"] = -sum(parts.values())
+    own, pushes = contributions(parts, HUB)
+    assert len(pushes) == 8 and list(pushes)[-1] == "others"
+    assert sum(pushes.values()) == pytest.approx(own)
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+def test_motion_above_and_stack_below(tmp_path, run, figure, theme):
+    rows = TIME <= 8
+    parts = {name: part[rows] for name, part in PARTS.items()}
+    plot_terms(run, TIME[rows], parts, [HUB], tmp_path / "a.png", theme=theme, dpi=50)
+    motion, stack = figure().axes
+    assert motion.get_title(loc="left") == "base-hub.angle" and motion.get_ylabel() == "[deg]"
+    assert motion.lines[0].get_ydata() == pytest.approx(np.rad2deg(np.sin(TIME[rows])))
+    assert stack.get_ylabel() == "moment [N m]" and stack.get_xlabel() == "time [s]"
+    named = [text.get_text() for text in stack.get_legend().get_texts()]
+    assert [name.split("  ")[0] for name in named] == ["joint springs", "load push", "sum: inertia of base-hub"]
+    assert stack.lines[-1].get_ydata() == pytest.approx(parts["inertia/base-hub"][:, 0])
+    areas = [area.get_paths()[0].vertices[:, 1] for area in stack.collections]
+    assert max(a.max() for a in areas) == pytest.approx(max(-SPRING[rows] + 1.0 * (TIME[rows] < 5)), rel=1e-3)
+    assert figure().get_suptitle() == "swing (without gravity gradient, pull)"
+    with Image.open(tmp_path / "a.png") as image:
+        pixels = np.asarray(image.convert("RGB"))
+    assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 100 and (pixels.mean() > 128) == (theme == "light")
+
+
+def test_a_second_run_is_dashed_in_the_same_colours(tmp_path, monkeypatch):
+    first, second = (write_run(tmp_path / f"{k}.h5", np.linspace(0, 20, n)) for k, n in ((1, 401), (2, 201)))
+    kept = []
+    monkeypatch.setattr("femflex.view.plot.saved", lambda fig, path, *_: kept.append(fig) or path)
+    with open_run(first) as run, open_run(second) as other:
+        plot_histories(run, tmp_path / "a.png", channels=["attitude/angles"], other=other)
+        groups = curves_of(run, ["markers/boom.tip/deflection"], other=other)
+        title = run.title
+    lines = kept[0].axes[0].lines
+    assert [line.get_label() for line in lines] == [
+        "pitch",
+        "yaw",
+        "roll",
+        "pitch (dashed)",
+        "yaw (dashed)",
+        "roll (dashed)",
+    ]
+    assert [line.get_color() for line in lines[:3]] == [line.get_color() for line in lines[3:]]
+    assert all(line.is_dashed() for line in lines[3:]) and not any(line.is_dashed() for line in lines[:3])
+    assert len(lines[0].get_xdata()) == 401 and len(lines[3].get_xdata()) == 201
+    assert kept[0].get_suptitle() == f"{title}\nin full; dashed: 2.h5"
+    assert {curve.unit for curve in groups[0]} == {"cm"} and [curve.second for curve in groups[0]] == [False] * 3 + [
+        True
+    ] * 3
