@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.compiled import inner
 from femflex.dynamics.layout import (
     FRAME_ORBITAL,
     FRAME_SPINNING,
@@ -20,19 +21,7 @@ from femflex.dynamics.layout import (
     header_of,
 )
 from femflex.dynamics.turns import axis_turn
-from femflex.dynamics.vectors import (
-    UNIT,
-    ZERO,
-    inner,
-    load3,
-    load9,
-    product,
-    scale,
-    store3,
-    store9,
-    transpose,
-    turn,
-)
+from femflex.dynamics.vectors import UNIT, ZERO, load3, load9, product, scale, store3, store9, transpose, turn
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]

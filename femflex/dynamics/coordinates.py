@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.compiled import inner
 from femflex.dynamics.layout import BALL_ANGLES, BALL_QUATERNION
 from femflex.dynamics.turns import (
     angle_rates,
@@ -16,7 +17,7 @@ from femflex.dynamics.turns import (
     quaternion_rates,
     vector_turn,
 )
-from femflex.dynamics.vectors import inner, load3, load4, product, store3, store4
+from femflex.dynamics.vectors import load3, load4, product, store3, store4
 
 Array = NDArray[np.float64]
 Record = np.void

@@ -6,10 +6,10 @@ Every function here has one fixed signature over flat arrays, so that nothing is
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, types
 from numpy.typing import NDArray
 
 from femflex.dynamics.base import move_base
+from femflex.dynamics.compiled import inner, kernel
 from femflex.dynamics.coordinates import coordinate_rates
 from femflex.dynamics.forces import write_forces
 from femflex.dynamics.inertia import deform
@@ -17,7 +17,7 @@ from femflex.dynamics.kinematics import place_body
 from femflex.dynamics.lanes import beyond, start
 from femflex.dynamics.layout import body_of, header_of
 from femflex.dynamics.recursion import accelerate, reduce_to_root
-from femflex.dynamics.vectors import inner
+from femflex.dynamics.symbols import types
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -36,7 +36,7 @@ def place(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) 
         deform(b, pool, work)
 
 
-@njit(RATE, cache=True)
+@kernel(RATE)
 def rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
     """dx/dt of the state x = (q, u): qdot = N(q) u and M udot = Q - h, in O(n)."""
     records, numbers, scratch = start(table), start(pool), start(work)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.compiled import inner
 from femflex.dynamics.gravity import find_center_of_mass, gravity_field, local_field
 from femflex.dynamics.inertia import add_elastic_forces, write_velocity_forces
 from femflex.dynamics.joint_forces import write_spring_forces
 from femflex.dynamics.layout import ORBIT_NONE, body_of, header_of, load_of
 from femflex.dynamics.loads import apply_load
-from femflex.dynamics.vectors import ZERO, inner
+from femflex.dynamics.vectors import ZERO
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]

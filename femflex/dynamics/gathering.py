@@ -5,47 +5,19 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.elimination import write_rows
+from femflex.dynamics.columns import along, columns_times, six_lanes
+from femflex.dynamics.compiled import inner
+from femflex.dynamics.elastic import write_rows
 from femflex.dynamics.equations import place
 from femflex.dynamics.forces import write_forces
 from femflex.dynamics.formula import formula
-from femflex.dynamics.handover import along, at_origin, six_lanes
 from femflex.dynamics.inertia import accelerate_uniformly, zero_forces
-from femflex.dynamics.lanes import lane, lane_of, nothing, put, totals
-from femflex.dynamics.layout import (
-    W_ACC,
-    W_BIAS,
-    W_CIN,
-    W_CIP,
-    W_H,
-    W_M,
-    W_P,
-    W_R,
-    W_TAU,
-    body_of,
-    header_of,
-)
-from femflex.dynamics.recursion import (
-    accelerate,
-    along_four,
-    carry_acceleration,
-    columns_times,
-    gained,
-    reduce_to_root,
-)
-from femflex.dynamics.spatial import Pair, Rows, dot_pair, nothing_pair, pair, put_pair, six_rows
-from femflex.dynamics.vectors import (
-    ZERO,
-    Vector,
-    add,
-    inner,
-    load3,
-    load9,
-    load_rows,
-    scale,
-    turn,
-    turn_back,
-)
+from femflex.dynamics.lanes import lane, nothing, plus, put, totals
+from femflex.dynamics.layout import W_ACC, W_BIAS, W_CIN, W_CIP, W_H, W_M, W_P, W_R, W_TAU, body_of, header_of
+from femflex.dynamics.pairs import Pair, along_four, at_origin, dot_pair, nothing_pair, pair, pair_of, put_pair
+from femflex.dynamics.recursion import accelerate, carry_acceleration, reduce_to_root
+from femflex.dynamics.spatial import Rows, six_rows
+from femflex.dynamics.vectors import ZERO, add, load3, load9, load_rows, scale, turn, turn_back
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -93,11 +65,11 @@ def accelerate_body(b: Record, parent: Record, udot: Array, work: Array) -> None
     for k in range(b["row"]):
         work[b["accel"] + k] = udot[b["ue"] + k] if k < b["n"] else 0.0
     carry_acceleration(b, parent, work)
-    acc = gained(pair(work, w + W_ACC), 1.0, pair(work, w + W_BIAS))
+    acc = plus(pair(work, w + W_ACC), 1.0, pair(work, w + W_BIAS))
     for k in range(hidden, b["n_h"]):
-        acc = gained(acc, udot[b["u"] + k - hidden], pair(work, w + W_H + 8 * k))
+        acc = plus(acc, udot[b["u"] + k - hidden], pair(work, w + W_H + 8 * k))
     if b["own_bends"]:
-        acc = gained(acc, -1.0, columns_times(work, b["G"], b["row"], b["accel"]))
+        acc = plus(acc, -1.0, columns_times(work, b["G"], b["row"], b["accel"]))
     put_pair(work, w + W_ACC, acc)
 
 
@@ -108,7 +80,7 @@ def add_inertia_forces(b: Record, pool: Array, work: Array) -> None:
     acc = pair(work, w + W_ACC)
     force = rows_along(six_rows(work, w + W_M), acc)
     for k in range(n):
-        force = gained(force, work[accel + k], pair(work, b["border"] + stride * k + row))
+        force = plus(force, work[accel + k], pair(work, b["border"] + stride * k + row))
     for k in range(0, row, 4):
         elastic = along_four(work, b["border"] + stride * k + row, stride, acc)
         for j in range(n):
@@ -146,18 +118,12 @@ def hand_forces(b: Record, parent: Record, work: Array) -> None:
     w, p, row = b["work"], parent["work"] + W_P, parent["row"]
     C = load_rows(work, w + W_CIP)
     f, m = turn_back(C, load3(work, w + W_P)), turn_back(C, load3(work, w + W_P + 4))
-    force = wrench(f, m)
-    put_pair(work, p, gained(pair(work, p), 1.0, at_origin(force, load3(work, w + W_R))))
+    force = pair_of(f, m)
+    put_pair(work, p, plus(pair(work, p), 1.0, at_origin(force, load3(work, w + W_R))))
     if b["bends"]:
         for k in range(0, row, 4):
             at = parent["pn"] + k
             put(work, at, lane(work, at) + along(force, six_lanes(work, b["Phi"] + k, row)))
-
-
-@formula
-def wrench(f: Vector, m: Vector) -> Pair:
-    """Force and couple in lanes."""
-    return lane_of(f[0], f[1], f[2], 0.0), lane_of(m[0], m[1], m[2], 0.0)
 
 
 @inner

@@ -7,31 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.layout import (
-    ORBIT_FREE,
-    ORBIT_NONE,
-    W_CIN,
-    W_POS,
-    W_Q,
-    W_S,
-    body_of,
-    header_of,
-)
-from femflex.dynamics.vectors import (
-    ZERO,
-    Matrix,
-    Vector,
-    add,
-    dot,
-    inner,
-    load3,
-    load9,
-    scale,
-    store3,
-    sub,
-    turn,
-    turn_back,
-)
+from femflex.dynamics.compiled import inner
+from femflex.dynamics.layout import ORBIT_FREE, ORBIT_NONE, W_CIN, W_POS, W_Q, W_S, body_of, header_of
+from femflex.dynamics.vectors import ZERO, Matrix, Vector, add, dot, load3, load9, scale, store3, sub, turn, turn_back
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.compiled import inner
 from femflex.dynamics.formula import formula
-from femflex.dynamics.lanes import Lane, lane, nothing, put, total
+from femflex.dynamics.lanes import Lane, Lanes, lane, nothing, plus, put, total
 from femflex.dynamics.layout import W_OMEGA, W_P, W_Q, W_S
-from femflex.dynamics.shapes import Lanes, nothing3, nothing9, plus, put_rows9, rows3, rows9, totals3
+from femflex.dynamics.shapes import nothing3, nothing9, put_rows9, rows3, rows9, totals3
 from femflex.dynamics.vectors import (
     ZERO,
     Matrix,
@@ -17,7 +18,6 @@ from femflex.dynamics.vectors import (
     add9,
     cross,
     dot,
-    inner,
     load3,
     load9,
     scale,

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.compiled import inner
 from femflex.dynamics.layout import BALL_NONE, W_CPQ, W_TAU
 from femflex.dynamics.turns import vector_of, vector_tangent
-from femflex.dynamics.vectors import inner, load9, solve3
+from femflex.dynamics.vectors import load9, solve3
 
 Array = NDArray[np.float64]
 Record = np.void

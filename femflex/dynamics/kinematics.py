@@ -10,6 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.columns import write_columns
+from femflex.dynamics.compiled import inner
 from femflex.dynamics.layout import (
     BALL_NONE,
     BALL_QUATERNION,
@@ -24,7 +26,7 @@ from femflex.dynamics.layout import (
     W_R,
     W_VEL,
 )
-from femflex.dynamics.shapes import keep_shapes, markers_motion, write_columns
+from femflex.dynamics.shapes import keep_shapes, markers_motion
 from femflex.dynamics.turns import angles_turn, axis_turn, quaternion_turn
 from femflex.dynamics.vectors import (
     UNIT,
@@ -33,7 +35,6 @@ from femflex.dynamics.vectors import (
     Vector,
     add,
     cross,
-    inner,
     load3,
     load4,
     load9,

@@ -12,10 +12,12 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.formula import LANE, NUMBER, WIDTH, Symbol, formula, ir, place, places
+from femflex.dynamics.formula import formula
+from femflex.dynamics.symbols import LANE, NUMBER, WIDTH, Symbol, index, indices, ir
 
 Array = NDArray[np.float64]
 Lane = Any
+Lanes = tuple[Lane, ...]
 A = TypeVar("A", bound=NDArray[Any])
 
 NONE = np.zeros(WIDTH)
@@ -28,7 +30,11 @@ def padded(n: int) -> int:
 
 @formula
 def beyond(a: A, i: int) -> A:
-    """a[i:], as a pointer when compiled: nothing checks or counts what is read through it."""
+    """a[i:], as a pointer when compiled.
+
+    Nothing is checked that is read through it, and it keeps nothing alive: the array must be an argument of the
+    kernel, or held by the caller of the function that uses the pointer.
+    """
     if isinstance(a, Symbol):
         return Symbol(a.builder, a.at(i), a.element)
     return a[i:]  # type: ignore[return-value]
@@ -64,6 +70,12 @@ def nothing() -> Lane:
 
 
 @formula
+def plus(v: Lanes, s: float, w: Lanes) -> Lanes:
+    """v + s w."""
+    return tuple(a + s * b for a, b in zip(v, w, strict=True))
+
+
+@formula
 def lane_of(x: float, y: float, z: float, w: float) -> Lane:
     """(x, y, z, w)."""
     parts: tuple[Any, ...] = (x, y, z, w)
@@ -72,14 +84,14 @@ def lane_of(x: float, y: float, z: float, w: float) -> Lane:
         return np.array(parts)
     builder, v = symbols[0].builder, ir.Constant(LANE, [0.0] * WIDTH)
     for i, part in enumerate(parts):
-        v = builder.insert_element(v, symbols[0].like(part, NUMBER), place(i))
+        v = builder.insert_element(v, symbols[0].like(part, NUMBER), index(i))
     return Symbol(builder, v)
 
 
 def entry(v: Lane, i: int) -> float:
     """v[i]; inside formulas."""
     if isinstance(v, Symbol):
-        return Symbol(v.builder, v.builder.extract_element(v.value, place(i)))  # type: ignore[return-value]
+        return Symbol(v.builder, v.builder.extract_element(v.value, index(i)))  # type: ignore[return-value]
     return v[i]
 
 
@@ -93,14 +105,14 @@ def last(v: Lane) -> float:
 def with_last(v: Lane, w: float) -> Lane:
     """(v0, v1, v2, w)."""
     if isinstance(v, Symbol):
-        return Symbol(v.builder, v.builder.insert_element(v.value, v.like(w, NUMBER), place(3)))
+        return Symbol(v.builder, v.builder.insert_element(v.value, v.like(w, NUMBER), index(3)))
     return np.array([v[0], v[1], v[2], w])
 
 
 def mixed(a: Lane, b: Lane, *order: int) -> Lane:
     """Numbers of a (0 to 3) and b (4 to 7) in that order; inside formulas."""
     if isinstance(a, Symbol):
-        return Symbol(a.builder, a.builder.shuffle_vector(a.value, a.like(b, LANE), places(*order)))
+        return Symbol(a.builder, a.builder.shuffle_vector(a.value, a.like(b, LANE), indices(*order)))
     return np.concatenate([a, b])[list(order)]
 
 

@@ -17,8 +17,8 @@ import numba.np.numpy_support
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.formula import extending, types
-from femflex.dynamics.vectors import inner
+from femflex.dynamics.compiled import inner
+from femflex.dynamics.symbols import extending, types
 
 Table = NDArray[np.int64]
 

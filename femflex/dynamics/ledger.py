@@ -10,9 +10,9 @@ Rows (n_terms, n_u) lie flat. `spare` (2 n_u) holds zeros, a system at rest, and
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, types
 from numpy.typing import NDArray
 
+from femflex.dynamics.compiled import inner, kernel
 from femflex.dynamics.equations import place
 from femflex.dynamics.gathering import gather_residual
 from femflex.dynamics.gravity import NO_GRADIENT, find_center_of_mass, gravity_field, local_field
@@ -21,8 +21,9 @@ from femflex.dynamics.joint_forces import write_spring_forces
 from femflex.dynamics.lanes import beyond, start
 from femflex.dynamics.layout import BALL_NONE, ORBIT_NONE, W_BIAS, W_OMEGA, W_TAU, body_of, header_of, load_of
 from femflex.dynamics.loads import apply_load
-from femflex.dynamics.spatial import nothing_pair, put_pair
-from femflex.dynamics.vectors import ZERO, inner, store3
+from femflex.dynamics.pairs import nothing_pair, put_pair
+from femflex.dynamics.symbols import types
+from femflex.dynamics.vectors import ZERO, store3
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -178,7 +179,7 @@ def write_rows_of_run(
         write_terms(times[j], q, u, start(rates[j]), start(out[j]), start(spare), table, pool, work)
 
 
-@njit(LEDGER, cache=True)
+@kernel(LEDGER)
 def ledger(times: Array, states: Array, rates: Array, out: Array, table: Table, pool: Array, work: Array) -> None:
     """out (n_t, n_terms n_u): all terms at times (n_t,), states (n_t, n_x) and accelerations (n_t, n_u)."""
     spare = np.zeros(2 * rates.shape[1])

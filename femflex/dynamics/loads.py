@@ -5,16 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.compiled import inner
 from femflex.dynamics.lanes import lane, put
-from femflex.dynamics.layout import (
-    LOAD_BODY,
-    LOAD_INERTIAL,
-    LOAD_MARKER,
-    W_CIN,
-    W_P,
-    body_of,
-    header_of,
-)
+from femflex.dynamics.layout import LOAD_BODY, LOAD_INERTIAL, LOAD_MARKER, W_CIN, W_P, body_of, header_of
 from femflex.dynamics.shapes import combined, rows3
 from femflex.dynamics.turns import vector_tangent, vector_turn
 from femflex.dynamics.vectors import (
@@ -25,7 +18,6 @@ from femflex.dynamics.vectors import (
     add,
     cross,
     dot,
-    inner,
     load3,
     load9,
     product,

@@ -128,7 +128,7 @@ class Model:
 def compile_system(system: System) -> Model:
     """The compiled model of a system.
 
-    The first process on a machine compiles the kernels once (some tens of seconds); later ones load them.
+    The first process on a machine compiles the kernels once (some ten seconds); later ones load them.
     """
     table, pool, scratch = lower(system)
     n_q = len(system.coordinate_names())

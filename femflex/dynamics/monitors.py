@@ -7,10 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.elimination import turning_of
+from femflex.dynamics.compiled import inner
+from femflex.dynamics.elastic import turning_of
 from femflex.dynamics.gravity import find_center_of_mass, gravity_field, inertia_along
 from femflex.dynamics.joint_forces import spring_energy
-from femflex.dynamics.lanes import lane, nothing, total
+from femflex.dynamics.lanes import lane, nothing, plus, total
 from femflex.dynamics.layout import (
     BALL_QUATERNION,
     ORBIT_FREE,
@@ -25,7 +26,7 @@ from femflex.dynamics.layout import (
     body_of,
     header_of,
 )
-from femflex.dynamics.shapes import nothing3, plus, rows3, rows9, totals3
+from femflex.dynamics.shapes import nothing3, rows3, rows9, totals3
 from femflex.dynamics.turns import angles_of, quaternion_of
 from femflex.dynamics.vectors import (
     ZERO,
@@ -33,7 +34,6 @@ from femflex.dynamics.vectors import (
     add,
     cross,
     dot,
-    inner,
     load3,
     load9,
     product,

@@ -3,33 +3,23 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, types
 from numpy.typing import NDArray
 
+from femflex.dynamics.compiled import inner, kernel
 from femflex.dynamics.equations import place
 from femflex.dynamics.gravity import find_center_of_mass
 from femflex.dynamics.lanes import beyond, start
-from femflex.dynamics.layout import (
-    W_CIN,
-    W_OMEGA,
-    W_POS,
-    W_S,
-    W_VEL,
-    body_of,
-    header_of,
-    load_of,
-    marker_of,
-)
+from femflex.dynamics.layout import W_CIN, W_OMEGA, W_POS, W_S, W_VEL, body_of, header_of, load_of, marker_of
 from femflex.dynamics.loads import load_wrench
 from femflex.dynamics.monitors import ROW_FIXED, observe_energies, shape_motion
 from femflex.dynamics.shapes import combined
+from femflex.dynamics.symbols import types
 from femflex.dynamics.turns import quaternion_of
 from femflex.dynamics.vectors import (
     ZERO,
     Vector,
     add,
     cross,
-    inner,
     load3,
     load9,
     scale,
@@ -106,7 +96,7 @@ def observe_marker(
     store3(row, at + 6, u)
 
 
-@njit(OBSERVE, cache=True)
+@kernel(OBSERVE)
 def observe(times: Array, states: Array, rows: Array, table: Table, pool: Array, work: Array) -> None:
     """Fill rows (n_t, n_row) from times (n_t,) and states (n_t, n_x)."""
     records, numbers, scratch = start(table), start(pool), start(work)

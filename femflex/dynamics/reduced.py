@@ -6,9 +6,9 @@ Compiled apart from `rate`, and only when first asked for.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from femflex.dynamics.compiled import inner, kernel
 from femflex.dynamics.coordinates import coordinate_rates
 from femflex.dynamics.equations import RATE
 from femflex.dynamics.gathering import write_solution
@@ -16,7 +16,6 @@ from femflex.dynamics.lanes import beyond, start
 from femflex.dynamics.layout import body_of, header_of
 from femflex.dynamics.ledger import n_rows, write_terms
 from femflex.dynamics.second_order import RESIDUAL
-from femflex.dynamics.vectors import inner
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -39,7 +38,7 @@ def write_reduced(
                 out[k] += rows[i * n_u + k]
 
 
-@njit(RESIDUAL, cache=True)
+@kernel(RESIDUAL)
 def reduced_residual(
     t: float, q: Array, u: Array, udot: Array, out: Array, table: Table, pool: Array, work: Array
 ) -> None:
@@ -64,7 +63,7 @@ def write_reduced_rate(
         coordinate_rates(body_of(table, i), q, u, dq, pool)
 
 
-@njit(RATE, cache=True)
+@kernel(RATE)
 def reduced_rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
     """dx/dt of a model from which terms have been left out; some three to five times the cost of `rate`."""
     records = start(table)

@@ -9,13 +9,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numba import njit, types
 from numpy.typing import NDArray
 
+from femflex.dynamics.compiled import kernel
 from femflex.dynamics.coordinates import advance_coordinates, coordinate_rates
 from femflex.dynamics.gathering import write_residual, write_solution
 from femflex.dynamics.lanes import start
 from femflex.dynamics.layout import body_of, header_of
+from femflex.dynamics.symbols import types
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -28,7 +29,7 @@ KINEMATIC = types.void(types.float64, _vector, _vector, _vector, *_own)
 ADVANCE = types.void(_vector, _vector, _vector, *_own)
 
 
-@njit(KINEMATIC, cache=True)
+@kernel(KINEMATIC)
 def kinematic(t: float, q: Array, u: Array, dq: Array, table: Table, pool: Array, work: Array) -> None:
     """dq/dt = N(q) u."""
     records = start(table)
@@ -36,7 +37,7 @@ def kinematic(t: float, q: Array, u: Array, dq: Array, table: Table, pool: Array
         coordinate_rates(body_of(records, i), start(q), start(u), start(dq), start(pool))
 
 
-@njit(ADVANCE, cache=True)
+@kernel(ADVANCE)
 def advance(q: Array, increment: Array, out: Array, table: Table, pool: Array, work: Array) -> None:
     """out = q o exp(increment): the coordinates after unit time at the constant quasi-velocity `increment` (n_u,)."""
     records = start(table)
@@ -44,7 +45,7 @@ def advance(q: Array, increment: Array, out: Array, table: Table, pool: Array, w
         advance_coordinates(body_of(records, i), start(q), start(increment), start(out), start(pool))
 
 
-@njit(RESIDUAL, cache=True)
+@kernel(RESIDUAL)
 def residual(t: float, q: Array, u: Array, udot: Array, out: Array, table: Table, pool: Array, work: Array) -> None:
     """out = M(q, t) udot + h(q, u, t) - Q of eq. (9), in O(n).
 
@@ -62,7 +63,7 @@ def residual(t: float, q: Array, u: Array, udot: Array, out: Array, table: Table
     )
 
 
-@njit(SOLVE, cache=True)
+@kernel(SOLVE)
 def solve(
     t: float,
     q: Array,

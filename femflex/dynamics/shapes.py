@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.compiled import inner
 from femflex.dynamics.formula import formula
-from femflex.dynamics.lanes import Lane, lane, nothing, put, total
+from femflex.dynamics.lanes import Lanes, lane, nothing, plus, put, total
 from femflex.dynamics.turns import moving_vector_turn
-from femflex.dynamics.vectors import Matrix, Vector, add, cross, inner, turn
+from femflex.dynamics.vectors import Matrix, Vector
 
 Array = NDArray[np.float64]
 Record = np.void
-Lanes = tuple[Lane, ...]
 
 
 @formula
@@ -39,12 +39,6 @@ def put_rows9(a: Array, i: int, row: int, m: Lanes) -> None:
     """Write lanes at the same place of nine rows."""
     for r in range(9):
         put(a, i + r * row, m[r])
-
-
-@formula
-def plus(v: Lanes, s: float, w: Lanes) -> Lanes:
-    """v + s w."""
-    return tuple(a + s * b for a, b in zip(v, w, strict=True))
 
 
 @formula
@@ -99,12 +93,3 @@ def markers_motion(
     theta, dtheta = combined(pool, spin, row, work, delta), combined(pool, spin, row, work, ddelta)
     bend, T, rate, bias = moving_vector_turn(theta, dtheta)
     return moved, velocity, bend, T, rate, bias
-
-
-@inner
-def write_columns(work: Array, out: int, pool: Array, shape: int, spin: int, row: int, T: Matrix, arm: Vector) -> None:
-    """Columns (6, row) of a marker seen at a point `arm` away from it: (phi + (T psi) x arm, T psi)."""
-    for k in range(0, row, 4):
-        turned = turn(T, rows3(pool, spin + k, row))
-        put_rows3(work, out + k, row, add(rows3(pool, shape + k, row), cross(turned, arm)))
-        put_rows3(work, out + 3 * row + k, row, turned)

@@ -13,27 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.formula import formula
-from femflex.dynamics.lanes import Lane, cross_lane, entry, lane, lane_of, nothing, put, reciprocal, total, with_last
+from femflex.dynamics.lanes import cross_lane, lane, lane_of, put, reciprocal, with_last
 from femflex.dynamics.layout import SLOTS
+from femflex.dynamics.pairs import Pair, dot_pair, pair, put_pair, six_of
 from femflex.dynamics.vectors import Matrix, Vector
 
 Array = NDArray[np.float64]
-Pair = tuple[Lane, Lane]
 Rows = tuple[Pair, ...]
 Six = tuple[float, float, float, float, float, float]
-
-
-@formula
-def pair(a: Array, i: int) -> Pair:
-    """The two lanes at a[i : i + 8]."""
-    return lane(a, i), lane(a, i + 4)
-
-
-@formula
-def put_pair(a: Array, i: int, v: Pair) -> None:
-    """Write two lanes to a[i : i + 8]."""
-    put(a, i, v[0])
-    put(a, i + 4, v[1])
 
 
 @formula
@@ -65,12 +52,6 @@ def body_rows(m: float, s: Vector, Q: Matrix, f: Vector, c: Vector) -> Rows:
 
 
 @formula
-def dot_pair(a: Pair, b: Pair) -> float:
-    """a . b."""
-    return total(a[0] * b[0] + a[1] * b[1])
-
-
-@formula
 def weighted(rows: Rows, a: Array, i: int, step: int) -> Pair:
     """sum_r v_r row_r of six numbers v_r = a[i + step r]: for v of the body's motion (A v, p . v)."""
     return _sum_of(rows, [a[i + step * r] for r in range(6)])
@@ -79,11 +60,7 @@ def weighted(rows: Rows, a: Array, i: int, step: int) -> Pair:
 @formula
 def pulled(rows: Rows, v: Pair) -> Pair:
     """sum_r v_r row_r = (A v, p . v)."""
-    return _sum_of(rows, _numbers(v))
-
-
-def _numbers(v: Pair) -> list[Any]:
-    return [entry(v[slot // 4], slot % 4) for slot in SLOTS]
+    return _sum_of(rows, six_of(v))
 
 
 def _sum_of(rows: Rows, v: list[Any]) -> Pair:
@@ -96,7 +73,7 @@ def _sum_of(rows: Rows, v: list[Any]) -> Pair:
 @formula
 def less_outer(rows: Rows, v: Pair, scaled: Pair) -> Rows:
     """row_r - v_r scaled."""
-    numbers = _numbers(v)
+    numbers = six_of(v)
     return tuple((a - v_r * scaled[0], b - v_r * scaled[1]) for (a, b), v_r in zip(rows, numbers, strict=True))
 
 
@@ -179,9 +156,3 @@ def free_motion(a: Array, i: int) -> Six:
             x[j] = x[j] - A[r][j] * x[r]
         x[j] = x[j] * inverse[j]
     return tuple(x)
-
-
-@formula
-def nothing_pair() -> Pair:
-    """Two lanes of zeros."""
-    return nothing(), nothing()

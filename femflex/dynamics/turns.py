@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import math
 
+from femflex.dynamics.compiled import inner
 from femflex.dynamics.formula import formula
 from femflex.dynamics.lanes import cosine, sine
-from femflex.dynamics.vectors import Four, Matrix, Vector, add, cross, dot, inner, product, scale, solve3, turn_back
+from femflex.dynamics.vectors import Four, Matrix, Vector, add, cross, dot, product, scale, solve3, turn_back
 
 SERIES_ANGLE = 0.05  # rad; below it the quotients of a rotation vector's tangent are series, error under 1e-17
 

@@ -6,9 +6,6 @@ A vector is (x, y, z), a matrix nine numbers row by row; each may as well be a l
 
 from __future__ import annotations
 
-from typing import Any
-
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,13 +19,6 @@ Matrix = tuple[float, float, float, float, float, float, float, float, float]
 
 ZERO: Vector = (0.0, 0.0, 0.0)
 UNIT: Matrix = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-
-njit: Any = numba.njit
-
-FAST = {"contract", "arcp", "nsz", "reassoc"}  # everything that keeps NaN and infinity honest
-
-# A function that only other compiled functions call: it needs no entry from Python.
-inner = njit(fastmath=FAST, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 @formula

@@ -1,9 +1,8 @@
-"""A body's own freedoms eliminated: what is left is the inertia and bias that its parent feels.
+"""The shapes' own rows: eliminated on the way to the root, solved on the way back.
 
-The elastic rows come first. They stand above the body's six, as a border: row k is [E_k | s_k, 0, Cr_k, pn_k], and
-Gauss's elimination of the n elastic unknowns takes V_i (x) V_i / d_i off [A | p]. Where E is the unit matrix (shapes
-orthonormal over the mass, no moving node that carries a joint) nothing has to be factorised. The joint follows, one
-freedom at a time.
+They stand above the body's six rows [A | p] as a border: row k is [E_k | s_k, 0, Cr_k, pn_k], and Gauss's elimination
+of the n elastic unknowns takes V_i (x) V_i / d_i off [A | p]. Where E is the unit matrix (shapes orthonormal over the
+mass, no moving node that carries a joint) nothing has to be factorised.
 """
 
 from __future__ import annotations
@@ -11,25 +10,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.columns import columns_times
+from femflex.dynamics.compiled import inner
 from femflex.dynamics.formula import formula
-from femflex.dynamics.lanes import lane, lane_of, last, put, reciprocal, transposed, with_last
-from femflex.dynamics.layout import W_BIAS, W_H, W_M, W_P, W_PIVOT, W_Q, W_S, W_TAU, W_U
-from femflex.dynamics.shapes import Lanes, rows9
-from femflex.dynamics.spatial import (
-    Pair,
-    body_rows,
-    dot_pair,
-    less_outer,
-    less_outer_at,
-    pair,
-    pulled,
-    put_pair,
-    put_six_rows,
-    six_rows,
-    weighted,
-    with_bias,
-)
-from femflex.dynamics.vectors import inner, load3, load9
+from femflex.dynamics.lanes import Lanes, lane, lane_of, plus, put, reciprocal, transposed
+from femflex.dynamics.layout import W_ACC, W_M, W_P, W_Q, W_S
+from femflex.dynamics.pairs import Pair, along_four, pair, put_pair
+from femflex.dynamics.shapes import rows9
+from femflex.dynamics.spatial import body_rows, less_outer_at, put_six_rows, six_rows, weighted
+from femflex.dynamics.vectors import load3, load9
 
 Array = NDArray[np.float64]
 Record = np.void
@@ -164,14 +153,8 @@ def reduced_row(b: Record, work: Array, i: int) -> Pair:
     V = pair(work, border + stride * i + row)
     for j in range(i):
         above = border + stride * j
-        V = less(V, work[above + i] * work[pivot + j], pair(work, above + row))
+        V = plus(V, -work[above + i] * work[pivot + j], pair(work, above + row))
     return V
-
-
-@formula
-def less(a: Pair, s: float, b: Pair) -> Pair:
-    """a - s b."""
-    return a[0] - s * b[0], a[1] - s * b[1]
 
 
 @inner
@@ -182,33 +165,19 @@ def substitute_back(b: Record, work: Array) -> None:
         here = border + stride * i
         Y = pair(work, here + row)
         for j in range(i + 1, n):
-            Y = less(Y, work[here + j], pair(work, border + stride * j + row))
+            Y = plus(Y, -work[here + j], pair(work, border + stride * j + row))
         d = work[pivot + i]
         put_pair(work, here + row, (d * Y[0], d * Y[1]))
 
 
 @inner
-def eliminate_joint(b: Record, pool: Array, work: Array, c_d: float, c_k: float, forced: bool) -> None:
-    """Take the joint's freedoms out of [A | p], one after the other, the bias acceleration included in p.
-
-    Freedom k with column h: U = A h, d = h . U + c_d damper + c_k spring, and the force that remains is
-    h . p - tau, kept in the last place of U.
-    """
-    w = b["work"]
-    rows = with_bias(six_rows(work, w + W_M), pair(work, w + W_BIAS))
-    hidden = 3 if b["hidden"] else 0
-    for k in range(b["n_h"]):
-        h = pair(work, w + W_H + 8 * k)
-        U = pulled(rows, h)
-        d, force = dot_pair(U, h), last(U[1])
-        if k >= hidden:
-            if b["sprung"] or forced:
-                force -= work[w + W_TAU + k - hidden]
-            if b["sprung"]:
-                d += c_d * pool[b["damper"] + k - hidden] + c_k * pool[b["spring"] + k - hidden]
-        d = reciprocal(d)
-        U = (U[0], with_last(U[1], force))
-        put_pair(work, w + W_U + 8 * k, U)
-        work[w + W_PIVOT + k] = d
-        rows = less_outer(rows, U, (d * U[0], d * U[1]))
-    put_six_rows(work, w + W_M, rows)
+def accelerate_shapes(b: Record, work: Array, out: Array) -> None:
+    """Write the elastic accelerations -(Y a + E^-1 pn); the body's own acceleration follows its marker Q."""
+    w, row, stride, accel = b["work"], b["row"], b["stride"], b["accel"]
+    acc = pair(work, w + W_ACC)
+    for k in range(0, row, 4):
+        put(work, accel + k, -1.0 * along_four(work, b["border"] + stride * k + row, stride, acc))
+    for k in range(b["n"]):
+        out[b["ue"] + k] = work[accel + k]
+    if b["own_bends"]:
+        put_pair(work, w + W_ACC, plus(acc, -1.0, columns_times(work, b["G"], row, accel)))

@@ -1,0 +1,22 @@
+"""How the equations are compiled: kernels that are kept on disk, and parts that only other compiled functions call.
+
+Division follows IEEE rules (no Python exceptions inside). The compiler may reorder and fuse sums, which it does the
+same way every time: results repeat bit for bit.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+
+njit: Any = numba.njit  # numba's own annotations do not cover all of it
+
+FAST = {"contract", "arcp", "nsz", "reassoc"}  # everything that keeps NaN and infinity honest
+
+inner = njit(fastmath=FAST, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)  # a part
+
+
+def kernel(signature: Any) -> Any:
+    """Decorator of a kernel: compiled for this one signature and kept on disk."""
+    return njit(signature, error_model="numpy", cache=True)
