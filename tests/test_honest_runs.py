@@ -1,5 +1,6 @@
 """A finished run says what is doubtful about it."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -28,10 +29,11 @@ def changed(tmp_path, name, **swaps):
 
 def test_a_panel_bent_beyond_linear_strain_is_warned_of_with_both_numbers(tmp_path):
     soft = changed(tmp_path, "panel_slew", E=('"70 GPa"', '"0.05 GPa"'), short=('"60 s"', '"10 s"'))
-    with pytest.warns(
-        PhysicsWarning, match=r"'panel_east' was displaced by .* m in one of its shapes, .*% of its size of 6.18 m"
-    ):
+    with pytest.warns(PhysicsWarning) as caught:
         femflex.run(soft, tmp_path / "run.h5").close()
+    told = [str(warning.message) for warning in caught]
+    assert len(told) == 2  # both panels
+    assert re.search(r"'panel_east' was displaced by .* m in one of its shapes, .*% of its size of 6.18 m", told[0])
 
 
 @pytest.mark.parametrize(
