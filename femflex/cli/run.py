@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from femflex.case import Case
     from femflex.pipeline import Prepared
     from femflex.results import Run
+    from femflex.system import System
 
 
 @verb("femflex run cases/orbiter_beam.toml -o run.h5")
@@ -52,7 +53,7 @@ def run(
     from femflex.results import open_run
 
     with open_run(output) as done:
-        say_what_came_out(done, output)
+        say_what_came_out(done, prepared.system, output)
         held = say_verdicts(read, done)
         if not no_pictures:
             draw_pictures(prepared, done, output, force)
@@ -115,7 +116,7 @@ def _attitude_line(prepared: Prepared) -> str:
     return f"attitude    {system.root} {how} in the {system.frame.kind} frame: {told} deg"
 
 
-def say_what_came_out(run: Run, output: Path) -> None:
+def say_what_came_out(run: Run, system: System, output: Path) -> None:
     """Print how the run ended and how far its monitors drifted."""
     import numpy as np
 
@@ -124,9 +125,10 @@ def say_what_came_out(run: Run, output: Path) -> None:
         f"done        {output}: {s.get('accepted', 0)} steps, {s.get('rejected', 0)} rejected, "
         f"{s.get('evaluations', 0)} evaluations"
     )
-    for path in conserved(run):
+    for path in conserved(run, system):
         value = run[path]
-        change, size = (float(np.abs(v).max()) for v in (value - value[0], value))
+        change = float(np.abs(value - value[0]).max())
+        size = float(np.abs(run["monitors/kinetic"] if path == "monitors/energy" else value).max())
         relative = f", {change / size:.2e} of its size" if size > 0 else ""
         print(
             f"monitor     {path.split('/')[1].replace('_', ' ')} changed by up to {change:.3e} "
@@ -135,14 +137,26 @@ def say_what_came_out(run: Run, output: Path) -> None:
     print(f"monitor     Euler parameters off unit length by up to {np.abs(run['monitors/quaternion_norm']).max():.2e}")
 
 
-def conserved(run: Run) -> list[str]:
-    """The monitors worth a look: the Jacobi integral on a circular orbit, energy and angular momentum without orbit."""
+def conserved(run: Run, system: System) -> list[str]:
+    """The monitors that ought to be constant: none under loads and damping, for these do work.
+
+    Without orbit energy, and angular momentum unless a joint holds the craft; on a free orbit energy; on a specified
+    circular one the Jacobi integral.
+    """
     import numpy as np
 
+    damped = any(joint.damping.any() for joint in system.joints) or any(b.damping.any() for b in system.bodies.values())
+    if system.loads or damped:
+        return []
     if set(run.without) & {"coriolis_centrifugal", "gyroscopic", "specified_motion", "gravity_gradient"}:
         return []
     if "orbit/radius" not in run:
-        return ["monitors/energy", "monitors/angular_momentum"]
+        roots = [joint for joint in system.joints if joint.parent is None]
+        adrift = len(roots) == 1 and roots[0].n_u == 6 and not roots[0].stiffness.any()
+        fixed = system.frame.kind == "inertial"
+        return ["monitors/energy"] * fixed + ["monitors/angular_momentum"] * adrift
+    if system.orbit is not None and system.orbit.free:
+        return ["monitors/energy"]
     circular = np.ptp(run["orbit/radius"]) < 1e-9 * run["orbit/radius"][0]
     return ["monitors/jacobi"] if circular else []
 

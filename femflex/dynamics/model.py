@@ -252,7 +252,7 @@ def channels_of(system: System) -> dict[str, Channel]:
             "orbit/true_anomaly": Channel("rad", "true anomaly of O"),
             "orbit/attitude": Channel("1", "Euler parameters of the orbital frame, C_NO", (4,), EULER),
             "monitors/gravity": Channel("J", "energy of the gravity gradient"),
-            "monitors/jacobi": Channel("J", "Jacobi integral, constant on a circular orbit"),
+            "monitors/jacobi": Channel("J", "Jacobi integral, constant on a specified circular orbit"),
         }
     for name in system.order:
         out |= {

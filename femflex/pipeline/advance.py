@@ -47,6 +47,7 @@ def integrate(
         except IntegrationError as failed:
             raise _kept(failed, writer, model, written) from None
         writer.finish(True, "reached the end", _statistics(last))
+    runaway.warn()
 
 
 @contextmanager

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import signal
 import threading
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
     from femflex.body import FlexibleBody
@@ -18,6 +21,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+BENT = 0.1  # elastic displacement over the body's size up to which linear strain is taken to hold
 FAR = 100.0  # elastic displacement over the body's size beyond which the motion has run away
 
 
@@ -38,13 +42,14 @@ def undisturbed() -> Iterator[None]:
 
 
 class Runaway:
-    """Stops a run whose elastic displacements are far beyond the size of the body.
+    """Watches elastic displacements: stops a run that takes them far beyond the size of the body, warns of large ones.
 
     An unstable motion grows for long before its numbers overflow, with ever smaller steps; linear strain has lost its
     meaning long before.
     """
 
     def __init__(self, model: Model) -> None:
+        self._worst: dict[str, float] = {}
         self._reach: list[tuple[str, int, Array, float]] = []
         at = 0
         for name in model.system.order:
@@ -60,6 +65,7 @@ class Runaway:
 
         for name, first, largest, size in self._reach:
             moved = np.abs(block.states[:, first : first + len(largest)]) * largest
+            self._worst[name] = max(self._worst.get(name, 0.0), float(moved.max(initial=0.0)))
             far = np.flatnonzero(moved.max(axis=1) > FAR * size)
             if len(far):
                 row = slice(far[0], far[0] + 1)
@@ -72,6 +78,18 @@ class Runaway:
                 )
                 return IntegrationError(text, block.times[row], block.states[row], first + k, block.steps)
         return None
+
+    def warn(self) -> None:
+        """Warn of bodies that were bent by more than linear strain is good for, with both numbers."""
+        for name, _, _, size in self._reach:
+            if self._worst.get(name, 0.0) > BENT * size:
+                warnings.warn(
+                    f"body {name!r} was displaced by {self._worst[name]:.3g} m in one of its shapes, "
+                    f"{self._worst[name] / size:.0%} of its size of {size:.3g} m; linear strain holds up to about "
+                    f"{BENT:.0%}. Check stiffness, loads and units, or read the run as an indication.",
+                    PhysicsWarning,
+                    stacklevel=2,
+                )
 
 
 def _reach(body: FlexibleBody) -> tuple[Array, float]:

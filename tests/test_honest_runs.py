@@ -1,0 +1,54 @@
+"""A finished run says what is doubtful about it."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import femflex
+from femflex.case import read_case
+from femflex.case.builders import build_system
+from femflex.cli.run import conserved
+from femflex.warning import PhysicsWarning
+
+CASES = Path(__file__).resolve().parents[1] / "cases"
+
+
+def changed(tmp_path, name, **swaps):
+    """A shipped case without pictures and expectations, with words swapped."""
+    text = (
+        (CASES / f"{name}.toml").read_text().split("[pictures]")[0].replace("../meshes", str(CASES.parent / "meshes"))
+    )
+    for old, new in swaps.values():
+        assert old in text
+        text = text.replace(old, new)
+    path = tmp_path / f"{name}.toml"
+    path.write_text(text)
+    return path
+
+
+def test_a_panel_bent_beyond_linear_strain_is_warned_of_with_both_numbers(tmp_path):
+    soft = changed(tmp_path, "panel_slew", E=('"70 GPa"', '"0.05 GPa"'), short=('"60 s"', '"10 s"'))
+    with pytest.warns(PhysicsWarning) as caught:
+        femflex.run(soft, tmp_path / "run.h5").close()
+    told = [str(warning.message) for warning in caught]
+    assert len(told) == 2  # both panels
+    assert re.search(r"'panel_east' was displaced by .* m in one of its shapes, .*% of its size of 6.18 m", told[0])
+
+
+@pytest.mark.parametrize(
+    ("name", "swaps", "expected"),
+    [
+        ("panel_slew", {}, []),  # a load works on it
+        ("tumbling_panels", {}, ["monitors/energy", "monitors/angular_momentum"]),
+        ("orbiter_yaw30", {}, ["monitors/jacobi"]),
+        ("orbiter_yaw30", {"free": ('"specified"', '"free"')}, ["monitors/energy"]),
+        ("eccentric_pitch", {}, []),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:marker .corner. shows no rotation")  # a sensor, not a joint
+def test_only_monitors_that_ought_to_be_constant_are_told(name, swaps, expected, tmp_path):
+    path = changed(tmp_path, name, **swaps)
+    path.write_text(path.read_text().replace("orbits = 10", "orbits = 0.1").replace("orbits = 5", "orbits = 0.1"))
+    with femflex.run(path, tmp_path / "run.h5") as run:
+        assert conserved(run, build_system(read_case(path))) == expected
