@@ -17,7 +17,7 @@ from femflex.dynamics.turns import (
     quaternion_rates,
     vector_turn,
 )
-from femflex.dynamics.vectors import load3, load4, product, store3, store4
+from femflex.dynamics.vectors import Vector, dot, load3, load4, product, store3, store4, sub
 
 Array = NDArray[np.float64]
 Record = np.void
@@ -38,6 +38,27 @@ def coordinate_rates(b: Record, q: Array, u: Array, dq: Array, pool: Array) -> N
 
 
 @inner
+def beside(angles: Vector, old: Vector) -> Vector:
+    """Angles shifted by whole turns to lie next to the old ones."""
+    whole = 2.0 * math.pi
+    return (
+        angles[0] + whole * math.floor((old[0] - angles[0]) / whole + 0.5),
+        angles[1] + whole * math.floor((old[1] - angles[1]) / whole + 0.5),
+        angles[2] + whole * math.floor((old[2] - angles[2]) / whole + 0.5),
+    )
+
+
+@inner
+def nearest_angles(angles: Vector, old: Vector, numbers: Vector) -> Vector:
+    """Of the two sets of angles of one turn, each up to whole turns, the one next to the old angles."""
+    first = beside(angles, old)
+    mirror = -angles[1] if numbers[2] == numbers[0] else math.pi - angles[1]
+    second = beside((angles[0] + math.pi, mirror, angles[2] + math.pi), old)
+    to_first, to_second = sub(first, old), sub(second, old)
+    return first if dot(to_first, to_first) <= dot(to_second, to_second) else second
+
+
+@inner
 def advance_coordinates(b: Record, q: Array, step: Array, out: Array, pool: Array) -> None:
     """One body's joint and elastic coordinates after unit time at the constant quasi-velocity `step`."""
     for k in range(b["n_slide"] + b["n_turn"]):
@@ -48,9 +69,6 @@ def advance_coordinates(b: Record, q: Array, step: Array, out: Array, pool: Arra
     elif b["ball"] == BALL_ANGLES:
         numbers = load3(pool, b["axes"] + 3 * b["n_slide"])
         turned = product(angles_turn(load3(q, j), numbers), vector_turn(load3(step, v)))
-        angles = angles_of(turned, numbers)
-        for k in range(3):  # shifted by whole turns to lie next to the old ones
-            turns = math.floor((q[j + k] - angles[k]) / (2.0 * math.pi) + 0.5)
-            out[j + k] = angles[k] + 2.0 * math.pi * turns
+        store3(out, j, nearest_angles(angles_of(turned, numbers), load3(q, j), numbers))
     for k in range(b["n"]):
         out[b["qe"] + k] = q[b["qe"] + k] + step[b["ue"] + k]

@@ -3,8 +3,10 @@ import pytest
 from pointwise import Jet, Tree, equations, skew
 from random_systems import random_tree
 
+from femflex.body import rigid_body
 from femflex.dynamics import compile_system
-from femflex.system import Frame, Orbit, spherical, universal, weld
+from femflex.rotations import ANGLE_SEQUENCES
+from femflex.system import Frame, Orbit, System, spherical, universal, weld
 
 
 def frozen(C):
@@ -95,3 +97,17 @@ def test_effective_solve_inverts_mass_damping_and_stiffness(seed):
         D[s, s], K[s, s] = body.damping, body.strain.V1
         iu += body.n_modes
     assert (2.0 * M + 0.3 * D + 0.7 * K) @ out == pytest.approx(rhs, abs=1e-9)
+
+
+@pytest.mark.parametrize("sequence", ANGLE_SEQUENCES)
+def test_advanced_angles_stay_beside_the_old_ones(sequence):
+    system = System({"hub": rigid_body(1.0, np.eye(3))}, (spherical("hub", rotation=sequence),))
+    model, rng = compile_system(system), np.random.default_rng(8)
+    for _ in range(20):  # all over, also where arctangents would name the same turn by other angles
+        q, step = rng.uniform(-7, 7, 3), 1e-5 * rng.normal(size=3)
+        if abs(np.sin(q[1]) if sequence[0] == sequence[2] else np.cos(q[1])) < 0.1:
+            continue  # close to the singularity
+        qdot, out = np.empty(3), np.empty(3)
+        model.second_order.kinematic(0.0, q, step, qdot, model.table, model.pool, model.work)
+        model.second_order.advance(q, step, out, model.table, model.pool, model.work)
+        assert out == pytest.approx(q + qdot, abs=1e-7)
