@@ -1,6 +1,7 @@
 """Flat arrays of a compiled system: one integer table of records, one pool of numbers, one scratch array.
 
-table  header record, then one BODY record per body (record 0 is the base frame), then one LOAD record per load
+table  header record, then one BODY record per body (record 0 is the base frame), then one LOAD record per load, one
+       MARKER record per reported marker, and what `constraint_layout` describes
 pool   constants: moments, shapes at markers, axes, springs, load tables, orbit
 work   scratch, one block per body: the offsets W_* below, then arrays whose place the record holds
 
@@ -40,9 +41,11 @@ HEADER = np.dtype(
             "angle_axes",  # pool: axis numbers of the reported attitude angles (3), C_QL (9)
             "total",  # work: centre of mass (3), uniform field (3)
             "kept",  # pool: 1 or 0 for every term of femflex.dynamics.ledger; read by reduced models alone
+            "n_springs",  # between markers
+            "springs", "closing",  # table: where their records begin (see constraint_layout)
         )
     ]
-)
+)  # fmt: skip
 
 BODY = np.dtype(
     [

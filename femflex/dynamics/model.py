@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -13,11 +13,15 @@ from femflex.dynamics import equations
 from femflex.dynamics.channels import channels_of, row_length, row_places
 from femflex.dynamics.frequency import highest_frequency
 from femflex.dynamics.layout import BALL_QUATERNION, body_records
-from femflex.dynamics.lower import aligned, lower
+from femflex.dynamics.lower import lower
+from femflex.dynamics.lower_constraints import characteristic_length
 from femflex.dynamics.observe import observe
+from femflex.dynamics.pool import aligned
+from femflex.dynamics.terms import SWITCHED
 from femflex.system import Channel, System
 
 if TYPE_CHECKING:
+    from femflex.dynamics.constrained import Constraints
     from femflex.dynamics.second_order import SecondOrderCalls
 
 Array = NDArray[np.float64]
@@ -33,6 +37,8 @@ class Model:
     renormalise         first positions in x of the quadruples of Euler parameters
     channels            path -> Channel of everything `observe` returns
     omitted             what `without` has switched off
+    constraints         loops and nonholonomic constraints, or None
+    project             call that brings a state back onto them, or None (see femflex.integrate.protocol)
     """
 
     system: System
@@ -47,6 +53,8 @@ class Model:
     channels: dict[str, Channel]
     rate: Any = field(default=equations.rate)
     omitted: tuple[str, ...] = ()
+    constraints: Constraints | None = None
+    project: Any = None
 
     @property
     def n_x(self) -> int:
@@ -54,11 +62,16 @@ class Model:
         return self.n_q + self.n_u
 
     @property
-    def second_order(self) -> SecondOrderCalls:
-        """The calls of implicit integrators; compiled when first asked for."""
+    def second_order(self) -> SecondOrderCalls | None:
+        """The calls of implicit integrators, compiled when first asked for; None with constraints."""
+        return self.tree if self.constraints is None else None
+
+    @property
+    def tree(self) -> SecondOrderCalls:
+        """The calls of implicit integrators on the tree, without the forces of constraints."""
         from femflex.dynamics.second_order import SecondOrderCalls
 
-        if self.rate is equations.rate:
+        if not any(name in SWITCHED for name in self.omitted):
             return SecondOrderCalls(self.n_q, self.n_u)
         from femflex.dynamics.reduced import reduced_residual
 
@@ -76,12 +89,10 @@ class Model:
         return dx
 
     def residual(self, t: float, x: Array, udot: Array) -> Array:
-        """M udot + h - Q of eq. (9), (n_u,)."""
+        """M udot + h - Q of eq. (9), (n_u,), without the forces of constraints."""
         out = np.empty(self.n_u)
         q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
-        self.second_order.residual(
-            float(t), q, u, np.ascontiguousarray(udot, float), out, self.table, self.pool, self.work
-        )
+        self.tree.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, self.table, self.pool, self.work)
         return out
 
     def bias(self, t: float, x: Array) -> Array:
@@ -120,6 +131,8 @@ class Model:
         for i, name in enumerate(self.system.order, start=1):
             first = int(records[i]["qe"])
             out[f"bodies/{name}/delta"] = states[:, first : first + self.system.bodies[name].n_modes]
+        if self.constraints is not None:
+            out |= self.constraints.observe(times, states)
         return {path: out[path] for path in self.channels}
 
 
@@ -133,7 +146,7 @@ def compile_system(system: System) -> Model:
     n_u = len(system.velocity_names())
     quadruples = [int(b["q"] + b["n_slide"]) for b in body_records(table)[1:] if b["ball"] == BALL_QUATERNION]
     knots = [load.times for load in system.loads if load.times is not None]
-    return Model(
+    tree = Model(
         system=system,
         table=table,
         pool=pool,
@@ -144,4 +157,26 @@ def compile_system(system: System) -> Model:
         breaks=np.unique(np.concatenate(knots)) if knots else np.zeros(0),
         renormalise=np.array(quadruples, np.int64),
         channels=channels_of(system),
+    )
+    return constrained(tree) if system.loops or system.constraints else tree
+
+
+def constrained(tree: Model) -> Model:
+    """The model with its loops closed and its constraints held, started from the nearest consistent state.
+
+    Raises ValueError for a loop that cannot close.
+    """
+    from femflex.dynamics import constraints as calls
+    from femflex.dynamics.assemble import assembled
+    from femflex.dynamics.constrained import channels, constraints_of_system
+
+    own = (tree.table, tree.pool, tree.work)
+    held = constraints_of_system(tree.system, own, tree.n_q, tree.n_u, tree.tree.kinematic)
+    return replace(
+        tree,
+        constraints=held,
+        x0=assembled(held, tree.x0, characteristic_length(tree.system), tree.mass_matrix),
+        rate=calls.rate,
+        project=calls.project,
+        channels=tree.channels | channels(tree.system),
     )

@@ -27,6 +27,7 @@ TERMS = {
     "joint_dampers": "dampers of joints",
     "gravity_gradient": "gravity relative to O",
 }
+SWITCHED = ("coriolis_centrifugal", "gyroscopic", "specified_motion", "gravity_gradient")  # in the compiled equations
 LOADS, INERTIA_OF = "loads/", "inertia/"
 FORCE_UNITS = {"m/s": "N", "rad/s": "N m", "kg^1/2 m/s": "kg^1/2 m/s^2"}
 

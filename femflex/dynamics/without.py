@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.body import FlexibleBody, MassMoments, StrainTensors
-from femflex.dynamics.terms import LOADS, TERMS, all_rows, term_names
+from femflex.dynamics.terms import LOADS, SWITCHED, TERMS, all_rows, term_names
 from femflex.system import Joint, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
 FLEXIBILITY = "flexibility"
-SWITCHED = ("coriolis_centrifugal", "gyroscopic", "specified_motion", "gravity_gradient")  # in the compiled equations
 
 BODY_CHANGES: dict[str, Callable[[FlexibleBody], FlexibleBody]] = {
     "elastic": lambda body: replace(body, strain=StrainTensors(0.0 * body.strain.V1, body.strain.f0)),
@@ -117,7 +116,7 @@ def reduced(model: Model, omitted: tuple[str, ...]) -> Model:
     if not any(name in SWITCHED for name in omitted):
         return replace(model, omitted=omitted)
     from femflex.dynamics.layout import HEADER, N_HEADER
-    from femflex.dynamics.lower import aligned
+    from femflex.dynamics.pool import aligned
     from femflex.dynamics.reduced import reduced_rate
 
     kept = [0.0 if name in SWITCHED and name in omitted else 1.0 for name in rows]

@@ -21,8 +21,8 @@ class Dop853(Adaptive):
     """Explicit Runge-Kutta method of order 8(5,3) of Dormand and Prince (Hairer, Norsett & Wanner 1993, II.10).
 
     Twelve rates a step, three more when an output time lies inside it. Euler parameters named by the model are
-    brought to unit length at the end of each accepted step, before the rate there is taken: a change of the size of
-    the local error, so the order stays 8.
+    brought to unit length at the end of each accepted step, and a model with constraints is brought back onto them,
+    before the rate there is taken: changes of the size of the local error, so the order stays 8.
     """
 
     name: ClassVar[str] = "dop853"
@@ -37,16 +37,20 @@ class Dop853(Adaptive):
 
     def filler(self, model: Model) -> Fill:
         """The compiled loop of `dop853_kernel` (compiled on first use in a fresh installation, else read from disk)."""
-        from femflex.integrate.dop853_kernel import N_SCRATCH, N_STAGES, fill
+        from femflex.integrate.dop853_kernel import N_SCRATCH, N_STAGES, as_it_is, fill
 
         own = (model.table, model.pool, model.work)
+        project = getattr(model, "project", None)
+        hold = (project is not None, as_it_is if project is None else project)
         renormalise = np.ascontiguousarray(model.renormalise, np.int64)
         atol = self.absolute(model.n_x)
         k, scratch = np.zeros((N_STAGES, model.n_x)), np.zeros((N_SCRATCH, model.n_x))
 
         def filled(state: Array, vectors: Array, times: Array, rows: Array, span: Span, budget: int) -> tuple[int, int]:
             limits = (self.rtol, atol, self.max_step)
-            return fill(model.rate, own, span, renormalise, *limits, state, vectors, k, scratch, times, rows, budget)
+            return fill(
+                model.rate, hold, own, span, renormalise, *limits, state, vectors, k, scratch, times, rows, budget
+            )
 
         return filled
 

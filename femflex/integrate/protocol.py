@@ -12,6 +12,12 @@ FIRST-ORDER CALL (every model)
     RATE       rate(t, x, dxdt, table, pool, work)
                dxdt = f(t, x), both (n_x,).
 
+CONSTRAINTS (models that have them; the others offer None)
+
+    PROJECT    project(t, x, table, pool, work) -> float
+               Brings x (n_x,) onto the constraints, in place, by the shortest way; the gap left. Called on every
+               accepted step and on every row handed out: a change of the size of the local error.
+
 SECOND-ORDER CALLS (models that offer the implicit methods). There x = (q, u) with q (n_q,) and u (n_u,),
 n_x = n_q + n_u; n_q may exceed n_u (Euler parameters). Quasi-coordinate increments are (n_u,), like u.
 
@@ -51,6 +57,7 @@ Call = Callable[..., Any]
 _OWN = (INDICES, VECTOR, VECTOR)  # table, pool, work
 
 RATE = types.void(REAL, VECTOR, VECTOR, *_OWN)
+PROJECT = REAL(REAL, VECTOR, *_OWN)
 RESIDUAL = types.void(REAL, VECTOR, VECTOR, VECTOR, VECTOR, *_OWN)
 SOLVE = types.void(REAL, VECTOR, VECTOR, VECTOR, REAL, REAL, REAL, *_OWN)
 KINEMATIC = types.void(REAL, VECTOR, VECTOR, VECTOR, *_OWN)

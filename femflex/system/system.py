@@ -8,9 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
+from femflex.system.constraint import Nonholonomic
 from femflex.system.joint import Joint
 from femflex.system.load import Load
 from femflex.system.orbit import Frame, Orbit
+from femflex.system.spring import Spring
+from femflex.system.ties import tie_places, tie_problems
 
 Array = NDArray[np.float64]
 
@@ -26,6 +29,9 @@ class System:
     delta0   body name -> initial elastic coordinates (n,);  ddelta0 their rates
     libration_sequence  angles reported of the libration axes L relative to F
     libration_axes      (3, 3) C_QL: libration axes in components of the root joint's marker Q on the root body
+    loops        joints cut out of the tree: each closes a loop between two bodies, or to the base frame
+    constraints  on velocities: rolling, knife edges, general rows
+    springs      between two markers
 
     With a specified orbit O is the centre of mass: the root joint's translation is eliminated, so the root joint must
     have none (spherical: attitude free; weld: attitude held). With a free orbit the root joint is `free`.
@@ -41,9 +47,13 @@ class System:
     ddelta0: dict[str, Array] = field(default_factory=dict)
     libration_sequence: str = "xzy"
     libration_axes: Array = field(default_factory=lambda: np.eye(3))
+    loops: tuple[Joint, ...] = ()
+    constraints: tuple[Nonholonomic, ...] = ()
+    springs: tuple[Spring, ...] = ()
 
     def __post_init__(self) -> None:
         problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems()]
+        problems += tie_problems(self.loops, self.constraints, self.springs, self.orbit)
         if problems:
             raise ValueError("\n".join(problems))
 
@@ -145,6 +155,7 @@ class System:
             if b in self.bodies
         ]
         places += [(f"load {load.name!r}", load.body, load.marker) for load in self.loads]
+        places += tie_places(self.loops, self.constraints, self.springs)
         for who, body, marker in places:
             if body not in self.bodies:
                 out.append(f"body {body!r} of {who} does not exist; bodies are {sorted(self.bodies)}")

@@ -1,0 +1,180 @@
+"""The equations of motion (9) with A u = b, compiled: rate of the state, projection, residuals, multipliers.
+
+Models without constraints use femflex.dynamics.equations instead and never load this.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics import constraint_layout as at
+from femflex.dynamics.compiled import inner, kernel
+from femflex.dynamics.constraint_layout import closing_of, constraint_of
+from femflex.dynamics.coordinates import advance_coordinates, coordinate_rates
+from femflex.dynamics.equations import RATE, place
+from femflex.dynamics.forces import clear, write_forces
+from femflex.dynamics.lanes import beyond, start
+from femflex.dynamics.layout import body_of, header_of
+from femflex.dynamics.multipliers import factorise_products, multipliers, rank_of
+from femflex.dynamics.recursion import accelerate, reduce_to_root
+from femflex.dynamics.row_reduction import respond, whiten_rows
+from femflex.dynamics.rows import aim_accelerations, row_of, write_rows
+from femflex.dynamics.symbols import types
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+
+_vector, _matrix = types.float64[::1], types.float64[:, ::1]
+_own = (types.int64[::1], _vector, _vector)  # table, pool, work
+PROJECT = types.float64(types.float64, _vector, *_own)
+RESIDUALS = types.void(types.float64, _vector, _matrix, *_own)
+NEAREST = types.int64(types.float64, _vector, _vector, _vector, *_own)
+
+NEWTON_STEPS = 10  # of a projection at most; from an integrator's step one or two are taken
+
+
+@inner
+def solve_motion(t: float, q: Array, u: Array, udot: Array, table: Table, pool: Array, work: Array) -> None:
+    """udot and the rows' multipliers: M udot + h = Q + A^T lambda, A udot = bdot - Adot u.
+
+    The free accelerations first; what they lack in every row gives the multipliers, and those the correction.
+    """
+    closing = closing_of(table)
+    place(t, q, u, table, pool, work)
+    write_forces(t, q, u, table, pool, work)
+    reduce_to_root(table, pool, work, 0.0, 0.0, True)
+    accelerate(table, work, udot, True)
+    write_rows(t, q, u, table, pool, work)
+    aim_accelerations(udot, table, pool, work)
+    reduce_rows(table, pool, work)
+    multipliers(table, work)
+    step = beyond(work, closing["step"])
+    respond(table, work, step, False)
+    for k in range(header_of(table)["n_u"]):
+        udot[k] += step[k]
+
+
+@inner
+def reduce_rows(table: Table, pool: Array, work: Array) -> None:
+    """White rows and the factors of their products."""
+    whiten_rows(table, pool, work, False)
+    factorise_products(table, pool, work)
+
+
+@kernel(RATE)
+def rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
+    """dx/dt of the state x = (q, u): qdot = N(q) u and udot of the constrained system."""
+    records, numbers = start(table), start(pool)
+    head = header_of(records)
+    q, u, dq, udot = start(x), beyond(x, head["n_q"]), start(dx), beyond(dx, head["n_q"])
+    solve_motion(t, q, u, udot, records, numbers, start(work))
+    for i in range(1, head["n_bodies"]):
+        coordinate_rates(body_of(records, i), q, u, dq, numbers)
+
+
+@inner
+def prepare(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
+    """Place the bodies at (q, u), factorise their inertia, and write the rows."""
+    place(t, q, u, table, pool, work)
+    clear(table, work)
+    reduce_to_root(table, pool, work, 0.0, 0.0, True)
+    write_rows(t, q, u, table, pool, work)
+
+
+@inner
+def largest_gap(table: Table, pool: Array, work: Array) -> float:
+    """Largest position residual, angles times the characteristic length [m]."""
+    closing = closing_of(table)
+    length = pool[closing["tolerance"] + 1]
+    largest = 0.0
+    for i in range(closing["n_constraints"]):
+        c = constraint_of(table, i)
+        for k in range(c["n_rows"]):
+            gap = abs(work[row_of(table, c["first"] + k) + at.R_GAP])
+            if c["kind"] == at.CONSTRAINT_LOOP and k >= c["n_slides"]:
+                gap *= length
+            if not gap <= largest:
+                largest = gap
+    return largest
+
+
+@inner
+def aim(what: int, table: Table, work: Array) -> None:
+    """Right sides that take away the position residual (R_GAP) or the velocity residual (R_SPEED)."""
+    for i in range(closing_of(table)["n_rows"]):
+        r = row_of(table, i)
+        work[r + at.R_TARGET] = -work[r + what]
+
+
+@inner
+def move(q: Array, step: Array, table: Table, pool: Array, work: Array) -> None:
+    """Advance the coordinates by an increment (n_u)."""
+    head, moved = header_of(table), beyond(work, closing_of(table)["moved"])
+    for i in range(1, head["n_bodies"]):
+        advance_coordinates(body_of(table, i), q, step, moved, pool)
+    for k in range(head["n_q"]):
+        q[k] = moved[k]
+
+
+@inner
+def bring_back(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> float:
+    """Bring (q, u) onto the constraints; the gap left [m]."""
+    closing = closing_of(table)
+    step = beyond(work, closing["step"])
+    last = gap = math.inf
+    for k in range(NEWTON_STEPS + 1):
+        prepare(t, q, u, table, pool, work)
+        gap = largest_gap(table, pool, work)
+        reduce_rows(table, pool, work)
+        if gap <= pool[closing["tolerance"]] or not gap < 0.5 * last or k == NEWTON_STEPS:
+            break
+        last = gap
+        aim(at.R_GAP, table, work)
+        multipliers(table, work)
+        respond(table, work, step, False)
+        move(q, step, table, pool, work)
+    aim(at.R_SPEED, table, work)
+    multipliers(table, work)
+    respond(table, work, step, False)
+    for j in range(header_of(table)["n_u"]):
+        u[j] += step[j]
+    return gap
+
+
+@kernel(PROJECT)
+def project(t: float, x: Array, table: Table, pool: Array, work: Array) -> float:
+    """Bring x onto the constraints, positions then velocities, along the shortest way by M; the gap left [m].
+
+    Positions by Newton's method until the gap is that of rounding; the velocities' correction is linear. Without
+    motion across the constraints the kinetic energy changes only by the square of what is taken away.
+    """
+    records = start(table)
+    return bring_back(t, start(x), beyond(x, header_of(records)["n_q"]), records, start(pool), start(work))
+
+
+@kernel(RESIDUALS)
+def residuals(t: float, x: Array, out: Array, table: Table, pool: Array, work: Array) -> None:
+    """out (n_rows, 2): position residual g and velocity residual A u - b of every row."""
+    records, numbers, scratch = start(table), start(pool), start(work)
+    q, u = start(x), beyond(x, header_of(records)["n_q"])
+    place(t, q, u, records, numbers, scratch)
+    write_rows(t, q, u, records, numbers, scratch)
+    for i in range(closing_of(records)["n_rows"]):
+        r = row_of(records, i)
+        out[i, 0], out[i, 1] = scratch[r + at.R_GAP], scratch[r + at.R_SPEED]
+
+
+@kernel(NEAREST)
+def nearest(t: float, x: Array, targets: Array, out: Array, table: Table, pool: Array, work: Array) -> int:
+    """out = the smallest v by M with A v = targets (n_rows,), as far as the rows allow; the rank of A."""
+    records, numbers, scratch = start(table), start(pool), start(work)
+    prepare(t, start(x), beyond(x, header_of(records)["n_q"]), records, numbers, scratch)
+    reduce_rows(records, numbers, scratch)
+    for i in range(closing_of(records)["n_rows"]):
+        scratch[row_of(records, i) + at.R_TARGET] = targets[i]
+    multipliers(records, scratch)
+    respond(records, scratch, start(out), False)
+    return rank_of(records, scratch)
