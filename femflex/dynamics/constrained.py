@@ -1,22 +1,22 @@
-"""What constraints add to a compiled model: its calls, A and b for studies, channels, and which rows are redundant."""
+"""What constraints add to a compiled model: A and b for studies, multipliers and reactions, redundant rows."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics import constraint_layout as at
 from femflex.dynamics import constraints as calls
-from femflex.dynamics.constraint_layout import constraint_records
+from femflex.dynamics.layout import W_CIN, body_records
 from femflex.dynamics.user import Rows
-from femflex.system import Channel, Joint, Nonholonomic, System
+from femflex.system import System
 
 Array = NDArray[np.float64]
 Own = tuple[NDArray[np.int64], Array, Array]
-
-XYZ = ("x", "y", "z")
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ class Constraints:
     """Loops and nonholonomic constraints of a compiled system.
 
     own    table, pool and work of the model
-    first  first row of each constraint, and the number of rows after the last
+    rate   call of the constrained model: its rate leaves multipliers in the rows
     users  functions of general rows, kept alive
     """
 
@@ -32,30 +32,51 @@ class Constraints:
     own: Own
     n_q: int
     n_u: int
-    first: tuple[int, ...]
+    rate: Any
     users: tuple[Rows, ...] = ()
+
+    @cached_property
+    def closing(self) -> np.void:
+        """The CLOSING record."""
+        record: np.void = at.closing_record(self.own[0])[0]
+        return record
+
+    @cached_property
+    def records(self) -> NDArray[np.void]:
+        """The CONSTRAINT records."""
+        return at.constraint_records(self.own[0])
 
     @property
     def n_rows(self) -> int:
         """Number of constraint rows."""
-        return self.first[-1]
+        return int(self.closing["n_rows"])
 
     @property
     def names(self) -> list[str]:
         """Names of loops, then of nonholonomic constraints."""
         return [loop.label for loop in self.system.loops] + [c.name for c in self.system.constraints]
 
+    @property
+    def paths(self) -> list[str]:
+        """The same with the folder of their channels in front."""
+        loops = [f"loops/{loop.label}" for loop in self.system.loops]
+        return loops + [f"constraints/{c.name}" for c in self.system.constraints]
+
     def rows_of(self, name: str) -> slice:
         """The rows of the constraint of that name."""
-        i = self.names.index(name)
-        return slice(self.first[i], self.first[i + 1])
+        record = self.records[self.names.index(name)]
+        return slice(int(record["first"]), int(record["first"] + record["n_rows"]))
+
+    def rows(self) -> Array:
+        """The rows as the last call left them, (n_rows, ROW_SIZE); see constraint_layout."""
+        first = int(self.closing["rows"])
+        return self.own[2][first : first + at.ROW_SIZE * self.n_rows].reshape(self.n_rows, at.ROW_SIZE)
 
     def residuals(self, t: float, x: Array) -> tuple[Array, Array]:
         """Position residual g (n_rows,), zero where a row has none, and velocity residual A u - b (n_rows,)."""
-        out = np.empty((self.n_rows, 2))
-        calls.residuals(float(t), np.ascontiguousarray(x, float), out, *self.own)
-        self.raise_errors()
-        return out[:, 0], out[:, 1]
+        self._ask(at.TASK_MEASURE, t, x)
+        rows = self.rows()
+        return rows[:, at.R_GAP].copy(), rows[:, at.R_SPEED].copy()
 
     def matrix(self, t: float, x: Array) -> Array:
         """A of A u = b, (n_rows, n_u)."""
@@ -71,10 +92,15 @@ class Constraints:
 
     def nearest(self, t: float, x: Array, targets: Array) -> tuple[Array, int]:
         """The smallest v (n_u,) by the mass matrix with A v = targets, and the rank of A."""
-        out = np.empty(self.n_u)
-        given = np.ascontiguousarray(targets, float)
-        rank = calls.nearest(float(t), np.ascontiguousarray(x, float), given, out, *self.own)
-        return out, int(rank)
+        self.rows()[:, at.R_TARGET] = targets
+        self._ask(at.TASK_NEAREST, t, x)
+        step = int(self.closing["step"])
+        return self.own[2][step : step + self.n_u].copy(), self.rank()
+
+    def rank(self) -> int:
+        """Number of rows that did not depend on others when they were last solved."""
+        m = self.n_rows
+        return int(self.own[2][int(self.closing["small"]) + 2 * m * m + 2 * m])
 
     def redundant(self, t: float, x: Array) -> int:
         """Number of rows that follow from the others at x; their multipliers are the smallest that hold the motion."""
@@ -90,70 +116,72 @@ class Constraints:
             "that hold the motion."
         )
 
-    def raise_errors(self) -> None:
+    def solved(self, times: Array, states: Array) -> tuple[Array, Array, Array, Array]:
+        """The constrained motion at times (n_t,) and states (n_t, n_x).
+
+        udot (n_t, n_u), rows (n_t, n_rows, ROW_SIZE) with their multipliers, rank (n_t,), and C_iN of every body
+        (n_t, n_bodies, 3, 3).
+        """
+        n_t, work = len(times), self.own[2]
+        udot, rows, rank = np.empty((n_t, self.n_u)), np.empty((n_t, self.n_rows, at.ROW_SIZE)), np.empty(n_t)
+        places = [int(b["work"]) + W_CIN for b in body_records(self.own[0])]
+        turns, dx = np.empty((n_t, len(places), 3, 3)), np.empty(self.n_q + self.n_u)
+        for j in range(n_t):
+            self.rate(float(times[j]), np.ascontiguousarray(states[j], float), dx, *self.own)
+            udot[j], rows[j], rank[j] = dx[self.n_q :], self.rows(), self.rank()
+            turns[j] = [work[place : place + 9].reshape(3, 3) for place in places]
+        self._raise_errors()
+        return udot, rows, rank, turns
+
+    def observe(self, times: Array, states: Array) -> dict[str, Array]:
+        """Channels of residuals, rank, multipliers and reactions at times (n_t,) and states (n_t, n_x)."""
+        _, rows, rank, turns = self.solved(times, states)
+        out = {
+            "monitors/constraint_position": np.abs(rows[:, :, at.R_GAP] * self._lengths()).max(axis=1),
+            "monitors/constraint_velocity": np.abs(rows[:, :, at.R_SPEED]).max(axis=1),
+            "monitors/constraint_rank": rank,
+        }
+        for path, name, record in zip(self.paths, self.names, self.records, strict=True):
+            own = rows[:, self.rows_of(name)]
+            if record["kind"] == at.CONSTRAINT_GENERAL:
+                out[path + "/multipliers"] = own[:, :, at.R_LAMBDA]
+                continue
+            C_iN = turns[:, int(record["child"])]
+            for key, first in (("force", at.R_FQ), ("torque", at.R_TQ)):
+                out[f"{path}/{key}"] = np.einsum(
+                    "tk,tkj,tji->ti", own[:, :, at.R_LAMBDA], own[:, :, first : first + 3], C_iN
+                )
+        return out
+
+    def _lengths(self) -> Array:
+        """What turns every row's position residual to metres, (n_rows,)."""
+        out = np.ones(self.n_rows)
+        size = self.own[1][int(self.closing["tolerance"]) + 1]
+        for record in self.records:
+            if record["kind"] == at.CONSTRAINT_LOOP:
+                out[int(record["first"] + record["n_slides"]) : int(record["first"] + record["n_rows"])] = size
+        return out
+
+    def _ask(self, task: int, t: float, x: Array) -> None:
+        """Call `project` for less than a projection."""
+        self.closing["task"] = task
+        try:
+            calls.project(float(t), np.array(x, float), *self.own)
+        finally:
+            self.closing["task"] = at.TASK_HOLD
+        self._raise_errors()
+
+    def _raise_errors(self) -> None:
         """Raise what a user's function raised when compiled code called it."""
         for rows in self.users:
             if rows.error is not None:
                 error, rows.error = rows.error, None
                 raise error
 
-    def observe(self, times: Array, states: Array) -> dict[str, Array]:
-        """Channels of residuals, rank, multipliers and reactions at times (n_t,) and states (n_t, n_x)."""
-        from femflex.dynamics import reactions as seen
-
-        at = seen.ROW_FIRST + self.n_rows
-        rows = np.empty((len(times), at + 6 * len(self.names)))
-        seen.observe(times, states, rows, *self.own)
-        out = {
-            "monitors/constraint_position": rows[:, seen.ROW_POSITION],
-            "monitors/constraint_velocity": rows[:, seen.ROW_VELOCITY],
-            "monitors/constraint_rank": rows[:, seen.ROW_RANK],
-        }
-        known = channels(self.system)
-        for i, path in enumerate(paths(self.system)):
-            values = rows[:, seen.ROW_FIRST + self.first[i] : seen.ROW_FIRST + self.first[i + 1]]
-            if path + "/multipliers" in known:
-                out[path + "/multipliers"] = values
-            else:
-                out[path + "/force"] = rows[:, at + 6 * i : at + 6 * i + 3]
-                out[path + "/torque"] = rows[:, at + 6 * i + 3 : at + 6 * i + 6]
-        return out
-
-
-def paths(system: System) -> list[str]:
-    """Folder of each constraint's channels in the result file."""
-    return [f"loops/{loop.label}" for loop in system.loops] + [f"constraints/{c.name}" for c in system.constraints]
-
-
-def channels(system: System) -> dict[str, Channel]:
-    """Path, unit and meaning of what constraints report; nothing for a system without any."""
-    given: list[Joint | Nonholonomic] = [*system.loops, *system.constraints]
-    if not given:
-        return {}
-    out = {
-        "monitors/constraint_position": Channel("m", "largest gap of the loops, angles times the bodies' size"),
-        "monitors/constraint_velocity": Channel("m/s", "largest velocity residual (rad/s in rows of angles)"),
-        "monitors/constraint_rank": Channel("1", "constraint rows that do not follow from others"),
-    }
-    for path, constraint in zip(paths(system), given, strict=True):
-        if not isinstance(constraint, Joint) and constraint.body is None:
-            out[f"{path}/multipliers"] = Channel("1", "multipliers lambda of A^T lambda", (constraint.n_rows,))
-            continue
-        body, marker = (
-            (constraint.child, constraint.child_marker)
-            if isinstance(constraint, Joint)
-            else (constraint.body, constraint.marker)
-        )
-        out |= {
-            f"{path}/force": Channel("N", f"force of the constraint on {body}", (3,), XYZ, "inertial"),
-            f"{path}/torque": Channel("N m", f"its torque on {body} about {body}.{marker}", (3,), XYZ, "inertial"),
-        }
-    return out
-
 
 def constraints_of_system(system: System, own: Own, n_q: int, n_u: int, kinematic: Any) -> Constraints:
     """The constraints of a lowered system, addresses of user functions filled in."""
-    records, users = constraint_records(own[0]), []
+    records, users = at.constraint_records(own[0]), []
 
     def rates(q: Array, u: Array) -> Array:
         dq = np.empty(n_q)
@@ -164,5 +192,4 @@ def constraints_of_system(system: System, own: Own, n_q: int, n_u: int, kinemati
         if c.function is not None:
             users.append(Rows(c.name, c.function, c.n_rows, n_q, n_u, rates))
             record["function"] = users[-1].address
-    first = (*(int(r["first"]) for r in records), int(records[-1]["first"] + records[-1]["n_rows"]))
-    return Constraints(system, own, n_q, n_u, first, tuple(users))
+    return Constraints(system, own, n_q, n_u, calls.rate, tuple(users))

@@ -19,6 +19,7 @@ CLOSING = np.dtype(
         (name, "i8")
         for name in (
             "n_constraints",
+            "task",  # TASK_*, of `project`
             "n_rows",  # of all constraints
             "n_hidden",  # eliminated translations, 0 or 3
             "width",  # n_u + n_hidden
@@ -60,6 +61,7 @@ CONSTRAINT = np.dtype(
 
 SPRING = np.dtype([(name, "i8") for name in (*ENDS, "data")])  # pool: stiffness, damping, free length
 
+TASK_HOLD, TASK_MEASURE, TASK_NEAREST = 0, 1, 2
 CONSTRAINT_LOOP, CONSTRAINT_DISC, CONSTRAINT_EDGE, CONSTRAINT_GENERAL = 0, 1, 2, 3
 
 M_C = 0  # motion of a marker, inertial components: C_NM (9),
@@ -94,8 +96,14 @@ def spring_of(table: Table, i: int) -> np.void:
     return _spring(table, header_of(table)["springs"] + N_SPRING * i)
 
 
+def closing_record(table: Table) -> NDArray[np.void]:
+    """The CLOSING record of a lowered system (1,), to read and to fill in."""
+    at = int(table[:N_HEADER].view(HEADER)[0]["closing"])
+    return table[at : at + N_CLOSING].view(CLOSING)
+
+
 def constraint_records(table: Table) -> NDArray[np.void]:
     """The records of loops and nonholonomic constraints of a lowered system, to read and to fill in."""
     at = int(table[:N_HEADER].view(HEADER)[0]["closing"])
-    n = int(table[at])
+    n = int(closing_record(table)[0]["n_constraints"])
     return table[at + N_CLOSING : at + N_CLOSING + N_CONSTRAINT * n].view(CONSTRAINT)

@@ -1,4 +1,4 @@
-"""The equations of motion (9) with A u = b, compiled: rate of the state, projection, residuals, multipliers.
+"""The equations of motion (9) with A u = b, compiled: rate of the state, and projection onto the constraints.
 
 Models without constraints use femflex.dynamics.equations instead and never load this.
 """
@@ -18,7 +18,7 @@ from femflex.dynamics.equations import RATE, place
 from femflex.dynamics.forces import clear, write_forces
 from femflex.dynamics.lanes import beyond, start
 from femflex.dynamics.layout import body_of, header_of
-from femflex.dynamics.multipliers import factorise_products, multipliers, rank_of
+from femflex.dynamics.multipliers import factorise_products, multipliers
 from femflex.dynamics.recursion import accelerate, reduce_to_root
 from femflex.dynamics.row_reduction import respond, whiten_rows
 from femflex.dynamics.rows import aim_accelerations, row_of, write_rows
@@ -27,13 +27,27 @@ from femflex.dynamics.symbols import types
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
 
-_vector, _matrix = types.float64[::1], types.float64[:, ::1]
+_vector = types.float64[::1]
 _own = (types.int64[::1], _vector, _vector)  # table, pool, work
 PROJECT = types.float64(types.float64, _vector, *_own)
-RESIDUALS = types.void(types.float64, _vector, _matrix, *_own)
-NEAREST = types.int64(types.float64, _vector, _vector, _vector, *_own)
 
 NEWTON_STEPS = 10  # of a projection at most; from an integrator's step one or two are taken
+
+
+@inner
+def reduce_rows(table: Table, pool: Array, work: Array) -> None:
+    """White rows and the factors of their products."""
+    whiten_rows(table, pool, work, False)
+    factorise_products(table, pool, work)
+
+
+@inner
+def answer(table: Table, work: Array) -> Array:
+    """M^-1 A^T lambda for the right sides in the rows, in step."""
+    step = beyond(work, closing_of(table)["step"])
+    multipliers(table, work)
+    respond(table, work, step, False)
+    return step
 
 
 @inner
@@ -42,7 +56,6 @@ def solve_motion(t: float, q: Array, u: Array, udot: Array, table: Table, pool: 
 
     The free accelerations first; what they lack in every row gives the multipliers, and those the correction.
     """
-    closing = closing_of(table)
     place(t, q, u, table, pool, work)
     write_forces(t, q, u, table, pool, work)
     reduce_to_root(table, pool, work, 0.0, 0.0, True)
@@ -50,18 +63,9 @@ def solve_motion(t: float, q: Array, u: Array, udot: Array, table: Table, pool: 
     write_rows(t, q, u, table, pool, work)
     aim_accelerations(udot, table, pool, work)
     reduce_rows(table, pool, work)
-    multipliers(table, work)
-    step = beyond(work, closing["step"])
-    respond(table, work, step, False)
+    step = answer(table, work)
     for k in range(header_of(table)["n_u"]):
         udot[k] += step[k]
-
-
-@inner
-def reduce_rows(table: Table, pool: Array, work: Array) -> None:
-    """White rows and the factors of their products."""
-    whiten_rows(table, pool, work, False)
-    factorise_products(table, pool, work)
 
 
 @kernel(RATE)
@@ -102,14 +106,6 @@ def largest_gap(table: Table, pool: Array, work: Array) -> float:
 
 
 @inner
-def aim(what: int, table: Table, work: Array) -> None:
-    """Right sides that take away the position residual (R_GAP) or the velocity residual (R_SPEED)."""
-    for i in range(closing_of(table)["n_rows"]):
-        r = row_of(table, i)
-        work[r + at.R_TARGET] = -work[r + what]
-
-
-@inner
 def move(q: Array, step: Array, table: Table, pool: Array, work: Array) -> None:
     """Advance the coordinates by an increment (n_u)."""
     head, moved = header_of(table), beyond(work, closing_of(table)["moved"])
@@ -120,25 +116,27 @@ def move(q: Array, step: Array, table: Table, pool: Array, work: Array) -> None:
 
 
 @inner
+def take_away(what: int, table: Table, work: Array) -> Array:
+    """The smallest change by M, in step, that takes the residual (R_GAP or R_SPEED) away."""
+    for i in range(closing_of(table)["n_rows"]):
+        r = row_of(table, i)
+        work[r + at.R_TARGET] = -work[r + what]
+    return answer(table, work)
+
+
+@inner
 def bring_back(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> float:
     """Bring (q, u) onto the constraints; the gap left [m]."""
-    closing = closing_of(table)
-    step = beyond(work, closing["step"])
     last = gap = math.inf
     for k in range(NEWTON_STEPS + 1):
         prepare(t, q, u, table, pool, work)
         gap = largest_gap(table, pool, work)
         reduce_rows(table, pool, work)
-        if gap <= pool[closing["tolerance"]] or not gap < 0.5 * last or k == NEWTON_STEPS:
+        if gap <= pool[closing_of(table)["tolerance"]] or not gap < 0.5 * last or k == NEWTON_STEPS:
             break
         last = gap
-        aim(at.R_GAP, table, work)
-        multipliers(table, work)
-        respond(table, work, step, False)
-        move(q, step, table, pool, work)
-    aim(at.R_SPEED, table, work)
-    multipliers(table, work)
-    respond(table, work, step, False)
+        move(q, take_away(at.R_GAP, table, work), table, pool, work)
+    step = take_away(at.R_SPEED, table, work)
     for j in range(header_of(table)["n_u"]):
         u[j] += step[j]
     return gap
@@ -150,31 +148,18 @@ def project(t: float, x: Array, table: Table, pool: Array, work: Array) -> float
 
     Positions by Newton's method until the gap is that of rounding; the velocities' correction is linear. Without
     motion across the constraints the kinetic energy changes only by the square of what is taken away.
+
+    The CLOSING record's task may ask for less, so that one compiled call serves studies too: TASK_MEASURE only writes
+    the rows; TASK_NEAREST writes to `step` the smallest v by M with A v = the rows' right sides.
     """
-    records = start(table)
-    return bring_back(t, start(x), beyond(x, header_of(records)["n_q"]), records, start(pool), start(work))
-
-
-@kernel(RESIDUALS)
-def residuals(t: float, x: Array, out: Array, table: Table, pool: Array, work: Array) -> None:
-    """out (n_rows, 2): position residual g and velocity residual A u - b of every row."""
     records, numbers, scratch = start(table), start(pool), start(work)
     q, u = start(x), beyond(x, header_of(records)["n_q"])
-    place(t, q, u, records, numbers, scratch)
-    write_rows(t, q, u, records, numbers, scratch)
-    for i in range(closing_of(records)["n_rows"]):
-        r = row_of(records, i)
-        out[i, 0], out[i, 1] = scratch[r + at.R_GAP], scratch[r + at.R_SPEED]
-
-
-@kernel(NEAREST)
-def nearest(t: float, x: Array, targets: Array, out: Array, table: Table, pool: Array, work: Array) -> int:
-    """out = the smallest v by M with A v = targets (n_rows,), as far as the rows allow; the rank of A."""
-    records, numbers, scratch = start(table), start(pool), start(work)
-    prepare(t, start(x), beyond(x, header_of(records)["n_q"]), records, numbers, scratch)
-    reduce_rows(records, numbers, scratch)
-    for i in range(closing_of(records)["n_rows"]):
-        scratch[row_of(records, i) + at.R_TARGET] = targets[i]
-    multipliers(records, scratch)
-    respond(records, scratch, start(out), False)
-    return rank_of(records, scratch)
+    task = closing_of(records)["task"]
+    if task == at.TASK_HOLD:
+        return bring_back(t, q, u, records, numbers, scratch)
+    prepare(t, q, u, records, numbers, scratch)
+    gap = largest_gap(records, numbers, scratch)
+    if task == at.TASK_NEAREST:
+        reduce_rows(records, numbers, scratch)
+        answer(records, scratch)
+    return gap

@@ -168,7 +168,7 @@ def constrained(tree: Model) -> Model:
     """
     from femflex.dynamics import constraints as calls
     from femflex.dynamics.assemble import assembled
-    from femflex.dynamics.constrained import channels, constraints_of_system
+    from femflex.dynamics.constrained import constraints_of_system
 
     own = (tree.table, tree.pool, tree.work)
     held = constraints_of_system(tree.system, own, tree.n_q, tree.n_u, tree.tree.kinematic)
@@ -178,5 +178,4 @@ def constrained(tree: Model) -> Model:
         x0=assembled(held, tree.x0, characteristic_length(tree.system), tree.mass_matrix),
         rate=calls.rate,
         project=calls.project,
-        channels=tree.channels | channels(tree.system),
     )

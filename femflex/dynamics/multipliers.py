@@ -1,7 +1,7 @@
 """The multipliers' own equations: A M^-1 A^T lambda = r from the white rows, rows that depend on each other found.
 
 A pivoted Cholesky factorisation finds which rows follow from others; then the multipliers are the smallest that do (in
-the rows' scales). The header's `small` holds S (m, m), with the factor L below its diagonal; L^T L (rank, rank);
+the rows' scales). `small` holds S (m, m), with the factor L below its diagonal; L^T L (rank, rank);
 scales, order, rank, v, w (m each).
 """
 

@@ -39,8 +39,13 @@ def no_force(m, r):
     return np.zeros((len(m), 3))
 
 
+def seeds(quick, all_):
+    """Seeds of random systems, those past the first few marked slow."""
+    return [seed if seed < quick else pytest.param(seed, marks=pytest.mark.slow) for seed in range(all_)]
+
+
 @pytest.mark.parametrize("n_loops", [1, 2])
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", seeds(4, 30))
 def test_closed_loops_move_as_the_dense_equations_say(seed, n_loops):
     system, clouds, (q, u) = random_loops(seed, n_loops)
     model = compile_system(system)
@@ -52,7 +57,7 @@ def test_closed_loops_move_as_the_dense_equations_say(seed, n_loops):
     assert model.state_rate(0.0, x)[model.n_q :] == pytest.approx(udot, abs=1e-10 * np.abs(udot).max())
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", seeds(2, 12))
 def test_closed_loops_on_a_specified_orbit(seed):
     orbit = Orbit(7e6, 0.3, inclination=0.4, node=0.2, perigee=1.0, true_anomaly=0.7, mu=5e20)
     system, clouds, (q, u) = random_loops(seed, root=spherical, orbit=orbit, frame=Frame("orbital"))
@@ -73,7 +78,7 @@ def test_closed_loops_on_a_specified_orbit(seed):
     assert found == pytest.approx(udot, abs=1e-9 * np.abs(udot).max())
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", seeds(2, 12))
 def test_velocities_are_brought_to_the_nearest_by_mass(seed):
     system, clouds, (q, u) = random_loops(seed, 2)
     model = compile_system(system)
