@@ -116,29 +116,35 @@ def move(q: Array, step: Array, table: Table, pool: Array, work: Array) -> None:
 
 
 @inner
-def take_away(what: int, table: Table, work: Array) -> Array:
-    """The smallest change by M, in step, that takes the residual (R_GAP or R_SPEED) away."""
+def aim_residuals(what: int, table: Table, work: Array) -> None:
+    """Right sides that take away the position residual (R_GAP) or the velocity residual (R_SPEED)."""
     for i in range(closing_of(table)["n_rows"]):
         r = row_of(table, i)
         work[r + at.R_TARGET] = -work[r + what]
-    return answer(table, work)
 
 
 @inner
-def bring_back(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> float:
-    """Bring (q, u) onto the constraints; the gap left [m]."""
-    last = gap = math.inf
+def bring_back(t: float, q: Array, u: Array, task: int, table: Table, pool: Array, work: Array) -> float:
+    """Bring (q, u) onto the constraints, or do what the task says; the gap left [m]."""
+    last = math.inf
     for k in range(NEWTON_STEPS + 1):
         prepare(t, q, u, table, pool, work)
         gap = largest_gap(table, pool, work)
+        if task == at.TASK_MEASURE:
+            break
         reduce_rows(table, pool, work)
-        if gap <= pool[closing_of(table)["tolerance"]] or not gap < 0.5 * last or k == NEWTON_STEPS:
+        closed = gap <= pool[closing_of(table)["tolerance"]] or not gap < 0.5 * last or k == NEWTON_STEPS
+        if task == at.TASK_HOLD:
+            aim_residuals(at.R_SPEED if closed else at.R_GAP, table, work)
+        step = answer(table, work)
+        if task == at.TASK_NEAREST:
+            break
+        if closed:
+            for j in range(header_of(table)["n_u"]):
+                u[j] += step[j]
             break
         last = gap
-        move(q, take_away(at.R_GAP, table, work), table, pool, work)
-    step = take_away(at.R_SPEED, table, work)
-    for j in range(header_of(table)["n_u"]):
-        u[j] += step[j]
+        move(q, step, table, pool, work)
     return gap
 
 
@@ -152,14 +158,6 @@ def project(t: float, x: Array, table: Table, pool: Array, work: Array) -> float
     The CLOSING record's task may ask for less, so that one compiled call serves studies too: TASK_MEASURE only writes
     the rows; TASK_NEAREST writes to `step` the smallest v by M with A v = the rows' right sides.
     """
-    records, numbers, scratch = start(table), start(pool), start(work)
-    q, u = start(x), beyond(x, header_of(records)["n_q"])
-    task = closing_of(records)["task"]
-    if task == at.TASK_HOLD:
-        return bring_back(t, q, u, records, numbers, scratch)
-    prepare(t, q, u, records, numbers, scratch)
-    gap = largest_gap(records, numbers, scratch)
-    if task == at.TASK_NEAREST:
-        reduce_rows(records, numbers, scratch)
-        answer(records, scratch)
-    return gap
+    records = start(table)
+    q, u, task = start(x), beyond(x, header_of(records)["n_q"]), closing_of(records)["task"]
+    return bring_back(t, q, u, task, records, start(pool), start(work))
