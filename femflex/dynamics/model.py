@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from femflex.dynamics import equations, monitors
 from femflex.dynamics import observe as seen
+from femflex.dynamics.joint_report import joint_channels, joint_report, specified_states
 from femflex.dynamics.layout import BALL_QUATERNION, body_records
 from femflex.dynamics.lower import aligned, lower, reported_markers
 from femflex.system import Channel, System
@@ -31,7 +32,7 @@ class Model:
 
     table, pool, work   see femflex.dynamics.layout
     x0                  (n_x,) initial state (q, u)
-    breaks              (n,) times at which a load is not smooth [s]
+    breaks              (n,) times at which a load or a specified motion is not smooth [s]
     renormalise         first positions in x of the quadruples of Euler parameters
     channels            path -> Channel of everything `observe` returns
     omitted             what `without` has switched off
@@ -60,11 +61,16 @@ class Model:
         """The calls of implicit integrators; compiled when first asked for."""
         from femflex.dynamics.second_order import SecondOrderCalls
 
-        if self.rate is equations.rate:
+        if not self.reduced:
             return SecondOrderCalls(self.n_q, self.n_u)
         from femflex.dynamics.reduced import reduced_residual
 
         return SecondOrderCalls(self.n_q, self.n_u, reduced_residual)
+
+    @property
+    def reduced(self) -> bool:
+        """Whether the compiled equations leave terms out (see `dynamics.without`)."""
+        return self.rate is not equations.rate
 
     @cached_property
     def max_frequency(self) -> float:
@@ -78,7 +84,7 @@ class Model:
         return dx
 
     def residual(self, t: float, x: Array, udot: Array) -> Array:
-        """M udot + h - Q of eq. (9), (n_u,)."""
+        """M udot + h - Q of eq. (9), (n_u,); udot - sddot on the rows of held freedoms."""
         out = np.empty(self.n_u)
         q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
         self.second_order.residual(
@@ -117,7 +123,9 @@ class Model:
             path: rows[:, place].reshape(len(times), *self.channels[path].shape)
             for path, place in row_places(self.system).items()
         }
+        states = specified_states(self, times, states)
         out["q"], out["u"] = states[:, : self.n_q], states[:, self.n_q :]
+        out |= joint_report(self, times, states)
         records = body_records(self.table)
         for i, name in enumerate(self.system.order, start=1):
             first = int(records[i]["qe"])
@@ -135,6 +143,7 @@ def compile_system(system: System) -> Model:
     n_u = len(system.velocity_names())
     quadruples = [int(b["q"] + b["n_slide"]) for b in body_records(table)[1:] if b["ball"] == BALL_QUATERNION]
     knots = [load.times for load in system.loads if load.times is not None]
+    knots += [profile.breaks for joint in system.joints for profile in joint.held.values()]
     return Model(
         system=system,
         table=table,
@@ -275,7 +284,7 @@ def channels_of(system: System) -> dict[str, Channel]:
             f"loads/{load.name}/force": Channel("N", f"force of {load.name}", (3,), XYZ, "body"),
             f"loads/{load.name}/torque": Channel("N m", f"torque of {load.name}", (3,), XYZ, "body"),
         }
-    return out
+    return out | joint_channels(system)
 
 
 def _units(pairs: list[tuple[str, str]]) -> str:

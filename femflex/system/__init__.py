@@ -10,11 +10,13 @@ from femflex.system.joint import (
     prismatic,
     revolute,
     spherical,
+    turns,
     universal,
     weld,
 )
 from femflex.system.load import Load
 from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
+from femflex.system.profile import Profile
 from femflex.system.system import System
 
 __all__ = [
@@ -26,6 +28,7 @@ __all__ = [
     "Joint",
     "Load",
     "Orbit",
+    "Profile",
     "System",
     "ball_coordinates",
     "cylindrical",
@@ -33,6 +36,7 @@ __all__ = [
     "prismatic",
     "revolute",
     "spherical",
+    "turns",
     "universal",
     "weld",
 ]
