@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from femflex.dynamics import equations, monitors
 from femflex.dynamics import observe as seen
-from femflex.dynamics.layout import BALL_QUATERNION, body_records
+from femflex.dynamics.joint_channels import ball_channels, observe_balls
+from femflex.dynamics.layout import BALL_MODIFIED, BALL_QUATERNION, body_records
 from femflex.dynamics.lower import aligned, lower, reported_markers
+from femflex.rotations import is_extrinsic, is_symmetric, letters_of
 from femflex.system import Channel, System
 
 if TYPE_CHECKING:
@@ -66,6 +68,16 @@ class Model:
 
         return SecondOrderCalls(self.n_q, self.n_u, reduced_residual)
 
+    @property
+    def switch(self) -> Any:
+        """The call that changes coordinates between two steps, or None where no rotation set asks for it."""
+        records = body_records(self.table)
+        if not np.any((records["ball"] == BALL_MODIFIED) | (records["reference"] > 0)):
+            return None
+        from femflex.dynamics.switching import switch
+
+        return switch
+
     @cached_property
     def max_frequency(self) -> float:
         """Highest natural frequency of shapes and springs at the initial configuration [rad/s]."""
@@ -118,6 +130,9 @@ class Model:
             for path, place in row_places(self.system).items()
         }
         out["q"], out["u"] = states[:, : self.n_q], states[:, self.n_q :]
+        out |= observe_balls(self.system, states)
+        if is_extrinsic(self.system.libration_sequence):
+            out["attitude/angles"] = out["attitude/angles"][:, ::-1]
         records = body_records(self.table)
         for i, name in enumerate(self.system.order, start=1):
             first = int(records[i]["qe"])
@@ -223,17 +238,14 @@ def channels_of(system: System) -> dict[str, Channel]:
     """Path, unit, meaning and frame of everything a run reports."""
     q, u = system.coordinate_names(), system.velocity_names()
     where = "from O" if system.orbit else "from the inertial origin"
-    angles = system.libration_sequence
-    words = (
-        tuple(ANGLE_WORDS[a] for a in angles)
-        if len(set(angles)) == 3
-        else tuple(f"{a}{k + 1}" for k, a in enumerate(angles))
-    )
+    sequence = system.libration_sequence
+    angles, kind = letters_of(sequence), "extrinsic" if is_extrinsic(sequence) else "intrinsic"
+    words = tuple(f"{a}{k + 1}" if is_symmetric(sequence) else ANGLE_WORDS[a] for k, a in enumerate(angles))
     out = {
         "q": Channel(_units(q), "coordinates", (len(q),), tuple(name for name, _ in q)),
         "u": Channel(_units(u), "quasi-velocities", (len(u),), tuple(name for name, _ in u)),
         "attitude/angles": Channel(
-            "rad", f"attitude of {system.root} from the {system.frame.kind} frame, intrinsic {angles}", (3,), words
+            "rad", f"attitude of {system.root} from the {system.frame.kind} frame, {kind} {angles}", (3,), words
         ),
         "monitors/energy": Channel("J", "total energy"),
         "monitors/kinetic": Channel("J", "kinetic energy relative to O" if system.orbit else "kinetic energy"),
@@ -270,6 +282,7 @@ def channels_of(system: System) -> dict[str, Channel]:
             f"markers/{label}/velocity": Channel("m/s", f"velocity of {label} {where}", (3,), XYZ, "inertial"),
             f"markers/{label}/deflection": Channel("m", f"elastic displacement of {label}", (3,), XYZ, "body"),
         }
+    out |= ball_channels(system)
     for load in system.loads:
         out |= {
             f"loads/{load.name}/force": Channel("N", f"force of {load.name}", (3,), XYZ, "body"),
