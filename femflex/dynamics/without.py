@@ -21,7 +21,7 @@ SWITCHED = ("coriolis_centrifugal", "gyroscopic", "specified_motion", "gravity_g
 
 BODY_CHANGES: dict[str, Callable[[FlexibleBody], FlexibleBody]] = {
     "elastic": lambda body: replace(body, strain=StrainTensors(0.0 * body.strain.V1, body.strain.f0)),
-    "prestress": lambda body: replace(body, strain=StrainTensors(body.strain.V1, 0.0 * body.strain.f0)),
+    "prestress": lambda body: replace(body, strain=replace(body.strain, f0=0.0 * body.strain.f0)),
     "damping": lambda body: replace(body, damping=0.0 * body.damping),
 }
 JOINT_CHANGES: dict[str, Callable[[Joint], Joint]] = {
