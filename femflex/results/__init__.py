@@ -21,7 +21,7 @@ Every data set over time has the attributes unit, description, names (of the ent
 A body point at an instant is position + C_NB (points + sum_k delta_k shapes[k]).
 
 A run in progress, or one that was killed or interrupted, has `complete` False and further rows after the valid ones;
-their time is nan (in files up to 256 MB everything else as well), and `open_run` leaves them away. The file opens and is
+their time is nan (in files up to 256 MB all else too), and `open_run` leaves them away. The file opens and is
 consistent at every moment, also while it is written: room for all rows is laid out before the first, blocks go into it,
 `progress` is written last, and how the run ended goes into room of its own (`ended` is text of fixed length, bytes to
 h5py). What changes the layout (a run that stops early is trimmed, a trimmed one resumed) is written beside as
