@@ -61,7 +61,7 @@ def test_an_interrupted_run_is_kept_and_resumes_bit_for_bit(
     assert (code, err) == (130, "femflex: interrupted\n")
     assert seconds < STOP_SECONDS
     with h5py.File(tmp_path / "run.h5") as file:
-        assert not file.attrs["complete"] and file.attrs["ended"] == "interrupted"
+        assert not file.attrs["complete"] and file.attrs["ended"] == b"interrupted"
         rows = int(file["progress"][0])
         assert 0 < rows < 8001 and np.isfinite(file["q"][:rows]).all()
     subprocess.run(
