@@ -7,6 +7,7 @@ moments, strain tensors, damping, markers and a skin to draw. A rigid body is on
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from itertools import combinations_with_replacement, permutations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,20 +55,70 @@ class MassMoments:
 
 @dataclass(frozen=True, eq=False)
 class StrainTensors:
-    """Strain tensors of eq. (7), with the factor 1/2: V = f0.d + 1/2 d.V1 d, the linear part of the elastic force.
+    """Strain tensors of eq. (7), with the factor 1/2: V = f0.d + 1/2 [V1 dd + 2 V2 ddd + V3 dddd].
 
-    V1  (n, n)   int B0^T C B0 + 2 int sigma0.B   [1/s^2 for mass-normalised shapes]
-    f0  (n,)     int sigma0.B0                    [kg^1/2 m / s^2]
+    V1  (n, n)          int B0^T C B0 + 2 int sigma0.B   [1/s^2 for mass-normalised shapes]
+    f0  (n,)            int sigma0.B0                    [kg^1/2 m / s^2]
+    V2  (C(n + 2, 3),)  int B0^T C B, its fully symmetric part over i <= j <= k in lexicographic order
+    V3  (C(n + 3, 4),)  int B^T C B, likewise over i <= j <= k <= l
+
+    V2 and V3 of size 0 are those of linear strain.
     """
 
     V1: Array
     f0: Array
+    V2: Array = field(default_factory=lambda: np.zeros(0))
+    V3: Array = field(default_factory=lambda: np.zeros(0))
 
     @classmethod
     def linear(cls, V1: Array) -> StrainTensors:
         """Strain tensors of an unstressed body with stiffness V1 (n, n)."""
         V1 = np.asarray(V1, float)
         return cls(V1, np.zeros(V1.shape[0]))
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the elastic force is linear in the elastic coordinates."""
+        return self.V2.size == 0 and self.V3.size == 0
+
+    def full(self) -> tuple[Array, Array]:
+        """V2 (n, n, n) and V3 (n, n, n, n), fully symmetric."""
+        n = self.V1.shape[0]
+        return unpacked(self.V2, n, 3), unpacked(self.V3, n, 4)
+
+    def energy(self, delta: Array) -> float:
+        """Strain energy V at delta (n,) [J]."""
+        V2, V3 = self.full()
+        K = self.V1 + 2 * V2 @ delta + V3 @ delta @ delta
+        return float(self.f0 @ delta + delta @ K @ delta / 2)
+
+    def force(self, delta: Array) -> Array:
+        """Elastic force dV/d(delta) = f0 + V1 d + 3 V2 dd + 2 V3 ddd at delta (n,)."""
+        V2, V3 = self.full()
+        return np.asarray(self.f0 + (self.V1 + 3 * V2 @ delta + 2 * V3 @ delta @ delta) @ delta)
+
+    def tangent(self, delta: Array) -> Array:
+        """Tangent stiffness V1 + 6 V2 d + 6 V3 dd at delta (n,), (n, n)."""
+        V2, V3 = self.full()
+        return np.asarray(self.V1 + 6 * V2 @ delta + 6 * V3 @ delta @ delta)
+
+
+def unpacked(values: Array, n: int, order: int) -> Array:
+    """The fully symmetric tensor (n, ..., n) whose entries i <= j <= ... are `values`; zero where there are none."""
+    out = np.zeros((n,) * order)
+    if values.size:
+        places = np.array(list(combinations_with_replacement(range(n), order))).T
+        for turn in permutations(range(order)):
+            out[tuple(places[list(turn)])] = values
+    return out
+
+
+def packed(tensor: Array) -> Array:
+    """Entries i <= j <= ... in lexicographic order of the fully symmetric part of a tensor (n, ..., n)."""
+    order = tensor.ndim
+    places = np.array(list(combinations_with_replacement(range(len(tensor)), order))).reshape(-1, order).T
+    turns = list(permutations(range(order)))
+    return np.asarray(sum(tensor[tuple(places[list(turn)])] for turn in turns) / len(turns))
 
 
 @dataclass(frozen=True, eq=False)
