@@ -7,10 +7,11 @@ moments, strain tensors, damping, markers and a skin to draw. A rigid body is on
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from itertools import combinations_with_replacement, permutations
 
 import numpy as np
 from numpy.typing import NDArray
+
+from femflex.symmetric import form, gradient, hessian, packed_size, truncated
 
 Array = NDArray[np.float64]
 
@@ -57,18 +58,29 @@ class MassMoments:
 class StrainTensors:
     """Strain tensors of eq. (7), with the factor 1/2: V = f0.d + 1/2 [V1 dd + 2 V2 ddd + V3 dddd].
 
-    V1  (n, n)          int B0^T C B0 + 2 int sigma0.B   [1/s^2 for mass-normalised shapes]
-    f0  (n,)            int sigma0.B0                    [kg^1/2 m / s^2]
-    V2  (C(n + 2, 3),)  int B0^T C B, its fully symmetric part over i <= j <= k in lexicographic order
-    V3  (C(n + 3, 4),)  int B^T C B, likewise over i <= j <= k <= l
+    V1  (n, n)          int B0^T C B0 + 2 int sigma0.B        [1/s^2 for mass-normalised shapes]
+    f0  (n,)            int sigma0.B0                         [kg^1/2 m / s^2]
+    V2  (C(n+2, 3),)    symmetric part of int B0^T C B        [kg^-1/2 m^-1 / s^2]
+    V3  (C(n+3, 4),)    symmetric part of int B^T C B         [kg^-1 m^-2 / s^2]
 
-    V2 and V3 of size 0 are those of linear strain.
+    V2 and V3 are packed over i <= j <= k (<= l) in lexicographic order (`femflex.symmetric`); both are empty for
+    linear strain.
     """
 
     V1: Array
     f0: Array
     V2: Array = field(default_factory=lambda: np.zeros(0))
     V3: Array = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        n = self.V1.shape[0]
+        sizes = {"V2": (self.V2.shape, packed_size(n, 3)), "V3": (self.V3.shape, packed_size(n, 4))}
+        for name, (shape, size) in sizes.items():
+            if shape not in ((0,), (size,)):
+                raise ValueError(
+                    f"strain tensor {name} of {n} coordinates has {size} packed values, or none where strain is "
+                    f"linear; found shape {shape}"
+                )
 
     @classmethod
     def linear(cls, V1: Array) -> StrainTensors:
@@ -78,47 +90,38 @@ class StrainTensors:
 
     @property
     def is_linear(self) -> bool:
-        """Whether the elastic force is linear in the elastic coordinates."""
-        return self.V2.size == 0 and self.V3.size == 0
+        """Whether the elastic force is linear in the coordinates: V2 and V3 are empty or zero."""
+        return not (self.V2.any() or self.V3.any())
 
-    def full(self) -> tuple[Array, Array]:
-        """V2 (n, n, n) and V3 (n, n, n, n), fully symmetric."""
-        n = self.V1.shape[0]
-        return unpacked(self.V2, n, 3), unpacked(self.V3, n, 4)
+    def energy(self, d: Array) -> float:
+        """Strain energy V at d (n,) [J], zero at d = 0."""
+        d = np.asarray(d, float)
+        cubic = form(self.V2, d, 3) if self.V2.size else 0.0
+        quartic = form(self.V3, d, 4) if self.V3.size else 0.0
+        return float(self.f0 @ d + (d @ self.V1 @ d + 2 * cubic + quartic) / 2)
 
-    def energy(self, delta: Array) -> float:
-        """Strain energy V at delta (n,) [J]."""
-        V2, V3 = self.full()
-        K = self.V1 + 2 * V2 @ delta + V3 @ delta @ delta
-        return float(self.f0 @ delta + delta @ K @ delta / 2)
+    def force(self, d: Array) -> Array:
+        """Elastic force dV/dd = f0 + V1 d + 3 V2 dd + 2 V3 ddd at d (n,): (n,)."""
+        d = np.asarray(d, float)
+        out = self.f0 + (self.V1 + self.V1.T) @ d / 2
+        if self.V2.size:
+            out = out + gradient(self.V2, d, 3)
+        return out + gradient(self.V3, d, 4) / 2 if self.V3.size else out
 
-    def force(self, delta: Array) -> Array:
-        """Elastic force dV/d(delta) = f0 + V1 d + 3 V2 dd + 2 V3 ddd at delta (n,)."""
-        V2, V3 = self.full()
-        return np.asarray(self.f0 + (self.V1 + 3 * V2 @ delta + 2 * V3 @ delta @ delta) @ delta)
+    def tangent(self, d: Array) -> Array:
+        """Tangent stiffness V1 + 6 V2 d + 6 V3 dd at d (n,): (n, n)."""
+        d = np.asarray(d, float)
+        out = (self.V1 + self.V1.T) / 2
+        if self.V2.size:
+            out = out + hessian(self.V2, d, 3)
+        return out + hessian(self.V3, d, 4) / 2 if self.V3.size else out
 
-    def tangent(self, delta: Array) -> Array:
-        """Tangent stiffness V1 + 6 V2 d + 6 V3 dd at delta (n,), (n, n)."""
-        V2, V3 = self.full()
-        return np.asarray(self.V1 + 6 * V2 @ delta + 6 * V3 @ delta @ delta)
-
-
-def unpacked(values: Array, n: int, order: int) -> Array:
-    """The fully symmetric tensor (n, ..., n) whose entries i <= j <= ... are `values`; zero where there are none."""
-    out = np.zeros((n,) * order)
-    if values.size:
-        places = np.array(list(combinations_with_replacement(range(n), order))).T
-        for turn in permutations(range(order)):
-            out[tuple(places[list(turn)])] = values
-    return out
-
-
-def packed(tensor: Array) -> Array:
-    """Entries i <= j <= ... in lexicographic order of the fully symmetric part of a tensor (n, ..., n)."""
-    order = tensor.ndim
-    places = np.array(list(combinations_with_replacement(range(len(tensor)), order))).reshape(-1, order).T
-    turns = list(permutations(range(order)))
-    return np.asarray(sum(tensor[tuple(places[list(turn)])] for turn in turns) / len(turns))
+    def truncated(self, n: int) -> StrainTensors:
+        """The tensors of the first n coordinates alone."""
+        have = self.V1.shape[0]
+        V2 = truncated(self.V2, have, n, 3) if self.V2.size else self.V2
+        V3 = truncated(self.V3, have, n, 4) if self.V3.size else self.V3
+        return StrainTensors(self.V1[:n, :n], self.f0[:n], V2, V3)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,8 @@ from femflex.dynamics.compiled import inner
 from femflex.dynamics.formula import formula
 from femflex.dynamics.lanes import Lane, Lanes, lane, nothing, plus, put, total
 from femflex.dynamics.layout import W_OMEGA, W_P, W_Q, W_S
-from femflex.dynamics.stiffening import add_varying_force, write_varying_stiffness
 from femflex.dynamics.shapes import nothing3, nothing9, put_rows9, rows3, rows9, totals3
+from femflex.dynamics.stiffening import add_varying_force, write_varying_stiffness
 from femflex.dynamics.vectors import (
     ZERO,
     Matrix,

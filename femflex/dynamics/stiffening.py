@@ -17,6 +17,7 @@ from femflex.body import StrainTensors
 from femflex.dynamics.compiled import inner
 from femflex.dynamics.formula import formula
 from femflex.dynamics.lanes import Lanes, lane, nothing, plus, put
+from femflex.symmetric import unpacked
 
 Array = NDArray[np.float64]
 Record = np.void
@@ -28,7 +29,8 @@ def monomial_table(strain: StrainTensors) -> Array:
     """Blocks (n_blocks, n + pairs, COLUMNS): what each monomial adds to the packed matrix; columns filled with zeros."""
     n = len(strain.f0)
     k, l = np.triu_indices(n)
-    V2, V3 = strain.full()
+    V2 = unpacked(strain.V2, n, 3) if strain.V2.size else np.zeros((n, n, n))
+    V3 = unpacked(strain.V3, n, 4) if strain.V3.size else np.zeros((n, n, n, n))
     rows = np.concatenate([V2[:, k, l], np.where(k == l, 1.0, 2.0)[:, None] * V3[k, l][:, k, l]])
     blocks = -(-len(k) // COLUMNS)
     rows = np.pad(rows, [(0, 0), (0, blocks * COLUMNS - len(k))])
