@@ -26,7 +26,7 @@ COLUMNS = 32  # entries that are summed at once: eight lanes
 
 
 def monomial_table(strain: StrainTensors) -> Array:
-    """Blocks (n_blocks, n + pairs, COLUMNS): what each monomial adds to the packed matrix; columns filled with zeros."""
+    """Blocks (n_blocks, n + pairs, COLUMNS): what each monomial adds to the packed matrix; filled up with zeros."""
     n = len(strain.f0)
     k, l = np.triu_indices(n)
     V2 = unpacked(strain.V2, n, 3) if strain.V2.size else np.zeros((n, n, n))
