@@ -1,4 +1,4 @@
-"""Right-hand side of case a with nonlinear strain, against the linear one: medians of interleaved pairs, one process."""
+"""Right-hand side of case a with nonlinear strain against the linear one: median of interleaved pairs."""
 
 from dataclasses import replace
 from timeit import timeit
