@@ -37,8 +37,9 @@ def integrate(
                 error = runaway.found(last)
                 times = last.times if error is None else last.times[last.times <= error.t]
                 if len(times):
+                    seen = model.observe(times, last.states[: len(times)])
+                    writer.make_room(len(times), last.resume)
                     with undisturbed():
-                        seen = model.observe(times, last.states[: len(times)])
                         writer.write_block(times, seen, last.resume)
                     singularities.watch(times, seen)
                     written = float(times[-1])
@@ -62,7 +63,7 @@ def _writer(prepared: Prepared, output: Path, force: bool, resume: bool) -> Iter
 
     if resume:
         point = resume_point(output)
-        with RunWriter.resumed(output) as writer:
+        with RunWriter.resumed(output, rows=len(prepared.times)) as writer:
             yield writer, point.state, point.time
         return
     case, model = prepared.case, prepared.model
