@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, StrictBool, model_validator
 
-from femflex.case.base import RotationSet, Sequence_, Table, refuse
+from femflex.case.base import Table, refuse
 from femflex.case.motion import (
     AngleMotion,
     CylinderMotion,
@@ -17,6 +17,7 @@ from femflex.case.motion import (
     ThreeAngles,
     TwoAngles,
 )
+from femflex.case.rotation import RotationSet, Sequence_
 from femflex.case.values import (
     Angle,
     Angles,
@@ -30,6 +31,7 @@ from femflex.case.values import (
     Velocity,
     _Readable,
 )
+from femflex.rotations import is_extrinsic
 
 
 class _OneOrThree(_Readable):
@@ -224,9 +226,12 @@ class Spherical(JointTable):
 
     kind: Literal["spherical"]
     rotation: RotationSet = "euler_parameters"
-    """Coordinates that describe the rotation."""
+    """Coordinates that describe the rotation: Euler parameters, an angle sequence such as "intrinsic xzy" or
+    "extrinsic xzy", Gibbs' vector, or modified Rodrigues parameters (which switch to their shadow)."""
+    rebase: StrictBool = False
+    """Count them from a new reference orientation, between two steps, whenever they near their singularity."""
     sequence: Sequence_ = "xyz"
-    """Of the initial angles, intrinsic."""
+    """Of the initial angles, intrinsic unless it says "extrinsic xyz"."""
     angles: Angles = ZERO
     rates: Rates = ZERO
     """Rate relative to the parent's marker, components of the child's."""
@@ -246,6 +251,11 @@ class Spherical(JointTable):
     def _held_angles_replace_the_ball(self) -> Spherical:
         if self.turning and self.rotation != "euler_parameters":
             refuse(f"found rotation {self.rotation!r} beside motion.angles, whose coordinates are those of `sequence`")
+        if self.turning and (self.rebase or is_extrinsic(self.sequence)):
+            refuse(
+                f"found sequence {self.sequence!r} and rebase = {str(self.rebase).lower()} beside motion.angles; held "
+                "angles are those of an intrinsic sequence such as 'xyz', and are never re-based"
+            )
         for key in ("rates", "stiffness", "damping"):
             if self.turning and any(getattr(self, key)):
                 refuse(

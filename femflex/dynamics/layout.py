@@ -62,7 +62,8 @@ BODY = np.dtype(
             "welded", "welded_at",  # 1: nothing moves at this joint; pool: C_ip (9), r (3)
             "full",  # 1: six free motions of a root body along orthonormal columns, without springs
             "n_h",  # columns of H, hidden ones included
-            "axes",  # pool: slides then turns (3 each); for an angle set: axis numbers (3)
+            "axes",  # pool: slides then turns (3 each); for an angle set: intrinsic axis numbers (3)
+            "reference",  # of a re-based ball: place in q of its reference's Euler parameters (4); else 0
             "spring", "damper", "rest",  # pool (n_slide + n_turn | 3)
             "sprung",  # 1: the joint has springs or dampers
             "held",  # 1: some of the joint's freedoms are held, now or at times
@@ -74,6 +75,8 @@ BODY = np.dtype(
             "gyro",  # pool: R1 (n,3,row)
             "stiffness", "damping", "f0",  # pool: V1, D^T (n,row), f0 (row)
             "diagonal",  # 1: V1 and D are diagonal
+            "nonlinear",  # 1: strain is nonlinear, with V2 and V3
+            "curved", "n_blocks",  # pool: their table (n_blocks,n+pairs,32), see stiffening
             "own_stiffness", "own_damping",  # pool: their diagonals (row)
             "elastic_mass",  # pool: Me (n,row)
             "elastic_factor", "elastic_pivot",  # pool: U (n,row) and 1/d (n) of Me = U^T diag(1/d) U
@@ -92,6 +95,7 @@ BODY = np.dtype(
             "pivot",  # work (n): reciprocal pivots of the eliminated E
             "G",  # work (6,row): columns of marker Q
             "N",  # work (row,8): scratch of refer_to_hinge
+            "monomials", "varying",  # work: d_i, d_i d_j (n+pairs); the stiffness they make up (pairs)
             "Phi",  # work (6,row_p): columns of marker P
         )
     ]
@@ -124,7 +128,7 @@ MARKER = np.dtype([(name, "i8") for name in ("body", "place", "shape", "spin", "
 
 ORBIT_NONE, ORBIT_SPECIFIED, ORBIT_FREE = 0, 1, 2
 FRAME_INERTIAL, FRAME_ORBITAL, FRAME_SPINNING = 0, 1, 2
-BALL_NONE, BALL_QUATERNION, BALL_ANGLES = 0, 1, 2
+BALL_NONE, BALL_QUATERNION, BALL_ANGLES, BALL_EXTRINSIC, BALL_RODRIGUES, BALL_MODIFIED = 0, 1, 2, 3, 4, 5
 LOAD_BODY, LOAD_MARKER, LOAD_INERTIAL, LOAD_ORBITAL = 0, 1, 2, 3
 
 W_CIP = 0  # C_ip: parent components to body components, three rows of four

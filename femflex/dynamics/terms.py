@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.joint_report import held_places
+from femflex.dynamics.drive_report import held_places
 from femflex.system import System
 
 if TYPE_CHECKING:
@@ -22,6 +22,8 @@ TERMS = {
     "gyroscopic": "G u, linear in u, from a turning base frame or specified joints",
     "specified_motion": "Gamma_t - T0,q: the motion of the base frame and of specified joints by itself",
     "elastic": "K1 delta",
+    "elastic_K2": "K2 delta, quadratic in delta",
+    "elastic_K3": "K3 delta, cubic in delta",
     "prestress": "f0, the force of an initial stress",
     "damping": "D ddelta of the bodies",
     "joint_springs": "springs of joints",
@@ -129,6 +131,8 @@ def term_names(system: System) -> list[str]:
         "gyroscopic": turning,
         "specified_motion": turning,
         "elastic": any(body.strain.V1.any() for body in bodies),
+        "elastic_K2": any(body.strain.V2.any() for body in bodies),
+        "elastic_K3": any(body.strain.V3.any() for body in bodies),
         "prestress": any(body.strain.f0.any() for body in bodies),
         "damping": any(body.damping.any() for body in bodies),
         "joint_springs": any(joint.stiffness.any() for joint in system.joints),

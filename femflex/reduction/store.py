@@ -3,7 +3,7 @@
 Layout: attributes `format` "femflex body", `format_version`, `femflex_version`, `kinds`; datasets with a `description`
 and `units` each:
 
-    moments/{mass, first, second}     strain/{V1, f0}     damping     omega
+    moments/{mass, first, second}     strain/{V1, f0, V2, V3}     damping     omega
     markers/<name>/{position, phi, psi, orientation}
     skin/{points, shapes}, skin/cells/<meshio cell name>         absent for a body that cannot be drawn
 """
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import h5py
 
 FORMAT = "femflex body"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2  # 1: without V2 and V3
 
 # name -> (description, units); units hold for mass-normalised shapes
 FIELDS = {
@@ -34,6 +34,8 @@ FIELDS = {
     "second": ("int z z^T dm, indices shape, axis, shape, axis", "kg m^2 | kg^1/2 m | 1"),
     "V1": ("stiffness of the elastic coordinates", "1/s^2"),
     "f0": ("elastic force at rest, int sigma0 B0", "kg^1/2 m/s^2"),
+    "V2": ("cubic strain tensor, symmetric, packed over i <= j <= k; empty for linear strain", "kg^-1/2 m^-1/s^2"),
+    "V3": ("quartic strain tensor, symmetric, packed over i <= j <= k <= l; empty likewise", "kg^-1 m^-2/s^2"),
     "damping": ("damping matrix of the elastic coordinates", "1/s"),
     "omega": ("natural frequency of each shape, nan where it means nothing", "rad/s"),
     "position": ("undeformed position, body frame", "m"),
@@ -113,7 +115,7 @@ def _write(file: h5py.File, body: FlexibleBody) -> None:
     _put(file, "damping", body.damping)
     _put(file, "omega", body.omega)
     _put_all(file.create_group("moments"), body.moments, "mass", "first", "second")
-    _put_all(file.create_group("strain"), body.strain, "V1", "f0")
+    _put_all(file.create_group("strain"), body.strain, "V1", "f0", "V2", "V3")
     markers = file.create_group("markers", track_order=True)
     for name, marker in body.markers.items():
         _put_all(markers.create_group(_escaped(name)), marker, "position", "phi", "psi", "orientation")
@@ -134,7 +136,7 @@ def _read(file: h5py.File) -> FlexibleBody:
         skin = Skin(_get(part, "points"), cells, _get(part, "shapes"))
     return FlexibleBody(
         moments=MassMoments(float(moments["mass"][()]), _get(moments, "first"), _get(moments, "second")),
-        strain=StrainTensors(_get(strain, "V1"), _get(strain, "f0")),
+        strain=StrainTensors(*(_get(strain, name) for name in ("V1", "f0", "V2", "V3") if name in strain)),
         damping=_get(file, "damping"),
         markers={
             _unescaped(name): Marker(*(_get(rows, key) for key in ("position", "phi", "psi", "orientation")))

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from random_systems import random_state, random_tree
 
-from femflex.dynamics.joint_report import held_places
+from femflex.dynamics.drive_report import held_places
 from femflex.system import Profile, turns
 
 
@@ -36,7 +36,9 @@ def holding(joint, rng, share=0.5):
         else random_profile(rng)
         for k in range(joint.n_u)
     ]
-    return replace(joint, motion=tuple(motion), q0=np.zeros(0), u0=np.zeros(0))
+    q0 = joint.q0.copy()
+    q0[[k for k in range(single) if motion[k] is not None]] = 0.0  # it begins where its motion begins
+    return replace(joint, motion=tuple(motion), q0=q0, u0=np.zeros(0))
 
 
 def held_tree(seed, n_bodies=5, share=0.5, **more):

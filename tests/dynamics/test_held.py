@@ -11,7 +11,7 @@ from test_equations import elastic_forces, frozen
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
-from femflex.dynamics.joint_report import drives, held_places
+from femflex.dynamics.drive_report import drives, held_places
 from femflex.dynamics.terms import terms
 from femflex.integrate import integrator
 from femflex.system import Frame, Load, Orbit, Profile, System, free, prismatic, revolute, spherical, turns, universal

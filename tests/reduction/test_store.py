@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from reduction_examples import bent_boom
 
-from femflex.body import Marker, rigid_body
+from femflex.body import Marker, StrainTensors, rigid_body
 from femflex.reduction import ModalDamping, cantilever_modes, load_body, reduce_structure, save_body
 
 
@@ -24,7 +24,9 @@ def body():
     omega = made.omega.copy()
     omega[2] = np.nan
     kinds = ("vibration", "vibration", "constraint", "vibration")
-    return replace(made, markers={"zeta": turned, **made.markers}, omega=omega, kinds=kinds)
+    rng = np.random.default_rng(5)
+    strain = StrainTensors(made.strain.V1, rng.normal(size=4), rng.normal(size=20), rng.normal(size=35))
+    return replace(made, strain=strain, markers={"zeta": turned, **made.markers}, omega=omega, kinds=kinds)
 
 
 def same(a, b):
@@ -39,6 +41,8 @@ def test_a_body_comes_back_bit_for_bit(body, tmp_path):
         (found.moments.second, body.moments.second),
         (found.strain.V1, body.strain.V1),
         (found.strain.f0, body.strain.f0),
+        (found.strain.V2, body.strain.V2),
+        (found.strain.V3, body.strain.V3),
         (found.damping, body.damping),
         (found.omega, body.omega),
         (found.skin.points, body.skin.points),
@@ -61,9 +65,18 @@ def test_a_rigid_body_without_a_skin_comes_back(tmp_path):
     assert list(found.markers) == ["origin"]
 
 
+def test_a_file_of_the_first_format_is_a_linear_body(body, tmp_path):
+    path = save_body(tmp_path / "old.h5", body)
+    with h5py.File(path, "a") as file:
+        file.attrs["format_version"] = 1
+        del file["strain/V2"], file["strain/V3"]
+    assert load_body(path).strain.is_linear
+    assert not body.strain.is_linear
+
+
 def test_the_file_explains_itself(body, tmp_path):
     with h5py.File(save_body(tmp_path / "boom.h5", body)) as file:
-        assert file.attrs["format"] == "femflex body" and file.attrs["format_version"] == 1
+        assert file.attrs["format"] == "femflex body" and file.attrs["format_version"] == 2
         assert list(file.attrs["kinds"]) == list(body.kinds)
         bare = []
         file.visititems(
@@ -120,7 +133,7 @@ def test_files_that_are_no_bodies_are_refused(body, tmp_path):
         load_body(text)
     with pytest.raises(ValueError, match=r"other.h5 is not a femflex body file: its format is 'femflex run'"):
         load_body(other)
-    with pytest.raises(ValueError, match="has body format 99, and this femflex reads up to 1; use a newer femflex"):
+    with pytest.raises(ValueError, match="has body format 99, and this femflex reads up to 2; use a newer femflex"):
         load_body(later)
     with pytest.raises(ValueError, match=r"torn.h5 is a femflex body file with parts missing"):
         load_body(torn)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors, rigid_body
+from femflex.body import FlexibleBody, Marker, MassMoments, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.builders.shapes import rigid_skin
 from femflex.case.builders.structure import PLACE, build_mesh, build_modes, build_structure_of
@@ -111,7 +111,7 @@ def truncated(body: FlexibleBody, n: int) -> FlexibleBody:
     return replace(
         body,
         moments=MassMoments(m.mass, m.first[: n + 1], m.second[: n + 1, :, : n + 1]),
-        strain=StrainTensors(body.strain.V1[:n, :n], body.strain.f0[:n]),
+        strain=body.strain.truncated(n),
         damping=body.damping[:n, :n],
         markers=markers,
         skin=None if body.skin is None else replace(body.skin, shapes=body.skin.shapes[:n]),

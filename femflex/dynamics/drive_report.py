@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 FORCES = {"m/s": "N", "rad/s": "N m"}
 
 
-def joint_channels(system: System) -> dict[str, Channel]:
+def held_channels(system: System) -> dict[str, Channel]:
     """Path, unit and meaning of what joints with held freedoms report; nothing for a system without any."""
     out = {}
     for joint in (system.joint_of(name) for name in system.order):
@@ -71,8 +71,8 @@ def drives(model: Model, times: Array, states: Array) -> Array:
     return out
 
 
-def joint_report(model: Model, times: Array, states: Array) -> dict[str, Array]:
-    """The channels of `joint_channels` at times (n_t,) and states (n_t, n_x)."""
+def observe_held(model: Model, times: Array, states: Array) -> dict[str, Array]:
+    """The channels of `held_channels` at times (n_t,) and states (n_t, n_x)."""
     places = held_places(model.system)
     if not places:
         return {}
