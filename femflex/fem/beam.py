@@ -27,7 +27,14 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-OPTIONS: dict[str, Any] = {"order": 3, "axial_order": None, "orientation": None, "rotary_inertia": True, "start": None}
+OPTIONS: dict[str, Any] = {
+    "order": 3,
+    "axial_order": None,
+    "orientation": None,
+    "rotary_inertia": True,
+    "start": None,
+    "extent": None,
+}
 ORDERS = range(3, 9)
 VARYING_DEGREE = 8  # polynomial degree added to the quadrature where properties vary along the element
 SLENDER = 20.0  # length over radius of gyration below which shear, left out here, shifts the first mode by over 1 %
@@ -91,6 +98,7 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     rotary_inertia  True; False leaves out the section's rotary inertia in bending (torsional inertia stays), as
                     the classical closed forms beta L do
     start           point group where the arc length s begins; see chain.arc_length for the default
+    extent          length of the line the group is a part of [m], if it is one: shear is judged by that
 
     Mesh advice: the relative error of a bending frequency is (beta h)^4 / 1440 at order 3, h the element length and
     beta = (m' omega^2 / EI)^(1/4). The default order wants beta h < 0.19 for 1e-6: 10 elements for the first mode
@@ -131,7 +139,7 @@ def _inertia(elements: BeamElements, member: Member, degree: int, rotary: bool) 
     dm = np.repeat(weight * r.mass / 4, 4, axis=1)
     rho = elements.places(xi, offsets).reshape(*dm.shape, 3)
     N = elements.motion(xi, offsets, rotary).reshape(*dm.shape, 3, -1)
-    _warn_if_stout(rho, np.sqrt(np.maximum(r.ry2, r.rz2)).max(), member.group)
+    _warn_if_stout(rho, np.sqrt(np.maximum(r.ry2, r.rz2)).max(), member)
     return DenseInertia(elements.dofs, dm, rho, N)
 
 
@@ -179,11 +187,11 @@ def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
     return {**options, "order": int(order), "axial_order": int(axial), "orientation": orientation}
 
 
-def _warn_if_stout(rho: Array, gyration: float, group: str) -> None:
-    extent = float(np.linalg.norm(np.ptp(rho.reshape(-1, 3), axis=0)))
+def _warn_if_stout(rho: Array, gyration: float, member: Member) -> None:
+    extent = member.options.get("extent") or float(np.linalg.norm(np.ptp(rho.reshape(-1, 3), axis=0)))
     if extent < SLENDER * gyration:
         warnings.warn(
-            f"beam group {group!r} extends over {extent:.4g} m with a radius of gyration of {gyration:.4g} m; below "
+            f"beam group {member.group!r} extends over {extent:.4g} m with a radius of gyration of {gyration:.4g} m; below "
             f"{SLENDER:g} radii ({SLENDER * gyration:.4g} m) the shear left out here shifts frequencies by per cents",
             PhysicsWarning,
             stacklevel=6,
