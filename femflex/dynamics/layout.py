@@ -68,6 +68,8 @@ BODY = np.dtype(
             "gyro",  # pool: R1 (n,3,row)
             "stiffness", "damping", "f0",  # pool: V1, D^T (n,row), f0 (row)
             "diagonal",  # 1: V1 and D are diagonal
+            "nonlinear",  # 1: strain is nonlinear, with V2 and V3
+            "curved", "n_blocks",  # pool: their table (n_blocks,n+pairs,32), see stiffening
             "own_stiffness", "own_damping",  # pool: their diagonals (row)
             "elastic_mass",  # pool: Me (n,row)
             "elastic_factor", "elastic_pivot",  # pool: U (n,row) and 1/d (n) of Me = U^T diag(1/d) U
@@ -86,6 +88,7 @@ BODY = np.dtype(
             "pivot",  # work (n): reciprocal pivots of the eliminated E
             "G",  # work (6,row): columns of marker Q
             "N",  # work (row,8): scratch of refer_to_hinge
+            "monomials", "varying",  # work: d_i, d_i d_j (n+pairs); the stiffness they make up (pairs)
             "Phi",  # work (6,row_p): columns of marker P
         )
     ]

@@ -22,6 +22,7 @@ from femflex.dynamics.lanes import beyond, start
 from femflex.dynamics.layout import BALL_NONE, ORBIT_NONE, W_BIAS, W_OMEGA, W_TAU, body_of, header_of, load_of
 from femflex.dynamics.loads import apply_load
 from femflex.dynamics.pairs import nothing_pair, put_pair
+from femflex.dynamics.stiffening import add_varying_force, write_varying_stiffness
 from femflex.dynamics.symbols import types
 from femflex.dynamics.vectors import ZERO, store3
 
@@ -31,7 +32,8 @@ Record = np.void
 
 # rows of the ledger; loads follow in the system's order
 INERTIA, QUADRATIC, LINEAR, SPECIFIED = 0, 1, 2, 3
-ELASTIC, PRESTRESS, DAMPING, SPRINGS, DAMPERS, GRAVITY, FIRST_LOAD = 4, 5, 6, 7, 8, 9, 10
+ELASTIC, QUADRATIC_STRAIN, CUBIC_STRAIN, PRESTRESS, DAMPING = 4, 5, 6, 7, 8
+SPRINGS, DAMPERS, GRAVITY, FIRST_LOAD = 9, 10, 11, 12
 
 _vector, _matrix = types.float64[::1], types.float64[:, ::1]
 LEDGER = types.void(_vector, _matrix, _matrix, _matrix, types.int64[::1], _vector, _vector)
@@ -99,8 +101,8 @@ def matrix_rows(b: Record, columns: int, x: Array, first: int, row: Array, pool:
 
 
 @inner
-def write_elastic_rows(q: Array, u: Array, rows: Array, table: Table, pool: Array) -> None:
-    """Rows of V1 delta (eq. 8), of the initial stress f0 and of the damping D ddelta."""
+def write_elastic_rows(q: Array, u: Array, rows: Array, table: Table, pool: Array, work: Array) -> None:
+    """Rows of K1, K2 and K3 times delta (eq. 8), of the initial stress f0 and of the damping D ddelta."""
     head = header_of(table)
     n_u = head["n_u"]
     for i in range(1, head["n_bodies"]):
@@ -109,6 +111,11 @@ def write_elastic_rows(q: Array, u: Array, rows: Array, table: Table, pool: Arra
         matrix_rows(b, b["damping"], u, b["ue"], beyond(rows, DAMPING * n_u), pool)
         for k in range(b["n"]):
             rows[PRESTRESS * n_u + b["ue"] + k] = pool[b["f0"] + k]
+        if b["nonlinear"]:
+            write_varying_stiffness(b, pool, work, 3.0, 0.0)
+            add_varying_force(b, work, rows, QUADRATIC_STRAIN * n_u + b["ue"])
+            write_varying_stiffness(b, pool, work, 0.0, 2.0)
+            add_varying_force(b, work, rows, CUBIC_STRAIN * n_u + b["ue"])
 
 
 @inner
@@ -150,7 +157,7 @@ def write_terms(
     for k in range(n_rows(table) * n_u):
         rows[k] = 0.0
     write_velocity_rows(t, q, u, rows, spare, table, pool, work)
-    write_elastic_rows(q, u, rows, table, pool)
+    write_elastic_rows(q, u, rows, table, pool, work)
     write_joint_rows(q, u, rows, spare, table, pool, work)
     clear(table, work)
     gather_residual(udot, beyond(rows, INERTIA * n_u), table, pool, work)

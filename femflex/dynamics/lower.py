@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.body import FlexibleBody, Marker
+from femflex.body import FlexibleBody, Marker, StrainTensors
 from femflex.dynamics import layout as at
 from femflex.dynamics.lanes import padded
+from femflex.dynamics.stiffening import monomial_table
 from femflex.system import Joint, Load, System
 
 Array = NDArray[np.float64]
@@ -151,12 +152,23 @@ def lower_body(record: np.void, body: FlexibleBody, pool: Pool, scratch: Scratch
     record["own_stiffness"], record["own_damping"] = pool.put_rows(np.diag(V1)), pool.put_rows(np.diag(body.damping))
     record["f0"] = pool.put_rows(body.strain.f0)
     record["diagonal"] = int(_is_diagonal(V1) and _is_diagonal(body.damping))
+    lower_curved_strain(record, body.strain, pool, scratch)
     record["work"] = scratch.take(at.W_FIXED)
     for key in ("delta", "ddelta", "accel", "pn", "pivot"):
         record[key] = scratch.take(row)
     for key, rows in (("Z", 9), ("G", 6), ("N", 8)):
         record[key] = scratch.take(rows * row)
     record["border"] = scratch.take(row * record["stride"])
+
+
+def lower_curved_strain(record: np.void, strain: StrainTensors, pool: Pool, scratch: Scratch) -> None:
+    """V2 and V3 of a body with nonlinear strain."""
+    if strain.is_linear or not len(strain.f0):
+        return
+    table = monomial_table(strain)
+    n_blocks, count, columns = table.shape
+    record["nonlinear"], record["n_blocks"], record["curved"] = 1, n_blocks, pool.put(table)
+    record["monomials"], record["varying"] = scratch.take(count), scratch.take(n_blocks * columns)
 
 
 def lower_elastic_mass(record: np.void, elastic_mass: Array, pool: Pool) -> None:

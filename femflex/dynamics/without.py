@@ -19,9 +19,19 @@ if TYPE_CHECKING:
 FLEXIBILITY = "flexibility"
 SWITCHED = ("coriolis_centrifugal", "gyroscopic", "specified_motion", "gravity_gradient")  # in the compiled equations
 
+SHORT = {"K1": "elastic", "K2": "elastic_K2", "K3": "elastic_K3"}
+
+
+def without_strain(body: FlexibleBody, name: str) -> FlexibleBody:
+    """The body with zeros in one array of its strain tensors."""
+    return replace(body, strain=replace(body.strain, **{name: 0.0 * getattr(body.strain, name)}))
+
+
 BODY_CHANGES: dict[str, Callable[[FlexibleBody], FlexibleBody]] = {
-    "elastic": lambda body: replace(body, strain=StrainTensors(0.0 * body.strain.V1, body.strain.f0)),
-    "prestress": lambda body: replace(body, strain=replace(body.strain, f0=0.0 * body.strain.f0)),
+    "elastic": lambda body: without_strain(body, "V1"),
+    "elastic_K2": lambda body: without_strain(body, "V2"),
+    "elastic_K3": lambda body: without_strain(body, "V3"),
+    "prestress": lambda body: without_strain(body, "f0"),
     "damping": lambda body: replace(body, damping=0.0 * body.damping),
 }
 JOINT_CHANGES: dict[str, Callable[[Joint], Joint]] = {
@@ -55,8 +65,9 @@ def switchable(model: Model) -> list[str]:
 
 
 def resolved(model: Model, name: str) -> str:
-    """The full name of something that can be switched off; a load may go by its own name alone."""
+    """The full name of something that can be switched off; a load may go by its own name alone, stiffness by K1."""
     known = switchable(model)
+    name = SHORT.get(name, name)
     for full in (name, LOADS + name):
         if full in known:
             return full

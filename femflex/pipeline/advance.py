@@ -37,8 +37,10 @@ def integrate(
                 error = runaway.found(last)
                 times = last.times if error is None else last.times[last.times <= error.t]
                 if len(times):
+                    seen = model.observe(times, last.states[: len(times)])
+                    writer.make_room(len(times), last.resume)
                     with undisturbed():
-                        writer.write_block(times, model.observe(times, last.states[: len(times)]), last.resume)
+                        writer.write_block(times, seen, last.resume)
                     written = float(times[-1])
                 if error is not None:
                     raise error
@@ -57,7 +59,7 @@ def _writer(prepared: Prepared, output: Path, force: bool, resume: bool) -> Iter
 
     if resume:
         point = resume_point(output)
-        with RunWriter.resumed(output) as writer:
+        with RunWriter.resumed(output, rows=len(prepared.times)) as writer:
             yield writer, point.state, point.time
         return
     case, model = prepared.case, prepared.model
