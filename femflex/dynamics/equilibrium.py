@@ -37,7 +37,7 @@ class Equilibrium:
     model        the system without damping, under the loads it is in balance with
     x            (n_x,) coordinates; quasi-velocities are zero
     share        of the outer forces that x balances: 1 when found
-    residual     largest force left, over the largest of elastic and outer forces
+    residual     largest force left, over the largest of elastic and outer forces (times usual sizes of the motions)
     iterations   of Newton's method, all shares together
     neutral      coordinates that nothing resists, each with those it goes along with
     eigenvalues  (2 n_u,) of small motions about x, damping left out [1/s]; empty when not found
@@ -118,12 +118,11 @@ def equilibrium(system: System, at: float | None = None) -> Equilibrium:
                 raise _failed(problem, q, share, count, found)
         first = False
     linear = linearised(model, 0.0, np.concatenate([q, np.zeros(model.n_u)]))
-    inner, outer = problem.forces(q)
     return Equilibrium(
         model=model,
         x=np.concatenate([q, np.zeros(model.n_u)]),
         share=1.0,
-        residual=_relative(inner + outer, inner, outer),
+        residual=found.residual,
         iterations=count,
         neutral=found.neutral,
         eigenvalues=linear.eigenvalues(),
@@ -144,37 +143,36 @@ class Balance:
 
 def balance(problem: Steady, q: Array, share: float) -> Balance:
     """Newton's method with shortened steps from the coordinates q (n_q,), under a share of the outer forces."""
-    step, residual, worst = np.inf, np.inf, 0
     neutral: tuple[str, ...] = ()
+    residual, worst, balanced = np.inf, 0, False
     for k in range(TRIES):
         inner, outer = problem.forces(q)
         g = inner + share * outer
-        residual = _relative(g, inner, share * outer)
         worst = int(np.argmax(np.abs(g))) if g.size else 0
-        if not np.isfinite(g).all():
-            break
-        if residual <= BALANCED and step <= SETTLED:
-            return Balance(q, True, k, residual, worst, neutral)
-        size = max(np.abs(inner).max(initial=0.0), np.abs(outer).max(initial=0.0))
+        size = max(np.abs(inner).max(initial=0.0), share * np.abs(outer).max(initial=0.0))
         try:
-            move, neutral = newton_step(problem, problem.stiffness(q, share), g, size)
+            move, neutral, held = newton_step(problem, problem.stiffness(q, share), g, size)
         except np.linalg.LinAlgError:
             break
-        move *= min(1.0, LONGEST / max(float(np.abs(move).max(initial=0.0)), 1e-300))
-        q, step = _along(problem, q, move, share, float(np.linalg.norm(g)))
-        if step == 0.0:
-            inner, outer = problem.forces(q)
-            settled = residual <= BALANCED
-            return Balance(q, settled, k + 1, residual, worst, neutral)
+        residual = _ratio(g, max(size, held))
+        longest = float(np.abs(move).max(initial=0.0))
+        balanced = residual <= BALANCED
+        if balanced and longest <= SETTLED:
+            return Balance(q, True, k, residual, worst, neutral)
+        q, moved = _along(problem, q, move * min(1.0, LONGEST / max(longest, 1e-300)), share, float(np.linalg.norm(g)))
+        if not moved:  # the forces are at their rounding, or do not fall at all
+            return Balance(q, balanced, k + 1, residual, worst, neutral)
     return Balance(q, False, TRIES, residual, worst, neutral)
 
 
-def newton_step(problem: Steady, A: Array, g: Array, size: float) -> tuple[Array, tuple[str, ...]]:
-    """The step (n_u,) that balances g in usual sizes, least along neutral directions, and these directions' names."""
+def newton_step(problem: Steady, A: Array, g: Array, size: float) -> tuple[Array, tuple[str, ...], float]:
+    """The step (n_u,) in usual sizes that balances g, least along neutral directions.
+
+    With it the names of the coordinates along which these lead most, and the largest stiffness of the others that have
+    none of their own [J].
+    """
     e, r = problem.elastic, ~problem.elastic
     move = np.zeros(len(g))
-    if not r.any():
-        return np.asarray(-np.linalg.solve(A, g), float), ()
     relaxed = np.linalg.solve(A[np.ix_(e, e)], np.column_stack([A[np.ix_(e, r)], g[e]]))
     S = A[np.ix_(r, r)] - A[np.ix_(r, e)] @ relaxed[:, :-1]
     rest = g[r] - A[np.ix_(r, e)] @ relaxed[:, -1]
@@ -182,36 +180,38 @@ def newton_step(problem: Steady, A: Array, g: Array, size: float) -> tuple[Array
     kept = sigma > max(NEUTRAL * sigma.max(initial=0.0), NOISE * size)
     move[r] = -(Vt[kept].T @ ((U[:, kept].T @ rest) / sigma[kept]))
     move[e] = -(relaxed[:, -1] + relaxed[:, :-1] @ move[r])
+    if not np.isfinite(move).all():
+        raise np.linalg.LinAlgError("the step is not finite")
     names = np.array([name for name, _ in problem.full.system.velocity_names()])[r]
-    return move, tuple(str(names[np.argmax(np.abs(row))]).removesuffix("_rate") for row in Vt[~kept])
+    neutral = tuple(str(names[np.argmax(np.abs(row))]).removesuffix("_rate") for row in Vt[~kept])
+    return move, neutral, float(sigma[kept].max(initial=0.0))
 
 
-def _along(problem: Steady, q: Array, move: Array, share: float, before: float) -> tuple[Array, float]:
-    """The coordinates a step further, shortened until the forces fall, and its largest part; 0 when none helps."""
+def _along(problem: Steady, q: Array, move: Array, share: float, before: float) -> tuple[Array, bool]:
+    """The coordinates a step further, shortened until the forces fall, and whether that helped."""
     for k in range(HALVINGS):
         part = 0.5**k
         tried = advanced(problem.full, q, part * move * problem.sizes)
         inner, outer = problem.forces(tried)
         after = float(np.linalg.norm(inner + share * outer))
         if np.isfinite(after) and after <= before * (1.0 - 1e-4 * part):
-            return tried, part * float(np.abs(move).max(initial=0.0))
-    return q, 0.0
+            return tried, True
+    return q, False
 
 
-def _relative(left: Array, inner: Array, outer: Array) -> float:
-    size = max(np.abs(inner).max(initial=0.0), np.abs(outer).max(initial=0.0))
-    return float(np.abs(left).max(initial=0.0) / size) if size > 0 else 0.0
+def _ratio(left: Array, size: float) -> float:
+    largest = float(np.abs(left).max(initial=0.0))
+    return largest / size if size > 0 else (np.inf if largest > 0 else 0.0)
 
 
 def _failed(problem: Steady, q: Array, share: float, count: int, tried: Balance) -> EquilibriumError:
     names = [name.removesuffix("_rate") for name, _ in problem.full.system.velocity_names()]
     where = names[tried.worst] if names else "nothing"
-    inner, outer = problem.forces(q)
     last = Equilibrium(
         model=problem.full,
         x=np.concatenate([q, np.zeros(problem.full.n_u)]),
         share=share,
-        residual=_relative(inner + share * outer, inner, share * outer),
+        residual=tried.residual,
         iterations=count,
         neutral=tried.neutral,
         eigenvalues=np.zeros(0, complex),

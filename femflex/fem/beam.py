@@ -201,8 +201,9 @@ def _warn_if_stout(rho: Array, gyration: float, member: Member) -> None:
     extent = member.options.get("extent") or float(np.linalg.norm(np.ptp(rho.reshape(-1, 3), axis=0)))
     if extent < SLENDER * gyration:
         warnings.warn(
-            f"beam group {member.group!r} extends over {extent:.4g} m with a radius of gyration of {gyration:.4g} m; below "
-            f"{SLENDER:g} radii ({SLENDER * gyration:.4g} m) the shear left out here shifts frequencies by per cents",
+            f"beam group {member.group!r} extends over {extent:.4g} m with a radius of gyration of {gyration:.4g} m; "
+            f"below {SLENDER:g} radii ({SLENDER * gyration:.4g} m) the shear left out here shifts frequencies by per "
+            "cents",
             PhysicsWarning,
             stacklevel=6,
         )

@@ -31,12 +31,14 @@ MOST = 500  # segments; more hardly change an answer but for rounding
 class Segment:
     """One segment of a cut member: mesh (whole mesh's coordinates), members and point masses.
 
-    Point groups NEAR, FAR and ENDS are its ends; groups of the whole mesh that lie on it keep their names.
+    Point groups NEAR, FAR and ENDS are its ends. `groups` names the groups of the whole mesh that lie on it entirely;
+    they keep their names.
     """
 
     mesh: Mesh
     members: tuple[Member, ...]
     point_masses: tuple[PointMass, ...] = ()
+    groups: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +90,7 @@ def cut(
     hung = hangers(mesh, others, path, k, member.group)
     middle = path.arc(path.elements).mean(axis=1)
     of_element = np.minimum((middle / path.length * k).astype(np.int64), k - 1)
+    everything = all_groups(mesh)
     segments = []
     for j in range(k):
         own = _own_member(member, path.length, j, k, sign)
@@ -95,7 +98,8 @@ def cut(
         lines = path.elements[of_element == j]
         part = _part_mesh(mesh, path, j, lines, member.group, held, hung)
         masses, groups = _masses(mesh, point_masses, hung, j)
-        segments.append(Segment(part.with_groups(points=groups).compacted(), (own, *held), masses))
+        whole = frozenset(name for name, at in everything.items() if np.isin(at, _points_of(part)).all())
+        segments.append(Segment(part.with_groups(points=groups).compacted(), (own, *held), masses, whole))
     return tuple(segments)
 
 
@@ -157,11 +161,17 @@ def _part_mesh(mesh: Mesh, path: Path, j: int, lines: Index, group: str, held: S
             cells.setdefault(kind, []).append(mesh.cells[kind][rows])
             groups[member.group][kind] = at + np.arange(len(rows))
     joined = {kind: np.concatenate(parts) for kind, parts in cells.items()}
-    mine = np.unique(np.concatenate([rows.ravel() for rows in joined.values()]))
+    part = Mesh(path.points, joined, groups)
+    mine = _points_of(part)
     points = {name: at for name, at in all_groups(mesh).items() if name not in groups and np.isin(at, mine).all()}
     ends = path.nodes[[np.flatnonzero(np.isin(path.nodes, lines))[i] for i in (0, -1)]]
     points |= {NEAR: ends[:1], FAR: ends[1:], ENDS: ends}
-    return Mesh(path.points, joined, groups, points)
+    return part.with_groups(points=points)
+
+
+def _points_of(mesh: Mesh) -> Index:
+    """Points that belong to cells."""
+    return np.unique(np.concatenate([rows.ravel() for rows in mesh.cells.values()]))
 
 
 def all_groups(mesh: Mesh) -> dict[str, Index]:

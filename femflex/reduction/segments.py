@@ -44,7 +44,7 @@ def reduce_segments(
     wanted = dict(markers or {})
     places = [{NEAR: NEAR, FAR: FAR} for _ in segments]
     for name, group in wanted.items():
-        holds = [j for j, segment in enumerate(segments) if group in segment.mesh.groups]
+        holds = [j for j, segment in enumerate(segments) if group in segment.groups]
         if not holds:
             raise ValueError(
                 f"marker {name!r} needs group {group!r}, which lies on no one of the {len(segments)} segments: its "
