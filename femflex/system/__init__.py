@@ -1,10 +1,10 @@
 """What the user composes: bodies, joints, loads, orbit and frame in one System."""
 
+from femflex.system.ball import ball_coordinates
 from femflex.system.channel import Channel
 from femflex.system.joint import (
     JOINTS,
     Joint,
-    ball_coordinates,
     cylindrical,
     free,
     prismatic,

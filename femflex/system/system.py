@@ -27,7 +27,7 @@ class System:
     frame    base frame F of joints without a parent
     orbit    None, or the orbit of O; then one root body, and F's origin is O
     delta0   body name -> initial elastic coordinates (n,);  ddelta0 their rates
-    libration_sequence  angles reported of the libration axes L relative to F
+    libration_sequence  angles reported of the libration axes L relative to F, such as "xzy" or "extrinsic xzy"
     libration_axes      (3, 3) C_QL: libration axes in components of the root joint's marker Q on the root body
     segments  body cut into segments -> names of the bodies that are its segments, near to far (see `assembled`)
 
@@ -94,6 +94,7 @@ class System:
     def _tree_problems(self) -> list[str]:
         known = sorted(self.bodies)
         out = [] if self.bodies else ["the system has no bodies"]
+        out += [text for j in self.joints if (text := j.singular_start()) is not None]
         parent: dict[str, str | None] = {}
         for j in self.joints:
             for role, name in (("child", j.child), ("parent", j.parent)):

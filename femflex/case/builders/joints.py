@@ -48,9 +48,9 @@ def build_joint(table: tables.JointTable) -> Joint:
             return universal(axes=table.axes, q0=table.angles, u0=table.rates, **_springs(table), **where)
         case tables.Free():
             start = {"q0": [*table.position, *_ball(table)], "u0": [*table.velocity, *table.rates]}
-            return free(rotation=table.rotation, **start, **_springs(table, "slide_"), **where)
+            return free(**_set(table), **start, **_springs(table, "slide_"), **where)
         case tables.Spherical():
-            return spherical(rotation=table.rotation, q0=_ball(table), u0=table.rates, **_springs(table), **where)
+            return spherical(**_set(table), q0=_ball(table), u0=table.rates, **_springs(table), **where)
         case tables.General():
             values = {key: table.padded(key) for key in (*tables.SLIDE_KEYS, *tables.TURN_KEYS)}
             numbers: dict[str, Any] = {
@@ -90,7 +90,7 @@ def root_joint(case: Case, bodies: Mapping[str, Part]) -> tuple[Joint | None, di
         marker = LIBRATION
     body = _with_marker(bodies[name], marker, place.turned(C_BM), attitude.marker or "origin")
     where = {"child": name, "child_marker": marker}
-    rotation = ball_coordinates(attitude.rotation, attitude.sequence, np.array(attitude.turns()))
+    rotation = ball_coordinates(attitude.rotation, attitude.sequence, np.array(attitude.turns()), attitude.rebase)
     rates = attitude.rates or (0.0, 0.0, 0.0)
     position, velocity = attitude.position or (0.0, 0.0, 0.0), attitude.velocity or (0.0, 0.0, 0.0)
     slides = case.orbit.kind != "specified"
@@ -99,9 +99,9 @@ def root_joint(case: Case, bodies: Mapping[str, Part]) -> tuple[Joint | None, di
         held = Joint(name, child_marker=marker, translations=np.eye(3), q0=np.array(position), kind="prismatic")
         joint = held if floating else weld(**where)
     elif slides:
-        joint = free(rotation=attitude.rotation, q0=[*position, *rotation], u0=[*velocity, *rates], **where)
+        joint = free(**_set(attitude), q0=[*position, *rotation], u0=[*velocity, *rates], **where)
     else:
-        joint = spherical(rotation=attitude.rotation, q0=rotation, u0=rates, **where)
+        joint = spherical(**_set(attitude), q0=rotation, u0=rates, **where)
     return joint, {**bodies, name: body}
 
 
@@ -126,4 +126,8 @@ def nominal_axes(attitude: AttitudeTable) -> Array:
 
 
 def _ball(table: tables.Spherical) -> Array:
-    return ball_coordinates(table.rotation, table.sequence, np.array(table.angles))
+    return ball_coordinates(table.rotation, table.sequence, np.array(table.angles), table.rebase)
+
+
+def _set(table: tables.Spherical | AttitudeTable) -> dict[str, Any]:
+    return {"rotation": table.rotation, "rebase": table.rebase}
