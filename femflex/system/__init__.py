@@ -17,7 +17,8 @@ from femflex.system.joint import (
 from femflex.system.load import Load
 from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
 from femflex.system.profile import Profile
-from femflex.system.system import System
+from femflex.system.segments import Part, Segments
+from femflex.system.system import System, assembled
 
 __all__ = [
     "EARTH_RADIUS",
@@ -28,8 +29,11 @@ __all__ = [
     "Joint",
     "Load",
     "Orbit",
+    "Part",
     "Profile",
+    "Segments",
     "System",
+    "assembled",
     "ball_coordinates",
     "cylindrical",
     "free",
