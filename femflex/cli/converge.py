@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Event, Lock, Thread
 from typing import TYPE_CHECKING, Annotated
@@ -58,6 +58,7 @@ def converge(
         study = planned(read_case(case), over, numbers)  # type: ignore[arg-type]  # another word is refused there
     points, stopped = climbed(study)
     if any(not point.problem for point in points):
+        wanted = wanted if stopped is None else replace(wanted, picture=None)  # a picture takes seconds
         wanted.tell(study, points, stopped is None)
     if stopped is not None:
         raise stopped
@@ -66,11 +67,14 @@ def converge(
 def climbed(study: Study) -> tuple[list[Point], BaseException | None]:
     """The points of a study, and what broke it off, if anything did."""
     from femflex.integrate import IntegrationError
+    from femflex.results.keeping import held
 
     points: list[Point] = []
-    with Bar("converging", 100.0, unit="%") as bar, kept_alive(bar) as told:
+    with Bar("converging", 100.0, unit="%") as bar, kept_alive(bar) as told, ExitStack() as keeping:
         try:
             for point in study.points(lambda part: told(float(round(100.0 * part)))):
+                if not points:
+                    keeping.enter_context(held("a study"))
                 points.append(point)
         except (KeyboardInterrupt, IntegrationError) as stop:
             return points, stop

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from femflex.pipeline.guard import Runaway, undisturbed
+from femflex.pipeline.guard import Runaway
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
@@ -28,6 +28,7 @@ def integrate(
 ) -> None:
     """Run to the end, block by block into the file. See `femflex.run`."""
     from femflex.integrate import IntegrationError
+    from femflex.results.keeping import undisturbed
 
     model, runaway = prepared.model, Runaway(prepared.model)
     with _writer(prepared, Path(output), force, resume) as (writer, state, written):

@@ -1,12 +1,8 @@
-"""What a run is guarded against: interruption while it writes, and motion that has run away."""
+"""What a run is guarded against: motion that has run away."""
 
 from __future__ import annotations
 
-import signal
-import threading
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,22 +19,6 @@ Array = NDArray[np.float64]
 
 BENT = 0.1  # elastic displacement over the body's size up to which linear strain is taken to hold
 FAR = 100.0  # elastic displacement over the body's size beyond which the motion has run away
-
-
-@contextmanager
-def undisturbed() -> Iterator[None]:
-    """Hold Ctrl-C back until what is inside is done."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    pending: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, _: pending.append(number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-    if pending:
-        raise KeyboardInterrupt
 
 
 class Runaway:
