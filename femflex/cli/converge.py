@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from threading import Event, Lock, Thread
 from typing import TYPE_CHECKING, Annotated
@@ -58,7 +58,6 @@ def converge(
         study = planned(read_case(case), over, numbers)  # type: ignore[arg-type]  # another word is refused there
     points, stopped = climbed(study)
     if any(not point.problem for point in points):
-        wanted = wanted if stopped is None else replace(wanted, picture=None)  # a picture takes seconds
         wanted.tell(study, points, stopped is None)
     if stopped is not None:
         raise stopped
@@ -137,14 +136,15 @@ class Wanted:
             print_json(found.to_dict())
         else:
             print_study(found)
-        if self.picture is not None:
+        if self.picture is not None and complete:  # an interrupt does not wait for a picture
             from femflex.view.convergence import plot_convergence
 
             plot_convergence(found, self.picture, self.theme, force=self.force)
             if not self.as_json:
                 print(f"picture     {self.picture}")
         if not complete:
-            complain(f"broken off after {len(points)} of {len(study.ladder.rungs)} levels")
+            without = "; no picture is drawn" if self.picture is not None else ""
+            complain(f"broken off after {len(points)} of {len(study.ladder.rungs)} levels{without}")
 
 
 def print_study(found: Convergence) -> None:
