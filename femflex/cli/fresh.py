@@ -11,7 +11,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from femflex.cli import interrupt
 
@@ -26,9 +26,13 @@ def compilation_seen() -> Iterator[Callable[[], bool]]:
     """Whether a kernel that is kept on disk has been compiled inside, and not loaded."""
     from numba.core import event
 
-    with event.install_recorder("numba:compile") as recorder:
-        kept = lambda found: hasattr(getattr(found.data.get("dispatcher"), "_cache", None), "cache_path")  # noqa: E731
-        yield lambda: any(kept(found) for _, found in recorder.buffer)
+    recorded: Any = event.install_recorder("numba:compile")  # type: ignore[no-untyped-call]
+    with recorded as recorder:
+        yield lambda: any(_kept(found.data.get("dispatcher")) for _, found in recorder.buffer)
+
+
+def _kept(dispatcher: Any) -> bool:
+    return hasattr(getattr(dispatcher, "_cache", None), "cache_path")
 
 
 def load_kernels(prepared: Prepared) -> None:
