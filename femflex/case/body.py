@@ -87,6 +87,8 @@ class FlexibleTable(BodyTable):
     members: Annotated[list[MemberTable], Field(min_length=1)]
     point_masses: list[PointMassTable] = Field(default_factory=list)
     reduction: Reduction
+    strain: Literal["linear", "nonlinear"] = "linear"
+    """nonlinear: stiffening and large deflections by the cubic and quartic strain tensors; wants derivatives."""
     damping: DampingTable | None = None
 
     @model_validator(mode="after")

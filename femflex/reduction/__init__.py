@@ -5,6 +5,7 @@ from __future__ import annotations
 from femflex.reduction.admissible import beam_body, sampled_functions
 from femflex.reduction.craig_bampton import craig_bampton
 from femflex.reduction.damping import Damping, ModalDamping, RayleighDamping
+from femflex.reduction.derivatives import with_derivatives
 from femflex.reduction.effective_mass import EffectiveMass, effective_mass, mac, mac_of_bodies
 from femflex.reduction.matrices import body_from_matrices
 from femflex.reduction.modes import cantilever_modes, free_free_modes, with_attachment
@@ -12,6 +13,8 @@ from femflex.reduction.modeset import ModeSet, rigid_set
 from femflex.reduction.nodal import lumped, nodal, nodal_translations
 from femflex.reduction.reduce import reduce_structure
 from femflex.reduction.store import load_body, save_body
+from femflex.reduction.strain_tensors import strain_tensors
+from femflex.reduction.stretching import Stretching, require_stretch, stretching
 from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
 
 __all__ = [
@@ -21,6 +24,7 @@ __all__ = [
     "ModalDamping",
     "ModeSet",
     "RayleighDamping",
+    "Stretching",
     "UniformBeam",
     "beam_body",
     "body_from_matrices",
@@ -35,8 +39,12 @@ __all__ = [
     "nodal",
     "nodal_translations",
     "reduce_structure",
+    "require_stretch",
     "rigid_set",
     "sampled_functions",
     "save_body",
+    "strain_tensors",
+    "stretching",
     "with_attachment",
+    "with_derivatives",
 ]

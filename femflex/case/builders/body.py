@@ -13,8 +13,16 @@ from femflex.case.builders.shapes import rigid_skin
 from femflex.case.builders.structure import PLACE, build_mesh, build_modes, build_structure_of
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem, near
-from femflex.case.reduction import DampingTable
-from femflex.reduction import ModalDamping, RayleighDamping, UniformBeam, beam_body, load_body, reduce_structure
+from femflex.case.reduction import DampingTable, Stretchable
+from femflex.reduction import (
+    ModalDamping,
+    RayleighDamping,
+    UniformBeam,
+    beam_body,
+    load_body,
+    reduce_structure,
+    require_stretch,
+)
 from femflex.reduction.uniform_beam import BeamFunctions
 
 Told = Callable[[str], None]  # called with what is being done, for a progress display
@@ -69,7 +77,11 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
         marker: PLACE.format(marker) if entry.position is not None else (entry.group or marker)
         for marker, entry in table.markers.items()
     }
-    return reduce_structure(structure, modeset, groups, _damping(table.damping))
+    body = reduce_structure(structure, modeset, groups, _damping(table.damping), table.strain)
+    r = table.reduction
+    if table.strain != "linear" and isinstance(r, Stretchable) and r.derivatives != "none" and body.n_modes:
+        require_stretch(structure, modeset, body.strain)
+    return body
 
 
 def _rigid(case: Case, table: RigidTable) -> FlexibleBody:
