@@ -231,7 +231,7 @@ def lower_load(load: Load, system: System, order: list[str], pool: Pool) -> NDAr
 
 def reported_markers(system: System) -> list[tuple[str, str]]:
     """(body, marker) of every named marker whose motion a run reports."""
-    return [(b, m) for b in system.order for m in sorted(system.bodies[b].markers) if m != "origin"]
+    return [(b, m) for b in system.order for m in sorted(system.bodies[b].markers) if m[0] != "." and m != "origin"]
 
 
 def lower_marker(body: str, name: str, system: System, order: list[str], pool: Pool) -> NDArray[np.void]:

@@ -135,6 +135,10 @@ class Model:
         for i, name in enumerate(self.system.order, start=1):
             first = int(records[i]["qe"])
             out[f"bodies/{name}/delta"] = states[:, first : first + self.system.bodies[name].n_modes]
+        if self.system.segments:
+            from femflex.dynamics.segmented import observe_segmented
+
+            observe_segmented(self.system, out)
         return {path: out[path] for path in self.channels}
 
 

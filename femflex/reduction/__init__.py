@@ -12,9 +12,10 @@ from femflex.reduction.modes import cantilever_modes, free_free_modes, with_atta
 from femflex.reduction.modeset import ModeSet, rigid_set
 from femflex.reduction.nodal import lumped, nodal, nodal_translations
 from femflex.reduction.reduce import reduce_structure
+from femflex.reduction.segments import chord_modes, reduce_segments
 from femflex.reduction.store import load_body, save_body
-from femflex.reduction.strain_tensors import strain_tensors
-from femflex.reduction.stretching import Stretching, require_stretch, stretching
+from femflex.reduction.strain import strain_tensors
+from femflex.reduction.stretch import Stretching, require_stretch, stretching
 from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "beam_body",
     "body_from_matrices",
     "cantilever_modes",
+    "chord_modes",
     "craig_bampton",
     "effective_mass",
     "free_free_modes",
@@ -38,6 +40,7 @@ __all__ = [
     "mac_of_bodies",
     "nodal",
     "nodal_translations",
+    "reduce_segments",
     "reduce_structure",
     "require_stretch",
     "rigid_set",

@@ -87,7 +87,7 @@ def static_response(structure: Structure, modes: ModeSet, load: Array) -> Array:
     """Displacements (n_dof, k) under loads (n_dof, k) with the set's supports.
 
     Without clamps the load is balanced by uniform and rotational acceleration, and the frame is placed as the set
-    places it: on its first interface, or at the mean motion for free-free modes.
+    places it: on its reference group, or at the mean motion for free-free modes.
     """
     free = free_dofs(structure, modes.held)
     x = np.zeros_like(load)
@@ -100,8 +100,8 @@ def static_response(structure: Structure, modes: ModeSet, load: Array) -> Array:
     load = load - MR @ np.linalg.solve(R.T @ MR, R.T @ load)
     lowest = float(np.min(np.einsum("in,in->n", modes.phi, structure.K @ modes.phi)))
     x = factorised(structure.K + SOFT * lowest * structure.M).solve(np.ascontiguousarray(load))
-    if modes.groups:
-        rows = marker_rows(structure, modes.groups[0])
+    if modes.reference:
+        rows = marker_rows(structure, modes.reference)
         place = np.concatenate([rows.translation.toarray(), rows.rotation.toarray()])
         return x - R @ np.linalg.lstsq(place @ R, place @ x, rcond=None)[0]
     return x - R @ np.linalg.solve(R.T @ MR, MR.T @ x)

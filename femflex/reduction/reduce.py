@@ -15,7 +15,7 @@ from femflex.reduction.markers import marker, marker_rows
 from femflex.reduction.modeset import ModeSet
 from femflex.reduction.moments import linear_stiffness, mass_moments
 from femflex.reduction.rigid import check_no_rigid_motion, rigid_shapes
-from femflex.reduction.strain_tensors import strain_tensors
+from femflex.reduction.strain import strain_tensors
 
 Array = NDArray[np.float64]
 

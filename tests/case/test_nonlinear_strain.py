@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from femflex.case import CaseError, read_case
-from femflex.case.builders import build_body
+from femflex.case.builders import build_body, build_part
 from femflex.cli.app import app
 from femflex.reduction import load_body
 
@@ -90,3 +90,13 @@ def test_the_verbs_show_the_derivatives_and_store_the_tensors(write_case, craft,
     assert "7 elastic coordinates, nonlinear strain" in told("body", path, "boom", "-o", target)
     body = load_body(target)
     assert body.strain.V3.shape == (210,) and body.kinds.count("derivative") == 3
+
+
+def test_segments_take_nonlinear_strain_with_derivatives_of_their_own(write_case, craft):
+    cut = craft.replace('material = "aluminium" }', 'material = "aluminium", segments = 2 }')
+    cut = cut.replace(PLAIN, 'strain = "nonlinear"').replace("damping = { ratio", "#").replace("initial =", "#")
+    cut = cut.replace('markers.tip = { group = "TIP" }', 'markers.tip = { group = "TIP" }\nmarkers.ROOT = {}')
+    segments = build_part(read_case(write_case(cut)), "boom")
+    assert len(segments.bodies) == 2
+    for body in segments.bodies:
+        assert not body.strain.is_linear and {"craig-bampton", "derivative"} == set(body.kinds)

@@ -22,7 +22,7 @@ from femflex.reduction import (
 )
 from femflex.reduction.derivatives import number_kept, scaled_derivatives
 from femflex.reduction.rigid import rigid_shapes
-from femflex.reduction.stretching import relaxed_energy
+from femflex.reduction.stretch import relaxed_energy
 
 LENGTH, THICKNESS = 1.0, 0.01
 

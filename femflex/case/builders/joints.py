@@ -9,12 +9,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.body import FlexibleBody
+from femflex.body import Marker
 from femflex.case import joint as tables
 from femflex.case.case import Case
 from femflex.case.orbit import AttitudeTable
 from femflex.rotations import dcm_from_angles
-from femflex.system import Joint, ball_coordinates, cylindrical, free, prismatic, revolute, spherical, universal, weld
+from femflex.system import (
+    Joint,
+    Part,
+    Segments,
+    ball_coordinates,
+    cylindrical,
+    free,
+    prismatic,
+    revolute,
+    spherical,
+    universal,
+    weld,
+)
 
 Array = NDArray[np.float64]
 
@@ -60,7 +72,7 @@ def _springs(table: tables.JointTable, first: str = "") -> dict[str, Any]:
     return found
 
 
-def root_joint(case: Case, bodies: Mapping[str, FlexibleBody]) -> tuple[Joint | None, dict[str, FlexibleBody]]:
+def root_joint(case: Case, bodies: Mapping[str, Part]) -> tuple[Joint | None, dict[str, Part]]:
     """The joint of the body that hangs from no joint, as [attitude] says, and the bodies with its libration marker.
 
     None when every body already has a joint.
@@ -76,7 +88,7 @@ def root_joint(case: Case, bodies: Mapping[str, FlexibleBody]) -> tuple[Joint | 
     marker = attitude.marker or "origin"
     if not np.array_equal(C_BM, place.orientation):
         marker = LIBRATION
-    body = replace(bodies[name], markers={**bodies[name].markers, marker: place.turned(C_BM)})
+    body = _with_marker(bodies[name], marker, place.turned(C_BM), attitude.marker or "origin")
     where = {"child": name, "child_marker": marker}
     rotation = ball_coordinates(attitude.rotation, attitude.sequence, np.array(attitude.turns()), attitude.rebase)
     rates = attitude.rates or (0.0, 0.0, 0.0)
@@ -91,6 +103,13 @@ def root_joint(case: Case, bodies: Mapping[str, FlexibleBody]) -> tuple[Joint | 
     else:
         joint = spherical(**_set(attitude), q0=rotation, u0=rates, **where)
     return joint, {**bodies, name: body}
+
+
+def _with_marker(body: Part, name: str, marker: Marker, beside: str) -> Part:
+    """A copy with a marker; of a body cut into segments it is on the segment that holds the marker `beside`."""
+    if isinstance(body, Segments):
+        return body.with_marker(name, marker, beside)
+    return replace(body, markers={**body.markers, name: marker})
 
 
 def held_attitude(attitude: AttitudeTable) -> Array:

@@ -11,7 +11,7 @@ from femflex.body import StrainTensors
 from femflex.fem.structure import Structure
 from femflex.reduction.derivatives import scaled_derivatives
 from femflex.reduction.modeset import ModeSet
-from femflex.reduction.strain_tensors import strain_tensors
+from femflex.reduction.strain import strain_tensors
 
 Array = NDArray[np.float64]
 
