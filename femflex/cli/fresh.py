@@ -26,7 +26,7 @@ def compilation_seen() -> Iterator[Callable[[], bool]]:
     """Whether a kernel that is kept on disk has been compiled inside, and not loaded."""
     from numba.core import event
 
-    recorded: Any = event.install_recorder("numba:compile")  # type: ignore[no-untyped-call]
+    recorded: Any = event.install_recorder("numba:compile")
     with recorded as recorder:
         yield lambda: any(_kept(found.data.get("dispatcher")) for _, found in recorder.buffer)
 
