@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import femflex
@@ -52,3 +53,40 @@ def test_only_monitors_that_ought_to_be_constant_are_told(name, swaps, expected,
     path.write_text(path.read_text().replace("orbits = 10", "orbits = 0.1").replace("orbits = 5", "orbits = 0.1"))
     with femflex.run(path, tmp_path / "run.h5") as run:
         assert conserved(run, build_system(read_case(path))) == expected
+
+
+def drift(run, name):
+    """Largest change of a monitor over its size at the start."""
+    values = run[f"monitors/{name}"].reshape(len(run), -1)
+    return np.linalg.norm(values - values[0], axis=1).max() / np.linalg.norm(values[0])
+
+
+@pytest.mark.filterwarnings("ignore:marker .corner. shows no rotation")  # a sensor, not a joint
+def test_a_flexible_craft_keeps_energy_and_momentum_at_the_default_tolerance(tmp_path):
+    path = changed(tmp_path, "tumbling_panels", default=("rtol = 1e-10\n", ""))
+    with femflex.run(path, tmp_path / "run.h5") as run:
+        assert drift(run, "energy") < 1e-7
+        assert drift(run, "angular_momentum") < 1e-11
+
+
+RIGID = """
+title = "Rigid tumbling"
+[run]
+duration = "100 s"
+samples = 201
+[attitude]
+frame = "inertial"
+rates = ["0.3 rad/s", "-0.5 rad/s", "0.4 rad/s"]
+[bodies.hub]
+kind = "rigid"
+mass = "200 kg"
+inertia = ["120 kg m^2", "100 kg m^2", "140 kg m^2"]
+"""
+
+
+def test_a_rigid_craft_keeps_them_to_ten_digits_for_a_hundred_seconds(tmp_path):
+    path = tmp_path / "rigid.toml"
+    path.write_text(RIGID)
+    with femflex.run(path, tmp_path / "run.h5") as run:
+        assert drift(run, "energy") < 1e-10
+        assert drift(run, "angular_momentum") < 1e-10

@@ -27,7 +27,7 @@ class RunTable(Table):
     samples: Annotated[int | None, Count(2)] = None
     """Number of rows, first and last included, instead of output_step; 1001 when both are left out."""
     rtol: Annotated[float, Quantity("", above=0.0, most=0.1)] | None = None
-    """Relative error tolerance of a step; left out, 1e-9 (dop853) or the method's own."""
+    """Relative error tolerance of a step; left out, 1e-11 (dop853) or 1e-9 (esdirk4, generalized_alpha)."""
     atol: Annotated[float, Quantity("", above=0.0)] | None = None
     """Absolute error tolerance; left out, a tenth of rtol, for rates of joints times a typical rate."""
     integrator: Literal["auto", "dop853", "esdirk4", "generalized_alpha"] = "auto"

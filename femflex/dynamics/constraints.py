@@ -16,8 +16,9 @@ from femflex.dynamics.constraint_layout import closing_of, constraint_of
 from femflex.dynamics.coordinates import advance_coordinates, coordinate_rates
 from femflex.dynamics.equations import RATE, place
 from femflex.dynamics.forces import clear, write_forces
+from femflex.dynamics.held import add_known_accelerations, held_state
 from femflex.dynamics.lanes import beyond, start
-from femflex.dynamics.layout import body_of, header_of
+from femflex.dynamics.layout import body_of, header_of, hold_of
 from femflex.dynamics.multipliers import factorise_products, multipliers
 from femflex.dynamics.recursion import accelerate, reduce_to_root
 from femflex.dynamics.row_reduction import respond, whiten_rows
@@ -58,6 +59,8 @@ def solve_motion(t: float, q: Array, u: Array, udot: Array, table: Table, pool: 
     """
     place(t, q, u, table, pool, work)
     write_forces(t, q, u, table, pool, work)
+    if header_of(table)["n_holds"] > 0:
+        add_known_accelerations(table, work)
     reduce_to_root(table, pool, work, 0.0, 0.0, True)
     accelerate(table, work, udot, True)
     write_rows(t, q, u, table, pool, work)
@@ -74,6 +77,8 @@ def rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) 
     records, numbers = start(table), start(pool)
     head = header_of(records)
     q, u, dq, udot = start(x), beyond(x, head["n_q"]), start(dx), beyond(dx, head["n_q"])
+    if head["n_holds"] > 0:
+        q, u = held_state(t, q, u, records, numbers, start(work))
     solve_motion(t, q, u, udot, records, numbers, start(work))
     for i in range(1, head["n_bodies"]):
         coordinate_rates(body_of(records, i), q, u, dq, numbers)
@@ -124,8 +129,19 @@ def aim_residuals(what: int, table: Table, work: Array) -> None:
 
 
 @inner
+def settle_held(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
+    """Put held freedoms of the state where they are held."""
+    own_q, own_u = held_state(t, q, u, table, pool, work)
+    for i in range(header_of(table)["n_holds"]):
+        hold = hold_of(table, i)
+        q[hold["q"]], u[hold["u"]] = own_q[hold["q"]], own_u[hold["u"]]
+
+
+@inner
 def bring_back(t: float, q: Array, u: Array, task: int, table: Table, pool: Array, work: Array) -> float:
     """Bring (q, u) onto the constraints, or do what the task says; the gap left [m]."""
+    if header_of(table)["n_holds"] > 0:
+        settle_held(t, q, u, table, pool, work)
     last = math.inf
     for k in range(NEWTON_STEPS + 1):
         prepare(t, q, u, table, pool, work)

@@ -18,6 +18,7 @@ from femflex.dynamics.layout import W_ACC, W_M, W_P, W_Q, W_S
 from femflex.dynamics.pairs import Pair, along_four, pair, put_pair
 from femflex.dynamics.shapes import rows9
 from femflex.dynamics.spatial import body_rows, less_outer_at, put_six_rows, six_rows, weighted
+from femflex.dynamics.stiffening import add_varying_block, write_varying_stiffness
 from femflex.dynamics.vectors import load3, load9
 
 Array = NDArray[np.float64]
@@ -50,11 +51,17 @@ def turning_of(z: Lanes) -> Lanes:
 
 @inner
 def write_elastic_block(b: Record, pool: Array, work: Array, c_d: float, c_k: float) -> None:
-    """Write E = Me + c_d D + c_k V1 into the border, or the factor of Me where nothing is added to it."""
+    """Write E = Me + c_d D + c_k K into the border, or the factor of Me where nothing is added to it.
+
+    K is the tangent stiffness V1 + 6 V2 d + 6 V3 dd at the state.
+    """
     if b["dense"] == 1 or c_d != 0.0 or c_k != 0.0:
         copy_block(b, pool, work, b["elastic_mass"])
         add_block(b, pool, work, b["damping"], c_d)
         add_block(b, pool, work, b["stiffness"], c_k)
+        if b["nonlinear"] and c_k != 0.0:
+            write_varying_stiffness(b, pool, work, 6.0, 6.0)
+            add_varying_block(b, work, c_k)
     elif b["orthonormal"] == 0:
         copy_block(b, pool, work, b["elastic_factor"])
         for k in range(0, b["row"], 4):

@@ -10,6 +10,7 @@ from femflex.dynamics.formula import formula
 from femflex.dynamics.lanes import Lane, Lanes, lane, nothing, plus, put, total
 from femflex.dynamics.layout import W_OMEGA, W_P, W_Q, W_S
 from femflex.dynamics.shapes import nothing3, nothing9, put_rows9, rows3, rows9, totals3
+from femflex.dynamics.stiffening import add_varying_force, write_varying_stiffness
 from femflex.dynamics.vectors import (
     ZERO,
     Matrix,
@@ -132,7 +133,7 @@ def shape_forces(W: Matrix, z: Lanes, omega: Vector, gyro: Lanes, uniform: Vecto
 
 @inner
 def add_elastic_forces(b: Record, pool: Array, work: Array) -> None:
-    """Add f0 + V1 delta + D ddelta to the elastic bias pn (eq. 8)."""
+    """Add f0 + V1 delta + 3 V2 dd + 2 V3 ddd + D ddelta to the elastic bias pn (eq. 8)."""
     n, row = b["n"], b["row"]
     delta, ddelta = b["delta"], b["ddelta"]
     for k in range(0, row, 4):
@@ -145,6 +146,9 @@ def add_elastic_forces(b: Record, pool: Array, work: Array) -> None:
                 force = force + work[delta + j] * lane(pool, b["stiffness"] + row * j + k)
                 force = force + work[ddelta + j] * lane(pool, b["damping"] + row * j + k)
         put(work, b["pn"] + k, force)
+    if b["nonlinear"]:
+        write_varying_stiffness(b, pool, work, 3.0, 2.0)
+        add_varying_force(b, work, work, b["pn"])
 
 
 @inner

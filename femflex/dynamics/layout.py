@@ -1,7 +1,7 @@
 """Flat arrays of a compiled system: one integer table of records, one pool of numbers, one scratch array.
 
-table  header record, then one BODY record per body (record 0 is the base frame), then one LOAD record per load, one
-       MARKER record per reported marker, and what `constraint_layout` describes
+table  header record, then one BODY record per body (record 0 is the base frame), then one LOAD record per load, the
+       reported markers, the freedoms that are held, and what `constraint_layout` describes
 pool   constants: moments, shapes at markers, axes, springs, load tables, orbit
 work   scratch, one block per body: the offsets W_* below, then arrays whose place the record holds
 
@@ -41,6 +41,9 @@ HEADER = np.dtype(
             "angle_axes",  # pool: axis numbers of the reported attitude angles (3), C_QL (9)
             "total",  # work: centre of mass (3), uniform field (3)
             "kept",  # pool: 1 or 0 for every term of femflex.dynamics.ledger; read by reduced models alone
+            "n_holds", "holds",  # HOLD records and where in the table they begin
+            "held_q", "held_u",  # work (n_q,), (n_u,): the state with held freedoms where they are held
+            "known", "flags", "drives",  # work (n_u,): their accelerations; 1 where held; forces that hold them
             "n_springs",  # between markers
             "springs", "closing",  # table: where their records begin (see constraint_layout)
         )
@@ -61,9 +64,12 @@ BODY = np.dtype(
             "welded", "welded_at",  # 1: nothing moves at this joint; pool: C_ip (9), r (3)
             "full",  # 1: six free motions of a root body along orthonormal columns, without springs
             "n_h",  # columns of H, hidden ones included
-            "axes",  # pool: slides then turns (3 each); for an angle set: axis numbers (3)
+            "axes",  # pool: slides then turns (3 each); for an angle set: intrinsic axis numbers (3)
+            "reference",  # of a re-based ball: place in q of its reference's Euler parameters (4); else 0
             "spring", "damper", "rest",  # pool (n_slide + n_turn | 3)
             "sprung",  # 1: the joint has springs or dampers
+            "held",  # 1: some of the joint's freedoms are held, now or at times
+            "known", "flags", "drives",  # work (n_u of the joint): the header's, from this joint on
             "mass",  # pool: m, s (3) and Q (9) of the undeformed body
             "first",  # pool: s_k (3,row)
             "momentum",  # pool: the same, (row,4)
@@ -71,6 +77,8 @@ BODY = np.dtype(
             "gyro",  # pool: R1 (n,3,row)
             "stiffness", "damping", "f0",  # pool: V1, D^T (n,row), f0 (row)
             "diagonal",  # 1: V1 and D are diagonal
+            "nonlinear",  # 1: strain is nonlinear, with V2 and V3
+            "curved", "n_blocks",  # pool: their table (n_blocks,n+pairs,32), see stiffening
             "own_stiffness", "own_damping",  # pool: their diagonals (row)
             "elastic_mass",  # pool: Me (n,row)
             "elastic_factor", "elastic_pivot",  # pool: U (n,row) and 1/d (n) of Me = U^T diag(1/d) U
@@ -89,6 +97,7 @@ BODY = np.dtype(
             "pivot",  # work (n): reciprocal pivots of the eliminated E
             "G",  # work (6,row): columns of marker Q
             "N",  # work (row,8): scratch of refer_to_hinge
+            "monomials", "varying",  # work: d_i, d_i d_j (n+pairs); the stiffness they make up (pairs)
             "Phi",  # work (6,row_p): columns of marker P
         )
     ]
@@ -107,11 +116,21 @@ LOAD = np.dtype(
     ]
 )  # fmt: skip
 
+HOLD = np.dtype(
+    [
+        (name, "i8")
+        for name in (
+            "q", "u",  # the freedom's place in the state
+            "profile",  # pool: its motion (see profiles)
+        )
+    ]
+)  # fmt: skip
+
 MARKER = np.dtype([(name, "i8") for name in ("body", "place", "shape", "spin", "bends")])  # as in LOAD
 
 ORBIT_NONE, ORBIT_SPECIFIED, ORBIT_FREE = 0, 1, 2
 FRAME_INERTIAL, FRAME_ORBITAL, FRAME_SPINNING = 0, 1, 2
-BALL_NONE, BALL_QUATERNION, BALL_ANGLES = 0, 1, 2
+BALL_NONE, BALL_QUATERNION, BALL_ANGLES, BALL_EXTRINSIC, BALL_RODRIGUES, BALL_MODIFIED = 0, 1, 2, 3, 4, 5
 LOAD_BODY, LOAD_MARKER, LOAD_INERTIAL, LOAD_ORBITAL = 0, 1, 2, 3
 
 W_CIP = 0  # C_ip: parent components to body components, three rows of four
@@ -135,7 +154,7 @@ W_FIXED = 236  # first of the arrays whose place the record holds
 
 SLOTS = (0, 1, 2, 4, 5, 6)  # where the components of force and couple stand among the eight of a row
 
-N_HEADER, N_BODY, N_LOAD, N_MARKER = (len(record.names or ()) for record in (HEADER, BODY, LOAD, MARKER))
+N_HEADER, N_BODY, N_LOAD, N_MARKER, N_HOLD = (len(record.names or ()) for record in (HEADER, BODY, LOAD, MARKER, HOLD))
 
 
 def body_records(table: Table) -> NDArray[np.void]:
@@ -161,7 +180,7 @@ def record_reader(record: np.dtype[Any]) -> Callable[[Table, int], np.void]:
     return read
 
 
-_header, _body, _load, _marker = (record_reader(record) for record in (HEADER, BODY, LOAD, MARKER))
+_header, _body, _load, _marker, _hold = (record_reader(record) for record in (HEADER, BODY, LOAD, MARKER, HOLD))
 
 
 @inner
@@ -186,3 +205,9 @@ def load_of(table: Table, i: int) -> np.void:
 def marker_of(table: Table, i: int) -> np.void:
     """Record i of the markers whose motion is reported."""
     return _marker(table, N_HEADER + N_BODY * table[0] + N_LOAD * table[1] + N_MARKER * i)
+
+
+@inner
+def hold_of(table: Table, i: int) -> np.void:
+    """Record i of the freedoms that are held."""
+    return _hold(table, header_of(table)["holds"] + N_HOLD * i)

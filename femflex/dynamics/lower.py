@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.body import FlexibleBody, Marker
+from femflex.body import FlexibleBody, Marker, StrainTensors
 from femflex.dynamics import layout as at
 from femflex.dynamics.lanes import padded
 from femflex.dynamics.lower_constraints import lower_constraints, lower_springs
-from femflex.dynamics.pool import Pool, Scratch, put_marker
+from femflex.dynamics.pool import Pool, Scratch, length_of, put_marker
+from femflex.dynamics.stiffening import monomial_table
+from femflex.rotations import EULER_PARAMETERS, MODIFIED, NAMED_SEQUENCES, RODRIGUES, is_extrinsic, letters_of
 from femflex.system import Joint, Load, System
 
 Array = NDArray[np.float64]
@@ -18,6 +20,7 @@ Table = NDArray[np.int64]
 ROUNDING = 1e-12  # relative; an elastic mass or stiffness closer than this to its diagonal counts as diagonal
 
 FRAME_CODES = {"inertial": at.FRAME_INERTIAL, "orbital": at.FRAME_ORBITAL, "spinning": at.FRAME_SPINNING}
+BALL_CODES = {EULER_PARAMETERS: at.BALL_QUATERNION, RODRIGUES: at.BALL_RODRIGUES, MODIFIED: at.BALL_MODIFIED}
 LOAD_CODES = {"body": at.LOAD_BODY, "marker": at.LOAD_MARKER, "inertial": at.LOAD_INERTIAL, "orbital": at.LOAD_ORBITAL}
 
 
@@ -49,9 +52,12 @@ def lower(system: System) -> tuple[Table, Array, int]:
     head[0]["orbit_state"], head[0]["total"] = scratch.take(19), scratch.take(6)
     lower_orbit(head[0], system, pool)
     parts: list[NDArray[np.void]] = [head, bodies, loads, markers]
-    head[0]["springs"] = sum(part.view(np.int64).size for part in parts)
+    holds = lower_holds(head[0], bodies, system, pool, scratch)
+    head[0]["holds"] = length_of(parts)
+    parts.append(holds)
+    head[0]["springs"] = length_of(parts)
     parts.append(lower_springs(head[0], system, pool))
-    head[0]["closing"] = sum(part.view(np.int64).size for part in parts)
+    head[0]["closing"] = length_of(parts)
     parts += lower_constraints(head[0], bodies, system, pool, scratch)
     table = np.concatenate([part.view(np.int64).ravel() for part in parts])
     return table, pool.array(), scratch.size
@@ -76,17 +82,40 @@ def lower_joint(record: np.void, joint: Joint, system: System, pool: Pool) -> No
     record["hidden"] = int(joint.parent is None and system.orbit is not None and not system.orbit.free)
     record["n_slide"], record["n_turn"] = len(joint.translations), len(joint.rotations)
     axes: list[Array | list[float]] = [joint.translations.ravel(), joint.rotations.ravel()]
-    if joint.ball == "euler_parameters":
-        record["ball"] = at.BALL_QUATERNION
-    elif joint.ball is not None:
-        record["ball"] = at.BALL_ANGLES
+    if joint.ball in NAMED_SEQUENCES:
+        record["ball"] = at.BALL_EXTRINSIC if is_extrinsic(joint.ball) else at.BALL_ANGLES
         axes.append(axis_numbers(joint.ball))
+    elif joint.ball is not None:
+        record["ball"] = BALL_CODES[joint.ball]
+    if joint.rebase:
+        record["reference"] = record["q"] + joint.ball_places().stop
     record["n_h"] = 3 * record["hidden"] + joint.n_u
     record["axes"] = pool.put(np.concatenate(axes))
     record["spring"], record["damper"], record["rest"] = (
         pool.put(v) for v in (joint.stiffness, joint.damping, joint.rest)
     )
     record["sprung"] = int(bool(joint.stiffness.any() or joint.damping.any()))
+
+
+def lower_holds(
+    head: np.void, bodies: NDArray[np.void], system: System, pool: Pool, scratch: Scratch
+) -> NDArray[np.void]:
+    """One HOLD record per held freedom, and where the model keeps what it holds."""
+    found = []
+    for record, name in zip(bodies[1:], system.order, strict=True):
+        for k, profile in system.joint_of(name).held.items():
+            place = (int(record["q"]) + k, int(record["u"]) + k, pool.put(profile.numbers))
+            found.append(place)
+            record["held"] = 1
+            record["full"] = 0
+    head["n_holds"] = len(found)
+    if found:
+        head["held_q"] = scratch.take(int(head["n_q"]))
+        for key in ("held_u", "known", "flags", "drives"):
+            head[key] = scratch.take(int(head["n_u"]))
+        for key in ("known", "flags", "drives"):
+            bodies[key] = head[key] + bodies["u"]
+    return np.array(found, at.HOLD)
 
 
 def lower_body(record: np.void, body: FlexibleBody, pool: Pool, scratch: Scratch) -> None:
@@ -107,12 +136,23 @@ def lower_body(record: np.void, body: FlexibleBody, pool: Pool, scratch: Scratch
     record["own_stiffness"], record["own_damping"] = pool.put_rows(np.diag(V1)), pool.put_rows(np.diag(body.damping))
     record["f0"] = pool.put_rows(body.strain.f0)
     record["diagonal"] = int(_is_diagonal(V1) and _is_diagonal(body.damping))
+    lower_curved_strain(record, body.strain, pool, scratch)
     record["work"] = scratch.take(at.W_FIXED)
     for key in ("delta", "ddelta", "accel", "pn", "pivot"):
         record[key] = scratch.take(row)
     for key, rows in (("Z", 9), ("G", 6), ("N", 8)):
         record[key] = scratch.take(rows * row)
     record["border"] = scratch.take(row * record["stride"])
+
+
+def lower_curved_strain(record: np.void, strain: StrainTensors, pool: Pool, scratch: Scratch) -> None:
+    """V2 and V3 of a body with nonlinear strain."""
+    if strain.is_linear or not len(strain.f0):
+        return
+    table = monomial_table(strain)
+    n_blocks, count, columns = table.shape
+    record["nonlinear"], record["n_blocks"], record["curved"] = 1, n_blocks, pool.put(table)
+    record["monomials"], record["varying"] = scratch.take(count), scratch.take(n_blocks * columns)
 
 
 def lower_elastic_mass(record: np.void, elastic_mass: Array, pool: Pool) -> None:
@@ -164,7 +204,7 @@ def lower_load(load: Load, system: System, order: list[str], pool: Pool) -> NDAr
 
 def reported_markers(system: System) -> list[tuple[str, str]]:
     """(body, marker) of every named marker whose motion a run reports."""
-    return [(b, m) for b in system.order for m in sorted(system.bodies[b].markers) if m != "origin"]
+    return [(b, m) for b in system.order for m in sorted(system.bodies[b].markers) if m[0] != "." and m != "origin"]
 
 
 def lower_marker(body: str, name: str, system: System, order: list[str], pool: Pool) -> NDArray[np.void]:
@@ -178,8 +218,9 @@ def lower_marker(body: str, name: str, system: System, order: list[str], pool: P
 
 
 def axis_numbers(sequence: str) -> list[float]:
-    """Axis numbers of an angle sequence: "xzy" gives 0, 2, 1."""
-    return [float("xyz".index(letter)) for letter in sequence]
+    """Axis numbers of the intrinsic turns that make a sequence: "xzy" gives 0, 2, 1, "extrinsic xzy" 1, 2, 0."""
+    letters = letters_of(sequence)
+    return [float("xyz".index(letter)) for letter in (letters[::-1] if is_extrinsic(sequence) else letters)]
 
 
 def _is_diagonal(a: Array) -> bool:

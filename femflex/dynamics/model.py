@@ -11,13 +11,16 @@ from numpy.typing import NDArray
 
 from femflex.dynamics import equations
 from femflex.dynamics.channels import channels_of, row_length, row_places
+from femflex.dynamics.drive_report import observe_held, specified_states
 from femflex.dynamics.frequency import highest_frequency
-from femflex.dynamics.layout import BALL_QUATERNION, body_records
+from femflex.dynamics.joint_channels import observe_balls
+from femflex.dynamics.layout import BALL_MODIFIED, BALL_QUATERNION, body_records
 from femflex.dynamics.lower import lower
 from femflex.dynamics.lower_constraints import characteristic_length
 from femflex.dynamics.observe import observe
 from femflex.dynamics.pool import aligned
 from femflex.dynamics.terms import SWITCHED
+from femflex.rotations import is_extrinsic
 from femflex.system import Channel, System
 
 if TYPE_CHECKING:
@@ -33,7 +36,7 @@ class Model:
 
     table, pool, work   see femflex.dynamics.layout
     x0                  (n_x,) initial state (q, u)
-    breaks              (n,) times at which a load is not smooth [s]
+    breaks              (n,) times at which a load or a specified motion is not smooth [s]
     renormalise         first positions in x of the quadruples of Euler parameters
     channels            path -> Channel of everything `observe` returns
     omitted             what `without` has switched off
@@ -71,11 +74,26 @@ class Model:
         """The calls of implicit integrators on the tree, without the forces of constraints."""
         from femflex.dynamics.second_order import SecondOrderCalls
 
-        if not any(name in SWITCHED for name in self.omitted):
+        if not self.reduced:
             return SecondOrderCalls(self.n_q, self.n_u)
         from femflex.dynamics.reduced import reduced_residual
 
         return SecondOrderCalls(self.n_q, self.n_u, reduced_residual)
+
+    @property
+    def reduced(self) -> bool:
+        """Whether the compiled equations leave terms out (see `dynamics.without`)."""
+        return any(name in SWITCHED for name in self.omitted)
+
+    @property
+    def switch(self) -> Any:
+        """The call that changes coordinates between two steps, or None where no rotation set asks for it."""
+        records = body_records(self.table)
+        if not np.any((records["ball"] == BALL_MODIFIED) | (records["reference"] > 0)):
+            return None
+        from femflex.dynamics.switching import switch
+
+        return switch
 
     @cached_property
     def max_frequency(self) -> float:
@@ -89,7 +107,7 @@ class Model:
         return dx
 
     def residual(self, t: float, x: Array, udot: Array) -> Array:
-        """M udot + h - Q of eq. (9), (n_u,), without the forces of constraints."""
+        """M udot + h - Q of eq. (9), (n_u,), without forces of constraints; udot - sddot on rows of held freedoms."""
         out = np.empty(self.n_u)
         q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
         self.tree.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, self.table, self.pool, self.work)
@@ -126,13 +144,22 @@ class Model:
             path: rows[:, place].reshape(len(times), *self.channels[path].shape)
             for path, place in row_places(self.system).items()
         }
+        states = specified_states(self, times, states)
         out["q"], out["u"] = states[:, : self.n_q], states[:, self.n_q :]
+        out |= observe_held(self, times, states)
+        out |= observe_balls(self.system, states)
+        if is_extrinsic(self.system.libration_sequence):
+            out["attitude/angles"] = out["attitude/angles"][:, ::-1]
         records = body_records(self.table)
         for i, name in enumerate(self.system.order, start=1):
             first = int(records[i]["qe"])
             out[f"bodies/{name}/delta"] = states[:, first : first + self.system.bodies[name].n_modes]
         if self.constraints is not None:
             out |= self.constraints.observe(times, states)
+        if self.system.segments:
+            from femflex.dynamics.segmented import observe_segmented
+
+            observe_segmented(self.system, out)
         return {path: out[path] for path in self.channels}
 
 
@@ -146,6 +173,7 @@ def compile_system(system: System) -> Model:
     n_u = len(system.velocity_names())
     quadruples = [int(b["q"] + b["n_slide"]) for b in body_records(table)[1:] if b["ball"] == BALL_QUATERNION]
     knots = [load.times for load in system.loads if load.times is not None]
+    knots += [profile.breaks for joint in system.joints for profile in joint.held.values()]
     tree = Model(
         system=system,
         table=table,

@@ -28,6 +28,7 @@ from femflex.dynamics.layout import (
 )
 from femflex.dynamics.shapes import nothing3, rows3, rows9, totals3
 from femflex.dynamics.springs import energy_of_springs
+from femflex.dynamics.stiffening import varying_energy, write_varying_stiffness
 from femflex.dynamics.turns import angles_of, quaternion_of
 from femflex.dynamics.vectors import (
     ZERO,
@@ -161,4 +162,8 @@ def shape_motion(b: Record, pool: Array, work: Array) -> tuple[Vector, Vector, f
             force = force + work[delta + j] * lane(pool, b["stiffness"] + row * j + k)
         kinetic = kinetic + 0.5 * d * inertia
         strain = strain + q * (lane(pool, b["f0"] + k) + 0.5 * force)
-    return totals3(ds), totals3(h), total(kinetic), total(strain)
+    energy = total(strain)
+    if b["nonlinear"]:
+        write_varying_stiffness(b, pool, work, 2.0, 1.0)
+        energy += varying_energy(b, work)
+    return totals3(ds), totals3(h), total(kinetic), energy

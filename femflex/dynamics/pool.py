@@ -62,6 +62,11 @@ class Scratch:
         return start
 
 
+def length_of(parts: list[NDArray[np.void]]) -> int:
+    """Number of integers in record arrays."""
+    return sum(part.size * len(part.dtype.names or ()) for part in parts)
+
+
 def put_marker(marker: Marker, pool: Pool) -> tuple[int, int, int, int]:
     """Places of position and axes, phi, psi, and whether the marker moves with the shapes at all."""
     bends = int(bool(np.any(marker.phi) or np.any(marker.psi)))

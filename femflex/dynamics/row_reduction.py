@@ -19,6 +19,7 @@ from femflex.dynamics.constraint_layout import closing_of, constraint_of
 from femflex.dynamics.forces import clear, release_joint
 from femflex.dynamics.gathering import hand_forces
 from femflex.dynamics.general_rows import push_general
+from femflex.dynamics.held import is_held
 from femflex.dynamics.inertia import zero_forces
 from femflex.dynamics.lanes import beyond, lane, plus, put
 from femflex.dynamics.layout import W_H, W_P, W_PIVOT, W_TAU, W_U, body_of, header_of
@@ -44,6 +45,13 @@ def is_plain(b: Record, stiff: bool) -> bool:
 
 
 @inner
+def stays(b: Record, k: int, work: Array) -> bool:
+    """Whether column k of a joint is a held freedom, which forces do not move."""
+    hidden = 3 if b["hidden"] else 0
+    return b["held"] == 1 and k >= hidden and is_held(b, k - hidden, work)
+
+
+@inner
 def keep_roots(table: Table, work: Array, stiff: bool) -> None:
     """Square roots of all reciprocal pivots of the recursion."""
     closing = closing_of(table)
@@ -52,7 +60,7 @@ def keep_roots(table: Table, work: Array, stiff: bool) -> None:
         b = body_of(table, i)
         first, shapes = roots + b["u"] + shift_of(b, closing), roots + b["ue"] + closing["n_hidden"]
         for k in range(b["n_h"]):
-            work[first + k] = math.sqrt(work[b["work"] + W_PIVOT + k])
+            work[first + k] = 0.0 if stays(b, k, work) else math.sqrt(work[b["work"] + W_PIVOT + k])
         for k in range(b["n"]):
             work[shapes + k] = 1.0 if is_plain(b, stiff) else math.sqrt(work[b["pivot"] + k])
 
@@ -118,6 +126,8 @@ def reduce_body(b: Record, closing: Record, white: Array, work: Array, stiff: bo
         force = reduce_shapes(b, force, beyond(white, first), beyond(work, roots + first), work, stiff)
     hidden, first = 3 if b["hidden"] else 0, b["u"] + shift_of(b, closing)
     for k in range(b["n_h"]):
+        if stays(b, k, work):
+            continue
         left = -dot_pair(pair(work, w + W_H + 8 * k), force)
         if k >= hidden:
             left += work[w + W_TAU + k - hidden]
@@ -146,12 +156,16 @@ def respond(table: Table, work: Array, out: Array, stiff: bool) -> None:
     """out = M^-1 A^T lambda (n_u) of the multipliers, from the white rows: one way from the root to the tips."""
     head, closing = header_of(table), closing_of(table)
     clear(table, work)
+    if head["n_holds"] > 0:
+        for k in range(head["n_u"]):
+            work[head["known"] + k] = 0.0
     for i in range(1, head["n_bodies"]):
         b = body_of(table, i)
         first, shapes = b["u"] + shift_of(b, closing), b["ue"] + closing["n_hidden"]
         for k in range(b["n_h"]):
-            left = combination(first + k, table, work) / work[closing["roots"] + first + k]
-            work[b["work"] + W_U + 8 * k + 7] = -left
+            if not stays(b, k, work):
+                left = combination(first + k, table, work) / work[closing["roots"] + first + k]
+                work[b["work"] + W_U + 8 * k + 7] = -left
         if b["n"] > 0:
             substitute_shapes(b, shapes, closing, table, work, stiff)
     accelerate(table, work, out, True)

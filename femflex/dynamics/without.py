@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.body import FlexibleBody, MassMoments, StrainTensors
-from femflex.dynamics.terms import LOADS, SWITCHED, TERMS, all_rows, term_names
+from femflex.dynamics.terms import DRIVES, LOADS, SWITCHED, TERMS, all_rows, term_names
 from femflex.system import Joint, System
 
 if TYPE_CHECKING:
@@ -18,9 +18,19 @@ if TYPE_CHECKING:
 
 FLEXIBILITY = "flexibility"
 
+SHORT = {"K1": "elastic", "K2": "elastic_K2", "K3": "elastic_K3"}
+
+
+def without_strain(body: FlexibleBody, name: str) -> FlexibleBody:
+    """The body with zeros in one array of its strain tensors."""
+    return replace(body, strain=replace(body.strain, **{name: 0.0 * getattr(body.strain, name)}))
+
+
 BODY_CHANGES: dict[str, Callable[[FlexibleBody], FlexibleBody]] = {
-    "elastic": lambda body: replace(body, strain=StrainTensors(0.0 * body.strain.V1, body.strain.f0)),
-    "prestress": lambda body: replace(body, strain=replace(body.strain, f0=0.0 * body.strain.f0)),
+    "elastic": lambda body: without_strain(body, "V1"),
+    "elastic_K2": lambda body: without_strain(body, "V2"),
+    "elastic_K3": lambda body: without_strain(body, "V3"),
+    "prestress": lambda body: without_strain(body, "f0"),
     "damping": lambda body: replace(body, damping=0.0 * body.damping),
 }
 JOINT_CHANGES: dict[str, Callable[[Joint], Joint]] = {
@@ -49,18 +59,22 @@ def switchable(model: Model) -> list[str]:
     """Everything that can be switched off in the model."""
     system = model.system
     flexible = [name for name in system.order if system.bodies[name].n_modes]
-    names = [name for name in term_names(system) if name != "inertia" and name not in model.omitted]
+    fixed = ("inertia", *(name for name in term_names(system) if name.startswith(DRIVES)))
+    names = [name for name in term_names(system) if name not in fixed and name not in model.omitted]
     return [*names, *([FLEXIBILITY] if flexible else []), *(f"{FLEXIBILITY}/{name}" for name in flexible)]
 
 
 def resolved(model: Model, name: str) -> str:
-    """The full name of something that can be switched off; a load may go by its own name alone."""
+    """The full name of something that can be switched off; a load may go by its own name alone, stiffness by K1."""
     known = switchable(model)
+    name = SHORT.get(name, name)
     for full in (name, LOADS + name):
         if full in known:
             return full
     if name == "inertia":
         why = "'inertia' cannot be switched off: without it there is no motion to solve for."
+    elif name.startswith(DRIVES):
+        why = f"{name!r} cannot be switched off: it is what the specified motion needs."
     elif name in model.omitted:
         why = f"{name!r} is switched off already."
     elif name in TERMS or name == FLEXIBILITY:

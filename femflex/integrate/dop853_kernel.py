@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 from femflex.integrate import resume as head
 from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABLE, VECTOR, kernel, njit, part, types
 from femflex.integrate.dop853_table import A, C, D, E
-from femflex.integrate.protocol import OWN, PROJECT, RATE, Call, Own
+from femflex.integrate.holding import HOLD, Hold
+from femflex.integrate.protocol import OWN, RATE, SWITCH, Call, Own
 from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, normalise, put
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Span = tuple[float, float, float]
-Hold = tuple[bool, Call]  # whether the model has constraints, and the call that brings a state back onto them
 
 X, K1, X_OLD, F0 = 0, 1, 2, 3  # rows of the kept vectors
 Y, E3, E5 = 0, 1, 2  # rows of the scratch vectors: end of the trial step, its two errors
@@ -159,19 +159,14 @@ def hand_out(
 _TOLERANCES = (REAL, VECTOR, REAL)  # rtol, atol, max_step
 _KEPT = (VECTOR, TABLE, TABLE, TABLE)  # state, vectors, k, scratch
 _OUTPUT = (VECTOR, TABLE)  # times, rows
-_HOLD = types.Tuple((types.boolean, types.FunctionType(PROJECT)))
-_SIGNATURE = ENDED(types.FunctionType(RATE), _HOLD, OWN, SPAN, INDICES, *_TOLERANCES, *_KEPT, *_OUTPUT, INTEGER)
-
-
-@njit(PROJECT, cache=True)
-def as_it_is(t: float, x: Array, table: IntArray, pool: Array, work: Array) -> float:
-    """Stands for `project` where a model has no constraints."""
-    return 0.0
+_CALLS = (types.FunctionType(RATE), types.FunctionType(SWITCH), HOLD)
+_SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, *_TOLERANCES, *_KEPT, *_OUTPUT, INTEGER)
 
 
 @kernel(_SIGNATURE)
 def fill(
     rate: Call,
+    switch: Call,
     hold: Hold,
     own: Own,
     span: Span,
@@ -206,6 +201,9 @@ def fill(
             return head.STUCK, row
         budget -= 1
 
+        if switch(x, *own) > 0:  # every row of the last step is handed out
+            rate(clipped(t, span[1], span[2]), x, vectors[K1], *own)
+            state[head.EVALUATIONS] += 1
         h = cut(t, wanted, span[0])
         put(vectors[K1], k[0])
         error = trial(rate, own, span, t, h, x, k, scratch, rtol, atol)

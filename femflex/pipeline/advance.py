@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from femflex.pipeline.guard import Runaway, undisturbed
+from femflex.pipeline.guard import Runaway, Singularities
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
@@ -28,8 +28,9 @@ def integrate(
 ) -> None:
     """Run to the end, block by block into the file. See `femflex.run`."""
     from femflex.integrate import IntegrationError
+    from femflex.results.keeping import undisturbed
 
-    model, runaway = prepared.model, Runaway(prepared.model)
+    model, runaway, singularities = prepared.model, Runaway(prepared.model), Singularities(prepared.model)
     with _writer(prepared, Path(output), force, resume) as (writer, state, written):
         last = None
         try:
@@ -37,17 +38,23 @@ def integrate(
                 error = runaway.found(last)
                 times = last.times if error is None else last.times[last.times <= error.t]
                 if len(times):
+                    seen = model.observe(times, last.states[: len(times)])
+                    writer.make_room(len(times), last.resume)
                     with undisturbed():
-                        writer.write_block(times, model.observe(times, last.states[: len(times)]), last.resume)
+                        writer.write_block(times, seen, last.resume)
+                    singularities.watch(times, seen)
                     written = float(times[-1])
                 if error is not None:
                     raise error
                 if progress is not None:
                     progress(last.t)
         except IntegrationError as failed:
+            singularities.watch(failed.times[-1:], model.observe(failed.times[-1:], failed.states[-1:]))
+            singularities.warn()
             raise _kept(failed, writer, model, written) from None
         writer.finish(True, "reached the end", _statistics(last))
     runaway.warn()
+    singularities.warn()
 
 
 @contextmanager
@@ -57,7 +64,7 @@ def _writer(prepared: Prepared, output: Path, force: bool, resume: bool) -> Iter
 
     if resume:
         point = resume_point(output)
-        with RunWriter.resumed(output) as writer:
+        with RunWriter.resumed(output, rows=len(prepared.times)) as writer:
             yield writer, point.state, point.time
         return
     case, model = prepared.case, prepared.model

@@ -1,12 +1,9 @@
-"""What a run is guarded against: interruption while it writes, and motion that has run away."""
+"""What a run is guarded against: motion that has run away, angles near a singularity."""
 
 from __future__ import annotations
 
-import signal
-import threading
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,23 +19,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 BENT = 0.1  # elastic displacement over the body's size up to which linear strain is taken to hold
+CLOSE = 0.05  # rad; angle left to the singularity of a rotation set below which a run warns of it
 FAR = 100.0  # elastic displacement over the body's size beyond which the motion has run away
-
-
-@contextmanager
-def undisturbed() -> Iterator[None]:
-    """Hold Ctrl-C back until what is inside is done."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    pending: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, _: pending.append(number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-    if pending:
-        raise KeyboardInterrupt
 
 
 class Runaway:
@@ -87,6 +69,33 @@ class Runaway:
                     f"body {name!r} was displaced by {self._worst[name]:.3g} m in one of its shapes, "
                     f"{self._worst[name] / size:.0%} of its size of {size:.3g} m; linear strain holds up to about "
                     f"{BENT:.0%}. Check stiffness, loads and units, or read the run as an indication.",
+                    PhysicsWarning,
+                    stacklevel=2,
+                )
+
+
+class Singularities:
+    """Watches how near the rotation sets of joints come to their singularities, row by row, and warns of it."""
+
+    def __init__(self, model: Model) -> None:
+        self._paths = [path for path in model.channels if path.startswith("joints/") and path.endswith("/singularity")]
+        self._least: dict[str, tuple[float, float]] = {}
+
+    def watch(self, times: Array, channels: Mapping[str, Array]) -> None:
+        """Take note of a block of rows."""
+        for path in self._paths:
+            k = int(np.argmin(channels[path]))
+            self._least[path] = min(self._least.get(path, (np.inf, 0.0)), (float(channels[path][k]), float(times[k])))
+
+    def warn(self) -> None:
+        """Warn of joints that came closer to their singularity than CLOSE, with both numbers."""
+        for path, (least, t) in self._least.items():
+            if least < CLOSE:
+                name = path.removeprefix("joints/").removesuffix("/singularity")
+                warnings.warn(
+                    f"joint {name!r} came within {least:.3g} rad of the singularity of its rotation set at t = {t:.6g} "
+                    f"s (below {CLOSE:g} rad coordinates turn fast, and steps are short for them alone). Ask for "
+                    f"rebase, or for Euler parameters.",
                     PhysicsWarning,
                     stacklevel=2,
                 )

@@ -8,6 +8,8 @@ Layout, version 1 (plain HDF5 1.8 format; any HDF5 reader opens it):
     /time          (n,)   [s]
     /q  /u         (n, k) coordinates and quasi-velocities; attribute `names` per column
     /bodies/<name>/{position,attitude,rate,delta}    inertial axes, Euler parameters of C_NB (scalar first), body axes
+    /bodies/<name>.<k>/...  segment k of a body cut into segments; /bodies/<name>/{position,attitude} is then where the
+                          body would be undeformed, and its markers' deflections are counted from there
     /markers/<body>.<marker>/{position,velocity,deflection}
     /terms/<name>         (n, n_u) when asked for: every term of M udot + h - Q = 0, names as /u
     /attitude/angles  /orbit/...  /loads/<name>/...  /monitors/...
@@ -20,11 +22,13 @@ Layout, version 1 (plain HDF5 1.8 format; any HDF5 reader opens it):
 Every data set over time has the attributes unit, description, names (of the entries along its last axis) and frame.
 A body point at an instant is position + C_NB (points + sum_k delta_k shapes[k]).
 
-A run in progress, or one that was killed, has `complete` False and some rows of nan after the valid ones; `open_run`
-leaves them away. The file opens and is consistent at every moment, also while it is written: blocks go into space that
-was laid out before, `progress` is written last, and whatever changes the layout (more room, the end of the run) is
-written beside as `<file>.part` and moved into place. An existing file is refused unless `force` is given, and then
-replaced only when the new run has its first block.
+A run in progress, or one that was killed or interrupted, has `complete` False and further rows after the valid ones;
+their time is nan (in files up to 256 MB all else too), and `open_run` leaves them away. The file opens and is
+consistent at every moment, also while it is written: room for all rows is laid out before the first, blocks go into it,
+`progress` is written last, and how the run ended goes into room of its own (`ended` is text of fixed length, bytes to
+h5py). What changes the layout (a run that stops early is trimmed, a trimmed one resumed) is written beside as
+`<file>.part` and moved into place. An existing file is refused unless `force` is given, and then replaced only when the
+new run has its first block.
 """
 
 from femflex.results.adding import add_channels

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -16,13 +16,15 @@ from numpy.typing import NDArray
 
 import femflex
 from femflex.body import FlexibleBody
-from femflex.results.layout import FORMAT, LAYOUT, SLACK_BYTES, TIME, create_channel, reserve, row_bytes
+from femflex.results.layout import FILLED_BYTES, FORMAT, LAYOUT, SLACK_BYTES, TIME, create_channel, reserve, row_bytes
 from femflex.results.model import write_bodies
 from femflex.results.resume import lay_slots
 from femflex.system.channel import Channel
 
 LIBRARIES = ("numpy", "scipy", "numba", "h5py", "scikit-fem", "meshio")
 COPY_BYTES = 2**23
+ROOM_BYTES = 1536  # for the integrator's counts
+ENDED = h5py.string_dtype("utf-8", 1024)  # of fixed length, so that it is written in place
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,24 +59,57 @@ def skeleton(channels: dict[str, Channel], bodies: dict[str, FlexibleBody], attr
 
 
 def write_copy(source: h5py.File, part: Path, channels: dict[str, Channel], rows: int, changes: Changes) -> None:
-    """Write the file `part`, on the disk when this returns: the source's valid rows, with the changes."""
-    row = row_bytes({"time": TIME, **channels})
-    reserve(part, changes.capacity * row + SLACK_BYTES * (1 + len(channels) // 64) + _fixed_bytes(source, changes))
-    with h5py.File(part, "w", locking=False) as target:
+    """Write the file `part`, on the disk when this returns: the source's valid rows, with the changes.
+
+    All is done in short steps, so that Ctrl-C is served within one.
+    """
+    size = changes.capacity * row_bytes({"time": TIME, **channels})
+    part.unlink(missing_ok=True)
+    reserve(part, size + SLACK_BYTES * (1 + len(channels) // 64) + _fixed_bytes(source, changes))
+    with h5py.File(part, "w", locking=False) as target, open(part, "rb+") as written:
         _copy_fixed(source, target, changes)
         target.create_dataset("progress", data=np.array([rows, source["progress"][1]], np.int64))
         for path, channel in {"time": TIME, **channels}.items():
-            _copy_rows(source[path], create_channel(target, path, channel, changes.capacity), rows)
-    with open(part, "rb+") as written:
-        os.fsync(written.fileno())
+            filled = size <= FILLED_BYTES or path == "time"
+            data = create_channel(target, path, channel, changes.capacity, filled)
+            for _ in _copied_rows(source[path], data, rows):
+                target.flush()
+                os.fsync(written.fileno())
+    reserve(part, part.stat().st_size)  # rows that were not filled take no place until now
+    if rows:
+        with open(part, "rb+") as written:
+            os.fsync(written.fileno())
+
+
+def conclude(file: h5py.File, attributes: Mapping[str, Any], statistics: Mapping[str, Any]) -> None:
+    """Write in place how the run ended; `complete`, if among the attributes, after all else is in the file.
+
+    It goes into room left for it, so the file is whole at every moment and keeps its length.
+    """
+    set_attributes(file["statistics"], statistics)
+    set_attributes(file, {key: value for key, value in attributes.items() if key != "complete"})
+    file.flush()
+    set_attributes(file, {key: value for key, value in attributes.items() if key == "complete"})
+    file.flush()
 
 
 def set_attributes(item: h5py.Group, values: Mapping[str, Any]) -> None:
     """Set attributes, which must be text, numbers or arrays of numbers (ValueError)."""
     for key, value in values.items():
+        if key == "ended":
+            _set_ended(item, value)
+            continue
         if not isinstance(value, str) and np.asarray(value).dtype.kind not in "biuf":
             raise ValueError(f"attribute {key!r} is {value!r}; a result file keeps text, numbers and arrays of numbers")
         item.attrs[key] = value
+
+
+def _set_ended(file: h5py.File, text: str | bytes) -> None:
+    words = text.encode()[: ENDED.itemsize].decode(errors="ignore").encode() if isinstance(text, str) else text
+    if "ended" in file.attrs and file.attrs.get_id("ended").dtype == ENDED:
+        file.attrs.modify("ended", words)
+    else:
+        file.attrs.create("ended", words, dtype=ENDED)
 
 
 def _copy_fixed(source: h5py.File, target: h5py.File, changes: Changes) -> None:
@@ -83,14 +118,23 @@ def _copy_fixed(source: h5py.File, target: h5py.File, changes: Changes) -> None:
             source.copy(name, target)
     set_attributes(target, {**source.attrs, **changes.attributes})
     set_attributes(target["statistics"], changes.statistics)
+    _leave_room(target["statistics"])
     if changes.slots is not None:
         lay_slots(target, changes.slots, changes.alone, kept=int(source["progress"][1]))
 
 
-def _copy_rows(source: h5py.Dataset, target: h5py.Dataset, rows: int) -> None:
+def _leave_room(statistics: h5py.Group) -> None:
+    """Leave room for the counts to come, so that they need no new place in the file (`conclude`)."""
+    statistics.attrs["room"] = np.zeros(ROOM_BYTES // 8)
+    statistics.attrs["description"] = "as the integrator counted"  # behind it, for HDF5 gives back room at the end
+    del statistics.attrs["room"]
+
+
+def _copied_rows(source: h5py.Dataset, target: h5py.Dataset, rows: int) -> Iterator[int]:
     step = max(1, COPY_BYTES // (8 * max(1, int(np.prod(target.shape[1:])))))
     for k in range(0, rows, step):
         target[k : min(k + step, rows)] = source[k : min(k + step, rows)]
+        yield k
 
 
 def _fixed_bytes(file: h5py.File, changes: Changes) -> int:

@@ -17,18 +17,20 @@ LAYOUT = 1
 CHUNK_ROWS = 1024  # rows of a block of output, so that a block fills whole chunks
 CHUNK_BYTES = 2**20  # larger chunks miss HDF5's cache
 SLACK_BYTES = 2**18  # object headers and B-trees, reserved with the data
+FILLED_BYTES = 2**28  # room up to this size is filled with nan; in larger files only /time is
+RESERVED_BYTES = 2**26  # taken from the disk in one call
 
 TIME = Channel("s", "time")
 _APART = ("model", "resume", "statistics", "versions", "progress")
 
 
-def create_channel(file: h5py.File, path: str, channel: Channel, rows: int) -> h5py.Dataset:
-    """A data set of that many rows of nan, all of its space in the file taken at once."""
+def create_channel(file: h5py.File, path: str, channel: Channel, rows: int, filled: bool = True) -> h5py.Dataset:
+    """A data set of that many rows, of nan if filled, with its whole index and place in the file laid out at once."""
     row_bytes = 8 * max(1, int(np.prod(channel.shape)))
     chunk_rows = max(1, min(rows, CHUNK_ROWS, max(16, CHUNK_BYTES // row_bytes)))
     early = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     early.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
-    early.set_fill_time(h5py.h5d.FILL_TIME_ALLOC)
+    early.set_fill_time(h5py.h5d.FILL_TIME_ALLOC if filled else h5py.h5d.FILL_TIME_NEVER)
     data = file.create_dataset(
         path,
         shape=(rows, *channel.shape),
@@ -73,8 +75,9 @@ def row_bytes(channels: dict[str, Channel]) -> int:
 
 def reserve(path: Path, size: int) -> None:
     """Take that many bytes for a file, so that a full disk shows here as an OSError and not inside the HDF5 library."""
-    with open(path, "wb") as file:
+    with open(path, "ab") as file:
         if hasattr(os, "posix_fallocate"):
-            os.posix_fallocate(file.fileno(), 0, size)
+            for first in range(0, size, RESERVED_BYTES):
+                os.posix_fallocate(file.fileno(), first, min(RESERVED_BYTES, size - first))
         elif shutil.disk_usage(path.parent).free < size:
             raise OSError(28, f"no space left on device; {size} bytes are needed")

@@ -153,7 +153,8 @@ class Run:
     @property
     def statistics(self) -> dict[str, Any]:
         """Counts of the integrator: steps, evaluations, ..."""
-        return _plain(self._opened()["statistics"].attrs)
+        counts = _plain(self._opened()["statistics"].attrs)
+        return {name: count for name, count in counts.items() if name != "description"}
 
     @property
     def duration(self) -> float:
@@ -194,7 +195,8 @@ class Run:
 
 
 def _plain(attributes: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: value.item() if isinstance(value, np.generic) else value for key, value in attributes.items()}
+    plain = {key: value.item() if isinstance(value, np.generic) else value for key, value in attributes.items()}
+    return {key: value.decode() if isinstance(value, bytes) else value for key, value in plain.items()}
 
 
 def _nearest(path: str, known: list[str]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Self
 
@@ -13,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
-from femflex.results.copying import Changes, set_attributes, skeleton, write_copy
-from femflex.results.layout import TIME, channel_of, channels_of, row_bytes
+from femflex.results.copying import Changes, conclude, skeleton, write_copy
+from femflex.results.keeping import PARTS, held
+from femflex.results.layout import channel_of, channels_of
 from femflex.results.place import check_place
 from femflex.results.reader import open_file
 from femflex.results.resume import fits, flattened, write_slot
@@ -22,8 +24,7 @@ from femflex.system.channel import Channel
 
 Array = NDArray[np.float64]
 
-FIRST_BLOCKS = 4  # room for this many blocks at first; doubled whenever it is full
-EAGER_BYTES = 2**28  # room for all expected rows is laid out at once up to this size
+FIRST_BLOCKS = 4  # room for this many blocks at first where the rows to come are not known; doubled when it is full
 
 
 class RunWriter:
@@ -31,7 +32,8 @@ class RunWriter:
 
     channels    path -> Channel of everything `write_block` will bring; bodies for pictures
     attributes  of the root: title, case_text, integrator, ...: text, numbers or arrays of numbers
-    rows        instants expected in all, when known: room for them is laid out at once
+    rows        instants expected in all, when known: room for them is laid out at once, so that the file never grows;
+                without it the file is copied into twice the room whenever it is full
 
     >>> with RunWriter(path, channels, bodies, {"title": "slew"}) as writer:  # doctest: +SKIP
     ...     writer.write_block(times, arrays, resume=state)
@@ -55,23 +57,34 @@ class RunWriter:
     ) -> None:
         self.path = Path(path)
         self._part = self.path.with_name(self.path.name + ".part")
+        self._held = ExitStack()
         check_place(self.path, force)
-        per_row = row_bytes({"time": TIME, **channels})
-        self._expected = rows if rows * per_row <= EAGER_BYTES else 0
+        self._expected = rows
         self._not_finite = ""
         self._skeleton = skeleton(channels, bodies, attributes or {})
         self._adopt(self._skeleton)
 
     @classmethod
-    def resumed(cls, path: str | Path) -> Self:
-        """A writer that appends to a run after its last block (see `resume_point` for the integrator's state)."""
+    def resumed(cls, path: str | Path, rows: int = 0) -> Self:
+        """A writer that appends to a run after its last block (see `resume_point` for the integrator's state).
+
+        rows: instants expected in all, with those that are there.
+        """
         writer = cls.__new__(cls)
         writer.path = Path(path)
         writer._part = writer.path.with_name(writer.path.name + ".part")
-        writer._expected, writer._not_finite = 0, ""
+        writer._held = ExitStack()
+        writer._expected, writer._not_finite = rows, ""
         writer._skeleton = open_file(writer.path)
         writer._adopt(writer._skeleton)
-        writer._lay_out(Changes(writer.rows, {"complete": False, "ended": ""}))
+        running = {"complete": False, "ended": ""}
+        capacity = len(writer._data["time"])
+        if rows > capacity:
+            writer._lay_out(Changes(rows, running))
+        else:
+            writer._skeleton.close()
+            writer._go_on_in(writer.path)
+            conclude(writer._opened(), running, {})
         return writer
 
     def write_block(self, times: Array, arrays: Mapping[str, Array], resume: Any = None) -> None:
@@ -87,7 +100,7 @@ class RunWriter:
         state = None if resume is None else flattened(resume)
         if not self.rows + len(block["time"]):
             return
-        self._make_room(self.rows + len(block["time"]), state, alone=not isinstance(resume, Mapping))
+        self.make_room(len(block["time"]), resume)
         try:
             self._write(block, state)
         except (OSError, RuntimeError) as error:
@@ -103,18 +116,26 @@ class RunWriter:
         how = {"complete": bool(complete), "ended": ended}
         try:
             if self._file is not None and self.rows:
-                try:
-                    self._lay_out(Changes(self.rows, how, statistics or {}))
-                except OSError:  # no room for the trimmed copy: say it in place
-                    set_attributes(self._opened(), how)
+                self._conclude(how, statistics or {})
         finally:
             self.close()
+
+    def _conclude(self, how: Mapping[str, Any], statistics: Mapping[str, Any]) -> None:
+        if self.rows < len(self._data["time"]):
+            try:
+                return self._lay_out(Changes(self.rows, how, statistics))
+            except OSError:  # no room for the trimmed copy: say it in place
+                pass
+            except KeyboardInterrupt:
+                conclude(self._opened(), {"complete": False, "ended": "interrupted"}, {})
+                raise
+        conclude(self._opened(), how, statistics)
 
     def _leave(self, ended: str) -> None:
         """Close the file at once, with the rows laid out after the valid ones left in it."""
         try:
             if self.rows:
-                set_attributes(self._opened(), {"complete": False, "ended": ended})
+                conclude(self._opened(), {"complete": False, "ended": ended}, {})
         finally:
             self.close()
 
@@ -125,6 +146,8 @@ class RunWriter:
                 file.close()
         self._file, self._data = None, {}
         self._part.unlink(missing_ok=True)
+        PARTS.discard(self._part)
+        self._held.close()
 
     def __enter__(self) -> Self:
         return self
@@ -167,8 +190,13 @@ class RunWriter:
         if np.any(np.diff(np.concatenate([before, block["time"]])) <= 0):
             raise ValueError("the times of the block do not increase, or do not follow those in the file")
 
-    def _make_room(self, rows: int, state: dict[str, NDArray[Any]] | None, alone: bool) -> None:
-        capacity = len(self._data["time"])
+    def make_room(self, count: int, resume: Any = None) -> None:
+        """Lay out what `write_block` needs for so many more instants and this state; Ctrl-C does no harm meanwhile."""
+        self._opened()
+        rows, capacity = self.rows + count, len(self._data["time"])
+        state, alone = None if resume is None else flattened(resume), not isinstance(resume, Mapping)
+        if not rows:
+            return
         slots = None if state is None or fits(self._opened(), state, self._next_slot) else state
         if rows <= capacity and slots is None:
             return
@@ -183,6 +211,7 @@ class RunWriter:
         source = self._opened() if self.rows else self._skeleton
         if self._file is not source:
             self._opened().close()
+        PARTS.add(self._part)
         try:
             write_copy(source, self._part, self.channels, self.rows, changes)
         except (OSError, RuntimeError) as error:
@@ -214,6 +243,8 @@ class RunWriter:
         file["progress"][...] = [last, slot]  # sixteen bytes in place: the block counts from here on
         file.flush()
         self.rows, self._slot = last, slot
+        self._held.close()
+        self._held.enter_context(held(str(self.path)))
         if first == 0 < last:
             file.close()
             self._go_on_in(self._moved())

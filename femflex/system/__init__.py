@@ -1,24 +1,27 @@
 """What the user composes: bodies, joints, loads, orbit and frame in one System."""
 
+from femflex.system.ball import ball_coordinates
 from femflex.system.channel import Channel
 from femflex.system.constraint import Nonholonomic, knife_edge, rolling_disc, velocity_rows
 from femflex.system.joint import (
     JOINTS,
     Joint,
-    ball_coordinates,
     cylindrical,
     free,
     prismatic,
     revolute,
     spherical,
+    turns,
     universal,
     weld,
 )
 from femflex.system.load import Load
 from femflex.system.loop import Closure, closure
 from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
+from femflex.system.profile import Profile
+from femflex.system.segments import Part, Segments
 from femflex.system.spring import Spring
-from femflex.system.system import System
+from femflex.system.system import System, assembled
 
 __all__ = [
     "EARTH_RADIUS",
@@ -31,8 +34,12 @@ __all__ = [
     "Load",
     "Nonholonomic",
     "Orbit",
+    "Part",
+    "Profile",
+    "Segments",
     "Spring",
     "System",
+    "assembled",
     "ball_coordinates",
     "closure",
     "cylindrical",
@@ -42,6 +49,7 @@ __all__ = [
     "revolute",
     "rolling_disc",
     "spherical",
+    "turns",
     "universal",
     "velocity_rows",
     "weld",

@@ -62,6 +62,11 @@ def closure_problems(joint: Joint) -> list[str]:
             f"loop {joint.label!r} has a spring or a damper; a cut joint has no coordinates of its own: "
             "cut the loop at another joint"
         )
+    if joint.held:
+        out.append(
+            f"loop {joint.label!r} has a locked or specified freedom; a cut joint has no coordinates of its own: "
+            "cut the loop at another joint"
+        )
     if len(joint.rotations) == 2 and np.linalg.norm(np.cross(*joint.rotations)) < PARALLEL:
         out.append(
             f"the two axes of loop {joint.label!r} are parallel: {joint.rotations.tolist()}; use a revolute joint"

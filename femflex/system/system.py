@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +14,7 @@ from femflex.system.constraint import Nonholonomic
 from femflex.system.joint import Joint
 from femflex.system.load import Load
 from femflex.system.orbit import Frame, Orbit
+from femflex.system.segments import Part, at_segments, expanded
 from femflex.system.spring import Spring
 from femflex.system.ties import tie_places, tie_problems
 
@@ -27,11 +30,12 @@ class System:
     frame    base frame F of joints without a parent
     orbit    None, or the orbit of O; then one root body, and F's origin is O
     delta0   body name -> initial elastic coordinates (n,);  ddelta0 their rates
-    libration_sequence  angles reported of the libration axes L relative to F
+    libration_sequence  angles reported of the libration axes L relative to F, such as "xzy" or "extrinsic xzy"
     libration_axes      (3, 3) C_QL: libration axes in components of the root joint's marker Q on the root body
     loops        joints cut out of the tree: each closes a loop between two bodies, or to the base frame
     constraints  on velocities: rolling, knife edges, general rows
     springs      between two markers
+    segments  body cut into segments -> names of the bodies that are its segments, near to far (see `assembled`)
 
     With a specified orbit O is the centre of mass: the root joint's translation is eliminated, so the root joint must
     have none (spherical: attitude free; weld: attitude held). With a free orbit the root joint is `free`.
@@ -47,6 +51,7 @@ class System:
     ddelta0: dict[str, Array] = field(default_factory=dict)
     libration_sequence: str = "xzy"
     libration_axes: Array = field(default_factory=lambda: np.eye(3))
+    segments: dict[str, tuple[str, ...]] = field(default_factory=dict)
     loops: tuple[Joint, ...] = ()
     constraints: tuple[Nonholonomic, ...] = ()
     springs: tuple[Spring, ...] = ()
@@ -99,6 +104,7 @@ class System:
     def _tree_problems(self) -> list[str]:
         known = sorted(self.bodies)
         out = [] if self.bodies else ["the system has no bodies"]
+        out += [text for j in self.joints if (text := j.singular_start()) is not None]
         parent: dict[str, str | None] = {}
         for j in self.joints:
             for role, name in (("child", j.child), ("parent", j.parent)):
@@ -168,3 +174,11 @@ class System:
                 if np.shape(value) != (n,):
                     out.append(f"{what} of body {body!r} has shape {np.shape(value)}; expected ({n},)")
         return out
+
+
+def assembled(parts: Mapping[str, Part], joints: Sequence[Joint], loads: Sequence[Load] = (), **more: Any) -> System:
+    """The System of bodies some of which are cut into Segments; what acts on them names these as one body."""
+    bodies, all_joints, acting, segments = expanded(parts, joints, loads)
+    for key in ("loops", "constraints", "springs"):
+        more[key] = tuple(at_segments(tie, parts) for tie in more.get(key, ()))
+    return System(bodies, all_joints, acting, segments=segments, **more)

@@ -21,7 +21,7 @@ class Motion:
 
     position  body -> (n_t, 3) [m];  attitude  body -> C_VB (n_t, 3, 3);  delta  body -> (n_t, n)
     reference (n_t, 3, 3)  C_VR, R the orbital axes when orbiting, else the inertial ones
-    traces    marker -> (n_t, 3) [m]
+    traces    marker -> (n_t, 3) [m], with its deflection magnified as the bodies are drawn
     """
 
     times: Array
@@ -67,11 +67,14 @@ def dcms(e: Array) -> Array:
     return np.moveaxis(np.array(rows), 2, 0)
 
 
-def motion(run: Run, times: Array, camera: str = "fixed", body: str = "", traces: tuple[str, ...] = ()) -> Motion:
+def motion(
+    run: Run, times: Array, camera: str = "fixed", body: str = "", traces: tuple[str, ...] = (), scale: float = 1.0
+) -> Motion:
     """Motion of all bodies that a run reports, at instants (n_t,) inside it, in the camera's frame.
 
     camera  "fixed": inertial axes; "follow": moving with the centre of mass; "orbital": orbital axes at O;
             "body": axes of that body
+    scale   magnification of the elastic displacement of the traced markers
     """
     at = Interpolated(run, times)
     names = [path.split("/")[1] for path in run if path.startswith("bodies/") and path.endswith("/position")]
@@ -89,7 +92,11 @@ def motion(run: Run, times: Array, camera: str = "fixed", body: str = "", traces
     moved = {name: np.einsum("tji,tj->ti", C_NV, r - place) for name, r in position.items()}
     turned = {name: np.einsum("tji,tjk->tik", C_NV, C) for name, C in attitude.items()}
     reference = np.einsum("tji,tjk->tik", C_NV, orbital) if orbital is not None else np.swapaxes(C_NV, 1, 2)
-    lines = {m: np.einsum("tji,tj->ti", C_NV, at(f"markers/{m}/position") - place) for m in traces}
+    lines = {}
+    for marker in traces:
+        C_VB = turned[marker.split(".")[0]]
+        lines[marker] = np.einsum("tji,tj->ti", C_NV, at(f"markers/{marker}/position") - place)
+        lines[marker] += (scale - 1.0) * np.einsum("tij,tj->ti", C_VB, at(f"markers/{marker}/deflection"))
     return Motion(np.asarray(times, float), moved, turned, delta, reference, lines)
 
 

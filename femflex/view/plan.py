@@ -71,7 +71,7 @@ def planned(run: Run, look: Look, time: float | None = None) -> Plan:
     instants = np.union1d(_spread(times), [peak])
     if look.fit == "picture":
         instants = np.array([peak if time is None else time])
-    points = cloud(motion(run, instants, camera, body, look.traces), thin, scale, arms).reshape(-1, 3)
+    points = cloud(motion(run, instants, camera, body, look.traces, scale), thin, scale, arms).reshape(-1, 3)
     view = _view(points, look, camera, largest > TINY)
     return Plan(skins, arms, camera, body, view, scale, largest, peak, (float(run.time[0]), float(run.time[-1])))
 

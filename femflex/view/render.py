@@ -39,7 +39,7 @@ def render_picture(
     plan = planned(run, chosen, time)
     at = plan.peak if time is None else time
     with placed(path, force) as part, Scene(run, chosen, plan, chosen.samples or PICTURE_SAMPLES) as scene:
-        scene.show(motion(run, np.array([at]), plan.camera, plan.body, chosen.traces), 0)
+        scene.show(motion(run, np.array([at]), plan.camera, plan.body, chosen.traces, plan.scale), 0)
         write_png(part, scene.image())
     return path
 
@@ -80,7 +80,7 @@ def render_movie(
 def _frames(
     run: Run, scene: Scene, plan: Plan, times: np.typing.NDArray[np.float64], traces: tuple[str, ...]
 ) -> Iterator[Image]:
-    moving = motion(run, times, plan.camera, plan.body, traces)
+    moving = motion(run, times, plan.camera, plan.body, traces, plan.scale)
     for k in range(len(times)):
         scene.show(moving, k)
         yield scene.image()

@@ -38,7 +38,7 @@ class Scene:
         self._bodies = self._add_bodies(look, pixel)
         self._triads: dict[str, Any] = {}
         self._path_times = run.time[some_rows(run)] if look.traces else np.zeros(0)
-        paths = motion(run, self._path_times, plan.camera, plan.body, look.traces).traces if look.traces else {}
+        paths = motion(run, self._path_times, plan.camera, plan.body, look.traces, plan.scale).traces
         self._traces = {name: TraceActor(self._plotter, path, theme, pixel) for name, path in paths.items()}
         self._corner: CornerTriad | None = None
         if look.triads:

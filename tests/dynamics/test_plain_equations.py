@@ -11,6 +11,7 @@ import pytest
 from random_systems import random_body, random_tree
 
 from femflex.dynamics import compile_system
+from femflex.symmetric import packed_size
 from femflex.system import Frame, Load, Orbit, spherical
 
 SCRIPT = """
@@ -30,10 +31,17 @@ def systems():
         joints = tuple(replace(j, stiffness=rng.uniform(1, 2, j.n_u), damping=np.ones(j.n_u)) for j in system.joints)
         last = system.order[-1]
         bodies = {**system.bodies, last: random_body(rng, 6)[0]}
+        bodies[last] = curved(bodies[last], rng)
         grown = 6 - system.bodies[last].n_modes
         loads = (Load("push", last, "a", "marker", force=rng.normal(size=3), torque=rng.normal(size=3)),)
         system = replace(system, joints=joints, bodies=bodies, loads=loads)
         yield system, np.r_[q, 0.1 * rng.normal(size=grown)], np.r_[u, 0.1 * rng.normal(size=grown)]
+
+
+def curved(body, rng):
+    """The body with nonlinear strain."""
+    V2, V3 = (rng.normal(size=packed_size(body.n_modes, degree)) for degree in (3, 4))
+    return replace(body, strain=replace(body.strain, V2=V2, V3=V3))
 
 
 def answers():

@@ -18,6 +18,7 @@ import femflex.view.scene
 from femflex.results import open_run
 from femflex.view import Look, render_movie, render_picture
 from femflex.view.extent import automatic_scale
+from femflex.view.motion import motion
 from femflex.view.plan import planned
 
 SMALL = {"size": (320, 180), "samples": 1}
@@ -110,6 +111,17 @@ def test_traces_show_the_path_up_to_now(tmp_path, run):
     early, late = (read(render_picture(run, tmp_path / f"{t}.png", time=t, **look)) for t in (1.0, 18.0))
     red = [np.count_nonzero(np.abs(i.astype(int) - [209, 73, 91]).sum(axis=2) < 60) for i in (early, late)]
     assert red[1] > 4 * red[0] > 0
+
+
+@pytest.mark.parametrize("camera", ["fixed", "body"])
+def test_a_trace_goes_where_the_magnified_body_is_drawn(run, camera):
+    times, scale = run.time[[5, 40]], 7.0
+    moving = motion(run, times, camera, "boom" if camera == "body" else "", ("boom.tip",), scale)
+    skin = run.bodies()["boom"].skin
+    for k in range(2):
+        moved = skin.points + scale * np.einsum("n,npa->pa", moving.delta["boom"][k], skin.shapes)
+        drawn = moving.position["boom"][k] + moved @ moving.attitude["boom"][k].T
+        assert np.allclose(moving.traces["boom.tip"][k], drawn[-1], atol=1e-9)  # the tip is its last point
 
 
 def movie_frames(path, width, height):
