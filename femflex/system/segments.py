@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,7 +122,7 @@ def expanded(
 
 def at_segments(tie: Tie, parts: Mapping[str, Part]) -> Tie:
     """A loop, constraint or spring with the segments that hold its markers in place of cut bodies."""
-    moved: dict[str, str] = {"name": tie.label} if isinstance(tie, Joint) else {}
+    moved: dict[str, Any] = {"name": tie.label} if isinstance(tie, Joint) else {}
     body = ("child", "child_marker") if isinstance(tie, Joint) else ("body", "marker")
     for key, marker in (body, ("parent", "parent_marker")):
         name = getattr(tie, key)
