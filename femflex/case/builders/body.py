@@ -25,15 +25,21 @@ def build_bodies(
 ) -> dict[str, FlexibleBody]:
     """All bodies of a case by name, with other numbers of modes or finer meshes if asked.
 
+    Bodies whose tables say the same but for their initial state are built once and shared.
     Raises CaseError with the problems of all bodies together.
     """
     bodies: dict[str, FlexibleBody] = {}
+    alike: dict[str, FlexibleBody] = {}
     problems: list[Problem] = []
-    for name in case.bodies:
+    for name, table in case.bodies.items():
+        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})}"
+        if key in alike:
+            bodies[name] = alike[key]
+            continue
         if told is not None:
             told(name)
         try:
-            bodies[name] = build_body(case, name, modes, refine)
+            bodies[name] = alike[key] = build_body(case, name, modes, refine)
         except CaseError as error:
             problems += error.problems
     if problems:
