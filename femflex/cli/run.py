@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from femflex.cli.fresh import begin_again, compilation_seen, load_kernels
 from femflex.cli.progress import Bar, Patience
 from femflex.cli.verb import complain, verb
 
@@ -46,7 +47,11 @@ def run(
             "building bodies and compiling the equations of motion (the first run of an installation takes about a "
             "minute)"
         )
-        prepared = pipeline.prepare(read, output, force=force, resume=resume, without=named(without))
+        with compilation_seen() as compiled:
+            prepared = pipeline.prepare(read, output, force=force, resume=resume, without=named(without))
+            load_kernels(prepared)
+        if compiled():
+            begin_again()
     say_what_runs(prepared)
     with Bar("integrating", float(prepared.times[-1])) as bar:
         pipeline.integrate(prepared, output, force=force, resume=resume, progress=bar)
@@ -74,11 +79,15 @@ def say_what_runs(prepared: Prepared) -> None:
     print(case.title or case.path.name)
     if prepared.model.omitted:
         print(f"without {', '.join(prepared.model.omitted)}")
+    pieces = {piece for parts in system.segments.values() for piece in parts}
     for name, body in system.bodies.items():
-        if body.n_modes:
+        if body.n_modes and name not in pieces:
             print()
             print_modes(name, body)
     print()
+    for name, parts in system.segments.items():
+        each = system.bodies[parts[0]].n_modes
+        print(f"body        {name} is cut into {len(parts)} segments of {each} elastic coordinates each")
     for line in (*_orbit_lines(prepared), _attitude_line(prepared)):
         print(line)
     step = f"{len(prepared.times)} rows to {prepared.times[-1]:.6g} s"

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from femflex.dynamics import monitors
 from femflex.dynamics import observe as seen
+from femflex.dynamics.drive_report import held_channels
 from femflex.dynamics.joint_channels import ball_channels
 from femflex.dynamics.lower import reported_markers
 from femflex.rotations import is_extrinsic, is_symmetric, letters_of
 from femflex.system import Channel, System
+from femflex.system.segments import marker_label
 
 XYZ = ("x", "y", "z")
 EULER = ("e0", "e1", "e2", "e3")
@@ -49,7 +51,7 @@ def row_places(system: System) -> dict[str, slice | int]:
         at += seen.ROW_BODY
     for body, marker in reported_markers(system):
         for key, start in (("position", 0), ("velocity", 3), ("deflection", 6)):
-            places[f"markers/{body}.{marker}/{key}"] = slice(at + start, at + start + 3)
+            places[f"markers/{marker_label(system.segments, body, marker)}/{key}"] = slice(at + start, at + start + 3)
         at += seen.ROW_MARKER
     for load in system.loads:
         for key, start in (("force", 0), ("torque", 3)):
@@ -99,8 +101,13 @@ def channels_of(system: System) -> dict[str, Channel]:
                 "kg^1/2 m", f"elastic coordinates of {name}", (system.bodies[name].n_modes,)
             ),
         }
+    for name in system.segments:
+        out |= {
+            f"bodies/{name}/position": Channel("m", f"origin of {name}, undeformed, {where}", (3,), XYZ, "inertial"),
+            f"bodies/{name}/attitude": Channel("1", f"Euler parameters of {name}, undeformed, C_NB", (4,), EULER),
+        }
     for body, marker in reported_markers(system):
-        label = f"{body}.{marker}"
+        label = marker_label(system.segments, body, marker)
         out |= {
             f"markers/{label}/position": Channel("m", f"position of {label} {where}", (3,), XYZ, "inertial"),
             f"markers/{label}/velocity": Channel("m/s", f"velocity of {label} {where}", (3,), XYZ, "inertial"),
@@ -112,7 +119,7 @@ def channels_of(system: System) -> dict[str, Channel]:
             f"loads/{load.name}/force": Channel("N", f"force of {load.name}", (3,), XYZ, "body"),
             f"loads/{load.name}/torque": Channel("N m", f"torque of {load.name}", (3,), XYZ, "body"),
         }
-    return out
+    return out | held_channels(system)
 
 
 def _units(pairs: list[tuple[str, str]]) -> str:

@@ -33,6 +33,7 @@ OPTIONS: dict[str, Any] = {
     "orientation": None,
     "rotary_inertia": True,
     "start": None,
+    "extent": None,
     "prestress": 0.0,
     "thermal_strain": 0.0,
 }
@@ -99,6 +100,7 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     rotary_inertia  True; False leaves out the section's rotary inertia in bending (torsional inertia stays), as
                     the classical closed forms beta L do
     start           point group where the arc length s begins; see chain.arc_length for the default
+    extent          length of the line the group is a part of [m], if it is one: shear is judged by that
     prestress       initial axial force, tension positive [N] (0)
     thermal_strain  free axial strain (0)
 
@@ -142,7 +144,7 @@ def _inertia(elements: BeamElements, member: Member, degree: int, rotary: bool) 
     dm = np.repeat(weight * r.mass / 4, 4, axis=1)
     rho = elements.places(xi, offsets).reshape(*dm.shape, 3)
     N = elements.motion(xi, offsets, rotary).reshape(*dm.shape, 3, -1)
-    _warn_if_stout(rho, np.sqrt(np.maximum(r.ry2, r.rz2)).max(), member.group)
+    _warn_if_stout(rho, np.sqrt(np.maximum(r.ry2, r.rz2)).max(), member)
     return DenseInertia(elements.dofs, dm, rho, N)
 
 
@@ -195,12 +197,13 @@ def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
     return {**options, "order": int(order), "axial_order": int(axial), "orientation": orientation}
 
 
-def _warn_if_stout(rho: Array, gyration: float, group: str) -> None:
-    extent = float(np.linalg.norm(np.ptp(rho.reshape(-1, 3), axis=0)))
+def _warn_if_stout(rho: Array, gyration: float, member: Member) -> None:
+    extent = member.options.get("extent") or float(np.linalg.norm(np.ptp(rho.reshape(-1, 3), axis=0)))
     if extent < SLENDER * gyration:
         warnings.warn(
-            f"beam group {group!r} extends over {extent:.4g} m with a radius of gyration of {gyration:.4g} m; below "
-            f"{SLENDER:g} radii ({SLENDER * gyration:.4g} m) the shear left out here shifts frequencies by per cents",
+            f"beam group {member.group!r} extends over {extent:.4g} m with a radius of gyration of {gyration:.4g} m; "
+            f"below {SLENDER:g} radii ({SLENDER * gyration:.4g} m) the shear left out here shifts frequencies by per "
+            "cents",
             PhysicsWarning,
             stacklevel=6,
         )

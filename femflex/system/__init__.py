@@ -10,12 +10,15 @@ from femflex.system.joint import (
     prismatic,
     revolute,
     spherical,
+    turns,
     universal,
     weld,
 )
 from femflex.system.load import Load
 from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
-from femflex.system.system import System
+from femflex.system.profile import Profile
+from femflex.system.segments import Part, Segments
+from femflex.system.system import System, assembled
 
 __all__ = [
     "EARTH_RADIUS",
@@ -26,13 +29,18 @@ __all__ = [
     "Joint",
     "Load",
     "Orbit",
+    "Part",
+    "Profile",
+    "Segments",
     "System",
+    "assembled",
     "ball_coordinates",
     "cylindrical",
     "free",
     "prismatic",
     "revolute",
     "spherical",
+    "turns",
     "universal",
     "weld",
 ]

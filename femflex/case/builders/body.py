@@ -9,27 +9,35 @@ import numpy as np
 
 from femflex.body import FlexibleBody, Marker, MassMoments, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
+from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
 from femflex.case.builders.structure import PLACE, build_mesh, build_modes, build_structure_of
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem, near
-from femflex.case.reduction import DampingTable
-from femflex.reduction import ModalDamping, RayleighDamping, UniformBeam, beam_body, load_body, reduce_structure
+from femflex.case.reduction import DampingTable, Stretchable
+from femflex.reduction import (
+    ModalDamping,
+    RayleighDamping,
+    UniformBeam,
+    beam_body,
+    load_body,
+    reduce_structure,
+    require_stretch,
+)
 from femflex.reduction.uniform_beam import BeamFunctions
+from femflex.system import Part, Segments
 
 Told = Callable[[str], None]  # called with what is being done, for a progress display
 
 
-def build_bodies(
-    case: Case, modes: int | None = None, refine: int = 0, told: Told | None = None
-) -> dict[str, FlexibleBody]:
+def build_bodies(case: Case, modes: int | None = None, refine: int = 0, told: Told | None = None) -> dict[str, Part]:
     """All bodies of a case by name, with other numbers of modes or finer meshes if asked.
 
     Bodies whose tables say the same but for their initial state are built once and shared.
     Raises CaseError with the problems of all bodies together.
     """
-    bodies: dict[str, FlexibleBody] = {}
-    alike: dict[str, FlexibleBody] = {}
+    bodies: dict[str, Part] = {}
+    alike: dict[str, Part] = {}
     problems: list[Problem] = []
     for name, table in case.bodies.items():
         key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})}"
@@ -39,7 +47,7 @@ def build_bodies(
         if told is not None:
             told(name)
         try:
-            bodies[name] = alike[key] = build_body(case, name, modes, refine)
+            bodies[name] = alike[key] = build_part(case, name, modes, refine)
         except CaseError as error:
             problems += error.problems
     if problems:
@@ -48,11 +56,26 @@ def build_bodies(
 
 
 def build_body(case: Case, name: str, modes: int | None = None, refine: int = 0) -> FlexibleBody:
-    """The body of that name. Raises CaseError with what is wrong with it."""
+    """The body of that name, in one piece. Raises CaseError with what is wrong with it."""
+    part = build_part(case, name, modes, refine)
+    if isinstance(part, Segments):
+        text = f"found a body cut into {len(part.bodies)} segments, which is not one body; leave out segments for that"
+        raise CaseError(case.path.name, [Problem(f"bodies.{name}", text)])
+    return part
+
+
+def build_part(case: Case, name: str, modes: int | None = None, refine: int = 0, segments: int | None = None) -> Part:
+    """The body of that name, or its Segments when it is cut (into `segments` instead of the case's number, if given).
+
+    Raises CaseError with what is wrong with it.
+    """
     if name not in case.bodies:
         raise CaseError(case.path.name, [Problem("bodies", f"found no body {name!r}; {near(name, case.bodies)}")])
     table = case.bodies[name]
     try:
+        if isinstance(table, FlexibleTable) and table.cut is not None:
+            cut = _segments(case, name, table, (modes, refine, segments))
+            return Segments(tuple(_turned(body, table) for body in cut.bodies))
         return _with_markers(_body(case, name, table, modes, refine), name, table)
     except CaseError:
         raise
@@ -71,11 +94,35 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
     structure, modeset = build_modes(
         build_structure_of(case, name, table, build_mesh(case, name, table, refine)), table, modes
     )
-    groups = {
+    body = reduce_structure(structure, modeset, marker_groups(table), _damping(table.damping), table.strain)
+    r = table.reduction
+    if table.strain != "linear" and isinstance(r, Stretchable) and r.derivatives != "none" and body.n_modes:
+        require_stretch(structure, modeset, body.strain)
+    return body
+
+
+def _segments(case: Case, name: str, table: FlexibleTable, other: tuple[int | None, int, int | None]) -> Segments:
+    """The segments of a body with other numbers of modes, refinements and segments."""
+    modes, refine, count = other
+    mesh = build_mesh(case, name, table, refine)
+    return build_segments(case, name, table, mesh, marker_groups(table), _damping(table.damping), modes, count)
+
+
+def marker_groups(table: FlexibleTable) -> dict[str, str]:
+    """The mesh group of every marker a body names."""
+    return {
         marker: PLACE.format(marker) if entry.position is not None else (entry.group or marker)
         for marker, entry in table.markers.items()
     }
-    return reduce_structure(structure, modeset, groups, _damping(table.damping))
+
+
+def _turned(body: FlexibleBody, table: FlexibleTable) -> FlexibleBody:
+    """A segment with its markers turned as the case says."""
+    markers = dict(body.markers)
+    for key, entry in table.markers.items():
+        if key in markers and entry.orientation is not None:
+            markers[key] = markers[key].turned(np.array(entry.orientation))
+    return replace(body, markers=markers)
 
 
 def _rigid(case: Case, table: RigidTable) -> FlexibleBody:

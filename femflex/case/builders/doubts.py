@@ -20,7 +20,7 @@ def warn_of_doubtful_bodies(case: Case, bodies: Mapping[str, FlexibleBody], outp
     """Warn of meshes in the wrong unit, mode sets that carry little of the mass, and modes too fast for the output."""
     looked_at: set[int] = set()
     for name, body in bodies.items():
-        if id(body) in looked_at:  # shared by alike tables
+        if name not in case.bodies or id(body) in looked_at:  # a segment, or shared by alike tables
             continue
         looked_at.add(id(body))
         table = case.bodies[name]
