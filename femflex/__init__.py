@@ -10,7 +10,7 @@ from femflex.kernel_cache import drop_stale_kernels
 
 __version__ = "0.1.0"
 
-for _layer in ("dynamics", "integrate"):  # before anything there is imported
+for _layer in ("dynamics", "integrate", "reduction"):  # before anything there is imported
     drop_stale_kernels(Path(__file__).parent / _layer)
 
 if TYPE_CHECKING:

@@ -219,6 +219,29 @@ class FlexibleBody:
         """Number of shapes: the elastic coordinates and what follows them."""
         return self.moments.n_modes
 
+    def truncated(self, n: int) -> FlexibleBody:
+        """A copy with the first n elastic coordinates alone, and what follows them."""
+        followers = np.arange(self.n_modes, self.n_shapes)
+        return self._confined(np.concatenate([np.arange(n), followers]), n, self.slaves[:, :n, :n])
+
+    def without_slaves(self) -> FlexibleBody:
+        """The body to first order in its elastic coordinates: itself, without the shapes that follow others."""
+        return self._confined(np.arange(self.n_modes), self.n_modes, np.zeros((0, 0, 0))) if len(self.slaves) else self
+
+    def _confined(self, shapes: NDArray[np.int64], n: int, slaves: Array) -> FlexibleBody:
+        moments, z = self.moments, np.concatenate([[0], 1 + shapes])
+        return replace(
+            self,
+            moments=MassMoments(moments.mass, moments.first[z], moments.second[z][:, :, z]),
+            strain=self.strain.truncated(n),
+            damping=self.damping[:n, :n],
+            markers={key: replace(m, phi=m.phi[:, shapes], psi=m.psi[:, shapes]) for key, m in self.markers.items()},
+            skin=None if self.skin is None else replace(self.skin, shapes=self.skin.shapes[shapes]),
+            kinds=tuple(self.kinds[k] for k in shapes) if self.kinds else (),
+            omega=self.omega[shapes] if self.omega.size else self.omega,
+            slaves=slaves,
+        )
+
     def amplitudes(self, delta: Array) -> Array:
         """Amplitudes of all shapes (..., n_shapes) at elastic coordinates delta (..., n)."""
         delta = np.asarray(delta, float)

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, NoReturn
+from typing import Annotated, Any, NoReturn
 
 from pydantic import BaseModel, ConfigDict, StringConstraints
 from pydantic_core import PydanticCustomError
 
 from femflex.case.values import Angles, Matrix, Quantity, ValueProblem, _Readable, shown
 
-Sequence_ = Literal["xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz"]
-RotationSet = Literal[
-    "euler_parameters", "xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz"
-]
 Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_-]+$")]  # becomes a path in the result file
 
 
@@ -97,10 +93,10 @@ def _orthonormal(rows: Matrix) -> Matrix:
 
 
 def _turned(sequence: Any, angles: Any) -> Matrix:
-    from femflex.rotations import ANGLE_SEQUENCES, dcm_from_angles
+    from femflex.rotations import NAMED_SEQUENCES, dcm_from_angles
 
-    if sequence not in ANGLE_SEQUENCES:
-        raise ValueProblem(f"found sequence {shown(sequence)}; known are {', '.join(ANGLE_SEQUENCES)}")
+    if sequence not in NAMED_SEQUENCES:
+        raise ValueProblem(f"found sequence {shown(sequence)}; known are {', '.join(NAMED_SEQUENCES)}")
     return _rows(dcm_from_angles(Quantity("rad", (3,)).read(angles), sequence))
 
 
@@ -123,4 +119,4 @@ def _along(directions: dict[str, Any]) -> Matrix:
     return _rows(C)
 
 
-__all__ = ["Angles", "Name", "Orientation", "RotationSet", "Sequence_", "Table", "exactly_one", "refuse"]
+__all__ = ["Angles", "Name", "Orientation", "Table", "exactly_one", "refuse"]

@@ -60,6 +60,8 @@ class MemberTable(Table):
     material: str | None = None
     """Name in [materials]."""
     options: dict[str, Any] = Field(default_factory=dict)
+    segments: Annotated[int, Count(1)] | None = None
+    """Cut this line into so many bodies welded end to end, so that it may bend as far as it likes."""
 
 
 class PointMassTable(Table):
@@ -86,8 +88,38 @@ class FlexibleTable(BodyTable):
     """Wanted name -> name in the file, where a format knows numbers only: panel = "PID 1", root = "SET 4" (Nastran)."""
     members: Annotated[list[MemberTable], Field(min_length=1)]
     point_masses: list[PointMassTable] = Field(default_factory=list)
-    reduction: Reduction
+    reduction: Reduction | None = None
+    """Left out only with segments: static shapes of each, and no modes between its ends."""
     damping: DampingTable | None = None
+
+    @property
+    def cut(self) -> MemberTable | None:
+        """The member that is cut into segments, if one is."""
+        return next((member for member in self.members if member.segments is not None), None)
+
+    @model_validator(mode="after")
+    def _reduced_or_cut(self) -> FlexibleTable:
+        several = [member.group for member in self.members if member.segments is not None]
+        if len(several) > 1:
+            refuse(f"found segments in the members on {', '.join(several)}; one line of a body can be cut")
+        method = getattr(self.reduction, "method", None)
+        if not several and method is None:
+            refuse("found no reduction; give one, such as { method = 'cantilever', clamp = 'root', modes = 8 }")
+        if not several and method == "craig_bampton" and not getattr(self.reduction, "interfaces", ()):
+            refuse("found craig_bampton without interfaces; name the groups that joints hold")
+        if several and method in ("lumped", "rigid"):
+            refuse(
+                f"found reduction method '{method}' and segments; a segment is reduced by craig_bampton, cantilever, "
+                f"free_free or nodal"
+            )
+        if several and self.initial is not None:
+            refuse("found initial on a body cut into segments; start from an equilibrium instead ([initial] from)")
+        if several and self.damping is not None and (self.damping.ratio is not None or self.damping.mass):
+            refuse(
+                "found damping by ratio or mass on a body cut into segments, whose own modes are not those of the "
+                "whole; give damping = { stiffness = ... }, which damps strain wherever it is"
+            )
+        return self
 
     @model_validator(mode="after")
     def _markers_have_place(self) -> FlexibleTable:

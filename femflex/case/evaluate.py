@@ -143,6 +143,9 @@ def _component(table: MeasureTable, values: Array, names: tuple[str, ...]) -> Ar
 
 
 def _of_body(table: MeasureTable, bodies: Mapping[str, Any]) -> float:
+    parts = [body for name, body in bodies.items() if name.rpartition(".")[0] == table.body]  # segments
+    if table.of == "body_mass" and parts:
+        return float(sum(body.mass if hasattr(body, "mass") else body.moments.mass for body in parts))
     if table.body is None or table.body not in bodies:
         raise KeyError(f"body {table.body!r} is not in the run; {near(str(table.body), bodies)}")
     body = bodies[table.body]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, StrictBool, model_validator
 
-from femflex.case.base import RotationSet, Sequence_, Table, refuse
+from femflex.case.base import Table, refuse
+from femflex.case.rotation import RotationSet, Sequence_
 from femflex.case.values import (
     Angle,
     Angles,
@@ -165,9 +166,12 @@ class Spherical(JointTable):
 
     kind: Literal["spherical"]
     rotation: RotationSet = "euler_parameters"
-    """Coordinates that describe the rotation."""
+    """Coordinates that describe the rotation: Euler parameters, an angle sequence such as "intrinsic xzy" or
+    "extrinsic xzy", Gibbs' vector, or modified Rodrigues parameters (which switch to their shadow)."""
+    rebase: StrictBool = False
+    """Count them from a new reference orientation, between two steps, whenever they near their singularity."""
     sequence: Sequence_ = "xyz"
-    """Of the initial angles, intrinsic."""
+    """Of the initial angles, intrinsic unless it says "extrinsic xyz"."""
     angles: Angles = ZERO
     rates: Rates = ZERO
     """Rate relative to the parent's marker, components of the child's."""

@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import StrictBool, model_validator
 
-from femflex.case.base import RotationSet, Sequence_, Table, exactly_one, refuse
+from femflex.case.base import Table, exactly_one, refuse
+from femflex.case.rotation import RotationSet, Sequence_
 from femflex.case.values import Angle, Angles, Fraction, Length, Position, PositiveLength, Quantity, Rates, Velocity
 
 BodyAxis = Literal["x", "y", "z", "-x", "-y", "-z"]
@@ -61,7 +62,7 @@ class OrbitTable(Table):
 class AttitudeTable(Table):
     """How the root body is turned at t = 0, relative to which frame, and whether it stays so.
 
-    Pitch turns about x0, yaw about y0, roll about z0, intrinsic in the order of `sequence`. In the nominal attitude
+    Pitch turns about x0, yaw about y0, roll about z0, in the order of `sequence`. In the nominal attitude
     (all angles zero) the body axes named in `nominal_axes` lie along x0, y0, z0.
     """
 
@@ -78,7 +79,7 @@ class AttitudeTable(Table):
     marker: str | None = None
     """Marker of the root body whose axes lie along x0, y0, z0 in the nominal attitude, instead of nominal_axes."""
     sequence: Sequence_ = "xzy"
-    """Intrinsic order of the turns; "xzy" is pitch, roll, yaw."""
+    """Order of the turns, intrinsic unless it says "extrinsic xzy"; "xzy" is pitch, roll, yaw."""
     angles: Angles | None = None
     """The three turns in the order of the sequence."""
     pitch: Angle | None = None
@@ -87,7 +88,10 @@ class AttitudeTable(Table):
     rates: Rates | None = None
     """Rate relative to the frame, components along the libration axes; none: at rest in the frame."""
     rotation: RotationSet = "euler_parameters"
-    """Coordinates that describe the rotation while it is solved for."""
+    """Coordinates that describe the rotation while it is solved for: Euler parameters, an angle sequence, Gibbs' or
+    modified Rodrigues parameters."""
+    rebase: StrictBool = False
+    """Count them from a new reference orientation, between two steps, whenever they near their singularity."""
     position: Position | None = None
     """Of the root body in the frame, where it is free to move; none: the frame's origin (in a free orbit: the
     centre of mass of the whole craft starts there)."""
@@ -99,7 +103,7 @@ class AttitudeTable(Table):
         named = [key for key in ("pitch", "yaw", "roll") if getattr(self, key) is not None]
         if named and self.angles is not None:
             refuse(f"found angles and {', '.join(named)} together; give one or the other")
-        if named and len(set(self.sequence)) < 3:
+        if named and len(set(self.sequence[-3:])) < 3:
             refuse(
                 f"found {', '.join(named)} with sequence {self.sequence!r}, which turns about one axis twice; give "
                 f"angles"
@@ -123,7 +127,7 @@ class AttitudeTable(Table):
         if self.angles is not None:
             return self.angles
         named = {"x": self.pitch or 0.0, "y": self.yaw or 0.0, "z": self.roll or 0.0}
-        return tuple(named[axis] for axis in self.sequence)  # type: ignore[return-value]
+        return tuple(named[axis] for axis in self.sequence[-3:])  # type: ignore[return-value]
 
 
 def _triple_product(axes: tuple[str, ...]) -> int:

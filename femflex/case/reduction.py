@@ -110,7 +110,8 @@ class CraigBamptonTable(Table):
     """Fixed-interface modes and constraint modes of interface groups."""
 
     method: Literal["craig_bampton"]
-    interfaces: list[str]
+    interfaces: list[str] = Field(default_factory=list)
+    """Groups that joints hold; a segment's are its two ends."""
     modes: Annotated[int, Count(0)]
     """Fixed-interface modes kept beside the constraint modes."""
     clamp: Clamp = Field(default_factory=dict)

@@ -74,11 +74,15 @@ def say_what_runs(prepared: Prepared) -> None:
     print(case.title or case.path.name)
     if prepared.model.omitted:
         print(f"without {', '.join(prepared.model.omitted)}")
+    pieces = {piece for parts in system.segments.values() for piece in parts}
     for name, body in system.bodies.items():
-        if body.n_modes:
+        if body.n_modes and name not in pieces:
             print()
             print_modes(name, body)
     print()
+    for name, parts in system.segments.items():
+        each = system.bodies[parts[0]].n_modes
+        print(f"body        {name} is cut into {len(parts)} segments of {each} elastic coordinates each")
     for line in (*_orbit_lines(prepared), _attitude_line(prepared)):
         print(line)
     step = f"{len(prepared.times)} rows to {prepared.times[-1]:.6g} s"

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from femflex.dynamics import monitors
 from femflex.dynamics import observe as seen
+from femflex.dynamics.joint_channels import ball_channels
 from femflex.dynamics.lower import reported_markers
+from femflex.rotations import is_extrinsic, is_symmetric, letters_of
 from femflex.system import Channel, System
+from femflex.system.segments import marker_label
 
 XYZ = ("x", "y", "z")
 EULER = ("e0", "e1", "e2", "e3")
@@ -47,7 +50,7 @@ def row_places(system: System) -> dict[str, slice | int]:
         at += seen.ROW_BODY
     for body, marker in reported_markers(system):
         for key, start in (("position", 0), ("velocity", 3), ("deflection", 6)):
-            places[f"markers/{body}.{marker}/{key}"] = slice(at + start, at + start + 3)
+            places[f"markers/{marker_label(system.segments, body, marker)}/{key}"] = slice(at + start, at + start + 3)
         at += seen.ROW_MARKER
     for load in system.loads:
         for key, start in (("force", 0), ("torque", 3)):
@@ -60,17 +63,14 @@ def channels_of(system: System) -> dict[str, Channel]:
     """Path, unit, meaning and frame of everything a run reports."""
     q, u = system.coordinate_names(), system.velocity_names()
     where = "from O" if system.orbit else "from the inertial origin"
-    angles = system.libration_sequence
-    words = (
-        tuple(ANGLE_WORDS[a] for a in angles)
-        if len(set(angles)) == 3
-        else tuple(f"{a}{k + 1}" for k, a in enumerate(angles))
-    )
+    sequence = system.libration_sequence
+    angles, kind = letters_of(sequence), "extrinsic" if is_extrinsic(sequence) else "intrinsic"
+    words = tuple(f"{a}{k + 1}" if is_symmetric(sequence) else ANGLE_WORDS[a] for k, a in enumerate(angles))
     out = {
         "q": Channel(_units(q), "coordinates", (len(q),), tuple(name for name, _ in q)),
         "u": Channel(_units(u), "quasi-velocities", (len(u),), tuple(name for name, _ in u)),
         "attitude/angles": Channel(
-            "rad", f"attitude of {system.root} from the {system.frame.kind} frame, intrinsic {angles}", (3,), words
+            "rad", f"attitude of {system.root} from the {system.frame.kind} frame, {kind} {angles}", (3,), words
         ),
         "monitors/energy": Channel("J", "total energy"),
         "monitors/kinetic": Channel("J", "kinetic energy relative to O" if system.orbit else "kinetic energy"),
@@ -100,13 +100,19 @@ def channels_of(system: System) -> dict[str, Channel]:
                 "kg^1/2 m", f"amplitudes of the shapes of {name}", (system.bodies[name].n_shapes,)
             ),
         }
+    for name in system.segments:
+        out |= {
+            f"bodies/{name}/position": Channel("m", f"origin of {name}, undeformed, {where}", (3,), XYZ, "inertial"),
+            f"bodies/{name}/attitude": Channel("1", f"Euler parameters of {name}, undeformed, C_NB", (4,), EULER),
+        }
     for body, marker in reported_markers(system):
-        label = f"{body}.{marker}"
+        label = marker_label(system.segments, body, marker)
         out |= {
             f"markers/{label}/position": Channel("m", f"position of {label} {where}", (3,), XYZ, "inertial"),
             f"markers/{label}/velocity": Channel("m/s", f"velocity of {label} {where}", (3,), XYZ, "inertial"),
             f"markers/{label}/deflection": Channel("m", f"elastic displacement of {label}", (3,), XYZ, "body"),
         }
+    out |= ball_channels(system)
     for load in system.loads:
         out |= {
             f"loads/{load.name}/force": Channel("N", f"force of {load.name}", (3,), XYZ, "body"),

@@ -10,7 +10,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+<<<<<<< HEAD
 from femflex.dynamics.columns import write_marker_columns
+=======
+from femflex.dynamics.ball import ball_turn
+from femflex.dynamics.columns import write_columns
+>>>>>>> main
 from femflex.dynamics.compiled import inner
 from femflex.dynamics.layout import (
     BALL_NONE,
@@ -27,8 +32,12 @@ from femflex.dynamics.layout import (
     W_VEL,
 )
 from femflex.dynamics.shapes import keep_shapes, markers_motion
+<<<<<<< HEAD
 from femflex.dynamics.slaves import place_slaves
 from femflex.dynamics.turns import angles_turn, axis_turn, quaternion_turn
+=======
+from femflex.dynamics.turns import axis_turn, quaternion_turn
+>>>>>>> main
 from femflex.dynamics.vectors import (
     UNIT,
     ZERO,
@@ -76,10 +85,7 @@ def joint_turn(b: Record, q: Array, u: Array, pool: Array, work: Array) -> tuple
             omega = add(omega, spin)
             C = product(C, axis_turn(axis, q[j + k]))
         return C, omega, alpha
-    if b["ball"] == BALL_QUATERNION:
-        C = quaternion_turn(load4(q, j))
-    else:
-        C = angles_turn(load3(q, j), load3(pool, b["axes"] + 3 * b["n_slide"]))
+    C = quaternion_turn(load4(q, j)) if b["ball"] == BALL_QUATERNION else ball_turn(b, q, pool)
     first = w + W_H + 8 * (b["n_h"] - 3) + 4
     store3(work, first, (C[0], C[3], C[6]))
     store3(work, first + 8, (C[1], C[4], C[7]))

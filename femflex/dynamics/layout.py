@@ -61,7 +61,8 @@ BODY = np.dtype(
             "welded", "welded_at",  # 1: nothing moves at this joint; pool: C_ip (9), r (3)
             "full",  # 1: six free motions of a root body along orthonormal columns, without springs
             "n_h",  # columns of H, hidden ones included
-            "axes",  # pool: slides then turns (3 each); for an angle set: axis numbers (3)
+            "axes",  # pool: slides then turns (3 each); for an angle set: intrinsic axis numbers (3)
+            "reference",  # of a re-based ball: place in q of its reference's Euler parameters (4); else 0
             "spring", "damper", "rest",  # pool (n_slide + n_turn | 3)
             "sprung",  # 1: the joint has springs or dampers
             "mass",  # pool: m, s (3) and Q (9) of the undeformed body
@@ -118,7 +119,7 @@ MARKER = np.dtype([(name, "i8") for name in ("body", "place", "shape", "spin", "
 
 ORBIT_NONE, ORBIT_SPECIFIED, ORBIT_FREE = 0, 1, 2
 FRAME_INERTIAL, FRAME_ORBITAL, FRAME_SPINNING = 0, 1, 2
-BALL_NONE, BALL_QUATERNION, BALL_ANGLES = 0, 1, 2
+BALL_NONE, BALL_QUATERNION, BALL_ANGLES, BALL_EXTRINSIC, BALL_RODRIGUES, BALL_MODIFIED = 0, 1, 2, 3, 4, 5
 LOAD_BODY, LOAD_MARKER, LOAD_INERTIAL, LOAD_ORBITAL = 0, 1, 2, 3
 
 W_CIP = 0  # C_ip: parent components to body components, three rows of four

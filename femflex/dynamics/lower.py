@@ -9,6 +9,7 @@ from femflex.body import FlexibleBody, Marker, StrainTensors
 from femflex.dynamics import layout as at
 from femflex.dynamics.lanes import padded
 from femflex.dynamics.stiffening import monomial_table
+from femflex.rotations import EULER_PARAMETERS, MODIFIED, NAMED_SEQUENCES, RODRIGUES, is_extrinsic, letters_of
 from femflex.system import Joint, Load, System
 
 Array = NDArray[np.float64]
@@ -17,6 +18,7 @@ Table = NDArray[np.int64]
 ROUNDING = 1e-12  # relative; an elastic mass or stiffness closer than this to its diagonal counts as diagonal
 
 FRAME_CODES = {"inertial": at.FRAME_INERTIAL, "orbital": at.FRAME_ORBITAL, "spinning": at.FRAME_SPINNING}
+BALL_CODES = {EULER_PARAMETERS: at.BALL_QUATERNION, RODRIGUES: at.BALL_RODRIGUES, MODIFIED: at.BALL_MODIFIED}
 LOAD_CODES = {"body": at.LOAD_BODY, "marker": at.LOAD_MARKER, "inertial": at.LOAD_INERTIAL, "orbital": at.LOAD_ORBITAL}
 
 
@@ -121,11 +123,13 @@ def lower_joint(record: np.void, joint: Joint, system: System, pool: Pool) -> No
     record["hidden"] = int(joint.parent is None and system.orbit is not None and not system.orbit.free)
     record["n_slide"], record["n_turn"] = len(joint.translations), len(joint.rotations)
     axes: list[Array | list[float]] = [joint.translations.ravel(), joint.rotations.ravel()]
-    if joint.ball == "euler_parameters":
-        record["ball"] = at.BALL_QUATERNION
-    elif joint.ball is not None:
-        record["ball"] = at.BALL_ANGLES
+    if joint.ball in NAMED_SEQUENCES:
+        record["ball"] = at.BALL_EXTRINSIC if is_extrinsic(joint.ball) else at.BALL_ANGLES
         axes.append(axis_numbers(joint.ball))
+    elif joint.ball is not None:
+        record["ball"] = BALL_CODES[joint.ball]
+    if joint.rebase:
+        record["reference"] = record["q"] + joint.ball_places().stop
     record["n_h"] = 3 * record["hidden"] + joint.n_u
     record["axes"] = pool.put(np.concatenate(axes))
     record["spring"], record["damper"], record["rest"] = (
@@ -240,7 +244,7 @@ def lower_load(load: Load, system: System, order: list[str], pool: Pool) -> NDAr
 
 def reported_markers(system: System) -> list[tuple[str, str]]:
     """(body, marker) of every named marker whose motion a run reports."""
-    return [(b, m) for b in system.order for m in sorted(system.bodies[b].markers) if m != "origin"]
+    return [(b, m) for b in system.order for m in sorted(system.bodies[b].markers) if m[0] != "." and m != "origin"]
 
 
 def lower_marker(body: str, name: str, system: System, order: list[str], pool: Pool) -> NDArray[np.void]:
@@ -254,8 +258,9 @@ def lower_marker(body: str, name: str, system: System, order: list[str], pool: P
 
 
 def axis_numbers(sequence: str) -> list[float]:
-    """Axis numbers of an angle sequence: "xzy" gives 0, 2, 1."""
-    return [float("xyz".index(letter)) for letter in sequence]
+    """Axis numbers of the intrinsic turns that make a sequence: "xzy" gives 0, 2, 1, "extrinsic xzy" 1, 2, 0."""
+    letters = letters_of(sequence)
+    return [float("xyz".index(letter)) for letter in (letters[::-1] if is_extrinsic(sequence) else letters)]
 
 
 def _is_diagonal(a: Array) -> bool:

@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from femflex.dynamics import equations
 from femflex.dynamics.channels import channels_of, row_length, row_places
 from femflex.dynamics.frequency import highest_frequency
-from femflex.dynamics.layout import BALL_QUATERNION, body_records
+from femflex.dynamics.joint_channels import observe_balls
+from femflex.dynamics.layout import BALL_MODIFIED, BALL_QUATERNION, body_records
 from femflex.dynamics.lower import aligned, lower
 from femflex.dynamics.observe import observe
+from femflex.rotations import is_extrinsic
 from femflex.system import Channel, System
 
 if TYPE_CHECKING:
@@ -63,6 +65,16 @@ class Model:
         from femflex.dynamics.reduced import reduced_residual
 
         return SecondOrderCalls(self.n_q, self.n_u, reduced_residual)
+
+    @property
+    def switch(self) -> Any:
+        """The call that changes coordinates between two steps, or None where no rotation set asks for it."""
+        records = body_records(self.table)
+        if not np.any((records["ball"] == BALL_MODIFIED) | (records["reference"] > 0)):
+            return None
+        from femflex.dynamics.switching import switch
+
+        return switch
 
     @cached_property
     def max_frequency(self) -> float:
@@ -116,11 +128,18 @@ class Model:
             for path, place in row_places(self.system).items()
         }
         out["q"], out["u"] = states[:, : self.n_q], states[:, self.n_q :]
+        out |= observe_balls(self.system, states)
+        if is_extrinsic(self.system.libration_sequence):
+            out["attitude/angles"] = out["attitude/angles"][:, ::-1]
         records = body_records(self.table)
         for i, name in enumerate(self.system.order, start=1):
             first = int(records[i]["qe"])
             body = self.system.bodies[name]
             out[f"bodies/{name}/delta"] = body.amplitudes(states[:, first : first + body.n_modes])
+        if self.system.segments:
+            from femflex.dynamics.segmented import observe_segmented
+
+            observe_segmented(self.system, out)
         return {path: out[path] for path in self.channels}
 
 

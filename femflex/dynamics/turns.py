@@ -40,6 +40,18 @@ def quaternion_turn(e: Four) -> Matrix:
     )  # fmt: skip
 
 
+@formula
+def rodrigues_quaternion(g: Vector) -> Four:
+    """Euler parameters of Gibbs' vector, not normalised."""
+    return 1.0, g[0], g[1], g[2]
+
+
+@formula
+def modified_quaternion(p: Vector) -> Four:
+    """Euler parameters of modified Rodrigues parameters, not normalised."""
+    return 1.0 - dot(p, p), 2.0 * p[0], 2.0 * p[1], 2.0 * p[2]
+
+
 @inner
 def quaternion_of(C: Matrix) -> Four:
     """Euler parameters of C_PQ, scalar part not negative (Shepperd's choice of the largest divisor)."""
@@ -183,6 +195,19 @@ def quaternion_rates(e: Four, omega: Vector) -> Four:
         0.5 * (e[0] * b + e[3] * a - e[1] * c),
         0.5 * (e[0] * c + e[1] * b - e[2] * a),
     )
+
+
+@formula
+def rodrigues_rates(g: Vector, omega: Vector) -> Vector:
+    """dg/dt = (omega + g x omega + g (g . omega))/2 of Gibbs' vector."""
+    return scale(0.5, add(add(omega, cross(g, omega)), scale(dot(g, omega), g)))
+
+
+@formula
+def modified_rates(p: Vector, omega: Vector) -> Vector:
+    """dp/dt = ((1 - p . p) omega + 2 p x omega + 2 p (p . omega))/4 of modified Rodrigues parameters."""
+    along = add(cross(p, omega), scale(dot(p, omega), p))
+    return add(scale(0.25 * (1.0 - dot(p, p)), omega), scale(0.5, along))
 
 
 @inner

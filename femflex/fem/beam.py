@@ -27,7 +27,16 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-OPTIONS: dict[str, Any] = {"order": 3, "axial_order": None, "orientation": None, "rotary_inertia": True, "start": None}
+OPTIONS: dict[str, Any] = {
+    "order": 3,
+    "axial_order": None,
+    "orientation": None,
+    "rotary_inertia": True,
+    "start": None,
+    "extent": None,
+    "prestress": 0.0,
+    "thermal_strain": 0.0,
+}
 ORDERS = range(3, 9)
 VARYING_DEGREE = 8  # polynomial degree added to the quadrature where properties vary along the element
 SLENDER = 20.0  # length over radius of gyration below which shear, left out here, shifts the first mode by over 1 %
@@ -91,6 +100,9 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     rotary_inertia  True; False leaves out the section's rotary inertia in bending (torsional inertia stays), as
                     the classical closed forms beta L do
     start           point group where the arc length s begins; see chain.arc_length for the default
+    extent          length of the line the group is a part of [m], if it is one: shear is judged by that
+    prestress       initial axial force, tension positive [N] (0)
+    thermal_strain  free axial strain (0)
 
     Mesh advice: the relative error of a bending frequency is (beta h)^4 / 1440 at order 3, h the element length and
     beta = (m' omega^2 / EI)^(1/4). The default order wants beta h < 0.19 for 1e-6: 10 elements for the first mode
@@ -102,7 +114,8 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     elements = _elements(mesh, member, numbering, options)
     order, varying = elements.order, member.section.varies
     blocks = _inertia(elements, member, 2 * order.bending + VARYING_DEGREE * varying, options["rotary_inertia"])
-    strain = _strain(elements, member, 4 * (order.bending - 1) + VARYING_DEGREE * varying)
+    degree = 4 * (max(order.bending, order.axial) - 1) + VARYING_DEGREE * varying
+    strain = _strain(elements, member, degree, options)
     return Contribution((blocks,), (strain,), swept_outline(elements, member.section))
 
 
@@ -131,11 +144,11 @@ def _inertia(elements: BeamElements, member: Member, degree: int, rotary: bool) 
     dm = np.repeat(weight * r.mass / 4, 4, axis=1)
     rho = elements.places(xi, offsets).reshape(*dm.shape, 3)
     N = elements.motion(xi, offsets, rotary).reshape(*dm.shape, 3, -1)
-    _warn_if_stout(rho, np.sqrt(np.maximum(r.ry2, r.rz2)).max(), member.group)
+    _warn_if_stout(rho, np.sqrt(np.maximum(r.ry2, r.rz2)).max(), member)
     return DenseInertia(elements.dofs, dm, rho, N)
 
 
-def _strain(elements: BeamElements, member: Member, degree: int) -> DenseStrain:
+def _strain(elements: BeamElements, member: Member, degree: int, options: dict[str, Any]) -> DenseStrain:
     """Strains (eps, kappa_z, kappa_y, r theta') of gradients (u', v', w', r theta', v'', w''), r^2 = I_p / A.
 
     The twist is carried as r theta' with stiffness GJ / r^2, so that its share of the axial strain is a constant too.
@@ -149,7 +162,9 @@ def _strain(elements: BeamElements, member: Member, degree: int) -> DenseStrain:
     quadratic_map = np.zeros((4, 6, 6))
     quadratic_map[0, range(4), range(4)] = 1.0
     G = np.concatenate([first, second[:, :, 1:3]], axis=2)
-    return DenseStrain(elements.dofs, weight, elastic, linear_map, quadratic_map, G)
+    stress = np.zeros((*weight.shape, 4))
+    stress[:, :, 0] = options["prestress"] - r.EA * options["thermal_strain"]
+    return DenseStrain(elements.dofs, weight, elastic, linear_map, quadratic_map, G, stress)
 
 
 def _stations(elements: BeamElements, member: Member, degree: int) -> tuple[Array, Array, Resultants]:
@@ -171,6 +186,9 @@ def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
         raise ValueError(f"{where} has axial_order {axial!r}; it may be 1 to {ORDERS.stop - 1}")
     if not hasattr(member.section, "resultants"):
         raise ValueError(f"{where} has section {member.section!r}; give one of femflex.fem.sections")
+    for name in ("prestress", "thermal_strain"):
+        if not isinstance(options[name], int | float | np.floating) or not np.isfinite(options[name]):
+            raise ValueError(f"{where} has {name} {options[name]!r}; give one finite number")
     orientation = options["orientation"]
     if orientation is not None:
         orientation = np.asarray(orientation, float)
@@ -179,12 +197,13 @@ def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
     return {**options, "order": int(order), "axial_order": int(axial), "orientation": orientation}
 
 
-def _warn_if_stout(rho: Array, gyration: float, group: str) -> None:
-    extent = float(np.linalg.norm(np.ptp(rho.reshape(-1, 3), axis=0)))
+def _warn_if_stout(rho: Array, gyration: float, member: Member) -> None:
+    extent = member.options.get("extent") or float(np.linalg.norm(np.ptp(rho.reshape(-1, 3), axis=0)))
     if extent < SLENDER * gyration:
         warnings.warn(
-            f"beam group {group!r} extends over {extent:.4g} m with a radius of gyration of {gyration:.4g} m; below "
-            f"{SLENDER:g} radii ({SLENDER * gyration:.4g} m) the shear left out here shifts frequencies by per cents",
+            f"beam group {member.group!r} extends over {extent:.4g} m with a radius of gyration of {gyration:.4g} m; "
+            f"below {SLENDER:g} radii ({SLENDER * gyration:.4g} m) the shear left out here shifts frequencies by per "
+            "cents",
             PhysicsWarning,
             stacklevel=6,
         )

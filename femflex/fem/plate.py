@@ -14,11 +14,12 @@ from femflex.fem.family import Contribution, family, member_cells, member_option
 from femflex.fem.laminates import PlateSection
 from femflex.fem.numbering import Numbering
 from femflex.fem.plate_blocks import LocalDofs, PlateInertia, PlateStrain, mass_points
-from femflex.fem.plate_elastic import section_stiffness
+from femflex.fem.plate_elastic import UNSTRESSED, initial_stress, section_stiffness
 from femflex.fem.plate_frames import plane_frames, plane_normals, shared_axes
 from femflex.fem.plate_map import flat_map, member_section
 from femflex.fem.plate_skin import plate_skin
 from femflex.fem.plate_triangle import Triangles, inplane_gradients, inplane_shapes, triangles
+from femflex.fem.tables import of
 
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
@@ -28,7 +29,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 CELLS = ("triangle", "triangle6")
-DEFAULTS = {"element": "dkmt", "axis": (1.0, 0.0, 0.0)}
+DEFAULTS = {"element": "dkmt", "axis": (1.0, 0.0, 0.0), **UNSTRESSED}
+LINEAR, QUARTIC = 2, 8  # degrees of the linear strains squared, and of the slopes to the fourth power
 
 
 @family("plate")
@@ -37,8 +39,10 @@ def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
 
     section   PlateSection, or a thickness [m] with a material
     material  Material, with a thickness only
-    options   element  "dkmt" (any thickness, default) or "dkt" (thin: no transverse shear)
-              axis     (3,) direction in the mesh's axes of the section's x axis, laid into the plates
+    options   element         "dkmt" (any thickness, default) or "dkt" (thin: no transverse shear)
+              axis            (3,) direction in the mesh's axes of the section's x axis, laid into the plates
+              prestress       (Nx, Ny, Nxy) initial membrane forces in the section's axes [N/m]
+              thermal_strain  free strain, a number or (xx, yy, xy) in the section's axes
 
     DKMT is the default because it is right for any thickness: it needs no choice, sandwich cores must shear, and on
     thin plates it is DKT to rounding. Choose "dkt" to compare with thin-plate theory on meshes as fine as the
@@ -67,10 +71,12 @@ def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     plane = np.matmul(x - x[:, :1], axes[:, :2].swapaxes(1, 2))
     shears = element == "dkmt"
     fields = triangles(plane, stiffness.D, stiffness.S if shears else None)
+    elastic = stiffness.matrix(shears)
+    stress = initial_stress(section, options, axes, elastic.shape[2])
     dof_map = flat_map(mesh, corners, axes, numbering)
     return Contribution(
         inertia=(triangle_inertia(x, axes, section, fields, dof_map),),
-        strain=(triangle_strain(stiffness.matrix(shears), fields, dof_map, shears),),
+        strain=(triangle_strain(elastic, stress, fields, dof_map, LINEAR),),
         skin=plate_skin(mesh.points, corners, axes, section.thickness, dof_map),
     )
 
@@ -84,16 +90,23 @@ def triangle_inertia(
     return PlateInertia(dm, rho, dof_map, axes, heights, inplane_shapes(L), partial(fields.deflection_and_rotation, L))
 
 
-def triangle_strain(elastic: Array, fields: Triangles, dof_map: LocalDofs, shears: bool) -> PlateStrain:
-    """Strain of triangles: 3 points, exact for their linear strains."""
-    L, weight = area_points(2)
+def triangle_strain(elastic: Array, stress: Array, fields: Triangles, dof_map: LocalDofs, degree: int) -> PlateStrain:
+    """Strain of triangles by a quadrature exact to the degree: 3 points for their linear strains."""
+
+    def finer(elements: slice) -> PlateStrain:
+        own = of(elastic, elements), of(stress, elements), fields.over(elements), dof_map.over(elements)
+        return triangle_strain(*own, QUARTIC)
+
+    L, weight = area_points(degree)
     return PlateStrain(
         weight=fields.area[:, None] * weight,
         elastic=elastic,
         map=dof_map,
         dP=inplane_gradients(L, fields.dL),
         slopes=partial(fields.slopes, L),
-        bending=partial(fields.strains, L, shears),
+        bending=partial(fields.strains, L, elastic.shape[2] == 8),
+        finer=finer,
+        stress=stress,
     )
 
 

@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from femflex.fem import plate_rectangle
 from femflex.fem.family import Contribution, family, member_cells, member_options
 from femflex.fem.numbering import Numbering
-from femflex.fem.plate_blocks import PlateInertia, PlateStrain, mass_points, of
-from femflex.fem.plate_elastic import section_stiffness
+from femflex.fem.plate_blocks import LocalDofs, PlateInertia, PlateStrain, mass_points
+from femflex.fem.plate_elastic import UNSTRESSED, initial_stress, section_stiffness
 from femflex.fem.plate_frames import DUST, oriented, plane_normals, shared_axes
 from femflex.fem.plate_map import flat_map, member_section
 from femflex.fem.plate_sides import side_table
 from femflex.fem.plate_skin import plate_skin
+from femflex.fem.tables import of
 
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
@@ -26,11 +27,12 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 CELLS = ("quad", "quad8", "quad9")
-DEFAULTS = {"axis": (1.0, 0.0, 0.0)}
+DEFAULTS = {"axis": (1.0, 0.0, 0.0), **UNSTRESSED}
 SQUARENESS = 1e-6  # cosine of a corner, and misfit of the fourth corner to the size, that pass for a rectangle
 # A direction that no usual mesh line halves the angle to: the element's x axis is the side nearer to it.
 REFERENCE = np.array([0.8137, 0.4519, 0.3658])
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # exact for the square of the bicubic deflection
+_QUARTIC = np.polynomial.legendre.leggauss(7)  # exact for the fourth power of its slopes, degree 12 along an axis
 
 
 @family("plate_bfs")
@@ -39,7 +41,9 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
 
     section   PlateSection, or a thickness [m] with a material; its transverse shear stiffness is not used
     material  Material, with a thickness only
-    options   axis  (3,) direction in the mesh's axes of the section's x axis, laid into the plates
+    options   axis            (3,) direction in the mesh's axes of the section's x axis, laid into the plates
+              prestress       (Nx, Ny, Nxy) initial membrane forces in the section's axes [N/m]
+              thermal_strain  free strain, a number or (xx, yy, xy) in the section's axes
 
     Mesh: frequencies converge with the fourth power of the size; four sides to the shortest half wave give 2e-4 for
     smooth modes, the corners of a clamp converge more slowly (a square cantilever: 4e-4 with 8 sides). Across a fold
@@ -65,18 +69,36 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     dm, rho, heights = mass_points(np.matmul(place[:, :4], mesh.points[corners]), area, axes, section)
     one = slice(0, 1) if _alike(a) and _alike(b) else slice(None)
     rows = plate_rectangle.deflection_and_rotation(xi, eta, a[one], b[one])
-    strain = PlateStrain(
-        weight=area,
-        elastic=stiffness.matrix(shears=False),
+    elastic = stiffness.matrix(shears=False)
+    stress = initial_stress(section, options, axes, elastic.shape[2])
+    return Contribution(
+        inertia=(PlateInertia(dm, rho, dof_map, axes, heights, place, partial(of, rows)),),
+        strain=(rectangle_strain(a, b, elastic, stress, dof_map, (_POINTS, _WEIGHTS)),),
+        skin=plate_skin(mesh.points, corners, axes, section.thickness, dof_map),
+    )
+
+
+def rectangle_strain(
+    a: Array, b: Array, elastic: Array, stress: Array, dof_map: LocalDofs, rule: tuple[Array, Array]
+) -> PlateStrain:
+    """Strain of rectangles with half lengths a, b (e,), by a Gauss rule (points, weights) in both directions."""
+
+    def finer(elements: slice) -> PlateStrain:
+        own = of(elastic, elements), of(stress, elements), dof_map.over(elements)
+        return rectangle_strain(a[elements], b[elements], *own, _QUARTIC)
+
+    xi, eta = (grid.ravel() for grid in np.meshgrid(rule[0], rule[0], indexing="ij"))
+    one = slice(0, 1) if _alike(a) and _alike(b) else slice(None)
+    rows = plate_rectangle.deflection_and_rotation(xi, eta, a[one], b[one])
+    return PlateStrain(
+        weight=(a * b)[:, None] * np.outer(rule[1], rule[1]).ravel(),
+        elastic=elastic,
         map=dof_map,
         dP=plate_rectangle.inplane_gradients(xi, eta, a[one], b[one]),
         slopes=partial(of, -rows[:, :, 1:]),
         bending=partial(of, plate_rectangle.curvatures(xi, eta, a[one], b[one])),
-    )
-    return Contribution(
-        inertia=(PlateInertia(dm, rho, dof_map, axes, heights, place, partial(of, rows)),),
-        strain=(strain,),
-        skin=plate_skin(mesh.points, corners, axes, section.thickness, dof_map),
+        finer=finer,
+        stress=stress,
     )
 
 

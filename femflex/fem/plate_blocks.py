@@ -13,23 +13,19 @@ quadratic terms are those of von Karman, w,x^2/2, w,y^2/2 and w,x w,y.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.assembly import Part
 from femflex.fem.laminates import PlateSection
+from femflex.fem.tables import of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 EVERY = slice(None)
-
-
-def of(table: Array, elements: slice) -> Array:
-    """Rows of a table (e|1, ...) for a slice of elements; the single row of a table that all elements share."""
-    return table if table.shape[0] == 1 else table[elements]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +35,10 @@ class LocalDofs:
     dofs: Index
     X: Array
     n_inplane: int  # 2 m
+
+    def over(self, elements: slice) -> LocalDofs:
+        """The same of these elements alone."""
+        return replace(self, dofs=self.dofs[elements], X=of(self.X, elements))
 
     def local(self, phi: Array, elements: slice) -> Array:
         """Local dofs per column of phi (n_raw, n): (e, 2 m + b, n)."""
@@ -160,6 +160,8 @@ class PlateStrain:
     dP        (1|e, q, 2, m)  in-plane shape functions by x and y
     slopes    elements -> (1|e, q, 2, b)    w,x  w,y
     bending   elements -> (1|e, q, 3|5, b)  kappa (3) [gamma (2)]
+    finer     elements -> PlateStrain       of these elements alone, over enough points for fourth powers of the slopes
+    stress    (1|e, 1, s)                   initial membrane forces, moments and shear forces
     """
 
     weight: Array
@@ -168,6 +170,8 @@ class PlateStrain:
     dP: Array
     slopes: Callable[[slice], Array]
     bending: Callable[[slice], Array]
+    finer: Callable[[slice], PlateStrain]
+    stress: Array
 
     @property
     def dofs(self) -> Index:
@@ -198,6 +202,18 @@ class PlateStrain:
         inplane = [np.matmul(dP, local[:, :, i : 2 * m : 2]) for i in (0, 1)]
         bending = [np.matmul(rows(elements), local[:, :, 2 * m :]) for rows in (self.slopes, self.bending)]
         return np.concatenate([*inplane, *bending], axis=2)
+
+    def rows(self, elements: slice) -> Array:
+        """Generalised gradients per raw dof: (e|1, q, 9|11, l)."""
+        X, m = of(self.map.X, elements)[:, None], self.dP.shape[3]
+        inplane = [np.matmul(of(self.dP, elements), X[:, :, i : 2 * m : 2]) for i in (0, 1)]
+        bending = [np.matmul(rows(elements), X[:, :, 2 * m :]) for rows in (self.slopes, self.bending)]
+        e = max(len(part) for part in (*inplane, *bending))
+        return np.concatenate([np.broadcast_to(part, (e, *part.shape[1:])) for part in (*inplane, *bending)], axis=2)
+
+    def quartic(self, elements: slice) -> PlateStrain:
+        """See StrainBlock."""
+        return self.finer(elements)
 
     def membrane_stiffness(self, elements: slice = EVERY) -> Array:
         """Stiffness matrices (e, 2 m, 2 m) of the in-plane dofs."""

@@ -55,6 +55,11 @@ class Triangles:
     bubble: Array
     shear: Array
 
+    def over(self, elements: slice) -> Triangles:
+        """The fields of these triangles alone."""
+        parts = (self.x, self.area, self.dL, self.bubble, self.shear)
+        return Triangles(*(part[elements] for part in parts))
+
     def deflection_and_rotation(self, L: Array, elements: slice) -> Array:
         """w, beta_x, beta_y (e, q, 3, 9) at area coordinates L (q, 3)."""
         bubble = self.bubble[elements].reshape(-1, 3, 18)

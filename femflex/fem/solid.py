@@ -6,7 +6,7 @@ The 27-node hexahedron bends without locking; the 8-node one does not and is off
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,11 +39,12 @@ def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
 
     section   none
     material  Material
-    options   none
+    options   prestress       (6,) initial stress xx, yy, zz, yz, xz, xy, mesh axes [N/m^2]
+              thermal_strain  free strain in all directions
 
     Raises ValueError without a material, with a section, or when an element is turned inside out.
     """
-    member_options(member, {})
+    options = member_options(member, {"prestress": None, "thermal_strain": None})
     material = member.material
     if material is None:
         raise ValueError(f"solid on group {member.group!r} has no material; give one")
@@ -59,8 +60,22 @@ def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         N, weight, rho, G = _at_points(name, mesh.points[nodes], member.group)
         inertia.append(SolidInertia(dofs, weight * material.density, rho, N))
         linear, quadratic = strain_maps()
-        strain.append(SolidStrain(dofs, weight, isotropic_elasticity(material)[None, None], linear, quadratic, G))
+        elastic = isotropic_elasticity(material)
+        stress = _initial_stress(options, elastic)[None, None]
+        strain.append(SolidStrain(dofs, weight, elastic[None, None], linear, quadratic, G, stress))
     return Contribution(tuple(inertia), tuple(strain), solid_skin(mesh.points, cells, numbering))
+
+
+def _initial_stress(options: dict[str, Any], elastic: Array) -> Array:
+    """Initial stress (6,): the prestress less what the thermal strain would need."""
+    stress = np.zeros(6) if options["prestress"] is None else np.asarray(options["prestress"], float)
+    strain = 0.0 if options["thermal_strain"] is None else float(options["thermal_strain"])
+    if stress.shape != (6,) or not np.isfinite(stress).all() or not np.isfinite(strain):
+        raise ValueError(
+            f"prestress of a solid is {options['prestress']!r} and thermal_strain {options['thermal_strain']!r}; give "
+            "six finite stresses xx, yy, zz, yz, xz, xy, and one number"
+        )
+    return stress - elastic[:, :3].sum(axis=1) * strain
 
 
 def _at_points(name: str, corners: Array, group: str) -> tuple[Array, Array, Array, Array]:

@@ -6,13 +6,14 @@ E = (g + g^T + g^T g) / 2 with g_ia = du_i/dx_a, in the order xx, yy, zz, yz, xz
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.assembly import Part
 from femflex.fem.materials import Material
+from femflex.fem.tables import of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -62,6 +63,7 @@ class SolidStrain:
     linear_map: Array
     quadratic_map: Array
     G: Array
+    stress: Array
 
     def gradients(self, phi: Array, elements: slice) -> Array:
         """Displacement gradients du_i/dx_a, row 3 i + a, per column of phi (n_raw, n): (e, q, 9, n)."""
@@ -69,6 +71,25 @@ class SolidStrain:
         nodal = phi[self.dofs[elements]].reshape(e, k, -1)
         g = np.matmul(self.G[elements].reshape(e, 3 * q, k), nodal).reshape(e, q, 3, 3, -1)
         return g.swapaxes(2, 3).reshape(e, q, 9, -1)
+
+    def rows(self, elements: slice) -> Array:
+        """Displacement gradients per dof (e, q, 9, 3 k)."""
+        G = self.G[elements]
+        e, q, _, k = G.shape
+        rows = np.zeros((e, q, 3, 3, k, 3))
+        for i in range(3):
+            rows[:, :, i, :, :, i] = G
+        return rows.reshape(e, q, 9, 3 * k)
+
+    def quartic(self, elements: slice) -> SolidStrain:
+        """See StrainBlock; the points of the linear strain serve.
+
+        Three Gauss points per direction are exact for E:E of a displacement that bends an element along one axis
+        (degree 4 of 5); the remainder of the full triquadratic field is of the order of the element's own error.
+        """
+        dofs, weight, G = self.dofs[elements], self.weight[elements], self.G[elements]
+        elastic, stress = of(self.elastic, elements), of(self.stress, elements)
+        return replace(self, dofs=dofs, weight=weight, elastic=elastic, G=G, stress=stress)
 
     def stiffness(self, elements: slice = EVERY) -> Array:
         """Element stiffness matrices (e, l, l) of the linear strain.

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from femflex.fem.family import FAMILIES, Contribution, SkinPart
+from femflex.fem.internal_force import InternalForce
 from femflex.fem.materials import Material
 from femflex.fem.numbering import COMPONENTS, Numbering
 from femflex.fem.point_mass import PointMass, point_mass_block
@@ -60,6 +61,7 @@ class Structure:
     translation  (3 n_points, n_dof)   displacement of the mesh's points, row 3 * point + axis; zero where none
     rotation     (3 n_points, n_dof)   small rotation of the mesh's points, likewise
     skin         StructureSkin or None
+    f0           (n_dof,)              elastic force that initial stress leaves unbalanced; K holds its stiffening
     """
 
     mesh: Mesh
@@ -72,6 +74,12 @@ class Structure:
     rotation: sparse.csr_array
     skin: StructureSkin | None
     numbering: Numbering
+    f0: Array
+
+    @property
+    def internal_force(self) -> InternalForce:
+        """The full nonlinear elastic force on the independent dofs."""
+        return InternalForce(self.strain, self.T)
 
     @property
     def n_dof(self) -> int:
@@ -116,6 +124,10 @@ def build_structure(mesh: Mesh, members: Sequence[Member], point_masses: Sequenc
     T = numbering.independent()
     translation, rotation = numbering.node_rows(T.shape[0])
     M, K = mass_and_stiffness(inertia, strain, T)
+    f0 = np.zeros(T.shape[1])
+    if any(block.stress.any() for block in strain):
+        elastic = InternalForce(strain, T)
+        K, f0 = elastic.tangent(f0), elastic.force(f0)
     return Structure(
         mesh=mesh,
         M=M,
@@ -127,6 +139,7 @@ def build_structure(mesh: Mesh, members: Sequence[Member], point_masses: Sequenc
         rotation=_on_independent(rotation, T),
         skin=_merged_skin([part.skin for part in parts if part.skin is not None], T),
         numbering=numbering,
+        f0=f0,
     )
 
 

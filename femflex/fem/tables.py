@@ -7,7 +7,7 @@ all sums over the same points, so phi^T M phi and the elastic mass of the moment
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -20,6 +20,11 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 CHUNK_VALUES = 4_000_000  # doubles held at once while a table is contracted with a basis (32 MB)
+
+
+def of(table: Array, elements: slice) -> Array:
+    """Rows of a table (e|1, ...) for a slice of elements; the single row of a table that all elements share."""
+    return table if table.shape[0] == 1 else table[elements]
 
 
 class InertiaBlock(Protocol):
@@ -46,6 +51,7 @@ class StrainBlock(Protocol):
     """Points with stiffness: weight (e, q), elastic matrix (e|1, q|1, s, s), strains from generalised gradients g.
 
     With g = gradients @ delta: eps = linear_map g + 1/2 g . quadratic_map g, so that B0 = linear_map gradients.
+    stress (e|1, q|1, s) is the initial one, sigma0; the energy is the integral of sigma0.eps + 1/2 eps.C eps.
     """
 
     @property
@@ -55,12 +61,20 @@ class StrainBlock(Protocol):
     @property
     def elastic(self) -> Array: ...
     @property
+    def stress(self) -> Array: ...
+    @property
     def linear_map(self) -> Array: ...  # (s, g)
     @property
     def quadratic_map(self) -> Array: ...  # (s, g, g)
 
     def gradients(self, phi: Array, elements: slice) -> Array:
         """Generalised gradients per column of phi (n_raw, n): (e, q, g, n)."""
+
+    def rows(self, elements: slice) -> Array:
+        """Generalised gradients per raw dof of the element: (e|1, q, g, l)."""
+
+    def quartic(self, elements: slice) -> StrainBlock:
+        """The strain of these elements alone, over enough points for the fourth powers of its gradients."""
 
     def stiffness(self) -> Array:
         """Element stiffness matrices of the linear strain (e, l, l)."""
@@ -80,8 +94,7 @@ class DenseInertia:
 
     def shapes(self, phi: Array, elements: slice) -> Array:
         """See InertiaBlock."""
-        N = self.N if self.N.shape[0] == 1 else self.N[elements]
-        return np.matmul(N, phi[self.dofs[elements]][:, None])
+        return np.matmul(of(self.N, elements), phi[self.dofs[elements]][:, None])
 
     def mass(self) -> Array:
         """See InertiaBlock."""
@@ -106,11 +119,22 @@ class DenseStrain:
     linear_map: Array
     quadratic_map: Array
     G: Array
+    stress: Array = field(default_factory=lambda: np.zeros((1, 1, 1)))  # broadcast over the strains
 
     def gradients(self, phi: Array, elements: slice) -> Array:
         """See StrainBlock."""
-        G = self.G if self.G.shape[0] == 1 else self.G[elements]
-        return np.matmul(G, phi[self.dofs[elements]][:, None])
+        return np.matmul(of(self.G, elements), phi[self.dofs[elements]][:, None])
+
+    def rows(self, elements: slice) -> Array:
+        """See StrainBlock."""
+        return of(self.G, elements)
+
+    def quartic(self, elements: slice) -> DenseStrain:
+        """See StrainBlock; the points that are stored must do."""
+        elastic, G, stress = of(self.elastic, elements), of(self.G, elements), of(self.stress, elements)
+        return replace(
+            self, dofs=self.dofs[elements], weight=self.weight[elements], elastic=elastic, G=G, stress=stress
+        )
 
     def stiffness(self) -> Array:
         """See StrainBlock."""

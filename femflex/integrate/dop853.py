@@ -44,15 +44,17 @@ class Dop853(Adaptive):
     def filler(self, model: Model) -> Fill:
         """The compiled loop of `dop853_kernel` (compiled on first use in a fresh installation, else read from disk)."""
         from femflex.integrate.dop853_kernel import N_SCRATCH, N_STAGES, fill
+        from femflex.integrate.switching import switch_of
 
-        own = (model.table, model.pool, model.work)
+        own, switch = (model.table, model.pool, model.work), switch_of(model)
         renormalise = np.ascontiguousarray(model.renormalise, np.int64)
         atol = self.absolute(model.n_x)
         k, scratch = np.zeros((N_STAGES, model.n_x)), np.zeros((N_SCRATCH, model.n_x))
 
         def filled(state: Array, vectors: Array, times: Array, rows: Array, span: Span, budget: int) -> tuple[int, int]:
             limits = (self.rtol, atol, self.max_step)
-            return fill(model.rate, own, span, renormalise, *limits, state, vectors, k, scratch, times, rows, budget)
+            kept = (state, vectors, k, scratch)
+            return fill(model.rate, switch, own, span, renormalise, *limits, *kept, times, rows, budget)
 
         return filled
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from femflex.integrate import resume as head
 from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABLE, VECTOR, kernel, njit, part, types
 from femflex.integrate.dop853_table import A, C, D, E
-from femflex.integrate.protocol import OWN, RATE, Call, Own
+from femflex.integrate.protocol import OWN, RATE, SWITCH, Call, Own
 from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, normalise, put
 
 Array = NDArray[np.float64]
@@ -154,12 +154,15 @@ def hand_out(times: Array, rows: Array, row: int, state: Array, vectors: Array, 
 _TOLERANCES = (REAL, VECTOR, REAL)  # rtol, atol, max_step
 _KEPT = (VECTOR, TABLE, TABLE, TABLE)  # state, vectors, k, scratch
 _OUTPUT = (VECTOR, TABLE)  # times, rows
-_SIGNATURE = ENDED(types.FunctionType(RATE), OWN, SPAN, INDICES, *_TOLERANCES, *_KEPT, *_OUTPUT, INTEGER)
+_SIGNATURE = ENDED(
+    types.FunctionType(RATE), types.FunctionType(SWITCH), OWN, SPAN, INDICES, *_TOLERANCES, *_KEPT, *_OUTPUT, INTEGER
+)
 
 
 @kernel(_SIGNATURE)
 def fill(
     rate: Call,
+    switch: Call,
     own: Own,
     span: Span,
     renormalise: IntArray,
@@ -193,6 +196,9 @@ def fill(
             return head.STUCK, row
         budget -= 1
 
+        if switch(x, *own) > 0:  # every row of the last step is handed out
+            rate(clipped(t, span[1], span[2]), x, vectors[K1], *own)
+            state[head.EVALUATIONS] += 1
         h = cut(t, wanted, span[0])
         put(vectors[K1], k[0])
         error = trial(rate, own, span, t, h, x, k, scratch, rtol, atol)

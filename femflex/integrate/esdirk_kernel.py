@@ -29,7 +29,7 @@ from femflex.integrate.hermite import (
     reject,
     scaled_norm,
 )
-from femflex.integrate.protocol import KINEMATIC, OWN, RESIDUAL, SOLVE, Call, Own
+from femflex.integrate.protocol import KINEMATIC, OWN, RESIDUAL, SOLVE, SWITCH, Call, Own
 from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, normalise, put
 
 Array = NDArray[np.float64]
@@ -141,7 +141,7 @@ def stages(
     return True
 
 
-_CALLS = tuple(types.FunctionType(call) for call in (RESIDUAL, SOLVE, KINEMATIC))
+_CALLS = tuple(types.FunctionType(call) for call in (RESIDUAL, SOLVE, KINEMATIC, SWITCH))
 _SETTINGS = (REAL, REAL, VECTOR, REAL)  # fixed, rtol, atol, max_step
 _KEPT = (VECTOR, TABLE, TABLE, TABLE)  # state, vectors, k, scratch
 _SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, INTEGER, *_SETTINGS, *_KEPT, *(VECTOR, TABLE), INTEGER)
@@ -152,6 +152,7 @@ def fill(
     residual: Call,
     solve: Call,
     kinematic: Call,
+    switch: Call,
     own: Own,
     span: Span,
     renormalise: IntArray,
@@ -187,6 +188,9 @@ def fill(
             return head.STUCK, row
         budget -= 1
 
+        if switch(x, *own) > 0:  # every row of the last step is handed out; its polynomial holds no longer
+            kinematic(clipped(t, span[1], span[2]), x[:n_q], x[n_q:], vectors[XDOT][:n_q], *own)
+            state[head.DENSE] = 0.0
         h = cut(t, wanted, span[0])
         if not stages(residual, solve, kinematic, own, span, h, n_q, rtol, atol, state, vectors, k, scratch):
             reject(head.NEWTON, 0.5 * h, scratch[CHANGE], x, scratch[CHANGE], rtol, atol, state)

@@ -28,7 +28,7 @@ from femflex.integrate.hermite import (
     reject,
     scaled_norm,
 )
-from femflex.integrate.protocol import ADVANCE, KINEMATIC, OWN, RESIDUAL, SOLVE, Call, Own
+from femflex.integrate.protocol import ADVANCE, KINEMATIC, OWN, RESIDUAL, SOLVE, SWITCH, Call, Own
 from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, normalise, put
 
 Array = NDArray[np.float64]
@@ -154,7 +154,7 @@ def move_on(h: float, n_q: int, vectors: Array, scratch: Array) -> None:
         vectors[SLOPES, n_u + i] = (scratch[YDOT, n_q + i] - vectors[XDOT_OLD, n_q + i]) / h
 
 
-_CALLS = tuple(types.FunctionType(call) for call in (RESIDUAL, SOLVE, KINEMATIC, ADVANCE))
+_CALLS = tuple(types.FunctionType(call) for call in (RESIDUAL, SOLVE, KINEMATIC, ADVANCE, SWITCH))
 _SETTINGS = (REAL, REAL, REAL, VECTOR, REAL)  # rho, fixed, rtol, atol, max_step
 _KEPT = (VECTOR, TABLE, TABLE)  # state, vectors, scratch
 _SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, INTEGER, *_SETTINGS, *_KEPT, *(VECTOR, TABLE), INTEGER)
@@ -166,6 +166,7 @@ def fill(
     solve: Call,
     kinematic: Call,
     advance: Call,
+    switch: Call,
     own: Own,
     span: Span,
     renormalise: IntArray,
@@ -201,6 +202,9 @@ def fill(
             return head.STUCK, row
         budget -= 1
 
+        if switch(x, *own) > 0:  # every row of the last step is handed out; its polynomial holds no longer
+            kinematic(clipped(t, span[1], span[2]), x[:n_q], x[n_q:], vectors[XDOT][:n_q], *own)
+            state[head.DENSE] = 0.0
         h = cut(t, wanted, span[0])
         t_new = span[0] if h == span[0] - t else t + h
         asked = clipped(t_new, span[1], span[2])

@@ -12,6 +12,12 @@ FIRST-ORDER CALL (every model)
     RATE       rate(t, x, dxdt, table, pool, work)
                dxdt = f(t, x), both (n_x,).
 
+CHANGE OF COORDINATES (models whose rotation sets need one)
+
+    SWITCH     switch(x, table, pool, work) -> number of changes
+               puts other coordinates of the same motion into x where these are about to fail, in place; called before
+               every step. What it leaves is good: called again it changes nothing. udot is not touched by a change.
+
 SECOND-ORDER CALLS (models that offer the implicit methods). There x = (q, u) with q (n_q,) and u (n_u,),
 n_x = n_q + n_u; n_q may exceed n_u (Euler parameters). Quasi-coordinate increments are (n_u,), like u.
 
@@ -40,7 +46,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.integrate.compiled import INDICES, REAL, VECTOR, types
+from femflex.integrate.compiled import INDICES, INTEGER, REAL, VECTOR, types
 from femflex.integrate.outcome import Block, Solution
 
 Array = NDArray[np.float64]
@@ -55,6 +61,7 @@ RESIDUAL = types.void(REAL, VECTOR, VECTOR, VECTOR, VECTOR, *_OWN)
 SOLVE = types.void(REAL, VECTOR, VECTOR, VECTOR, REAL, REAL, REAL, *_OWN)
 KINEMATIC = types.void(REAL, VECTOR, VECTOR, VECTOR, *_OWN)
 ADVANCE = types.void(VECTOR, VECTOR, VECTOR, *_OWN)
+SWITCH = INTEGER(VECTOR, *_OWN)
 OWN = types.Tuple(_OWN)  # the three arrays as kernels take them
 
 
@@ -116,6 +123,10 @@ class Model(Protocol):
     @property
     def breaks(self) -> Array:
         """Ascending times where the rate or a derivative of it jumps (table knots, pulses); no step straddles one."""
+
+    @property
+    def switch(self) -> Call | None:
+        """First-class function of signature SWITCH, or None if the coordinates never change."""
 
     @property
     def second_order(self) -> SecondOrder | None:

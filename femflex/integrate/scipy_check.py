@@ -98,7 +98,7 @@ class Scipy:
         return Block(todo[done - len(rows) : done], np.array(rows).reshape(-1, n_x), resume.copy())
 
     def _steps(self, model: Model, end: float, resume: Array) -> Iterator[Any]:
-        """The solver at its start and after each step, a new solver for each smooth interval."""
+        """The solver at its start and after each step, a new one for each smooth interval and change of coordinates."""
         breaks, t, x = np.unique(np.asarray(model.breaks, float)), float(resume[head.T]), resume[head.HEAD :].copy()
         while True:
             span = interval(t, end, breaks)
@@ -114,9 +114,11 @@ class Scipy:
                     resume[head.SMALLEST] = min(resume[head.SMALLEST], h)
                     resume[head.LARGEST] = max(resume[head.LARGEST], h)
                 yield solver
+                t, x = float(solver.t), solver.y.copy()
+                if model.switch is not None and model.switch(x, model.table, model.pool, model.work) > 0:
+                    break
             if solver.status == "failed" or solver.t >= end:
                 return
-            t, x = float(solver.t), solver.y
 
     def _step(self, solver: Any) -> None:
         """One step; a solver that chokes on values that are not finite, or lets them pass, counts as failed."""

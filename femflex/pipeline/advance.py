@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from femflex.pipeline.guard import Runaway, undisturbed
+from femflex.pipeline.guard import Runaway, Singularities, undisturbed
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
@@ -29,7 +29,7 @@ def integrate(
     """Run to the end, block by block into the file. See `femflex.run`."""
     from femflex.integrate import IntegrationError
 
-    model, runaway = prepared.model, Runaway(prepared.model)
+    model, runaway, singularities = prepared.model, Runaway(prepared.model), Singularities(prepared.model)
     with _writer(prepared, Path(output), force, resume) as (writer, state, written):
         last = None
         try:
@@ -41,15 +41,19 @@ def integrate(
                     writer.make_room(len(times), last.resume)
                     with undisturbed():
                         writer.write_block(times, seen, last.resume)
+                    singularities.watch(times, seen)
                     written = float(times[-1])
                 if error is not None:
                     raise error
                 if progress is not None:
                     progress(last.t)
         except IntegrationError as failed:
+            singularities.watch(failed.times[-1:], model.observe(failed.times[-1:], failed.states[-1:]))
+            singularities.warn()
             raise _kept(failed, writer, model, written) from None
         writer.finish(True, "reached the end", _statistics(last))
     runaway.warn()
+    singularities.warn()
 
 
 @contextmanager

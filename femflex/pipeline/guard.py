@@ -1,11 +1,11 @@
-"""What a run is guarded against: interruption while it writes, and motion that has run away."""
+"""What a run is guarded against: interruption while it writes, motion that has run away, angles near a singularity."""
 
 from __future__ import annotations
 
 import signal
 import threading
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 BENT = 0.1  # elastic displacement over the body's size up to which linear strain is taken to hold
+CLOSE = 0.05  # rad; angle left to the singularity of a rotation set below which a run warns of it
 FAR = 100.0  # elastic displacement over the body's size beyond which the motion has run away
 
 
@@ -92,8 +93,36 @@ class Runaway:
                 )
 
 
+class Singularities:
+    """Watches how near the rotation sets of joints come to their singularities, row by row, and warns of it."""
+
+    def __init__(self, model: Model) -> None:
+        self._paths = [path for path in model.channels if path.startswith("joints/") and path.endswith("/singularity")]
+        self._least: dict[str, tuple[float, float]] = {}
+
+    def watch(self, times: Array, channels: Mapping[str, Array]) -> None:
+        """Take note of a block of rows."""
+        for path in self._paths:
+            k = int(np.argmin(channels[path]))
+            self._least[path] = min(self._least.get(path, (np.inf, 0.0)), (float(channels[path][k]), float(times[k])))
+
+    def warn(self) -> None:
+        """Warn of joints that came closer to their singularity than CLOSE, with both numbers."""
+        for path, (least, t) in self._least.items():
+            if least < CLOSE:
+                name = path.removeprefix("joints/").removesuffix("/singularity")
+                warnings.warn(
+                    f"joint {name!r} came within {least:.3g} rad of the singularity of its rotation set at t = {t:.6g} "
+                    f"s (below {CLOSE:g} rad coordinates turn fast, and steps are short for them alone). Ask for "
+                    f"rebase, or for Euler parameters.",
+                    PhysicsWarning,
+                    stacklevel=2,
+                )
+
+
 def _reach(body: FlexibleBody) -> tuple[Array, float]:
     """Largest displacement of any place per unit of each elastic coordinate (n,), and the body's size [m]."""
+    body = body.without_slaves()
     if body.skin is not None and len(body.skin.points):
         largest = np.linalg.norm(body.skin.shapes, axis=2).max(axis=1)
         return largest, float(np.linalg.norm(np.ptp(body.skin.points, axis=0)))

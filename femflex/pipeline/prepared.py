@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from femflex.body import FlexibleBody
     from femflex.case import Case
     from femflex.dynamics import Model
     from femflex.integrate import Integrator
-    from femflex.system import System
+    from femflex.system import Part, System
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +34,7 @@ def prepare(
     *,
     force: bool = False,
     resume: bool = False,
-    bodies: Mapping[str, FlexibleBody] | None = None,
+    bodies: Mapping[str, Part] | None = None,
     without: Sequence[str] = (),
 ) -> Prepared:
     """The run of a case up to its first step, with these bodies or with its own; nothing is written.

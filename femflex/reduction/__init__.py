@@ -11,6 +11,7 @@ from femflex.reduction.modes import cantilever_modes, free_free_modes, with_atta
 from femflex.reduction.modeset import ModeSet, rigid_set
 from femflex.reduction.nodal import lumped, nodal, nodal_translations
 from femflex.reduction.reduce import reduce_structure
+from femflex.reduction.segments import chord_modes, reduce_segments
 from femflex.reduction.store import load_body, save_body
 from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
 
@@ -25,6 +26,7 @@ __all__ = [
     "beam_body",
     "body_from_matrices",
     "cantilever_modes",
+    "chord_modes",
     "craig_bampton",
     "effective_mass",
     "free_free_modes",
@@ -34,6 +36,7 @@ __all__ = [
     "mac_of_bodies",
     "nodal",
     "nodal_translations",
+    "reduce_segments",
     "reduce_structure",
     "rigid_set",
     "sampled_functions",

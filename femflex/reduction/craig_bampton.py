@@ -30,6 +30,7 @@ def craig_bampton(
     clamp: Groups = (),
     interface: Literal["rigid", "nodal"] = "rigid",
     orthonormal: bool = True,
+    reference: str | None = None,
 ) -> ModeSet:
     """Constraint modes of the interface groups and the n lowest modes with all interfaces fixed.
 
@@ -37,6 +38,8 @@ def craig_bampton(
                  fitting for an edge or a face); "nodal": every dof of every interface node has its own shape.
     clamp        groups fixed in the body frame. Without any, the first interface is the reference: its mean
                  displacement and rotation are removed from the shapes, so that it stays with the body frame.
+    reference    group of interface nodes that is the reference instead of the first interface: that of both ends of a
+                 beam makes the frame follow its chord.
     orthonormal  the shapes are recombined into the modes of the reduced problem, M-orthonormal with their omega;
                  otherwise constraint modes (unit interface motions) come first, vibration modes after.
     n = 0 is static condensation. Raises ValueError when the shapes would hold a motion without stiffness.
@@ -46,7 +49,7 @@ def craig_bampton(
         raise ValueError("a Craig–Bampton set needs at least one interface group; name one, or use cantilever modes.")
     held = held_dofs(structure, clamp)
     boundary = np.setdiff1d(held_dofs(structure, groups), held)
-    motions = _interface_motions(structure, groups, boundary, interface, reference=not held.size)
+    motions = _interface_motions(structure, groups, boundary, interface, None if held.size else reference or groups[0])
     everything = tuple(dict.fromkeys((*names(clamp), *groups)))
     fixed = np.union1d(held, boundary)
     vibration = fixed_modes(structure, fixed, everything, n) if n else rigid_set(structure.n_dof)
@@ -61,9 +64,9 @@ def craig_bampton(
 
 
 def _interface_motions(
-    structure: Structure, groups: tuple[str, ...], boundary: Index, interface: str, reference: bool
+    structure: Structure, groups: tuple[str, ...], boundary: Index, interface: str, reference: str | None
 ) -> Array:
-    """Independent motions (n_boundary, k) of the interface dofs, that of the first group's place left out if asked."""
+    """Independent motions (n_boundary, k) of the interface dofs, that of the reference group's place left out."""
     if interface == "nodal":
         motions = np.eye(len(boundary))
     elif interface == "rigid":
@@ -71,7 +74,7 @@ def _interface_motions(
         motions = np.concatenate([_rigid_motions(structure, group, boundary) for group in groups], axis=1)
     else:
         raise ValueError(f"interface is {interface!r}; it is 'rigid' or 'nodal'.")
-    return _without_motion_of(structure, groups[0], boundary, motions) if reference else motions
+    return motions if reference is None else _without_motion_of(structure, reference, boundary, motions)
 
 
 def _check_apart(structure: Structure, groups: tuple[str, ...]) -> None:

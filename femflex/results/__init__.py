@@ -8,6 +8,8 @@ Layout, version 1 (plain HDF5 1.8 format; any HDF5 reader opens it):
     /time          (n,)   [s]
     /q  /u         (n, k) coordinates and quasi-velocities; attribute `names` per column
     /bodies/<name>/{position,attitude,rate,delta}    inertial axes, Euler parameters of C_NB (scalar first), body axes
+    /bodies/<name>.<k>/...  segment k of a body cut into segments; /bodies/<name>/{position,attitude} is then where the
+                          body would be undeformed, and its markers' deflections are counted from there
     /markers/<body>.<marker>/{position,velocity,deflection}
     /terms/<name>         (n, n_u) when asked for: every term of M udot + h - Q = 0, names as /u
     /attitude/angles  /orbit/...  /loads/<name>/...  /monitors/...

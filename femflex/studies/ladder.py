@@ -12,8 +12,7 @@ import numpy as np
 from femflex.body import FlexibleBody
 from femflex.case import Case, CaseError
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
-from femflex.case.builders import build_body, build_mesh, build_modes, build_structure_of
-from femflex.case.builders.body import truncated
+from femflex.case.builders import build_body, build_mesh, build_modes, build_part, build_structure_of
 from femflex.case.run import StudyTable
 from femflex.fem import Structure
 from femflex.fem.canonical import whole_clusters
@@ -95,7 +94,7 @@ def _with_modes(case: Case, largest: dict[str, FlexibleBody], n: int, last: int)
     bodies = {}
     for name, body in largest.items():
         if _truncates(case.bodies[name]):
-            bodies[name] = truncated(body, _kept(body, n))
+            bodies[name] = body.truncated(_kept(body, n))
         else:
             bodies[name] = body if n == last else build_body(case, name, modes=n)
     return Built(bodies, sum(body.n_modes for body in bodies.values()))
@@ -120,7 +119,7 @@ def _refined(case: Case, names: list[str], r: int) -> Built:
     structures = {name: _structure(case, name, r) for name in names}
     count = sum(structure.n_dof for structure in structures.values())
     if quantity.of != "mode_frequency":
-        return Built({name: build_body(case, name, refine=r) for name in names}, count)
+        return Built({name: build_part(case, name, refine=r) for name in names}, count)
     name = names[0]
     structure, modes = build_modes(structures[name], _flexible(case, name))
     ratio = stiffness_ratio(structure.K, modes.phi[:, quantity.mode - 1 : quantity.mode])
@@ -149,13 +148,19 @@ def _varied(case: Case, can: Callable[[BodyTable], bool], what: str) -> list[str
 
 
 def _described(table: BodyTable) -> str:
-    method = f", {table.reduction.method}" if isinstance(table, FlexibleTable) else ""
+    if not isinstance(table, FlexibleTable):
+        return str(getattr(table, "kind", "?"))
+    if table.cut is not None:
+        return f"flexible, {table.cut.segments} segments"
+    method = f", {table.reduction.method}" if table.reduction is not None else ""
     return f"{getattr(table, 'kind', '?')}{method}"
 
 
 def _own_count(case: Case, table: BodyTable) -> int | None:
     """The number of modes the case gives a body, None when it gives none."""
     if isinstance(table, FlexibleTable):
+        if table.cut is not None or table.reduction is None:
+            return None
         return table.reduction.modes if table.reduction.method in VARIED else None  # type: ignore[union-attr]
     if isinstance(table, AnalyticTable):
         f = table.functions
@@ -169,6 +174,8 @@ def _truncates(table: BodyTable) -> bool:
     """Whether fewer modes are the first ones of more."""
     if isinstance(table, FlexibleTable):
         r = table.reduction
+        if r is None:
+            return False
         return r.method == "free_free" or (r.method == "cantilever" and not r.attachment)
     return isinstance(table, FileTable)
 

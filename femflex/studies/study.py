@@ -14,14 +14,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.body import FlexibleBody
 from femflex.case import Case, CaseError
-from femflex.case.builders import build_body
+from femflex.case.builders import build_part
 from femflex.case.evaluate import measured, measured_unit
 from femflex.case.measure import MeasureTable
 from femflex.pipeline import Prepared, prepare
 from femflex.studies.ladder import Built, Ladder, Rung, mesh_ladder, mode_ladder
-from femflex.system import Channel
+from femflex.system import Channel, Part
 from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
@@ -91,9 +90,9 @@ class Study:
         return self.case.study.quantity
 
     @cached_property
-    def constant(self) -> dict[str, FlexibleBody]:
+    def constant(self) -> dict[str, Part]:
         """The bodies that no level varies."""
-        return {name: build_body(self.case, name) for name in self.case.bodies if name not in self.ladder.varied}
+        return {name: build_part(self.case, name) for name in self.case.bodies if name not in self.ladder.varied}
 
     def points(self, progress: Progress | None = None) -> Iterator[Point]:
         """A Point for each level, coarse to fine; progress is told of the whole study.

@@ -1,10 +1,10 @@
 """What the user composes: bodies, joints, loads, orbit and frame in one System."""
 
+from femflex.system.ball import ball_coordinates
 from femflex.system.channel import Channel
 from femflex.system.joint import (
     JOINTS,
     Joint,
-    ball_coordinates,
     cylindrical,
     free,
     prismatic,
@@ -15,7 +15,8 @@ from femflex.system.joint import (
 )
 from femflex.system.load import Load
 from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
-from femflex.system.system import System
+from femflex.system.segments import Part, Segments
+from femflex.system.system import System, assembled
 
 __all__ = [
     "EARTH_RADIUS",
@@ -26,7 +27,10 @@ __all__ = [
     "Joint",
     "Load",
     "Orbit",
+    "Part",
+    "Segments",
     "System",
+    "assembled",
     "ball_coordinates",
     "cylindrical",
     "free",

@@ -3,7 +3,10 @@
 A joint leads from marker P on the parent to marker Q on the child: first the translations along axes fixed in P, then
 the rotations. Rotations are either successive turns about given axes (revolute, universal), whose rates are the
 quasi-velocities, or a ball (spherical, free), whose quasi-velocity is the angular rate of Q relative to P in Q
-components while its coordinates follow a chosen rotation set.
+components while its coordinates follow a chosen rotation set (see femflex.rotations).
+
+A re-based ball counts its coordinates from a reference orientation R instead of P, C_PQ = C_PR C_RQ(coordinates), and
+the four Euler parameters of C_PR, constant between changes, follow its coordinates in q: a row of q says all.
 """
 
 from __future__ import annotations
@@ -13,11 +16,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.rotations import ANGLE_SEQUENCES, angles_from_dcm, dcm_from_angles, quaternion_from_dcm
+from femflex.rotations import EULER_PARAMETERS
+from femflex.system.ball import ball_coordinates, ball_names, check_ball, singular_start
 
 Array = NDArray[np.float64]
-
-BALL_SETS = ("euler_parameters", *ANGLE_SEQUENCES)
 
 
 def _none() -> Array:
@@ -31,10 +33,11 @@ class Joint:
     translations (n_t, 3)  unit axes of sliding, components of the parent's marker
     rotations    (n_r, 3)  unit axes of successive turns, n_r <= 3; none for a ball
     ball         name of the rotation set of a ball joint, or None
+    rebase       whether a ball's coordinates move to a new reference orientation when they near their singularity
     stiffness    (n_u,)    spring per quasi-coordinate, translations first [N/m, N m/rad]
     damping      (n_u,)    damper per quasi-coordinate [N s/m, N m s/rad]
     rest         (n_u,)    coordinate at which the spring is free (for a ball: rotation vector)
-    q0, u0       initial coordinates (n_q,) and quasi-velocities (n_u,)
+    q0, u0       initial coordinates (n_q,) and quasi-velocities (n_u,); the reference of a ball may be left out
     """
 
     child: str
@@ -45,6 +48,7 @@ class Joint:
     translations: Array = field(default_factory=_none)
     rotations: Array = field(default_factory=_none)
     ball: str | None = None
+    rebase: bool = False
     stiffness: Array = field(default_factory=lambda: np.zeros(0))
     damping: Array = field(default_factory=lambda: np.zeros(0))
     rest: Array = field(default_factory=lambda: np.zeros(0))
@@ -53,10 +57,7 @@ class Joint:
     kind: str = "weld"
 
     def __post_init__(self) -> None:
-        if self.ball is not None and self.ball not in BALL_SETS:
-            raise ValueError(
-                f"rotation set {self.ball!r} of joint {self.label!r} is not known; known are {list(BALL_SETS)}"
-            )
+        check_ball(self.ball, self.rebase, self.label)
         if self.ball is not None and len(self.rotations):
             raise ValueError(f"joint {self.label!r} has both a ball and turning axes; give one of them")
         set_ = object.__setattr__
@@ -74,6 +75,8 @@ class Joint:
         for key, size in (("stiffness", self.n_u), ("damping", self.n_u), ("rest", self.n_u), ("u0", self.n_u)):
             set_(self, key, _sized(getattr(self, key), size, key, self.label))
         q0 = np.asarray(self.q0, float)
+        if self.rebase and q0.shape == (self.n_q - 4,):
+            q0 = np.concatenate([q0, [1.0, 0.0, 0.0, 0.0]])
         set_(self, "q0", self._rest_coordinates() if q0.size == 0 else _sized(q0, self.n_q, "q0", self.label))
         for key in ("stiffness", "damping"):
             if np.any(getattr(self, key) < 0):
@@ -87,8 +90,8 @@ class Joint:
     @property
     def n_q(self) -> int:
         """Number of coordinates."""
-        turns = len(self.rotations) if self.ball is None else (4 if self.ball == "euler_parameters" else 3)
-        return len(self.translations) + turns
+        turns = len(self.rotations) if self.ball is None else (4 if self.ball == EULER_PARAMETERS else 3)
+        return len(self.translations) + turns + (4 if self.rebase else 0)
 
     @property
     def n_u(self) -> int:
@@ -102,9 +105,10 @@ class Joint:
             return slides + [
                 (f"{self.label}.angle{_number(j, self.rotations)}", "rad") for j in range(len(self.rotations))
             ]
-        if self.ball == "euler_parameters":
+        if self.ball == EULER_PARAMETERS:
             return slides + [(f"{self.label}.e{j}", "1") for j in range(4)]
-        return slides + [(f"{self.label}.{axis}{j + 1}", "rad") for j, axis in enumerate(self.ball)]
+        reference = [(f"{self.label}.reference_e{j}", "1") for j in range(4)] if self.rebase else []
+        return slides + [(f"{self.label}.{name}", unit) for name, unit in ball_names(self.ball)] + reference
 
     def velocity_names(self) -> list[tuple[str, str]]:
         """Name and unit of each quasi-velocity."""
@@ -121,11 +125,22 @@ class Joint:
             u0=self.u0 if u0 is None else np.asarray(u0, float),
         )
 
+    def ball_places(self) -> slice:
+        """Where the coordinates of the ball stand in q of the joint, without those of its reference."""
+        first = len(self.translations)
+        return slice(first, first + (4 if self.ball == EULER_PARAMETERS else 3))
+
+    def singular_start(self) -> str | None:
+        """The sentence that says that the ball starts at the singularity of its rotation set, if it does."""
+        if self.ball is None:
+            return None
+        return singular_start(self.ball, self.q0[self.ball_places()], self.label)
+
     def _rest_coordinates(self) -> Array:
-        q = np.zeros(self.n_q)
-        if self.ball == "euler_parameters":
-            q[len(self.translations)] = 1.0
-        return q
+        ball = np.zeros(self.n_q - len(self.translations))
+        if self.ball is not None:
+            ball = ball_coordinates(self.ball, "xyz", np.zeros(3), self.rebase)
+        return np.concatenate([np.zeros(len(self.translations)), ball])
 
 
 def weld(child: str, parent: str | None = None, **where: object) -> Joint:
@@ -153,29 +168,17 @@ def universal(child: str, parent: str | None = None, axes: object = ((1, 0, 0), 
     return Joint(child, parent, rotations=_rows(axes), kind="universal", **where)  # type: ignore[arg-type]
 
 
-def spherical(child: str, parent: str | None = None, rotation: str = "euler_parameters", **where: object) -> Joint:
-    """Free rotation by Euler parameters or an angle sequence such as "xzy" (intrinsic)."""
+def spherical(child: str, parent: str | None = None, rotation: str = EULER_PARAMETERS, **where: object) -> Joint:
+    """Free rotation by the coordinates of a rotation set, such as "euler_parameters" or "intrinsic xzy"."""
     return Joint(child, parent, ball=rotation, kind="spherical", **where)  # type: ignore[arg-type]
 
 
-def free(child: str, parent: str | None = None, rotation: str = "euler_parameters", **where: object) -> Joint:
+def free(child: str, parent: str | None = None, rotation: str = EULER_PARAMETERS, **where: object) -> Joint:
     """Three slides and free rotation."""
     return Joint(child, parent, translations=np.eye(3), ball=rotation, kind="free", **where)  # type: ignore[arg-type]
 
 
 JOINTS = {f.__name__: f for f in (weld, revolute, prismatic, cylindrical, universal, spherical, free)}
-
-
-def ball_coordinates(rotation: str, sequence: str, angles: Array) -> Array:
-    """Coordinates of a ball with that rotation set, turned by angles [rad] of an intrinsic sequence.
-
-    >>> ball_coordinates("euler_parameters", "xyz", np.zeros(3))
-    array([1., 0., 0., 0.])
-    """
-    C_PQ = dcm_from_angles(angles, sequence)
-    if rotation == "euler_parameters":
-        return quaternion_from_dcm(C_PQ)
-    return angles_from_dcm(C_PQ, rotation)
 
 
 def _rows(axes: object) -> Array:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +13,7 @@ from femflex.body import FlexibleBody
 from femflex.system.joint import Joint
 from femflex.system.load import Load
 from femflex.system.orbit import Frame, Orbit
+from femflex.system.segments import Part, expanded
 
 Array = NDArray[np.float64]
 
@@ -24,8 +27,9 @@ class System:
     frame    base frame F of joints without a parent
     orbit    None, or the orbit of O; then one root body, and F's origin is O
     delta0   body name -> initial elastic coordinates (n,);  ddelta0 their rates
-    libration_sequence  angles reported of the libration axes L relative to F
+    libration_sequence  angles reported of the libration axes L relative to F, such as "xzy" or "extrinsic xzy"
     libration_axes      (3, 3) C_QL: libration axes in components of the root joint's marker Q on the root body
+    segments  body cut into segments -> names of the bodies that are its segments, near to far (see `assembled`)
 
     With a specified orbit O is the centre of mass: the root joint's translation is eliminated, so the root joint must
     have none (spherical: attitude free; weld: attitude held). With a free orbit the root joint is `free`.
@@ -41,6 +45,7 @@ class System:
     ddelta0: dict[str, Array] = field(default_factory=dict)
     libration_sequence: str = "xzy"
     libration_axes: Array = field(default_factory=lambda: np.eye(3))
+    segments: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems()]
@@ -89,6 +94,7 @@ class System:
     def _tree_problems(self) -> list[str]:
         known = sorted(self.bodies)
         out = [] if self.bodies else ["the system has no bodies"]
+        out += [text for j in self.joints if (text := j.singular_start()) is not None]
         parent: dict[str, str | None] = {}
         for j in self.joints:
             for role, name in (("child", j.child), ("parent", j.parent)):
@@ -157,3 +163,9 @@ class System:
                 if np.shape(value) != (n,):
                     out.append(f"{what} of body {body!r} has shape {np.shape(value)}; expected ({n},)")
         return out
+
+
+def assembled(parts: Mapping[str, Part], joints: Sequence[Joint], loads: Sequence[Load] = (), **more: Any) -> System:
+    """The System of bodies some of which are cut into Segments; joints and loads name these as one body."""
+    bodies, all_joints, acting, segments = expanded(parts, joints, loads)
+    return System(bodies, all_joints, acting, segments=segments, **more)

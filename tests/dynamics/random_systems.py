@@ -46,6 +46,8 @@ def random_tree(seed, n_bodies=5, root=None, moving_markers=True, most=4, **more
         }
         if kind in (spherical, free):
             where["rotation"] = str(rng.choice(["euler_parameters", "xyz", "zxz", "xzy"]))
+            if where["rotation"] == "zxz":  # whose zero angles are singular
+                where["q0"] = [0.0] * (3 if kind is free else 0) + [0.0, 1.0, 0.0]
         elif kind is universal:
             where["axes"] = rng.normal(size=(2, 3))
         elif kind is not weld:

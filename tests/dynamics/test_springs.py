@@ -18,7 +18,8 @@ KINDS = {
     "cylindrical": (cylindrical, {"axis": (0.3, -1.0, 0.4)}),
     "universal": (universal, {"axes": ((1.0, 0.2, 0.0), (0.1, 0.9, 0.5))}),
     "spherical": (spherical, {}),
-    "spherical by angles": (spherical, {"rotation": "zxz"}),
+    "spherical by angles": (spherical, {"rotation": "zxz", "q0": [0.05, 0.05, 0.05]}),
+    "spherical by modified parameters": (spherical, {"rotation": "modified_rodrigues"}),
     "free": (free, {}),
 }
 

@@ -2,8 +2,16 @@
 
 from __future__ import annotations
 
-from femflex.case.builders.body import build_bodies, build_body
+from femflex.case.builders.body import build_bodies, build_body, build_part
 from femflex.case.builders.structure import build_mesh, build_modes, build_structure_of
 from femflex.case.builders.system import build_system
 
-__all__ = ["build_bodies", "build_body", "build_mesh", "build_modes", "build_structure_of", "build_system"]
+__all__ = [
+    "build_bodies",
+    "build_body",
+    "build_mesh",
+    "build_modes",
+    "build_part",
+    "build_structure_of",
+    "build_system",
+]

@@ -9,6 +9,7 @@ import numpy as np
 
 from femflex.body import FlexibleBody, Marker, MassMoments, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
+from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
 from femflex.case.builders.structure import PLACE, build_mesh, build_modes, build_structure_of
 from femflex.case.case import Case
@@ -16,24 +17,23 @@ from femflex.case.problems import CaseError, Problem, near
 from femflex.case.reduction import DampingTable
 from femflex.reduction import ModalDamping, RayleighDamping, UniformBeam, beam_body, load_body, reduce_structure
 from femflex.reduction.uniform_beam import BeamFunctions
+from femflex.system import Part, Segments
 
 Told = Callable[[str], None]  # called with what is being done, for a progress display
 
 
-def build_bodies(
-    case: Case, modes: int | None = None, refine: int = 0, told: Told | None = None
-) -> dict[str, FlexibleBody]:
+def build_bodies(case: Case, modes: int | None = None, refine: int = 0, told: Told | None = None) -> dict[str, Part]:
     """All bodies of a case by name, with other numbers of modes or finer meshes if asked.
 
     Raises CaseError with the problems of all bodies together.
     """
-    bodies: dict[str, FlexibleBody] = {}
+    bodies: dict[str, Part] = {}
     problems: list[Problem] = []
     for name in case.bodies:
         if told is not None:
             told(name)
         try:
-            bodies[name] = build_body(case, name, modes, refine)
+            bodies[name] = build_part(case, name, modes, refine)
         except CaseError as error:
             problems += error.problems
     if problems:
@@ -42,11 +42,26 @@ def build_bodies(
 
 
 def build_body(case: Case, name: str, modes: int | None = None, refine: int = 0) -> FlexibleBody:
-    """The body of that name. Raises CaseError with what is wrong with it."""
+    """The body of that name, in one piece. Raises CaseError with what is wrong with it."""
+    part = build_part(case, name, modes, refine)
+    if isinstance(part, Segments):
+        text = f"found a body cut into {len(part.bodies)} segments, which is not one body; leave out segments for that"
+        raise CaseError(case.path.name, [Problem(f"bodies.{name}", text)])
+    return part
+
+
+def build_part(case: Case, name: str, modes: int | None = None, refine: int = 0, segments: int | None = None) -> Part:
+    """The body of that name, or its Segments when it is cut (into `segments` instead of the case's number, if given).
+
+    Raises CaseError with what is wrong with it.
+    """
     if name not in case.bodies:
         raise CaseError(case.path.name, [Problem("bodies", f"found no body {name!r}; {near(name, case.bodies)}")])
     table = case.bodies[name]
     try:
+        if isinstance(table, FlexibleTable) and table.cut is not None:
+            cut = _segments(case, name, table, (modes, refine, segments))
+            return Segments(tuple(_turned(body, table) for body in cut.bodies))
         return _with_markers(_body(case, name, table, modes, refine), name, table)
     except CaseError:
         raise
@@ -65,11 +80,31 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
     structure, modeset = build_modes(
         build_structure_of(case, name, table, build_mesh(case, name, table, refine)), table, modes
     )
-    groups = {
+    return reduce_structure(structure, modeset, marker_groups(table), _damping(table.damping))
+
+
+def _segments(case: Case, name: str, table: FlexibleTable, other: tuple[int | None, int, int | None]) -> Segments:
+    """The segments of a body with other numbers of modes, refinements and segments."""
+    modes, refine, count = other
+    mesh = build_mesh(case, name, table, refine)
+    return build_segments(case, name, table, mesh, marker_groups(table), _damping(table.damping), modes, count)
+
+
+def marker_groups(table: FlexibleTable) -> dict[str, str]:
+    """The mesh group of every marker a body names."""
+    return {
         marker: PLACE.format(marker) if entry.position is not None else (entry.group or marker)
         for marker, entry in table.markers.items()
     }
-    return reduce_structure(structure, modeset, groups, _damping(table.damping))
+
+
+def _turned(body: FlexibleBody, table: FlexibleTable) -> FlexibleBody:
+    """A segment with its markers turned as the case says."""
+    markers = dict(body.markers)
+    for key, entry in table.markers.items():
+        if key in markers and entry.orientation is not None:
+            markers[key] = markers[key].turned(np.array(entry.orientation))
+    return replace(body, markers=markers)
 
 
 def _rigid(case: Case, table: RigidTable) -> FlexibleBody:
@@ -97,27 +132,11 @@ def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> Fl
         if n > body.n_modes:
             text = f"found {n}; {table.file} holds {body.n_modes} elastic coordinates"
             raise CaseError(case.path.name, [Problem(f"bodies.{name}.modes", text)])
-        body = truncated(body, n)
+        body = body.truncated(n)
     damping = _damping(table.damping)
     if damping is not None:
-        body = replace(body, damping=damping.matrix(body.moments.elastic_mass(), body.strain.V1))
+        body = replace(body, damping=damping.matrix(body.without_slaves().moments.elastic_mass(), body.strain.V1))
     return body
-
-
-def truncated(body: FlexibleBody, n: int) -> FlexibleBody:
-    """A copy with the first n elastic coordinates alone."""
-    m = body.moments
-    markers = {name: replace(k, phi=k.phi[:, :n], psi=k.psi[:, :n]) for name, k in body.markers.items()}
-    return replace(
-        body,
-        moments=MassMoments(m.mass, m.first[: n + 1], m.second[: n + 1, :, : n + 1]),
-        strain=body.strain.truncated(n),
-        damping=body.damping[:n, :n],
-        markers=markers,
-        skin=None if body.skin is None else replace(body.skin, shapes=body.skin.shapes[:n]),
-        kinds=body.kinds[:n],
-        omega=body.omega[:n],
-    )
 
 
 def _damping(table: DampingTable | None) -> ModalDamping | RayleighDamping | None:

@@ -19,6 +19,8 @@ CARRIED = 0.75  # of the mass; one bending mode of a uniform cantilever carries 
 def warn_of_doubtful_bodies(case: Case, bodies: Mapping[str, FlexibleBody], output_step: float) -> None:
     """Warn of meshes in the wrong unit, mode sets that carry little of the mass, and modes too fast for the output."""
     for name, body in bodies.items():
+        if name not in case.bodies:  # a segment
+            continue
         table = case.bodies[name]
         if body.skin is not None and getattr(table, "mesh_unit", "") == "m":
             size = float(np.ptp(body.skin.points, axis=0).max())
@@ -47,6 +49,7 @@ def warn_of_doubtful_bodies(case: Case, bodies: Mapping[str, FlexibleBody], outp
 
 def carried_mass(body: FlexibleBody) -> float:
     """Largest fraction of the mass that the elastic coordinates carry in any direction."""
+    body = body.without_slaves()
     s, Me = body.moments.first[1:], body.moments.elastic_mass()
     return float(np.linalg.eigvalsh(s.T @ np.linalg.solve(Me, s))[-1] / body.moments.mass)
 

@@ -9,12 +9,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.body import FlexibleBody
+from femflex.body import Marker
 from femflex.case import joint as tables
 from femflex.case.case import Case
 from femflex.case.orbit import AttitudeTable
 from femflex.rotations import dcm_from_angles
-from femflex.system import Joint, ball_coordinates, cylindrical, free, prismatic, revolute, spherical, universal, weld
+from femflex.system import (
+    Joint,
+    Part,
+    Segments,
+    ball_coordinates,
+    cylindrical,
+    free,
+    prismatic,
+    revolute,
+    spherical,
+    universal,
+    weld,
+)
 
 Array = NDArray[np.float64]
 
@@ -36,9 +48,9 @@ def build_joint(table: tables.JointTable) -> Joint:
             return universal(axes=table.axes, q0=table.angles, u0=table.rates, **_springs(table), **where)
         case tables.Free():
             start = {"q0": [*table.position, *_ball(table)], "u0": [*table.velocity, *table.rates]}
-            return free(rotation=table.rotation, **start, **_springs(table, "slide_"), **where)
+            return free(**_set(table), **start, **_springs(table, "slide_"), **where)
         case tables.Spherical():
-            return spherical(rotation=table.rotation, q0=_ball(table), u0=table.rates, **_springs(table), **where)
+            return spherical(**_set(table), q0=_ball(table), u0=table.rates, **_springs(table), **where)
         case tables.General():
             values = {key: table.padded(key) for key in (*tables.SLIDE_KEYS, *tables.TURN_KEYS)}
             numbers: dict[str, Any] = {
@@ -60,7 +72,7 @@ def _springs(table: tables.JointTable, first: str = "") -> dict[str, Any]:
     return found
 
 
-def root_joint(case: Case, bodies: Mapping[str, FlexibleBody]) -> tuple[Joint | None, dict[str, FlexibleBody]]:
+def root_joint(case: Case, bodies: Mapping[str, Part]) -> tuple[Joint | None, dict[str, Part]]:
     """The joint of the body that hangs from no joint, as [attitude] says, and the bodies with its libration marker.
 
     None when every body already has a joint.
@@ -76,9 +88,9 @@ def root_joint(case: Case, bodies: Mapping[str, FlexibleBody]) -> tuple[Joint | 
     marker = attitude.marker or "origin"
     if not np.array_equal(C_BM, place.orientation):
         marker = LIBRATION
-    body = replace(bodies[name], markers={**bodies[name].markers, marker: place.turned(C_BM)})
+    body = _with_marker(bodies[name], marker, place.turned(C_BM), attitude.marker or "origin")
     where = {"child": name, "child_marker": marker}
-    rotation = ball_coordinates(attitude.rotation, attitude.sequence, np.array(attitude.turns()))
+    rotation = ball_coordinates(attitude.rotation, attitude.sequence, np.array(attitude.turns()), attitude.rebase)
     rates = attitude.rates or (0.0, 0.0, 0.0)
     position, velocity = attitude.position or (0.0, 0.0, 0.0), attitude.velocity or (0.0, 0.0, 0.0)
     slides = case.orbit.kind != "specified"
@@ -87,10 +99,17 @@ def root_joint(case: Case, bodies: Mapping[str, FlexibleBody]) -> tuple[Joint | 
         held = Joint(name, child_marker=marker, translations=np.eye(3), q0=np.array(position), kind="prismatic")
         joint = held if floating else weld(**where)
     elif slides:
-        joint = free(rotation=attitude.rotation, q0=[*position, *rotation], u0=[*velocity, *rates], **where)
+        joint = free(**_set(attitude), q0=[*position, *rotation], u0=[*velocity, *rates], **where)
     else:
-        joint = spherical(rotation=attitude.rotation, q0=rotation, u0=rates, **where)
+        joint = spherical(**_set(attitude), q0=rotation, u0=rates, **where)
     return joint, {**bodies, name: body}
+
+
+def _with_marker(body: Part, name: str, marker: Marker, beside: str) -> Part:
+    """A copy with a marker; of a body cut into segments it is on the segment that holds the marker `beside`."""
+    if isinstance(body, Segments):
+        return body.with_marker(name, marker, beside)
+    return replace(body, markers={**body.markers, name: marker})
 
 
 def held_attitude(attitude: AttitudeTable) -> Array:
@@ -107,4 +126,8 @@ def nominal_axes(attitude: AttitudeTable) -> Array:
 
 
 def _ball(table: tables.Spherical) -> Array:
-    return ball_coordinates(table.rotation, table.sequence, np.array(table.angles))
+    return ball_coordinates(table.rotation, table.sequence, np.array(table.angles), table.rebase)
+
+
+def _set(table: tables.Spherical | AttitudeTable) -> dict[str, Any]:
+    return {"rotation": table.rotation, "rebase": table.rebase}

@@ -67,9 +67,17 @@ def _file_mesh(folder: Path, table: FlexibleTable) -> Mesh:
 
 def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) -> Structure:
     """The Structure of a body's members and point masses on its mesh."""
-    members = [_member(case, name, member) for member in table.members]
-    masses = [PointMass(m.group, m.mass, m.inertia, m.offset) for m in table.point_masses]
-    return build_structure(mesh, members, masses)
+    return build_structure(mesh, members_of(case, name, table), point_masses_of(table))
+
+
+def members_of(case: Case, name: str, table: FlexibleTable) -> list[Member]:
+    """The members of a body."""
+    return [_member(case, name, member) for member in table.members]
+
+
+def point_masses_of(table: FlexibleTable) -> list[PointMass]:
+    """The point masses of a body."""
+    return [PointMass(m.group, m.mass, m.inertia, m.offset) for m in table.point_masses]
 
 
 def build_modes(structure: Structure, table: FlexibleTable, modes: int | None = None) -> tuple[Structure, ModeSet]:

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.body import FlexibleBody
 from femflex.case.builders.body import build_bodies
 from femflex.case.builders.initial import initial_shape
 from femflex.case.builders.joints import build_joint, held_attitude, root_joint
@@ -18,12 +17,12 @@ from femflex.case.builders.references import channel_problems, size_problems
 from femflex.case.case import Case
 from femflex.case.orbit import OrbitTable
 from femflex.case.problems import CaseError, Problem
-from femflex.system import Frame, Load, Orbit, System
+from femflex.system import Frame, Load, Orbit, Part, System, assembled
 
 Array = NDArray[np.float64]
 
 
-def build_system(case: Case, bodies: Mapping[str, FlexibleBody] | None = None) -> System:
+def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System:
     """The System a case describes, with these bodies or with its own.
 
     Raises CaseError with everything that does not fit together.
@@ -33,10 +32,10 @@ def build_system(case: Case, bodies: Mapping[str, FlexibleBody] | None = None) -
         joint, parts = root_joint(case, parts)
         joints = (*(() if joint is None else (joint,)), *(build_joint(table) for table in case.joints))
         orbit = build_orbit(case.orbit)
-        system = System(
-            bodies=parts,
-            joints=joints,
-            loads=loads,
+        system = assembled(
+            parts,
+            joints,
+            loads,
             frame=build_frame(case),
             orbit=orbit,
             libration_sequence=case.attitude.sequence,
@@ -55,12 +54,10 @@ def build_system(case: Case, bodies: Mapping[str, FlexibleBody] | None = None) -
     return system
 
 
-def _bodies_and_loads(
-    case: Case, bodies: Mapping[str, FlexibleBody] | None
-) -> tuple[dict[str, FlexibleBody], tuple[Load, ...]]:
+def _bodies_and_loads(case: Case, bodies: Mapping[str, Part] | None) -> tuple[dict[str, Part], tuple[Load, ...]]:
     """Bodies (built if not given) and loads, their problems told together."""
     problems: list[Problem] = []
-    parts: dict[str, FlexibleBody] = {}
+    parts: dict[str, Part] = {}
     loads: tuple[Load, ...] = ()
     try:
         parts = dict(bodies) if bodies is not None else build_bodies(case)

@@ -1,0 +1,42 @@
+"""Words of a case file for rotations: angle sequences and rotation sets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from femflex.case.problems import near
+from femflex.case.values import ValueProblem, _Readable, shown
+
+LETTERS = ("xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "xyx", "xzx", "yxy", "yzy", "zxz", "zyz")
+SEQUENCES = (
+    *LETTERS,
+    *(f"intrinsic {letters}" for letters in LETTERS),
+    *(f"extrinsic {letters}" for letters in LETTERS),
+)
+SETS = ("euler_parameters", "rodrigues", "modified_rodrigues", *SEQUENCES)
+
+
+@dataclass(frozen=True)
+class OneOf(_Readable):
+    """One of some words; `told` of them are named when another word is nowhere near."""
+
+    words: tuple[str, ...]
+    told: tuple[str, ...]
+
+    def read(self, value: Any) -> str:
+        """The word itself."""
+        if isinstance(value, str) and value in self.words:
+            return value
+        hint = near(str(value), self.words)
+        if not hint.startswith("did you mean"):
+            hint = near("", self.told) + "; intrinsic unless it says so, such as 'extrinsic xyz'"
+        raise ValueProblem(f"found {shown(value)}; {hint}")
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of the words."""
+        return {"type": "string", "enum": list(self.words)}
+
+
+Sequence_ = Annotated[str, OneOf(SEQUENCES, LETTERS)]
+RotationSet = Annotated[str, OneOf(SETS, SETS[: len(SETS) - len(SEQUENCES) + len(LETTERS)])]

@@ -1,0 +1,131 @@
+"""Forces of a system at rest in its base frame, and whether anything keeps it from being at rest there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.layout import body_records
+from femflex.dynamics.linearised import stiffness, usual_sizes
+from femflex.dynamics.model import Model, compile_system
+from femflex.system import Frame, Load, System
+
+Array = NDArray[np.float64]
+
+CIRCULAR = 1e-9  # eccentricity below which an orbit counts as circular
+CHANGED = 1e-9  # relative change of the forces over time that is still rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Steady:
+    """A system at rest in its base frame, its outer forces scaled by a share between 0 and 1.
+
+    full     the model under all its forces: loads, centrifugal, gravity gradient
+    inner    the same bodies and joints without any: elastic and spring forces alone
+    sizes    (n_u,) usual size of each coordinate; forces times sizes are energies [J]
+    elastic  (n_u,) which coordinates have a stiffness of their own
+    """
+
+    full: Model
+    inner: Model
+    sizes: Array
+    elastic: NDArray[np.bool_]
+
+    def forces(self, q: Array) -> tuple[Array, Array]:
+        """Inner and outer generalised forces h - Q (n_u,) at the coordinates q, times the sizes [J]."""
+        x = np.concatenate([q, np.zeros(self.full.n_u)])
+        inner = self.inner.bias(0.0, x)
+        return inner * self.sizes, (self.full.bias(0.0, x) - inner) * self.sizes
+
+    def stiffness(self, q: Array, share: float) -> Array:
+        """Derivative (n_u, n_u) of the forces by increments of the coordinates in their sizes [J]."""
+        x, still = np.concatenate([q, np.zeros(self.full.n_u)]), np.zeros(self.full.n_u)
+        K = share * stiffness(self.full, 0.0, x, still)
+        if share < 1.0:
+            K += (1.0 - share) * stiffness(self.inner, 0.0, x, still)
+        return K * self.sizes * self.sizes[:, None]
+
+
+def steady(system: System, at: float | None = None) -> Steady:
+    """The system without damping, with loads as they are at a time [s], at rest in its base frame.
+
+    Raises ValueError with what changes over time there: loads, an eccentric orbit, forces of a frame that turns
+    relative to the base frame.
+    """
+    frozen = replace(
+        system,
+        bodies={name: replace(body, damping=0.0 * body.damping) for name, body in system.bodies.items()},
+        joints=tuple(replace(joint, damping=0.0 * joint.damping) for joint in system.joints),
+        loads=tuple(_frozen(load, at) for load in system.loads),
+    )
+    if problems := [*_orbit_problems(frozen), *_load_problems(frozen)]:
+        raise ValueError("\n".join(problems))
+    full = compile_system(frozen)
+    inner = compile_system(replace(frozen, loads=(), orbit=None, frame=Frame()))
+    elastic = np.zeros(full.n_u, bool)
+    for name, record in zip(system.order, body_records(full.table)[1:], strict=True):
+        joint = system.joint_of(name)
+        elastic[int(record["u"]) : int(record["u"]) + joint.n_u] = joint.stiffness > 0
+        elastic[int(record["ue"]) : int(record["ue"]) + system.bodies[name].n_modes] = True
+    found = Steady(full, inner, usual_sizes(full), elastic)
+    _check_constant(found)
+    return found
+
+
+def _frozen(load: Load, at: float | None) -> Load:
+    """The load as it is at a time; without one, a load that does not change."""
+    if load.times is None:
+        return load
+    values = [
+        np.array([np.interp(at or 0.0, load.times, row, 0.0, 0.0) for row in rows.T])
+        for rows in (load.force, load.torque)
+    ]
+    if at is None and (np.ptp(load.force, axis=0).any() or np.ptp(load.torque, axis=0).any()):
+        raise ValueError(
+            f"load {load.name!r} changes over time, so there is no equilibrium under it; say at which time its value "
+            "is meant (--at), or switch it off"
+        )
+    return replace(load, times=None, force=values[0], torque=values[1])
+
+
+def _orbit_problems(system: System) -> list[str]:
+    orbit, kind = system.orbit, system.frame.kind
+    if orbit is None:
+        return []
+    out = []
+    if orbit.eccentricity > CIRCULAR:
+        out.append(
+            f"the orbit's eccentricity is {orbit.eccentricity:g}, and gravity and its frame's rate change along it; "
+            "an equilibrium in orbit needs a circular one"
+        )
+    if kind != "orbital":
+        out.append(
+            f"the attitude is measured from the {kind} frame, in which gravity turns around once per orbit; an "
+            "equilibrium in orbit is at rest in the orbital frame"
+        )
+    return out
+
+
+def _load_problems(system: System) -> list[str]:
+    turning = {"inertial": [], "orbital": ["inertial"], "spinning": ["inertial"]}[system.frame.kind]
+    return [
+        f"load {load.name!r} keeps its direction in the {load.frame} frame, around which the {system.frame.kind} frame "
+        "turns; an equilibrium needs loads that turn along (frame 'body' or 'marker')"
+        for load in system.loads
+        if load.frame in turning and (load.force.any() or load.torque.any())
+    ]
+
+
+def _check_constant(found: Steady) -> None:
+    """Raise ValueError when the forces at rest depend on time for a reason not named before."""
+    x = np.concatenate([found.full.x0[: found.full.n_q], np.zeros(found.full.n_u)])
+    now, later = (found.full.bias(t, x) * found.sizes for t in (0.0, 12345.678))
+    size = max(np.abs(part).max(initial=0.0) for part in (*found.forces(x[: found.full.n_q]), now))
+    change = float(np.abs(later - now).max(initial=0.0))
+    if change > CHANGED * size:
+        raise ValueError(
+            f"the forces on the system at rest change over time (by {change:.3g} J of {size:.3g} J per usual motion); "
+            "an equilibrium needs constant ones"
+        )

@@ -1,0 +1,120 @@
+"""The full nonlinear elastic force of a Structure and its tangent, assembled from the strain table.
+
+eps = L g + 1/2 g.Q g over generalised gradients g = G x, stress sigma = sigma0 + C eps, D = L + Q g = d eps / d g:
+
+    V = int sigma0.eps + 1/2 eps.C eps      f = int G^T D^T sigma      K = int G^T (D^T C D + sigma.Q) G
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from femflex.fem.assembly import Assembler, Part
+from femflex.fem.tables import StrainBlock, element_chunks
+
+Array = NDArray[np.float64]
+
+
+class InternalForce:
+    """Elastic energy, force and tangent stiffness at displacements x (n_dof,) of independent dofs."""
+
+    def __init__(self, strain: Sequence[StrainBlock], T: sparse.csr_array) -> None:
+        self._strain, self._T = tuple(strain), T
+        self._assembler = Assembler(T)  # one for all tangents: it remembers how dofs are connected
+
+    def energy(self, x: Array) -> float:
+        """Strain energy V(x) [J], zero at x = 0."""
+        return sum((state.energy() for _, state in self._states(x)), 0.0)
+
+    def force(self, x: Array) -> Array:
+        """dV/dx (n_dof,); at x = 0 what the initial stress leaves unbalanced."""
+        raw = np.zeros(self._T.shape[0])
+        for block, state in self._states(x):
+            raw += np.bincount(block.dofs.ravel(), state.force().ravel(), len(raw))
+        return np.asarray(self._T.T @ raw)
+
+    def tangent(self, x: Array) -> sparse.csr_array:
+        """d2V/dx2 (n_dof, n_dof), symmetric."""
+        raw = self._T @ np.asarray(x, float)
+        return self._assembler.total([Part(block.dofs, _Tangents(block, raw)) for block in self._strain])
+
+    def _states(self, x: Array) -> Iterator[tuple[StrainBlock, PointState]]:
+        raw = self._T @ np.asarray(x, float)
+        for block in self._strain:
+            for chunk in element_chunks(len(block.dofs), values_per_element(block)):
+                part = block.quartic(chunk)
+                yield part, point_state(part, raw)
+
+
+def values_per_element(block: StrainBlock) -> int:
+    """Doubles that rows, stress and their products take at the points of one element."""
+    one = block.quartic(slice(0, 1))
+    s, g = one.linear_map.shape
+    return one.weight.shape[1] * (g * (g + 3 * one.dofs.shape[1]) + s * (s + g))
+
+
+@dataclass(frozen=True, eq=False)
+class PointState:
+    """What the points of a block hold at a displacement.
+
+    weight (e, q)   G (e|1, q, g, l)   D (e, q, s, g)   C (e|1, q|1, s, s)   eps, sigma0, sigma (e, q, s)   Q (s, g, g)
+    """
+
+    weight: Array
+    G: Array
+    D: Array
+    C: Array
+    Q: Array
+    eps: Array
+    sigma0: Array
+    sigma: Array
+
+    def energy(self) -> float:
+        """Energy of all points."""
+        return float(np.sum(self.weight[..., None] * self.eps * (self.sigma0 + self.sigma)) / 2)
+
+    def force(self) -> Array:
+        """Element forces (e, l)."""
+        push = np.matmul((self.weight[..., None] * self.sigma)[..., None, :], self.D)[..., 0, :]
+        return np.einsum("eqg,eqgl->el", push, np.broadcast_to(self.G, (len(push), *self.G.shape[1:])), optimize=True)
+
+    def stiffness(self) -> Array:
+        """Element tangents (e, l, l)."""
+        inner = np.matmul(self.D.swapaxes(2, 3), np.matmul(self.C, self.D))
+        inner += np.einsum("eqs,sgh->eqgh", self.sigma, self.Q, optimize=True)
+        weighted = np.matmul(inner * self.weight[..., None, None], self.G)
+        e, l = len(weighted), weighted.shape[-1]
+        flat = np.broadcast_to(self.G, weighted.shape).reshape(e, -1, l)
+        return np.matmul(flat.swapaxes(1, 2), weighted.reshape(e, -1, l))
+
+
+def point_state(block: StrainBlock, raw: Array) -> PointState:
+    """The state of a block's points at raw displacements (n_raw,)."""
+    every = slice(None)
+    g = block.gradients(raw[:, None], every)[..., 0]
+    Qg = np.einsum("sgh,eqh->eqsg", block.quadratic_map, g, optimize=True)
+    D = block.linear_map + Qg
+    eps = np.matmul(block.linear_map + Qg / 2, g[..., None])[..., 0]
+    sigma0 = np.broadcast_to(block.stress, eps.shape)
+    sigma = sigma0 + np.matmul(block.elastic, eps[..., None])[..., 0]
+    return PointState(block.weight, block.rows(every), D, block.elastic, block.quadratic_map, eps, sigma0, sigma)
+
+
+class _Tangents:
+    """Element tangents by slice of elements, in chunks whose points fit in memory."""
+
+    def __init__(self, block: StrainBlock, raw: Array) -> None:
+        self._block, self._raw, self._size = block, raw, values_per_element(block)
+
+    def __call__(self, elements: slice) -> Array:
+        start, stop, _ = elements.indices(len(self._block.dofs))
+        parts = []
+        for chunk in element_chunks(stop - start, self._size):
+            own = slice(start + chunk.start, start + chunk.stop)
+            parts.append(point_state(self._block.quartic(own), self._raw).stiffness())
+        return np.concatenate(parts)

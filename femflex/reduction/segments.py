@@ -1,0 +1,66 @@
+"""The segments of a cut member as floating bodies that can be welded end to end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody, Marker
+from femflex.fem.cut import ENDS, FAR, NEAR, Segment
+from femflex.fem.structure import Structure, build_structure
+from femflex.reduction.craig_bampton import craig_bampton
+from femflex.reduction.damping import Damping
+from femflex.reduction.modeset import ModeSet
+from femflex.reduction.reduce import reduce_structure
+
+Array = NDArray[np.float64]
+
+
+def chord_modes(structure: Structure, n: int = 0) -> ModeSet:
+    """Shapes of a segment between its ends: six static ones and the n lowest modes with both ends held.
+
+    The body frame follows the chord, the line between the ends, so that a segment bent by an angle theta errs by
+    theta^2/24 of its length, a quarter of what it would in a frame that follows one end; with k segments the error of
+    large deflections falls as 1/k^2.
+    """
+    return craig_bampton(structure, (NEAR, FAR), n, reference=ENDS)
+
+
+def reduce_segments(
+    segments: Sequence[Segment],
+    markers: Mapping[str, str] | None = None,
+    modes: Callable[[Structure], ModeSet] = chord_modes,
+    damping: Damping | None = None,
+) -> tuple[FlexibleBody, ...]:
+    """One FlexibleBody per segment, in the frame of the whole mesh, with markers NEAR and FAR at its ends.
+
+    markers  name -> group of the whole mesh; each goes to the first segment that holds all of the group
+    modes    shapes of a segment's Structure (see chord_modes, which is the default)
+    The first segment's "origin" is tied rigidly to its near end. Raises ValueError for a group that no segment holds.
+    """
+    wanted = dict(markers or {})
+    places = [{NEAR: NEAR, FAR: FAR} for _ in segments]
+    for name, group in wanted.items():
+        holds = [j for j, segment in enumerate(segments) if group in segment.groups]
+        if not holds:
+            raise ValueError(
+                f"marker {name!r} needs group {group!r}, which lies on no one of the {len(segments)} segments: its "
+                "points are spread over several, or off the member; name a group of points of one segment"
+            )
+        places[holds[0]][name] = group
+    bodies = []
+    for segment, own in zip(segments, places, strict=True):
+        structure = build_structure(segment.mesh, segment.members, segment.point_masses)
+        bodies.append(reduce_structure(structure, modes(structure), own, damping))
+    first = bodies[0]
+    bodies[0] = replace(first, markers={**first.markers, "origin": tied(first.markers[NEAR], np.zeros(3))})
+    return tuple(bodies)
+
+
+def tied(marker: Marker, position: Array) -> Marker:
+    """A marker at another undeformed position (3,) that moves as if rigidly tied to the given one."""
+    arm = position - marker.position
+    return Marker(position, marker.phi + np.cross(marker.psi, arm, axisa=0, axisb=0, axisc=0), marker.psi)

@@ -1,0 +1,115 @@
+"""Strain tensors of shapes from the strain table: quadrature points contracted by one matrix product per chunk.
+
+The energy is quadratic in the strains of single shapes and of pairs of shapes. With C = R R^T over the strains that
+have a quadratic part, columns R^-1 C B0_i and R^T B_ij of all points make a matrix X whose product X^T X holds
+V2_i(jk) = int B0_i C B_jk and V3_(ij)(kl) = int B_ij C B_kl; their fully symmetric parts are kept.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import StrainTensors
+from femflex.fem.structure import Structure
+from femflex.fem.tables import StrainBlock, element_chunks
+from femflex.reduction.moments import linear_stiffness
+from femflex.symmetric import packed_indices
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+MOST_BYTES = 2e9  # of the products of pairs; some 170 shapes
+
+
+def strain_tensors(structure: Structure, phi: Array) -> StrainTensors:
+    """V1, f0, V2 and V3 of shapes phi (n_dof, n), initial stress included.
+
+    Memory: the table is cut into chunks of `fem.tables.CHUNK_VALUES` doubles (32 MB); beside them stands one product
+    of pairs, 8 (n + n(n+1)/2)^2 bytes (0.4 MB for 20 shapes, 6 MB for 40).
+    Raises ValueError when that would be more than MOST_BYTES.
+    """
+    n = phi.shape[1]
+    m = n + n * (n + 1) // 2
+    if 8 * m * m > MOST_BYTES:
+        raise ValueError(
+            f"the strain tensors of {n} shapes would take {8 * m * m / 1e9:.3g} GB on the way; a body may take "
+            f"{MOST_BYTES / 1e9:g} GB. Keep fewer shapes, or give this body strain = 'linear'."
+        )
+    raw = structure.T @ phi
+    total = np.zeros((m, m))
+    for block in structure.strain:
+        add_products(total, block, raw)
+    V1 = linear_stiffness(structure.K, phi)
+    return StrainTensors(V1, phi.T @ structure.f0, packed_cubic(total, n), packed_quartic(total[n:, n:], n))
+
+
+def add_products(total: Array, block: StrainBlock, raw: Array) -> None:
+    """Add the products X^T X of a block to total (m, m), m = n + n(n+1)/2, for shapes raw (n_raw, n)."""
+    m = len(total)
+    for chunk in element_chunks(len(block.dofs), values_per_element(block, raw.shape[1])):
+        X = strain_columns(block.quartic(chunk), raw).reshape(m, -1)
+        total += X @ X.T
+
+
+def strain_columns(block: StrainBlock, raw: Array) -> Array:
+    """X (n + n(n+1)/2, s, p) of all points of a block: single shapes, then pairs i <= j."""
+    from femflex.reduction.strain_kernel import fill_pairs, mix_strains
+
+    n = raw.shape[1]
+    strains, Q = quadratic_strains(block)
+    g = block.gradients(raw, slice(None))
+    e, q, rows, _ = g.shape
+    C = block.elastic[..., strains, :]  # (e|1, q|1, s, all strains)
+    root = np.linalg.cholesky(C[..., strains])
+    linear = np.linalg.solve(root, C @ block.linear_map) * np.sqrt(block.weight)[:, :, None, None]
+    X = np.empty((n + n * (n + 1) // 2, len(strains), e * q))
+    X[:n] = np.matmul(linear, g).reshape(e * q, -1, n).transpose(2, 1, 0)
+    uniform = root.shape[:2] == (1, 1)
+    strain, row, column, value = nonzero_entries(np.tensordot(root[0, 0].T, Q, axes=1) if uniform else Q)
+    by_row = np.ascontiguousarray(g.reshape(e * q, rows, n).transpose(1, 2, 0)) * block.weight.ravel() ** 0.25
+    fill_pairs(X[n:], by_row, strain, row, column, value)
+    if not uniform:
+        root = np.broadcast_to(root, (e, q, *root.shape[2:])).reshape(e * q, *root.shape[2:])
+        mix_strains(X[n:], np.ascontiguousarray(root.transpose(1, 2, 0)))
+    return X
+
+
+def quadratic_strains(block: StrainBlock) -> tuple[Index, Array]:
+    """Strains (s,) that have a quadratic part, and Q (s, g, g) with B_ij = g_i.Q g_j, symmetric."""
+    Q = (block.quadratic_map + block.quadratic_map.swapaxes(1, 2)) / 4  # eps takes half of the map
+    strains = np.flatnonzero(Q.any(axis=(1, 2)))
+    return strains, Q[strains]
+
+
+def nonzero_entries(Q: Array) -> tuple[Index, Index, Index, Array]:
+    """Strain, row, column and value of the entries of Q (s, g, g) that are not zero."""
+    strain, row, column = (np.ascontiguousarray(place, np.int64) for place in np.nonzero(Q))
+    return strain, row, column, Q[strain, row, column]
+
+
+def values_per_element(block: StrainBlock, n: int) -> int:
+    """Doubles that the columns of one element take."""
+    one = block.quartic(slice(0, 1))
+    s, g = len(quadratic_strains(one)[0]), one.linear_map.shape[1]
+    return one.weight.shape[1] * (s * (n + n * (n + 1) // 2) + s * s + 2 * g * n)
+
+
+def pair_number(i: Index, j: Index, n: int) -> Index:
+    """Place of pair i <= j among all in lexicographic order."""
+    low, high = np.minimum(i, j), np.maximum(i, j)
+    return low * n - low * (low - 1) // 2 + high - low
+
+
+def packed_cubic(total: Array, n: int) -> Array:
+    """Packed symmetric part of V2 from total (m, m): mean over which index is the linear one."""
+    i, j, k = packed_indices(n, 3).T
+    parts = ((i, j, k), (j, i, k), (k, i, j))
+    return sum((total[a, n + pair_number(b, c, n)] for a, b, c in parts), np.zeros(len(i))) / 3
+
+
+def packed_quartic(pairs: Array, n: int) -> Array:
+    """Packed symmetric part of V3 from the products of pairs: mean over the three ways to pair four indices."""
+    i, j, k, l = packed_indices(n, 4).T
+    parts = ((i, j, k, l), (i, k, j, l), (i, l, j, k))
+    return sum((pairs[pair_number(a, b, n), pair_number(c, d, n)] for a, b, c, d in parts), np.zeros(len(i))) / 3

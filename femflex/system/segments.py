@@ -1,0 +1,123 @@
+"""Bodies cut into segments: how the segments of a line member become bodies of a System, welded end to end.
+
+Segment k of the body "boom" is the body "boom.k", counted from the near end. Joints, loads and markers go on naming
+"boom": each goes to the segment that holds the marker.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody, Marker
+from femflex.system.joint import Joint, weld
+from femflex.system.load import Load
+
+Array = NDArray[np.float64]
+
+NEAR, FAR = ".near", ".far"  # markers at the ends of a segment
+
+
+@dataclass(frozen=True, eq=False)
+class Segments:
+    """A body cut into segments, from near to far end: bodies in one common frame, with markers NEAR and FAR."""
+
+    bodies: tuple[FlexibleBody, ...]
+
+    def __post_init__(self) -> None:
+        if not self.bodies:
+            raise ValueError("a body cut into segments needs at least one; found none")
+        for j, body in enumerate(self.bodies, start=1):
+            for end in (NEAR, FAR):
+                if end not in body.markers:
+                    raise ValueError(f"segment {j} has no marker {end!r}; segments come from reduction.reduce_segments")
+
+    @property
+    def markers(self) -> dict[str, Marker]:
+        """Markers by name; "origin" is that of the first segment, tied to its near end."""
+        found = {"origin": self.bodies[0].markers["origin"]}
+        for body in self.bodies:
+            found |= {name: at for name, at in body.markers.items() if name != "origin" and not name.startswith(".")}
+        return found
+
+    def holder(self, marker: str) -> int:
+        """Number (from 0) of the segment that holds a marker. Raises KeyError with the known names."""
+        if marker == "origin":
+            return 0
+        for j, body in enumerate(self.bodies):
+            if marker in body.markers:
+                return j
+        raise KeyError(f"marker {marker!r} is not on the body; its markers are {sorted(self.markers)}")
+
+    def marker(self, name: str) -> Marker:
+        """The marker of that name."""
+        return self.bodies[self.holder(name)].markers[name]
+
+    def with_marker(self, name: str, marker: Marker, beside: str) -> Segments:
+        """A copy with a marker on the segment that holds the marker `beside`."""
+        j = self.holder(beside)
+        bodies = list(self.bodies)
+        bodies[j] = replace(bodies[j], markers={**bodies[j].markers, name: marker})
+        return Segments(tuple(bodies))
+
+
+Part = FlexibleBody | Segments
+
+
+def segment_name(body: str, j: int) -> str:
+    """Name of segment j, counted from 0, of a body.
+
+    >>> segment_name("boom", 0)
+    'boom.1'
+    """
+    return f"{body}.{j + 1}"
+
+
+def marker_label(segments: Mapping[str, tuple[str, ...]], body: str, marker: str) -> str:
+    """How a marker is called in results: "boom.tip" also when it is on a segment of the boom."""
+    owner = next((name for name, parts in segments.items() if body in parts), body)
+    return f"{owner}.{marker}"
+
+
+def expanded(
+    parts: Mapping[str, Part], joints: Sequence[Joint], loads: Sequence[Load] = ()
+) -> tuple[dict[str, FlexibleBody], tuple[Joint, ...], tuple[Load, ...], dict[str, tuple[str, ...]]]:
+    """Bodies, joints and loads with every cut body as welded segments, and the names of its segments.
+
+    Raises KeyError when a joint or load names a marker that a cut body does not have.
+    """
+    cut = {name: part for name, part in parts.items() if isinstance(part, Segments)}
+    names = {name: tuple(segment_name(name, j) for j in range(len(part.bodies))) for name, part in cut.items()}
+    bodies: dict[str, FlexibleBody] = {}
+    for name, part in parts.items():
+        if isinstance(part, Segments):
+            bodies |= dict(zip(names[name], part.bodies, strict=True))
+        else:
+            bodies[name] = part
+    found: list[Joint] = []
+    for joint in joints:
+        moved = {"name": joint.label} if {joint.child, joint.parent} & set(cut) else {}
+        if joint.parent in cut:
+            moved["parent"] = names[joint.parent][cut[joint.parent].holder(joint.parent_marker)]
+        if joint.child in cut:
+            held = cut[joint.child].holder(joint.child_marker)
+            moved["child"] = names[joint.child][held]
+            found.append(replace(joint, **moved))  # type: ignore[arg-type]
+            found += welds(names[joint.child], held)
+        else:
+            found.append(replace(joint, **moved) if moved else joint)  # type: ignore[arg-type]
+    acting = tuple(
+        replace(load, body=names[load.body][cut[load.body].holder(load.marker)]) if load.body in cut else load
+        for load in loads
+    )
+    return bodies, tuple(found), acting, names
+
+
+def welds(names: Sequence[str], held: int) -> list[Joint]:
+    """Welds between neighbours, leading away from the segment that is held."""
+    outward = [weld(names[j], names[j - 1], child_marker=NEAR, parent_marker=FAR) for j in range(held + 1, len(names))]
+    back = [weld(names[j], names[j + 1], child_marker=FAR, parent_marker=NEAR) for j in range(held - 1, -1, -1)]
+    return [*outward, *back]

@@ -1,0 +1,45 @@
+"""The linearised equations against differences of the compiled rate, and the turning of balls against rotations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from random_systems import random_tree
+
+from femflex.dynamics import compile_system
+from femflex.dynamics.linearised import linearised
+from femflex.rotations import dcm_from_vector, vector_from_dcm
+from femflex.system import free
+
+
+def plain_trees(count: int):
+    """Random trees without balls, whose coordinates are their own increments."""
+    seed, found = 0, 0
+    while found < count:
+        system, _, state = random_tree(seed, n_bodies=4)
+        seed += 1
+        if all(joint.ball is None for joint in system.joints) and len(state[1]) > 3:
+            found += 1
+            yield system, np.concatenate(state)
+
+
+@pytest.mark.parametrize(("system", "x"), list(plain_trees(3)))
+def test_the_state_matrix_is_the_derivative_of_the_rate(system, x):
+    model = compile_system(system)
+    udot = model.state_rate(0.0, x)[model.n_q :]
+    A = linearised(model, 0.0, x, udot).state_matrix()
+    steps = np.eye(model.n_x) * 1e-6
+    wanted = np.column_stack([(model.state_rate(0.0, x + e) - model.state_rate(0.0, x - e)) / 2e-6 for e in steps])
+    assert pytest.approx(wanted, rel=1e-6, abs=1e-6 * np.abs(wanted).max()) == A
+
+
+def test_increments_of_a_turning_ball_turn_with_it():
+    system, _, (q, u) = random_tree(3, n_bodies=1, root=free)
+    model = compile_system(system)
+    W = linearised(model, 0.0, np.concatenate([q, u])).W[3:6, 3:6]
+    omega, xi, dt, size = u[3:6], np.array([0.3, -0.2, 0.5]), 1e-4, 1e-4
+    moved = [
+        vector_from_dcm(dcm_from_vector(-omega * h) @ dcm_from_vector(size * xi) @ dcm_from_vector(omega * h))
+        for h in (-dt, dt)
+    ]
+    assert (moved[1] - moved[0]) / (2 * dt * size) == pytest.approx(W @ xi, rel=1e-5)

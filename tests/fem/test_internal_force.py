@@ -1,0 +1,162 @@
+"""The full nonlinear elastic force: homogeneous strain in closed form, differences of the energy, rigid motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from nonlinear_models import METAL, SANDWICH, STRUCTURES, random_state, solid
+from plate_models import displaced
+
+from femflex.fem import Member, build_structure, plate, plate_bfs
+from femflex.fem.laminates import isotropic
+from femflex.fem.sections import Rectangle
+from femflex.mesh import line, rectangle
+
+
+@pytest.mark.parametrize("size", [1e-4, 0.1, 30.0])
+@pytest.mark.parametrize("name", STRUCTURES)
+def test_force_and_tangent_are_derivatives_of_the_energy(name, size):
+    structure = STRUCTURES[name]()
+    elastic = structure.internal_force
+    x, way = random_state(structure, size), random_state(structure, size, seed=1)
+    h = 1e-3  # the energy is of degree 4 along a line: a five-point difference is exact but for rounding
+    at = np.array([-2, -1, 1, 2]) * h
+    weight = np.array([1, -8, 8, -1]) / (12 * h)
+    slope = weight @ [elastic.energy(x + t * way) for t in at]
+    work = elastic.force(x) @ way
+    assert work == pytest.approx(slope, abs=1e-8 * np.abs(elastic.force(x)) @ np.abs(way))
+    turn = sum(w * elastic.force(x + t * way) for w, t in zip(weight, at, strict=True))
+    push = elastic.tangent(x) @ way
+    np.testing.assert_allclose(push, turn, atol=1e-8 * np.abs(push).max())
+
+
+@pytest.mark.parametrize("name", STRUCTURES)
+def test_force_at_rest_and_its_tangent_are_what_the_structure_holds(name):
+    structure = STRUCTURES[name]()
+    elastic, rest = structure.internal_force, np.zeros(structure.n_dof)
+    scale = abs(structure.K).max()
+    assert abs(elastic.tangent(rest) - structure.K).max() < 1e-14 * scale
+    np.testing.assert_array_equal(elastic.force(rest), structure.f0)
+    assert elastic.energy(rest) == 0.0
+    stressed = any(word in name for word in ("prestressed", "pretensioned", "hot"))
+    assert structure.f0.any() == stressed
+
+
+def test_a_solid_under_a_homogeneous_gradient_has_the_energy_of_green_and_lagrange():
+    sigma0 = np.array([3e9, 1e9, -2e9, 5e8, 4e8, -1e9])
+    structure = solid(prestress=sigma0)
+    H = np.random.default_rng(4).normal(size=(3, 3))
+    x = structure.translation.T @ (structure.mesh.points @ H.T).ravel()
+    E = (H + H.T + H.T @ H) / 2
+    lam, mu = METAL.E * 0.3 / 1.3 / 0.4, METAL.E / 2.6
+    density = lam / 2 * np.trace(E) ** 2 + mu * np.sum(E * E)
+    voigt = np.array([E[0, 0], E[1, 1], E[2, 2], 2 * E[1, 2], 2 * E[0, 2], 2 * E[0, 1]])
+    volume = structure.strain[0].weight.sum()
+    assert structure.internal_force.energy(x) == pytest.approx((density + sigma0 @ voigt) * volume, rel=1e-12)
+
+
+def test_a_solid_turned_by_any_angle_stores_nothing():
+    structure = solid()
+    q = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    turn = q * np.linalg.det(q)
+    x = structure.translation.T @ (structure.mesh.points @ (turn - np.eye(3)).T).ravel()
+    scale = x @ structure.K @ x
+    assert structure.internal_force.energy(x) < 1e-20 * scale
+    assert np.abs(structure.internal_force.force(x)).max() < 1e-12 * np.abs(structure.K @ x).max()
+
+
+@pytest.mark.parametrize("order", [3, 5])
+def test_a_beam_under_constant_slopes_has_the_energy_of_its_stretch(order):
+    a, b, c, d, tension = 0.3, 0.5, -0.4, 2.0, 1e5
+    mesh = line([[0, 0, 0], [2.0, 0, 0]], 3)
+    width, height = 0.05, 0.03
+    options = {"order": order, "prestress": tension, "orientation": (0, 1, 0)}
+    structure = build_structure(mesh, [Member("line", "beam", Rectangle(width, height), METAL, options)])
+    x = mesh.points[:, :1]
+    u, turn = x * [a, b, c], np.broadcast_to([0.0, -c, b], (len(x), 3)) + x * [d, 0, 0]
+    dofs = structure.translation.T @ u.ravel() + structure.rotation.T @ turn.ravel()
+    A, polar = width * height, (width**2 + height**2) / 12
+    stretch = a + (a**2 + b**2 + c**2 + polar * d**2) / 2
+    section = structure.strain[0].elastic[0, 0]
+    GJ = section[3, 3] * polar
+    expected = 2.0 * (tension * stretch + (METAL.E * A * stretch**2 + GJ * d**2) / 2)
+    assert structure.internal_force.energy(dofs) == pytest.approx(expected, rel=1e-11)
+
+
+@pytest.mark.parametrize("family", ["plate", "plate_bfs"])
+@pytest.mark.parametrize("section", [isotropic(0.01, METAL), SANDWICH])
+def test_a_plate_under_constant_slopes_has_the_energy_of_its_membrane_strain(family, section):
+    H = np.array([[0.2, -0.1], [0.15, 0.05]])  # u,x u,y / v,x v,y
+    slope, force = np.array([0.4, -0.3]), np.array([2e6, -1e6, 5e5])
+    mesh = rectangle(1.2, 0.9, 3, 2, "triangle" if family == "plate" else "quad")
+    structure = build_structure(mesh, [Member("surface", family, section, None, {"prestress": force})])
+    x = displaced(
+        structure,
+        lambda p: np.column_stack([p[:, :2] @ H.T, p[:, :2] @ slope]),
+        lambda p: np.broadcast_to([slope[1], -slope[0], 0.0], (len(p), 3)),
+    )
+    eps = np.array([H[0, 0], H[1, 1], H[0, 1] + H[1, 0]])
+    eps += np.array([*(slope**2 / 2), slope[0] * slope[1]])
+    expected = 1.2 * 0.9 * (force @ eps + eps @ section.A @ eps / 2)
+    assert structure.internal_force.energy(x) == pytest.approx(expected, rel=1e-11)
+
+
+def test_a_hot_beam_free_to_stretch_finds_the_length_at_which_it_pushes_no_more():
+    strain = 1e-3
+    mesh = line([[0, 0, 0], [2.0, 0, 0]], 2)
+    structure = build_structure(
+        mesh, [Member("line", "beam", Rectangle(0.05, 0.03), METAL, {"thermal_strain": strain})]
+    )
+    stretch = np.sqrt(1 + 2 * strain) - 1  # u' + u'^2 / 2 = strain
+    x = structure.translation.T @ (mesh.points * [stretch, 0, 0]).ravel()
+    elastic = structure.internal_force
+    assert np.abs(elastic.force(x)).max() < 1e-12 * np.abs(structure.f0).max()
+    assert elastic.energy(x) == pytest.approx(-METAL.E * 0.0015 * strain**2 / 2 * 2.0, rel=1e-12)
+
+
+def test_rows_and_gradients_agree_and_parts_of_a_table_are_the_table():
+    for name in STRUCTURES:
+        structure = STRUCTURES[name]()
+        x = random_state(structure, 1.0)
+        raw = structure.T @ x
+        for block in structure.strain:
+            rows = np.matmul(block.rows(slice(None)), raw[block.dofs][:, None, :, None])
+            direct = rows[..., 0]
+            np.testing.assert_allclose(
+                block.gradients(raw[:, None], slice(None))[..., 0], direct, atol=1e-12 * np.abs(direct).max()
+            )
+            part = block.quartic(slice(1, 3))
+            whole = block.quartic(slice(None)).gradients(raw[:, None], slice(None))[1:3]
+            np.testing.assert_allclose(
+                part.gradients(raw[:, None], slice(None)), whole, atol=1e-12 * np.abs(whole).max()
+            )
+
+
+@pytest.mark.parametrize(
+    ("name", "family", "options", "text"),
+    [
+        ("plate", "plate", {"prestress": (1.0, 2.0)}, r"prestress of a plate is \(1.0, 2.0\); give three finite"),
+        ("plate", "plate_bfs", {"thermal_strain": (1.0, 2.0)}, r"thermal_strain of a plate is \(1.0, 2.0\)"),
+    ],
+)
+def test_initial_stress_that_is_not_understood_is_refused(name, family, options, text):
+    mesh = rectangle(1.0, 1.0, 2, 2, "triangle" if family == "plate" else "quad")
+    with pytest.raises(ValueError, match=text):
+        build_structure(mesh, [Member("surface", family, 0.01, METAL, options)])
+
+
+def test_initial_stress_of_beams_and_solids_is_checked_too():
+    mesh = line([[0, 0, 0], [2.0, 0, 0]], 2)
+    with pytest.raises(ValueError, match=r"beam on group 'line' has prestress '5 N'; give one finite number"):
+        build_structure(mesh, [Member("line", "beam", Rectangle(0.05, 0.03), METAL, {"prestress": "5 N"})])
+    with pytest.raises(ValueError, match=r"prestress of a solid is \(1.0, 2.0\) .* give six finite stresses"):
+        solid(prestress=(1.0, 2.0))
+
+
+def test_more_points_leave_the_energy_of_plates_unchanged(monkeypatch):
+    states = [(structure, random_state(structure, 1.0)) for structure in (STRUCTURES["dkmt"](), STRUCTURES["bfs"]())]
+    once = [structure.internal_force.energy(x) for structure, x in states]
+    monkeypatch.setattr(plate, "QUARTIC", 12)
+    monkeypatch.setattr(plate_bfs, "_QUARTIC", np.polynomial.legendre.leggauss(10))
+    again = [structure.internal_force.energy(x) for structure, x in states]
+    assert again == pytest.approx(once, rel=1e-12)

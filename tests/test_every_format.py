@@ -1,0 +1,33 @@
+"""The same craft from the same mesh in every format moves the same."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import femflex
+from femflex.mesh import read_mesh, write_mesh
+
+TOP = Path(__file__).resolve().parents[1]
+TIP = "markers/panel_east.corner/deflection"
+
+
+def deflection(folder: Path, mesh: Path) -> np.ndarray:
+    """Deflection of the panel's corner over the first two seconds of the slew, its panels read from a mesh file."""
+    text = (TOP / "cases" / "panel_slew.toml").read_text().split("[pictures]")[0]
+    text = text.replace("../meshes/panel.msh", str(mesh)).replace('"60 s"', '"2 s"')
+    case = folder / f"{mesh.suffix[1:]}.toml"
+    case.write_text(text)
+    with femflex.run(case, case.with_suffix(".h5")) as run:
+        return np.asarray(run[TIP])
+
+
+@pytest.mark.parametrize("ending", ["med", "vtu", "vtk", "inp", "bdf"])
+def test_a_run_does_not_care_what_wrote_its_mesh(ending, tmp_path):
+    original = TOP / "meshes" / "panel.msh"
+    other = tmp_path / f"panel.{ending}"
+    write_mesh(other, read_mesh(original))
+    expected = deflection(tmp_path, original)
+    assert np.abs(expected).max() > 0.01
+    # Nastran's fields carry fewer digits than the others
+    assert deflection(tmp_path, other) == pytest.approx(expected, abs=1e-9 if ending == "bdf" else 1e-12)
