@@ -90,6 +90,8 @@ class FlexibleTable(BodyTable):
     point_masses: list[PointMassTable] = Field(default_factory=list)
     reduction: Reduction | None = None
     """Left out only with segments: static shapes of each, and no modes between its ends."""
+    strain: Literal["linear", "nonlinear"] = "linear"
+    """nonlinear: stiffening and large deflections by the cubic and quartic strain tensors; wants derivatives."""
     damping: DampingTable | None = None
 
     @property
