@@ -10,12 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-<<<<<<< HEAD
-from femflex.dynamics.columns import write_marker_columns
-=======
 from femflex.dynamics.ball import ball_turn
-from femflex.dynamics.columns import write_columns
->>>>>>> main
+from femflex.dynamics.columns import write_marker_columns
 from femflex.dynamics.compiled import inner
 from femflex.dynamics.layout import (
     BALL_NONE,
@@ -32,12 +28,8 @@ from femflex.dynamics.layout import (
     W_VEL,
 )
 from femflex.dynamics.shapes import keep_shapes, markers_motion
-<<<<<<< HEAD
 from femflex.dynamics.slaves import place_slaves
-from femflex.dynamics.turns import angles_turn, axis_turn, quaternion_turn
-=======
 from femflex.dynamics.turns import axis_turn, quaternion_turn
->>>>>>> main
 from femflex.dynamics.vectors import (
     UNIT,
     ZERO,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from femflex.body import FlexibleBody, MassMoments, StrainTensors
+from femflex.body import FlexibleBody
 from femflex.dynamics.terms import LOADS, TERMS, all_rows, term_names
 from femflex.system import Joint, System
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from femflex.body import StrainTensors
 from femflex.reduction.beam_functions import gauss
-from femflex.reduction.strain_tensors import packed_cubic, packed_quartic
+from femflex.reduction.strain import packed_cubic, packed_quartic
 from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
 
 Array = NDArray[np.float64]

@@ -78,7 +78,7 @@ def _condensed_strain(strain: StrainTensors, X: Array, n: int, stiffness: Array)
         V3 = np.einsum("ijkl,ia,jb,kc,ld->abcd", unpacked(strain.V3, size, 4), F, F, F, F, optimize=True)
     V3 = V3 - 0.25 * np.einsum("sij,st,tkl->ijkl", A, stiffness, A, optimize=True)
     V1 = F.T @ strain.V1 @ F
-    return StrainTensors(V1, F.T @ strain.f0, packed(np.tensordot(F.T, V2_F, axes=1)), packed(V3)), A
+    return StrainTensors(V1, F.T @ strain.f0, packed(np.tensordot(F.T, V2_F, axes=1)), packed(V3)), np.asarray(A, float)
 
 
 def _check(body: FlexibleBody, slaved: Index) -> None:

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from pointwise import Jet, Tree, const, equations, skew
 from random_systems import random_state, random_tree
+from test_curved_strain import curved
 from test_equations import frozen, orbital_frame
-from test_nonlinear_strain import curved
 from test_terms import along, furnished, one
 
 from femflex.dynamics import compile_system
@@ -21,7 +21,8 @@ class Followed(Tree):
 
     def points(self, q, u, udot, base, shift=None):
         bodies = {
-            name: SimpleNamespace(n_modes=body.n_shapes, marker=body.marker) for name, body in self.system.bodies.items()
+            name: SimpleNamespace(n_modes=body.n_shapes, marker=body.marker)
+            for name, body in self.system.bodies.items()
         }
         shown = SimpleNamespace(order=self.system.order, joint_of=self.system.joint_of, bodies=bodies)
         return Tree(shown, self.clouds).points(*widened(self.system, q, u, udot), base, shift)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femflex.body import FlexibleBody, Marker, MassMoments, rigid_body
+from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
