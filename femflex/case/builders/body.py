@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femflex.body import FlexibleBody, Marker, MassMoments, rigid_body
+from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
@@ -150,27 +150,11 @@ def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> Fl
         if n > body.n_modes:
             text = f"found {n}; {table.file} holds {body.n_modes} elastic coordinates"
             raise CaseError(case.path.name, [Problem(f"bodies.{name}.modes", text)])
-        body = truncated(body, n)
+        body = body.truncated(n)
     damping = _damping(table.damping)
     if damping is not None:
-        body = replace(body, damping=damping.matrix(body.moments.elastic_mass(), body.strain.V1))
+        body = replace(body, damping=damping.matrix(body.without_slaves().moments.elastic_mass(), body.strain.V1))
     return body
-
-
-def truncated(body: FlexibleBody, n: int) -> FlexibleBody:
-    """A copy with the first n elastic coordinates alone."""
-    m = body.moments
-    markers = {name: replace(k, phi=k.phi[:, :n], psi=k.psi[:, :n]) for name, k in body.markers.items()}
-    return replace(
-        body,
-        moments=MassMoments(m.mass, m.first[: n + 1], m.second[: n + 1, :, : n + 1]),
-        strain=body.strain.truncated(n),
-        damping=body.damping[:n, :n],
-        markers=markers,
-        skin=None if body.skin is None else replace(body.skin, shapes=body.skin.shapes[:n]),
-        kinds=body.kinds[:n],
-        omega=body.omega[:n],
-    )
 
 
 def _damping(table: DampingTable | None) -> ModalDamping | RayleighDamping | None:

@@ -51,6 +51,7 @@ def warn_of_doubtful_bodies(case: Case, bodies: Mapping[str, FlexibleBody], outp
 
 def carried_mass(body: FlexibleBody) -> float:
     """Largest fraction of the mass that the elastic coordinates carry in any direction."""
+    body = body.without_slaves()
     s, Me = body.moments.first[1:], body.moments.elastic_mass()
     return float(np.linalg.eigvalsh(s.T @ np.linalg.solve(Me, s))[-1] / body.moments.mass)
 
