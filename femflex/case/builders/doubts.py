@@ -22,9 +22,11 @@ def warn_of_doubtful_bodies(case: Case, bodies: Mapping[str, FlexibleBody], outp
     """Warn of meshes in the wrong unit, mode sets that carry little of the mass or are held elsewhere than they
     are clamped, and modes too fast for the output."""
     warn_of_bodies_held_elsewhere(case, bodies)
+    looked_at: set[int] = set()
     for name, body in bodies.items():
-        if name not in case.bodies:  # a segment
+        if name not in case.bodies or id(body) in looked_at:  # a segment, or shared by alike tables
             continue
+        looked_at.add(id(body))
         table = case.bodies[name]
         if isinstance(table, FlexibleTable):
             warn_of_doubtful_extents(case, name, table, body)
@@ -48,6 +50,7 @@ def warn_of_doubtful_bodies(case: Case, bodies: Mapping[str, FlexibleBody], outp
 
 def carried_mass(body: FlexibleBody) -> float:
     """Largest fraction of the mass that the elastic coordinates carry in any direction."""
+    body = body.without_slaves()
     s, Me = body.moments.first[1:], body.moments.elastic_mass()
     return float(np.linalg.eigvalsh(s.T @ np.linalg.solve(Me, s))[-1] / body.moments.mass)
 
