@@ -1,4 +1,4 @@
-"""Rotating cantilevers: exact frequencies by shooting along the beam, and femflex's own from a body in a spinning frame.
+"""Rotating cantilevers: exact frequencies by shooting along the beam, and those of a body in a spinning frame.
 
 All in units of the beam: length, root mass per length and root bending stiffness are 1, so that a frequency is mu and
 the spin is gamma = Omega sqrt(rho A L^4 / EI).

@@ -81,7 +81,7 @@ def test_an_inextensible_cantilever_keeps_no_membrane_stiffness_and_held_ends_ke
     d = np.array([0.02, -0.01, 0.005])
     held = whole.strain.energy(np.concatenate([d, np.zeros(12)]))
     linear = d @ free.strain.V1 @ d / 2
-    assert held > 10 * linear  # bending alone stretches
+    assert held > 3 * linear  # bending alone stretches
     assert free.strain.energy(d) == pytest.approx(linear, rel=1e-8)
     held_ends = beam_body(
         beam, replace(functions, y=1, ends="pinned-pinned", family="characteristic"), strain="condensed"
