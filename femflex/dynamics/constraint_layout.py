@@ -47,7 +47,7 @@ CONSTRAINT = np.dtype(
         for name in (
             *ENDS,
             "kind",  # CONSTRAINT_*
-            "motion_P", "motion_Q",  # work: MOTION_SIZE each
+            "motion_P", "motion_Q",  # work: M_*
             "n_slides", "slides",  # pool (n_slides, 3)
             "n_pairs", "pairs",  # pool (n_pairs, 7)
             "first", "n_rows",  # rows
@@ -66,8 +66,7 @@ CONSTRAINT_LOOP, CONSTRAINT_DISC, CONSTRAINT_EDGE, CONSTRAINT_GENERAL = 0, 1, 2,
 
 M_C = 0  # motion of a marker, inertial components: C_NM (9),
 M_R, M_V, M_O, M_A, M_E = 9, 12, 15, 18, 21  # place, velocity, rate, acceleration, angular acceleration (3 each);
-M_ARM, M_T = 24, 27  # in the body's: place from its origin (3), tangent T of the marker's own turn (9)
-MOTION_SIZE = 36
+M_ARM, M_COLUMNS = 24, 28  # in the body's: place from its origin (3), columns (6, row) over its coordinates
 
 R_FP, R_TP, R_FQ, R_TQ = 0, 3, 6, 9  # a row's force and torque on the bodies at markers P and Q, body components
 R_GAP, R_SPEED, R_BIAS, R_LAMBDA, R_TARGET = 12, 13, 14, 15, 16  # g, A u - b, Adot u - bdot, multiplier, right side

@@ -38,7 +38,7 @@ NEWTON_STEPS = 10  # of a projection at most; from an integrator's step one or t
 @inner
 def reduce_rows(table: Table, pool: Array, work: Array) -> None:
     """White rows and the factors of their products."""
-    whiten_rows(table, pool, work, False)
+    whiten_rows(table, work, False)
     factorise_products(table, pool, work)
 
 
@@ -64,7 +64,7 @@ def solve_motion(t: float, q: Array, u: Array, udot: Array, table: Table, pool: 
     reduce_to_root(table, pool, work, 0.0, 0.0, True)
     accelerate(table, work, udot, True)
     write_rows(t, q, u, table, pool, work)
-    aim_accelerations(udot, table, pool, work)
+    aim_accelerations(udot, table, work)
     reduce_rows(table, pool, work)
     step = answer(table, work)
     for k in range(header_of(table)["n_u"]):

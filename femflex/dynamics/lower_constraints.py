@@ -28,9 +28,13 @@ def lower_constraints(
     for record, constraint in zip(records, given, strict=True):
         record["first"] = n_rows
         if isinstance(constraint, Joint):
-            lower_loop(record, constraint, system, pool, scratch)
+            lower_loop(record, constraint, system, pool)
         else:
-            lower_nonholonomic(record, constraint, system, pool, scratch, n_u)
+            lower_nonholonomic(record, constraint, system, pool)
+        if record["kind"] == at.CONSTRAINT_GENERAL:
+            record["general"] = scratch.take(int(record["n_rows"]) * (n_u + 2))
+        else:
+            take_motions(record, bodies, scratch)
         n_rows += int(record["n_rows"])
     if given:
         lower_closing(closing[0], system, pool, n_rows, len(given))
@@ -56,32 +60,33 @@ def take_scratch(closing: np.void, head: np.void, scratch: Scratch) -> None:
         closing[key] = scratch.take(count)
 
 
-def lower_loop(record: np.void, joint: Joint, system: System, pool: Pool, scratch: Scratch) -> None:
+def take_motions(record: np.void, bodies: NDArray[np.void], scratch: Scratch) -> None:
+    """Places of the motions of markers P and Q in the work array."""
+    for side, role in zip("PQ", ("parent", "child"), strict=True):
+        record[f"motion_{side}"] = scratch.take(at.M_COLUMNS + 6 * int(bodies[record[role]]["row"]))
+
+
+def lower_loop(record: np.void, joint: Joint, system: System, pool: Pool) -> None:
     """A cut joint's markers and rows."""
     ends = ((joint.parent, joint.parent_marker), (joint.child, joint.child_marker))
     lower_ends(record, ends, system, pool)
     slide, turn = free_scales(ends, system)
     rows = closure(joint)
     record["kind"] = at.CONSTRAINT_LOOP
-    record["motion_P"], record["motion_Q"] = scratch.take(at.MOTION_SIZE), scratch.take(at.MOTION_SIZE)
     record["n_slides"], record["slides"] = len(rows.slides), pool.put(rows.slides)
     record["n_pairs"], record["pairs"] = len(rows.pairs), pool.put(rows.pairs)
     record["n_rows"] = rows.n_rows
     record["scales"] = pool.put([slide] * len(rows.slides) + [turn] * len(rows.pairs))
 
 
-def lower_nonholonomic(
-    record: np.void, constraint: Nonholonomic, system: System, pool: Pool, scratch: Scratch, n_u: int
-) -> None:
+def lower_nonholonomic(record: np.void, constraint: Nonholonomic, system: System, pool: Pool) -> None:
     """A velocity constraint's markers, axes and rows; the address of a user's function is filled in by the model."""
     record["kind"], record["n_rows"] = KINDS[constraint.kind], constraint.n_rows
     if constraint.body is None:
-        record["general"] = scratch.take(constraint.n_rows * (n_u + 2))
         record["scales"] = pool.put(np.zeros(constraint.n_rows))
         return
     ends = ((constraint.parent, constraint.parent_marker), (constraint.body, constraint.marker))
     lower_ends(record, ends, system, pool)
-    record["motion_P"], record["motion_Q"] = scratch.take(at.MOTION_SIZE), scratch.take(at.MOTION_SIZE)
     record["axis"] = pool.put([*constraint.axis, *constraint.normal, constraint.radius])
     record["scales"] = pool.put([free_scales(ends, system)[0]] * constraint.n_rows)
 

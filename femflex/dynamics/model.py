@@ -18,6 +18,7 @@ from femflex.dynamics.layout import BALL_MODIFIED, BALL_QUATERNION, body_records
 from femflex.dynamics.lower import lower
 from femflex.dynamics.lower_constraints import characteristic_length
 from femflex.dynamics.observe import observe
+from femflex.dynamics.orbit_force import observe_orbit_force
 from femflex.dynamics.pool import aligned
 from femflex.dynamics.terms import SWITCHED
 from femflex.rotations import is_extrinsic
@@ -148,12 +149,14 @@ class Model:
         out["q"], out["u"] = states[:, : self.n_q], states[:, self.n_q :]
         out |= observe_held(self, times, states)
         out |= observe_balls(self.system, states)
+        out |= observe_orbit_force(self.system, out)
         if is_extrinsic(self.system.libration_sequence):
             out["attitude/angles"] = out["attitude/angles"][:, ::-1]
         records = body_records(self.table)
         for i, name in enumerate(self.system.order, start=1):
             first = int(records[i]["qe"])
-            out[f"bodies/{name}/delta"] = states[:, first : first + self.system.bodies[name].n_modes]
+            body = self.system.bodies[name]
+            out[f"bodies/{name}/delta"] = body.amplitudes(states[:, first : first + body.n_modes])
         if self.constraints is not None:
             out |= self.constraints.observe(times, states)
         if self.system.segments:

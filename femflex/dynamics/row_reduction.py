@@ -19,7 +19,6 @@ from femflex.dynamics.constraint_layout import closing_of, constraint_of
 from femflex.dynamics.forces import clear, release_joint
 from femflex.dynamics.gathering import hand_forces
 from femflex.dynamics.general_rows import push_general
-from femflex.dynamics.held import is_held
 from femflex.dynamics.inertia import zero_forces
 from femflex.dynamics.lanes import beyond, lane, plus, put
 from femflex.dynamics.layout import W_H, W_P, W_PIVOT, W_TAU, W_U, body_of, header_of
@@ -45,22 +44,15 @@ def is_plain(b: Record, stiff: bool) -> bool:
 
 
 @inner
-def stays(b: Record, k: int, work: Array) -> bool:
-    """Whether column k of a joint is a held freedom, which forces do not move."""
-    hidden = 3 if b["hidden"] else 0
-    return b["held"] == 1 and k >= hidden and is_held(b, k - hidden, work)
-
-
-@inner
 def keep_roots(table: Table, work: Array, stiff: bool) -> None:
-    """Square roots of all reciprocal pivots of the recursion."""
+    """Square roots of all reciprocal pivots of the recursion; zero for held freedoms, which forces do not move."""
     closing = closing_of(table)
     roots = closing["roots"]
     for i in range(1, header_of(table)["n_bodies"]):
         b = body_of(table, i)
         first, shapes = roots + b["u"] + shift_of(b, closing), roots + b["ue"] + closing["n_hidden"]
         for k in range(b["n_h"]):
-            work[first + k] = 0.0 if stays(b, k, work) else math.sqrt(work[b["work"] + W_PIVOT + k])
+            work[first + k] = math.sqrt(work[b["work"] + W_PIVOT + k])
         for k in range(b["n"]):
             work[shapes + k] = 1.0 if is_plain(b, stiff) else math.sqrt(work[b["pivot"] + k])
 
@@ -74,17 +66,17 @@ def mark_path(i: int, marks: int, table: Table, work: Array) -> None:
 
 
 @inner
-def whiten_rows(table: Table, pool: Array, work: Array, stiff: bool) -> None:
+def whiten_rows(table: Table, work: Array, stiff: bool) -> None:
     """Write the white row of every constraint row; the bodies' forces are used up."""
     keep_roots(table, work, stiff)
     for i in range(closing_of(table)["n_constraints"]):
         c = constraint_of(table, i)
         for k in range(c["n_rows"]):
-            whiten_row(c, k, table, pool, work, stiff)
+            whiten_row(c, k, table, work, stiff)
 
 
 @inner
-def whiten_row(c: Record, k: int, table: Table, pool: Array, work: Array, stiff: bool) -> None:
+def whiten_row(c: Record, k: int, table: Table, work: Array, stiff: bool) -> None:
     """Write the white row of row k of a constraint: only bodies between its markers and the root have a part in it."""
     head, closing = header_of(table), closing_of(table)
     n, width, marks = head["n_bodies"], closing["width"], closing["marks"]
@@ -104,7 +96,7 @@ def whiten_row(c: Record, k: int, table: Table, pool: Array, work: Array, stiff:
     if general:
         push_general(c, k, 1.0, table, work)
     else:
-        push_row(c, row_of(table, c["first"] + k), 1.0, table, pool, work)
+        push_row(c, row_of(table, c["first"] + k), 1.0, table, work)
     for j in range(n - 1, 0, -1):
         if work[marks + j] != 0.0:
             b = body_of(table, j)
@@ -126,8 +118,6 @@ def reduce_body(b: Record, closing: Record, white: Array, work: Array, stiff: bo
         force = reduce_shapes(b, force, beyond(white, first), beyond(work, roots + first), work, stiff)
     hidden, first = 3 if b["hidden"] else 0, b["u"] + shift_of(b, closing)
     for k in range(b["n_h"]):
-        if stays(b, k, work):
-            continue
         left = -dot_pair(pair(work, w + W_H + 8 * k), force)
         if k >= hidden:
             left += work[w + W_TAU + k - hidden]
@@ -163,9 +153,8 @@ def respond(table: Table, work: Array, out: Array, stiff: bool) -> None:
         b = body_of(table, i)
         first, shapes = b["u"] + shift_of(b, closing), b["ue"] + closing["n_hidden"]
         for k in range(b["n_h"]):
-            if not stays(b, k, work):
-                left = combination(first + k, table, work) / work[closing["roots"] + first + k]
-                work[b["work"] + W_U + 8 * k + 7] = -left
+            root = work[closing["roots"] + first + k]
+            work[b["work"] + W_U + 8 * k + 7] = 0.0 if root == 0.0 else -combination(first + k, table, work) / root
         if b["n"] > 0:
             substitute_shapes(b, shapes, closing, table, work, stiff)
     accelerate(table, work, out, True)

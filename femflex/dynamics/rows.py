@@ -15,8 +15,7 @@ from femflex.dynamics.constraint_layout import closing_of, constraint_of
 from femflex.dynamics.contact_rows import put_force, put_values, write_disc, write_edge
 from femflex.dynamics.general_rows import general_along, write_general
 from femflex.dynamics.layout import W_CIN, body_of
-from femflex.dynamics.loads import push
-from femflex.dynamics.marker_motion import accelerate_marker, move_marker
+from femflex.dynamics.marker_motion import accelerate_marker, move_marker, push_marker
 from femflex.dynamics.vectors import ZERO, add, cross, dot, load3, load9, scale, store3, sub, turn
 
 Array = NDArray[np.float64]
@@ -102,15 +101,15 @@ def write_pairs(c: Record, P: Record, Q: Record, row: int, pool: Array, work: Ar
 
 
 @inner
-def aim_accelerations(udot: Array, table: Table, pool: Array, work: Array) -> None:
+def aim_accelerations(udot: Array, table: Table, work: Array) -> None:
     """Write bdot - Adot u - A udot of every row as the multipliers' right side; the bodies move with udot."""
     for i in range(closing_of(table)["n_constraints"]):
         c = constraint_of(table, i)
         general = c["kind"] == at.CONSTRAINT_GENERAL
         P, Q = body_of(table, c["parent"]), body_of(table, c["child"])
         if not general:
-            accelerate_marker(P, c["shape_P"], c["spin_P"], c["bends_P"], c["motion_P"], pool, work)
-            accelerate_marker(Q, c["shape_Q"], c["spin_Q"], c["bends_Q"], c["motion_Q"], pool, work)
+            accelerate_marker(P, c["bends_P"], c["motion_P"], work)
+            accelerate_marker(Q, c["bends_Q"], c["motion_Q"], work)
         for k in range(c["n_rows"]):
             r = row_of(table, c["first"] + k)
             moved = general_along(c, k, udot, table, work) if general else row_along(r, c, P, Q, at.M_A, at.M_E, work)
@@ -118,13 +117,10 @@ def aim_accelerations(udot: Array, table: Table, pool: Array, work: Array) -> No
 
 
 @inner
-def push_row(c: Record, r: int, factor: float, table: Table, pool: Array, work: Array) -> None:
+def push_row(c: Record, r: int, factor: float, table: Table, work: Array) -> None:
     """Put a row's forces (row at r, of a constraint between markers), times a factor, on its two bodies."""
-    p, q = c["motion_P"], c["motion_Q"]
     if c["parent"] > 0:
         f, t = scale(factor, load3(work, r + at.R_FP)), scale(factor, load3(work, r + at.R_TP))
-        arm, T = load3(work, p + at.M_ARM), load9(work, p + at.M_T)
-        push(body_of(table, c["parent"]), f, t, arm, T, c["bends_P"], c["shape_P"], c["spin_P"], pool, work)
+        push_marker(body_of(table, c["parent"]), f, t, c["bends_P"], c["motion_P"], work)
     f, t = scale(factor, load3(work, r + at.R_FQ)), scale(factor, load3(work, r + at.R_TQ))
-    arm, T = load3(work, q + at.M_ARM), load9(work, q + at.M_T)
-    push(body_of(table, c["child"]), f, t, arm, T, c["bends_Q"], c["shape_Q"], c["spin_Q"], pool, work)
+    push_marker(body_of(table, c["child"]), f, t, c["bends_Q"], c["motion_Q"], work)

@@ -30,8 +30,8 @@ def end_motion(
     C_iN = load9(work, w + W_CIN)
     r, v = load3(pool, place), load3(work, w + W_VEL)
     if bends:
-        r = add(r, combined(pool, shape, b["row"], work, b["delta"]))
-        v = add(v, combined(pool, shape, b["row"], work, b["ddelta"]))
+        r = add(r, combined(pool, shape, b["wide"], work, b["delta"]))
+        v = add(v, combined(pool, shape, b["wide"], work, b["ddelta"]))
     v = add(v, cross(load3(work, w + W_OMEGA), r))
     return r, add(load3(work, w + W_POS), turn_back(C_iN, r)), turn_back(C_iN, v)
 
