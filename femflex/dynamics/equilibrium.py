@@ -52,6 +52,11 @@ class Equilibrium:
     eigenvalues: NDArray[np.complex128]
 
     @property
+    def q(self) -> Array:
+        """Coordinates (n_q,)."""
+        return self.x[: self.model.n_q]
+
+    @property
     def growth(self) -> float:
         """Largest real part of the eigenvalues [1/s], of those that are not neutral."""
         return float(self._moving().real.max(initial=0.0))

@@ -16,7 +16,7 @@ from femflex.system.joint import (
 from femflex.system.load import Load
 from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
 from femflex.system.segments import Part, Segments
-from femflex.system.system import System, assembled
+from femflex.system.system import System, assembled, started
 
 __all__ = [
     "EARTH_RADIUS",
@@ -37,6 +37,7 @@ __all__ = [
     "prismatic",
     "revolute",
     "spherical",
+    "started",
     "universal",
     "weld",
 ]
