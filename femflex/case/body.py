@@ -90,6 +90,8 @@ class FlexibleTable(BodyTable):
     point_masses: list[PointMassTable] = Field(default_factory=list)
     reduction: Reduction | None = None
     """Left out only with segments: static shapes of each, and no modes between its ends."""
+    strain: Literal["linear", "nonlinear"] = "linear"
+    """nonlinear: stiffening and large deflections by the cubic and quartic strain tensors; wants derivatives."""
     damping: DampingTable | None = None
 
     @property
@@ -111,6 +113,13 @@ class FlexibleTable(BodyTable):
             refuse(
                 f"found reduction method '{method}' and segments; a segment is reduced by craig_bampton, cantilever, "
                 f"free_free or nodal"
+            )
+        stretched = [key for key in ("derivatives", "loads") if getattr(self.reduction, key, None)]
+        if several and (self.strain != "linear" or stretched):
+            what = " and ".join(["strain = 'nonlinear'"] * (self.strain != "linear") + stretched)
+            refuse(
+                f"found {what} on a body cut into segments; a segment is linear in its own frame, and large "
+                f"deflections come from the frames, so leave that out or take more segments"
             )
         if several and self.initial is not None:
             refuse("found initial on a body cut into segments; start from an equilibrium instead ([initial] from)")

@@ -54,6 +54,26 @@ class _Ratio(_Readable):
         return {"anyOf": [self.one.json_schema(), self.many.json_schema()]}
 
 
+class _KeptDerivatives(_Readable):
+    """A number of derivative shapes, or the word for how many."""
+
+    words = ("auto", "all", "none")
+
+    def read(self, value: Any) -> int | str:
+        """The number or the word."""
+        if isinstance(value, str) and value in self.words:
+            return value
+        if isinstance(value, int) and not isinstance(value, bool) and value >= 0:
+            return value
+        words = ", ".join(repr(word) for word in self.words)
+        raise ValueProblem(f"found {shown(value)}; expected a number of derivative shapes, or one of {words}")
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of both forms."""
+        return {"anyOf": [{"type": "integer", "minimum": 0}, {"enum": list(self.words)}]}
+
+
+Derivatives = Annotated[int | str | None, _KeptDerivatives()]
 Clamp = Annotated[dict[str, tuple[str, ...]], _ClampValue()]
 Component = Literal["x", "y", "z", "rx", "ry", "rz"]
 
@@ -80,7 +100,15 @@ class DampingTable(Table):
         return self
 
 
-class CantileverTable(Table):
+class Stretchable(Table):
+    """A set of shapes that may be given static derivatives."""
+
+    derivatives: Derivatives = None
+    """How many static derivatives of pairs of shapes are added, so that bending need not stretch: a number, 'auto'
+    (until 1e-6 of their energy is left out), 'all', or 'none', which nonlinear strain takes as a choice."""
+
+
+class CantileverTable(Stretchable):
     """Vibration modes with groups clamped in the body frame."""
 
     method: Literal["cantilever"]
@@ -88,6 +116,8 @@ class CantileverTable(Table):
     modes: Whole
     attachment: list[Component] = Field(default_factory=list)
     """Directions of acceleration of the clamp whose static shapes are added."""
+    loads: dict[str, list[Component]] = Field(default_factory=dict)
+    """Group -> directions of unit forces and moments there whose static shapes are added."""
 
     @model_validator(mode="after")
     def _is_held(self) -> CantileverTable:
@@ -99,14 +129,14 @@ class CantileverTable(Table):
         return self
 
 
-class FreeFreeTable(Table):
+class FreeFreeTable(Stretchable):
     """Elastic modes of the unconstrained structure; the body frame follows the mean motion."""
 
     method: Literal["free_free"]
     modes: Whole
 
 
-class CraigBamptonTable(Table):
+class CraigBamptonTable(Stretchable):
     """Fixed-interface modes and constraint modes of interface groups."""
 
     method: Literal["craig_bampton"]

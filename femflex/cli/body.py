@@ -34,6 +34,7 @@ def body(
         reduced = build_body(read_case(case), name, modes=number)
         save_body(target, reduced, force=force)
     print(
-        f"{target}: {reduced.moments.mass:.6g} kg, {reduced.n_modes} elastic coordinates, markers "
+        f"{target}: {reduced.moments.mass:.6g} kg, {reduced.n_modes} elastic coordinates, "
+        f"{'linear' if reduced.strain.is_linear else 'nonlinear'} strain, markers "
         f"{', '.join(sorted(reduced.markers))}"
     )

@@ -85,13 +85,16 @@ def print_modes(name: str, body: FlexibleBody) -> None:
     from femflex.reduction import effective_mass
 
     found = effective_mass(body)
+    strain = "" if body.strain.is_linear else "nonlinear strain; "
     print(
-        f"{name}: {body.moments.mass:.6g} kg, {body.n_modes} elastic coordinates; participation in kg^1/2 and kg^1/2 m"
+        f"{name}: {body.moments.mass:.6g} kg, {body.n_modes} elastic coordinates{counted(body.kinds)}; {strain}"
+        "participation in kg^1/2 and kg^1/2 m"
     )
+    kinds = found.kinds if len(set(found.kinds)) > 1 else ()
     print_table(
-        ["mode", "Hz", *DIRECTIONS],
+        ["mode", "Hz", *DIRECTIONS, *["kind"] * bool(kinds)],
         [
-            [str(k + 1), f"{omega / (2 * pi):.6g}", *(f"{p + 0.0:.4f}" for p in np.round(row, 4))]
+            [str(k + 1), f"{omega / (2 * pi):.6g}", *(f"{p + 0.0:.4f}" for p in np.round(row, 4)), *kinds[k : k + 1]]
             for k, (omega, row) in enumerate(zip(found.omega, found.participation, strict=True))
         ],
     )
@@ -102,6 +105,12 @@ def print_modes(name: str, body: FlexibleBody) -> None:
         rows.append([str(k + 1), f"{omega / (2 * pi):.6g}", *cells])
     print("effective mass in % of the body's mass and inertia (running sum)")
     print_table(["mode", "Hz", *DIRECTIONS], rows)
+
+
+def counted(kinds: tuple[str, ...]) -> str:
+    """How many of each kind there are, for a heading; nothing where all are of one kind."""
+    names = dict.fromkeys(kinds)
+    return f" ({', '.join(f'{kinds.count(name)} {name}' for name in names)})" if len(names) > 1 else ""
 
 
 def print_mac(body: FlexibleBody, other: FlexibleBody, title: str) -> None:
@@ -125,6 +134,8 @@ def modes_data(body: FlexibleBody, other: FlexibleBody | None) -> dict[str, Any]
         "mass_kg": body.moments.mass,
         "frequency_hz": found.omega / (2 * pi),
         "kinds": list(body.kinds),
+        "mode_kinds": list(found.kinds),
+        "strain": "linear" if body.strain.is_linear else "nonlinear",
         "directions": list(DIRECTIONS),
         "participation": found.participation,
         "effective_mass": found.effective,

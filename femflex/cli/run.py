@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from femflex.cli.fresh import begin_again, compilation_seen, load_kernels
 from femflex.cli.progress import Bar, Patience
 from femflex.cli.verb import complain, verb
 
@@ -46,7 +47,11 @@ def run(
             "building bodies and compiling the equations of motion (the first run of an installation takes about a "
             "minute)"
         )
-        prepared = pipeline.prepare(read, output, force=force, resume=resume, without=named(without))
+        with compilation_seen() as compiled:
+            prepared = pipeline.prepare(read, output, force=force, resume=resume, without=named(without))
+            load_kernels(prepared)
+        if compiled():
+            begin_again()
     say_what_runs(prepared)
     with Bar("integrating", float(prepared.times[-1])) as bar:
         pipeline.integrate(prepared, output, force=force, resume=resume, progress=bar)

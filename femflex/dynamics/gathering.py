@@ -11,6 +11,7 @@ from femflex.dynamics.elastic import write_rows
 from femflex.dynamics.equations import place
 from femflex.dynamics.forces import write_forces
 from femflex.dynamics.formula import formula
+from femflex.dynamics.held import add_known_accelerations, held_state, hold_rows
 from femflex.dynamics.inertia import accelerate_uniformly, zero_forces
 from femflex.dynamics.lanes import lane, nothing, plus, put, totals
 from femflex.dynamics.layout import W_ACC, W_BIAS, W_CIN, W_CIP, W_H, W_M, W_P, W_R, W_TAU, body_of, header_of
@@ -28,10 +29,18 @@ Record = np.void
 def write_residual(
     t: float, q: Array, u: Array, udot: Array, out: Array, table: Table, pool: Array, work: Array
 ) -> None:
-    """out = M udot + h - Q: forces of motion and strain, loads and springs, then the inertia forces of udot."""
+    """out = M udot + h - Q: forces of motion and strain, loads and springs, then the inertia forces of udot.
+
+    On the rows of held freedoms out = udot - sddot.
+    """
+    holds = header_of(table)["n_holds"] > 0
+    if holds:
+        q, u = held_state(t, q, u, table, pool, work)
     place(t, q, u, table, pool, work)
     write_forces(t, q, u, table, pool, work)
     gather_residual(udot, out, table, pool, work)
+    if holds:
+        hold_rows(udot, out, table, work)
 
 
 @inner
@@ -139,9 +148,17 @@ def write_solution(
     pool: Array,
     work: Array,
 ) -> None:
-    """out = (c_m M + c_d D + c_k K)^-1 rhs; the velocities handed to `place` only reach biases, which are cleared."""
+    """out = (c_m M + c_d D + c_k K)^-1 rhs; the velocities handed to `place` only reach biases, which are cleared.
+
+    On held freedoms the matrix is c_m times the unit matrix.
+    """
+    head = header_of(table)
+    if head["n_holds"] > 0:
+        q, _ = held_state(t, q, rhs, table, pool, work)
+        for k in range(head["n_u"]):
+            work[head["known"] + k] = work[head["flags"] + k] * rhs[k] / c_m
     place(t, q, rhs, table, pool, work)
-    for i in range(1, header_of(table)["n_bodies"]):
+    for i in range(1, head["n_bodies"]):
         b = body_of(table, i)
         w = b["work"]
         zero_forces(b, work)
@@ -150,5 +167,7 @@ def write_solution(
             work[w + W_TAU + k] = rhs[b["u"] + k] / c_m
         for k in range(b["n"]):
             work[b["pn"] + k] = -rhs[b["ue"] + k] / c_m
+    if head["n_holds"] > 0:
+        add_known_accelerations(table, work)
     reduce_to_root(table, pool, work, c_d / c_m, c_k / c_m, True)
     accelerate(table, work, out, True)

@@ -1,6 +1,7 @@
 """Flat arrays of a compiled system: one integer table of records, one pool of numbers, one scratch array.
 
-table  header record, then one BODY record per body (record 0 is the base frame), then one LOAD record per load
+table  header record, then one BODY record per body (record 0 is the base frame), then one LOAD record per load, the
+       reported markers, and the freedoms that are held
 pool   constants: moments, shapes at markers, axes, springs, load tables, orbit
 work   scratch, one block per body: the offsets W_* below, then arrays whose place the record holds
 
@@ -40,9 +41,12 @@ HEADER = np.dtype(
             "angle_axes",  # pool: axis numbers of the reported attitude angles (3), C_QL (9)
             "total",  # work: centre of mass (3), uniform field (3)
             "kept",  # pool: 1 or 0 for every term of femflex.dynamics.ledger; read by reduced models alone
+            "n_holds", "holds",  # HOLD records and where in the table they begin
+            "held_q", "held_u",  # work (n_q,), (n_u,): the state with held freedoms where they are held
+            "known", "flags", "drives",  # work (n_u,): their accelerations; 1 where held; forces that hold them
         )
     ]
-)
+)  # fmt: skip
 
 BODY = np.dtype(
     [
@@ -62,6 +66,8 @@ BODY = np.dtype(
             "reference",  # of a re-based ball: place in q of its reference's Euler parameters (4); else 0
             "spring", "damper", "rest",  # pool (n_slide + n_turn | 3)
             "sprung",  # 1: the joint has springs or dampers
+            "held",  # 1: some of the joint's freedoms are held, now or at times
+            "known", "flags", "drives",  # work (n_u of the joint): the header's, from this joint on
             "mass",  # pool: m, s (3) and Q (9) of the undeformed body
             "first",  # pool: s_k (3,row)
             "momentum",  # pool: the same, (row,4)
@@ -108,6 +114,16 @@ LOAD = np.dtype(
     ]
 )  # fmt: skip
 
+HOLD = np.dtype(
+    [
+        (name, "i8")
+        for name in (
+            "q", "u",  # the freedom's place in the state
+            "profile",  # pool: its motion (see profiles)
+        )
+    ]
+)  # fmt: skip
+
 MARKER = np.dtype([(name, "i8") for name in ("body", "place", "shape", "spin", "bends")])  # as in LOAD
 
 ORBIT_NONE, ORBIT_SPECIFIED, ORBIT_FREE = 0, 1, 2
@@ -136,7 +152,7 @@ W_FIXED = 236  # first of the arrays whose place the record holds
 
 SLOTS = (0, 1, 2, 4, 5, 6)  # where the components of force and couple stand among the eight of a row
 
-N_HEADER, N_BODY, N_LOAD, N_MARKER = (len(record.names or ()) for record in (HEADER, BODY, LOAD, MARKER))
+N_HEADER, N_BODY, N_LOAD, N_MARKER, N_HOLD = (len(record.names or ()) for record in (HEADER, BODY, LOAD, MARKER, HOLD))
 
 
 def body_records(table: Table) -> NDArray[np.void]:
@@ -162,7 +178,7 @@ def record_reader(record: np.dtype[Any]) -> Callable[[Table, int], np.void]:
     return read
 
 
-_header, _body, _load, _marker = (record_reader(record) for record in (HEADER, BODY, LOAD, MARKER))
+_header, _body, _load, _marker, _hold = (record_reader(record) for record in (HEADER, BODY, LOAD, MARKER, HOLD))
 
 
 @inner
@@ -187,3 +203,9 @@ def load_of(table: Table, i: int) -> np.void:
 def marker_of(table: Table, i: int) -> np.void:
     """Record i of the markers whose motion is reported."""
     return _marker(table, N_HEADER + N_BODY * table[0] + N_LOAD * table[1] + N_MARKER * i)
+
+
+@inner
+def hold_of(table: Table, i: int) -> np.void:
+    """Record i of the freedoms that are held."""
+    return _hold(table, header_of(table)["holds"] + N_HOLD * i)

@@ -100,7 +100,9 @@ def lower(system: System) -> tuple[Table, Array, int]:
     head[0]["mass"] = pool.put([sum(body.moments.mass for body in system.bodies.values())])
     head[0]["orbit_state"], head[0]["total"] = scratch.take(19), scratch.take(6)
     lower_orbit(head[0], system, pool)
-    table = np.concatenate([part.view(np.int64).ravel() for part in (head, bodies, loads, markers)])
+    holds = lower_holds(head[0], bodies, system, pool, scratch)
+    head[0]["holds"] = sum(part.size * len(part.dtype.names or ()) for part in (head, bodies, loads, markers))
+    table = np.concatenate([part.view(np.int64).ravel() for part in (head, bodies, loads, markers, holds)])
     return table, pool.array(), scratch.size
 
 
@@ -136,6 +138,27 @@ def lower_joint(record: np.void, joint: Joint, system: System, pool: Pool) -> No
         pool.put(v) for v in (joint.stiffness, joint.damping, joint.rest)
     )
     record["sprung"] = int(bool(joint.stiffness.any() or joint.damping.any()))
+
+
+def lower_holds(
+    head: np.void, bodies: NDArray[np.void], system: System, pool: Pool, scratch: Scratch
+) -> NDArray[np.void]:
+    """One HOLD record per held freedom, and where the model keeps what it holds."""
+    found = []
+    for record, name in zip(bodies[1:], system.order, strict=True):
+        for k, profile in system.joint_of(name).held.items():
+            place = (int(record["q"]) + k, int(record["u"]) + k, pool.put(profile.numbers))
+            found.append(place)
+            record["held"] = 1
+            record["full"] = 0
+    head["n_holds"] = len(found)
+    if found:
+        head["held_q"] = scratch.take(int(head["n_q"]))
+        for key in ("held_u", "known", "flags", "drives"):
+            head[key] = scratch.take(int(head["n_u"]))
+        for key in ("known", "flags", "drives"):
+            bodies[key] = head[key] + bodies["u"]
+    return np.array(found, at.HOLD)
 
 
 def lower_body(record: np.void, body: FlexibleBody, pool: Pool, scratch: Scratch) -> None:

@@ -43,6 +43,20 @@ class InternalForce:
         raw = self._T @ np.asarray(x, float)
         return self._assembler.total([Part(block.dofs, _Tangents(block, raw)) for block in self._strain])
 
+    def second_derivative(self, a: Array, b: Array) -> Array:
+        """How the tangent changes along a times b at rest, (dK/da) b = (dK/db) a: (n_dof, k) for columns a, b alike.
+
+        G^T [L^T C (g_a.Q g_b) + Q g_a . C L g_b + Q g_b . C L g_a]; initial stress has no part in it.
+        """
+        raw_a, raw_b = self._T @ a, self._T @ b
+        out = np.zeros_like(raw_a)
+        for block in self._strain:
+            size = values_per_element(block) + 8 * block.linear_map.shape[1] * block.weight.shape[1] * a.shape[1]
+            for chunk in element_chunks(len(block.dofs), size):
+                part = block.quartic(chunk)
+                np.add.at(out, part.dofs, bent_forces(part, raw_a, raw_b))
+        return np.asarray(self._T.T @ out)
+
     def _states(self, x: Array) -> Iterator[tuple[StrainBlock, PointState]]:
         raw = self._T @ np.asarray(x, float)
         for block in self._strain:
@@ -103,6 +117,25 @@ def point_state(block: StrainBlock, raw: Array) -> PointState:
     sigma0 = np.broadcast_to(block.stress, eps.shape)
     sigma = sigma0 + np.matmul(block.elastic, eps[..., None])[..., 0]
     return PointState(block.weight, block.rows(every), D, block.elastic, block.quadratic_map, eps, sigma0, sigma)
+
+
+def bent_forces(block: StrainBlock, raw_a: Array, raw_b: Array) -> Array:
+    """Element forces (e, l, k) of `InternalForce.second_derivative`."""
+    g_a, g_b = (block.gradients(raw, slice(None)) for raw in (raw_a, raw_b))
+    stress_a, stress_b = (np.matmul(block.elastic, np.matmul(block.linear_map, g)) for g in (g_a, g_b))
+    Q = (block.quadratic_map + block.quadratic_map.swapaxes(1, 2)) / 2
+    bend = np.zeros((*g_a.shape[:2], len(Q), g_a.shape[3]))
+    push = np.zeros_like(g_a)
+    for s, row, column in zip(*np.nonzero(Q), strict=True):
+        value = Q[s, row, column]
+        bend[:, :, s] += value * g_a[:, :, row] * g_b[:, :, column]
+        push[:, :, row] += value * (g_a[:, :, column] * stress_b[:, :, s] + g_b[:, :, column] * stress_a[:, :, s])
+    push += np.matmul(block.linear_map.T, np.matmul(block.elastic, bend))
+    push *= block.weight[:, :, None, None]
+    rows = block.rows(slice(None))
+    return np.matmul(
+        rows.reshape(len(rows), -1, rows.shape[-1]).swapaxes(1, 2), push.reshape(len(push), -1, push.shape[3])
+    )
 
 
 class _Tangents:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from femflex.reduction.admissible import beam_body, sampled_functions
 from femflex.reduction.craig_bampton import craig_bampton
 from femflex.reduction.damping import Damping, ModalDamping, RayleighDamping
+from femflex.reduction.derivatives import with_derivatives
 from femflex.reduction.effective_mass import EffectiveMass, effective_mass, mac, mac_of_bodies
 from femflex.reduction.matrices import body_from_matrices
 from femflex.reduction.modes import cantilever_modes, free_free_modes, with_attachment
@@ -13,6 +14,8 @@ from femflex.reduction.nodal import lumped, nodal, nodal_translations
 from femflex.reduction.reduce import reduce_structure
 from femflex.reduction.segments import chord_modes, reduce_segments
 from femflex.reduction.store import load_body, save_body
+from femflex.reduction.strain import strain_tensors
+from femflex.reduction.stretch import Stretching, require_stretch, stretching
 from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
 
 __all__ = [
@@ -22,6 +25,7 @@ __all__ = [
     "ModalDamping",
     "ModeSet",
     "RayleighDamping",
+    "Stretching",
     "UniformBeam",
     "beam_body",
     "body_from_matrices",
@@ -38,8 +42,12 @@ __all__ = [
     "nodal_translations",
     "reduce_segments",
     "reduce_structure",
+    "require_stretch",
     "rigid_set",
     "sampled_functions",
     "save_body",
+    "strain_tensors",
+    "stretching",
     "with_attachment",
+    "with_derivatives",
 ]

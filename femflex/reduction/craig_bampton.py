@@ -49,7 +49,8 @@ def craig_bampton(
         raise ValueError("a Craig–Bampton set needs at least one interface group; name one, or use cantilever modes.")
     held = held_dofs(structure, clamp)
     boundary = np.setdiff1d(held_dofs(structure, groups), held)
-    motions = _interface_motions(structure, groups, boundary, interface, None if held.size else reference or groups[0])
+    follows = None if held.size else reference or groups[0]
+    motions = _interface_motions(structure, groups, boundary, interface, follows)
     everything = tuple(dict.fromkeys((*names(clamp), *groups)))
     fixed = np.union1d(held, boundary)
     vibration = fixed_modes(structure, fixed, everything, n) if n else rigid_set(structure.n_dof)
@@ -60,7 +61,7 @@ def craig_bampton(
     if orthonormal and constraint.shape[1]:
         omega, phi = ritz(structure, phi)
         kinds = ("craig-bampton",) * len(omega)
-    return ModeSet(phi, kinds, omega, everything, held, vibration.note)
+    return ModeSet(phi, kinds, omega, everything, held, vibration.note, follows or "")
 
 
 def _interface_motions(

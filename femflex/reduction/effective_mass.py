@@ -24,11 +24,13 @@ class EffectiveMass:
     omega          (n,)    natural frequencies of the body on its own, frame held [rad/s]
     participation  (n, 6)  phi^T M R of the mass-normalised modes [kg^1/2 | kg^1/2 m]
     total          (6,)    mass of the rigid body, three times, and its moments of inertia [kg | kg m^2]
+    kinds          (n,)    kind of the shape that has most part in each mode, by mass; empty where the body names none
     """
 
     omega: Array
     participation: Array
     total: Array
+    kinds: tuple[str, ...] = ()
 
     @property
     def effective(self) -> Array:
@@ -63,7 +65,9 @@ def effective_mass(body: FlexibleBody, about: Array | None = None) -> EffectiveM
         return EffectiveMass(np.zeros(0), np.zeros((0, 6)), total)
     eigenvalues, X = dense_modes(body.strain.V1, moments.elastic_mass())
     participation = X.T @ np.concatenate([s, turning], axis=1)
-    return EffectiveMass(np.sqrt(np.maximum(eigenvalues, 0.0)), participation, total)
+    share = X * (moments.elastic_mass() @ X)
+    kinds = tuple(body.kinds[k] for k in np.argmax(share, axis=0)) if body.kinds else ()
+    return EffectiveMass(np.sqrt(np.maximum(eigenvalues, 0.0)), participation, total, kinds)
 
 
 def mac(phi: Array, psi: Array, M: sparse.csr_array | None = None) -> Array:

@@ -15,10 +15,11 @@ class ModeSet:
     """Shapes on the independent dofs of a Structure.
 
     phi    (n_dof, n)  one shape per column; M-orthonormal unless the set says otherwise (nodal sets)
-    kinds  (n,)        vibration, free-free, attachment, craig-bampton, constraint, admissible, nodal
+    kinds  (n,)        vibration, free-free, attachment, craig-bampton, constraint, derivative, admissible, nodal
     omega  (n,)        natural frequency of each shape where it means something, else nan [rad/s]
     groups             mesh groups the set is about (clamps, interfaces); they become markers of the body
     held   (k,)        dofs that clamps fix in every shape
+    reference          group that the body frame follows where nothing is held and the set is no free-free one
     note               says what the reader should know of the set (a close pair kept whole), or is empty
     """
 
@@ -28,6 +29,7 @@ class ModeSet:
     groups: tuple[str, ...] = ()
     held: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     note: str = ""
+    reference: str = ""
 
     def __post_init__(self) -> None:
         n = self.phi.shape[1]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,17 +15,24 @@ from femflex.reduction.markers import marker, marker_rows
 from femflex.reduction.modeset import ModeSet
 from femflex.reduction.moments import linear_stiffness, mass_moments
 from femflex.reduction.rigid import check_no_rigid_motion, rigid_shapes
+from femflex.reduction.strain import strain_tensors
 
 Array = NDArray[np.float64]
 
 
 def reduce_structure(
-    structure: Structure, modes: ModeSet, markers: Mapping[str, str] | None = None, damping: Damping | None = None
+    structure: Structure,
+    modes: ModeSet,
+    markers: Mapping[str, str] | None = None,
+    damping: Damping | None = None,
+    strain: Literal["linear", "nonlinear"] = "linear",
 ) -> FlexibleBody:
     """The FlexibleBody of a structure that moves in these shapes; the body frame is the mesh's coordinates.
 
     markers: name -> mesh group; the set's own groups (clamps, interfaces) are markers under their own names.
     damping: ModalDamping or RayleighDamping; none when left out.
+    strain: "nonlinear" keeps the cubic and quartic tensors too; its set wants shapes that can stretch
+    (`with_derivatives`, and `stretching` for a check).
     Raises ValueError when a group is unknown, or the shapes depend on each other or hold a rigid motion.
     """
     phi = modes.phi
@@ -32,9 +40,10 @@ def reduce_structure(
     places = {**{group: group for group in modes.groups}, **(markers or {})}
     moments = mass_moments(structure.inertia, structure.T @ phi)
     V1 = linear_stiffness(structure.K, phi)
+    linear = StrainTensors(V1, phi.T @ structure.f0)
     return FlexibleBody(
         moments=moments,
-        strain=StrainTensors.linear(V1),
+        strain=linear if strain == "linear" else strain_tensors(structure, phi),
         damping=(damping or ModalDamping(0.0)).matrix(moments.elastic_mass(), V1),
         markers={name: marker(marker_rows(structure, group), phi, name) for name, group in places.items()},
         skin=_skin(structure, phi),

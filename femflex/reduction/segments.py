@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,11 +35,13 @@ def reduce_segments(
     markers: Mapping[str, str] | None = None,
     modes: Callable[[Structure], ModeSet] = chord_modes,
     damping: Damping | None = None,
+    strain: Literal["linear", "nonlinear"] = "linear",
 ) -> tuple[FlexibleBody, ...]:
     """One FlexibleBody per segment, in the frame of the whole mesh, with markers NEAR and FAR at its ends.
 
     markers  name -> group of the whole mesh; each goes to the first segment that holds all of the group
     modes    shapes of a segment's Structure (see chord_modes, which is the default)
+    strain   see `reduce_structure`
     The first segment's "origin" is tied rigidly to its near end. Raises ValueError for a group that no segment holds.
     """
     wanted = dict(markers or {})
@@ -54,7 +57,7 @@ def reduce_segments(
     bodies = []
     for segment, own in zip(segments, places, strict=True):
         structure = build_structure(segment.mesh, segment.members, segment.point_masses)
-        bodies.append(reduce_structure(structure, modes(structure), own, damping))
+        bodies.append(reduce_structure(structure, modes(structure), own, damping, strain))
     first = bodies[0]
     bodies[0] = replace(first, markers={**first.markers, "origin": tied(first.markers[NEAR], np.zeros(3))})
     return tuple(bodies)

@@ -10,7 +10,7 @@ import pytest
 
 from femflex.fem import Material, Member, build_structure, tables
 from femflex.mesh import box, rectangle
-from femflex.reduction.strain_tensors import strain_columns, strain_tensors
+from femflex.reduction.strain import strain_columns, strain_tensors
 
 pytestmark = pytest.mark.benchmark
 N, POINTS = 20, 100_000

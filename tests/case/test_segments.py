@@ -103,6 +103,7 @@ def refusal(path: Path) -> str:
             "found reduction method 'lumped' and segments",
         ),
         ("refine = 1", "damping = { ratio = 0.01 }", "damping by ratio or mass on a body cut into segments"),
+        ("refine = 1", "strain = 'nonlinear'", "found strain = 'nonlinear' on a body cut into segments"),
         ("refine = 1", "initial = { amplitudes = [1] }", "found initial on a body cut into segments"),
         (
             "markers.root = { group",

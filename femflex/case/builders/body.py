@@ -14,8 +14,16 @@ from femflex.case.builders.shapes import rigid_skin
 from femflex.case.builders.structure import PLACE, build_mesh, build_modes, build_structure_of
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem, near
-from femflex.case.reduction import DampingTable
-from femflex.reduction import ModalDamping, RayleighDamping, UniformBeam, beam_body, load_body, reduce_structure
+from femflex.case.reduction import DampingTable, Stretchable
+from femflex.reduction import (
+    ModalDamping,
+    RayleighDamping,
+    UniformBeam,
+    beam_body,
+    load_body,
+    reduce_structure,
+    require_stretch,
+)
 from femflex.reduction.uniform_beam import BeamFunctions
 from femflex.system import Part, Segments
 
@@ -80,7 +88,11 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
     structure, modeset = build_modes(
         build_structure_of(case, name, table, build_mesh(case, name, table, refine)), table, modes
     )
-    return reduce_structure(structure, modeset, marker_groups(table), _damping(table.damping))
+    body = reduce_structure(structure, modeset, marker_groups(table), _damping(table.damping), table.strain)
+    r = table.reduction
+    if table.strain != "linear" and isinstance(r, Stretchable) and r.derivatives != "none" and body.n_modes:
+        require_stretch(structure, modeset, body.strain)
+    return body
 
 
 def _segments(case: Case, name: str, table: FlexibleTable, other: tuple[int | None, int, int | None]) -> Segments:

@@ -24,6 +24,7 @@ from femflex.reduction import (
     nodal,
     reduce_segments,
     with_attachment,
+    with_derivatives,
 )
 from femflex.system import Segments
 
@@ -55,7 +56,7 @@ def build_segments(
         where = f"bodies.{name}.members[{member.group}].segments"
         raise CaseError(case.path.name, [Problem(where, str(error))]) from error
     places = {**{group: group for group in groups}, **markers}
-    return Segments(reduce_segments(pieces, places, _shapes(table, modes), damping))
+    return Segments(reduce_segments(pieces, places, _shapes(table, modes), damping, table.strain))
 
 
 def _end_among(mesh: Mesh, line: str, groups: list[str]) -> str | None:
@@ -66,6 +67,14 @@ def _end_among(mesh: Mesh, line: str, groups: list[str]) -> str | None:
 
 
 def _shapes(table: FlexibleTable, modes: int | None) -> Callable[[Structure], ModeSet]:
+    """What makes the shapes of a segment; with nonlinear strain their derivatives too, unless the case says none."""
+    plain, keep = _plain_shapes(table, modes), getattr(table.reduction, "derivatives", None)
+    if keep is None and table.strain != "linear":
+        keep = "auto"
+    return plain if keep in (None, "none", 0) else lambda s: with_derivatives(s, plain(s), keep)
+
+
+def _plain_shapes(table: FlexibleTable, modes: int | None) -> Callable[[Structure], ModeSet]:
     """What makes the shapes of a segment: the body's reduction, with the segment's ends as clamp and interfaces."""
     r = table.reduction
     n = getattr(r, "modes", 0) if modes is None else modes

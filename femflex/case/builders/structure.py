@@ -12,7 +12,14 @@ from femflex.case.body import FlexibleTable, MemberTable
 from femflex.case.builders.sections import build_material, build_section
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem, near
-from femflex.case.reduction import CantileverTable, CraigBamptonTable, FreeFreeTable, LumpedTable, NodalTable
+from femflex.case.reduction import (
+    CantileverTable,
+    CraigBamptonTable,
+    FreeFreeTable,
+    LumpedTable,
+    NodalTable,
+    Stretchable,
+)
 from femflex.fem import FAMILIES, Member, PointMass, Structure, build_structure
 from femflex.fem.laminates import Lamina
 from femflex.mesh import Mesh, read_mesh
@@ -26,6 +33,7 @@ from femflex.reduction import (
     nodal_translations,
     rigid_set,
     with_attachment,
+    with_derivatives,
 )
 
 UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}  # of a mesh file, in metres
@@ -83,21 +91,31 @@ def point_masses_of(table: FlexibleTable) -> list[PointMass]:
 def build_modes(structure: Structure, table: FlexibleTable, modes: int | None = None) -> tuple[Structure, ModeSet]:
     """The structure a body's reduction works on and its mode set, of `modes` modes instead of the case's if given."""
     r = table.reduction
-    if isinstance(r, (CantileverTable, FreeFreeTable, CraigBamptonTable)):
-        n = r.modes if modes is None else modes
-        if isinstance(r, FreeFreeTable):
-            return structure, free_free_modes(structure, n)
-        clamp = clamp_of(r.clamp)
-        if isinstance(r, CraigBamptonTable):
-            return structure, craig_bampton(structure, r.interfaces, n, clamp, r.interface)
-        found = cantilever_modes(structure, clamp, n)
-        return structure, with_attachment(structure, found, tuple(r.attachment)) if r.attachment else found
+    if isinstance(r, Stretchable):
+        found = _vibrating(structure, r, modes)
+        keep = r.derivatives
+        return structure, found if keep in (None, "none", 0) else with_derivatives(structure, found, keep)
     if isinstance(r, NodalTable):
         return structure, nodal(structure, clamp_of(r.clamp))
     if isinstance(r, LumpedTable):
         structure = lumped(structure)
         return structure, nodal_translations(structure, clamp_of(r.clamp))
     return structure, rigid_set(structure.n_dof)
+
+
+def _vibrating(structure: Structure, r: Stretchable, modes: int | None) -> ModeSet:
+    """The set of a reduction that keeps a number of modes, before its derivatives."""
+    assert isinstance(r, CantileverTable | FreeFreeTable | CraigBamptonTable)
+    n = r.modes if modes is None else modes
+    if isinstance(r, FreeFreeTable):
+        return free_free_modes(structure, n)
+    clamp = clamp_of(r.clamp)
+    if isinstance(r, CraigBamptonTable):
+        return craig_bampton(structure, r.interfaces, n, clamp, r.interface)
+    found = cantilever_modes(structure, clamp, n)
+    if r.attachment or r.loads:
+        return with_attachment(structure, found, tuple(r.attachment), r.loads)
+    return found
 
 
 def clamp_of(groups: dict[str, tuple[str, ...]]) -> list[str] | dict[str, tuple[str, ...]]:
@@ -153,7 +171,7 @@ def mesh_problems(name: str, table: FlexibleTable, mesh: Mesh) -> Iterator[Probl
 def _groups_named(name: str, table: FlexibleTable) -> Iterator[tuple[str, str]]:
     yield from ((f"bodies.{name}.members[{m.group}].group", m.group) for m in table.members)
     yield from ((f"bodies.{name}.point_masses[{m.group}].group", m.group) for m in table.point_masses)
-    for key in ("clamp", "interfaces"):
+    for key in ("clamp", "interfaces", "loads"):
         yield from ((f"bodies.{name}.reduction.{key}", group) for group in getattr(table.reduction, key, ()))
     for marker, entry in table.markers.items():
         if entry.position is None:

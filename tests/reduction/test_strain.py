@@ -7,8 +7,8 @@ import pytest
 from nonlinear_models import STRUCTURES
 
 from femflex.fem import tables
-from femflex.reduction import strain_tensors as module
-from femflex.reduction.strain_tensors import strain_tensors
+from femflex.reduction import strain as module
+from femflex.reduction.strain import strain_tensors
 
 N = 6
 

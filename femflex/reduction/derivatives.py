@@ -1,0 +1,107 @@
+"""Static modal derivatives: how a structure must stretch when its modes bend it.
+
+To second order the static shape that carries amplitudes q of shapes phi is
+
+    x = phi_i q_i + 1/2 theta_ij q_i q_j,      K theta_ij = -(dK/dphi_j) phi_i,
+
+symmetric in i and j because V has a third derivative. In a set of shapes theta takes the stretch back that bending
+would otherwise store in V2 and V3 (Idelsohn and Cardona, Comput. Methods Appl. Mech. Engng 49 (1985) 253).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.eigen import factorised
+from femflex.fem.structure import Structure
+from femflex.reduction.clamps import free_dofs
+from femflex.reduction.markers import marker_rows
+from femflex.reduction.modes import ritz
+from femflex.reduction.modeset import ModeSet
+from femflex.reduction.rigid import independent_columns, rigid_shapes
+
+Array = NDArray[np.float64]
+
+RANK = 1e-12  # share of the largest energy below which a combination of derivatives adds nothing (1e-6 in amplitude)
+LEFT_OUT = 1e-6  # share of the derivatives' energy that "auto" leaves out
+SOFT = 1e-7  # spring to the ground that lets a free stiffness be factorised, over the lowest eigenvalue of the set
+
+
+def with_derivatives(structure: Structure, modes: ModeSet, keep: int | str = "auto") -> ModeSet:
+    """The set with static derivatives of all pairs of its shapes added, M-orthonormal, kind "derivative".
+
+    The derivatives are scaled to shapes of equal strain energy, theta_ij / (omega_i omega_j), the set is taken out of
+    them, and the combinations that store most energy come first. keep: how many; "all" that are independent; "auto":
+    until at most LEFT_OUT of the energy is left out. omega of the added shapes is that of the structure confined to
+    them. `note` says how many of how many pairs were kept, and the share left out.
+    """
+    theta = scaled_derivatives(structure, modes)
+    theta = _without(structure, modes, theta)
+    energy, X = np.linalg.eigh(theta.T @ (structure.K @ theta))
+    energy, X = np.maximum(energy[::-1], 0.0), X[:, ::-1]
+    count = number_kept(energy, keep)
+    shapes = _without(structure, modes, theta @ (X[:, :count] / np.sqrt(energy[:count])))
+    omega, shapes = ritz(structure, shapes)
+    left = float(energy[count:].sum() / max(energy.sum(), np.finfo(float).tiny))
+    note = f"{count} derivative shapes for {theta.shape[1]} pairs, {left:.1e} of their energy left out"
+    return replace(
+        modes,
+        phi=np.column_stack([modes.phi, shapes]),
+        kinds=modes.kinds + ("derivative",) * count,
+        omega=np.append(modes.omega, omega),
+        note="; ".join(part for part in (modes.note, note) if part),
+    )
+
+
+def _without(structure: Structure, modes: ModeSet, shapes: Array) -> Array:
+    """The shapes less their part in the set, by mass."""
+    return shapes - modes.phi @ (modes.phi.T @ (structure.M @ shapes))
+
+
+def number_kept(energy: Array, keep: int | str) -> int:
+    """How many combinations of derivatives with these energies (k,), descending, are kept; none that adds nothing."""
+    independent = int(np.sum(energy > RANK * energy[0])) if energy.size and energy[0] > 0 else 0
+    if keep == "all":
+        return independent
+    if keep == "auto":
+        left = energy.sum() - np.cumsum(energy)
+        return min(independent, int(np.sum(left > LEFT_OUT * energy.sum())) + 1)
+    if isinstance(keep, str) or keep < 0:
+        raise ValueError(f"the number of derivative shapes to keep is {keep!r}; give a number, 'auto' or 'all'.")
+    return min(keep, independent)
+
+
+def scaled_derivatives(structure: Structure, modes: ModeSet) -> Array:
+    """theta_ij (n_dof, n(n+1)/2) of all pairs i <= j, for shapes of unit strain energy phi_i.K phi_i = 1."""
+    stiffness = np.einsum("in,in->n", modes.phi, structure.K @ modes.phi)
+    phi = modes.phi / np.sqrt(stiffness)
+    i, j = np.triu_indices(modes.n_modes)
+    load = structure.internal_force.second_derivative(phi[:, i], phi[:, j])
+    return -static_response(structure, modes, load)
+
+
+def static_response(structure: Structure, modes: ModeSet, load: Array) -> Array:
+    """Displacements (n_dof, k) under loads (n_dof, k) with the set's supports.
+
+    Without clamps the load is balanced by uniform and rotational acceleration, and the frame is placed as the set
+    places it: on its reference group, or at the mean motion for free-free modes.
+    """
+    free = free_dofs(structure, modes.held)
+    x = np.zeros_like(load)
+    if modes.held.size:
+        x[free] = factorised(structure.K[free][:, free]).solve(np.ascontiguousarray(load[free]))
+        return x
+    R = rigid_shapes(structure)
+    R = R[:, independent_columns(R)]
+    MR = structure.M @ R
+    load = load - MR @ np.linalg.solve(R.T @ MR, R.T @ load)
+    lowest = float(np.min(np.einsum("in,in->n", modes.phi, structure.K @ modes.phi)))
+    x = factorised(structure.K + SOFT * lowest * structure.M).solve(np.ascontiguousarray(load))
+    if modes.reference:
+        rows = marker_rows(structure, modes.reference)
+        place = np.concatenate([rows.translation.toarray(), rows.rotation.toarray()])
+        return x - R @ np.linalg.lstsq(place @ R, place @ x, rcond=None)[0]
+    return x - R @ np.linalg.solve(R.T @ MR, MR.T @ x)

@@ -1,0 +1,102 @@
+"""Cases with nonlinear strain: what they say, what they build, and what is refused."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from femflex.case import CaseError, read_case
+from femflex.case.builders import build_body, build_part
+from femflex.cli.app import app
+from femflex.reduction import load_body
+
+PLAIN = 'reduction = { method = "cantilever", clamp = "ROOT", modes = 4 }'
+
+
+def reduction(more: str, strain: str = "nonlinear") -> str:
+    """The line of the craft's boom with other words in its reduction, and its strain."""
+    return f'reduction = {{ method = "cantilever", clamp = "ROOT", modes = 4{more} }}\nstrain = "{strain}"'
+
+
+def build(write_case, craft, line):
+    return build_body(read_case(write_case(craft.replace(PLAIN, line))), "boom")
+
+
+def test_a_nonlinear_body_has_tensors_and_shapes_that_stretch(write_case, craft):
+    body = build(write_case, craft, reduction(', derivatives = "auto"'))
+    assert not body.strain.is_linear
+    assert body.kinds[:4] == ("vibration",) * 4 and set(body.kinds[4:]) == {"derivative"}
+    fewer = build(write_case, craft, reduction(", derivatives = 2"))
+    assert fewer.kinds.count("derivative") == 2
+    np.testing.assert_allclose(fewer.strain.V1[:4, :4], body.strain.V1[:4, :4])
+
+
+def test_linear_strain_may_keep_the_same_shapes(write_case, craft):
+    body = build(write_case, craft, reduction(', derivatives = "auto"', "linear"))
+    assert body.strain.is_linear and body.strain.V2.size == 0 and "derivative" in body.kinds
+
+
+def test_vibration_modes_alone_are_refused_unless_chosen(write_case, craft):
+    with pytest.raises(CaseError, match=r"bodies.boom.*4 shapes \(vibration\) cannot stretch: .* where the structure"):
+        build(write_case, craft, reduction(""))
+    body = build(write_case, craft, reduction(', derivatives = "none"'))
+    assert not body.strain.is_linear and set(body.kinds) == {"vibration"}
+
+
+def test_load_shapes_are_added_where_the_case_names_them(write_case, craft):
+    body = build(write_case, craft, reduction(', attachment = ["x"], loads = { TIP = ["x", "z"] }', "linear"))
+    assert body.kinds.count("attachment") == 3  # its own weight along x, the pull at the tip, and z
+    with pytest.raises(CaseError, match=r"reduction.loads: found 'TOP', which is no group"):
+        build(write_case, craft, reduction(', loads = { TOP = ["x"] }'))
+
+
+@pytest.mark.parametrize(
+    ("line", "text"),
+    [
+        (
+            reduction(', derivatives = "some"'),
+            r"derivatives: found .some. \(text\); expected a number of derivative shapes",
+        ),
+        (
+            reduction(", derivatives = -1"),
+            r"derivatives: found -1 \(a number\); expected a number of derivative shapes",
+        ),
+        (reduction("", "quadratic"), r"bodies.boom.strain: found 'quadratic'"),
+    ],
+)
+def test_mistakes_are_named(write_case, craft, line, text):
+    with pytest.raises(CaseError, match=text):
+        build(write_case, craft, line)
+
+
+def told(*words: object) -> str:
+    """What the command line prints."""
+    done = CliRunner().invoke(app, [str(word) for word in words])
+    assert done.exit_code == 0, done.stderr
+    return done.stdout
+
+
+def test_the_verbs_show_the_derivatives_and_store_the_tensors(write_case, craft, tmp_path):
+    path = write_case(craft.replace(PLAIN, reduction(", derivatives = 3")))
+    shown = told("modes", path)
+    assert "7 elastic coordinates (4 vibration, 3 derivative); nonlinear strain" in shown
+    assert sum(line.rstrip().endswith("derivative") for line in shown.splitlines()) == 3
+    data = json.loads(told("modes", path, "--json"))["boom"]
+    assert data["strain"] == "nonlinear" and data["mode_kinds"].count("derivative") == 3
+    target = tmp_path / "stored.h5"
+    assert "7 elastic coordinates, nonlinear strain" in told("body", path, "boom", "-o", target)
+    body = load_body(target)
+    assert body.strain.V3.shape == (210,) and body.kinds.count("derivative") == 3
+
+
+def test_segments_take_nonlinear_strain_with_derivatives_of_their_own(write_case, craft):
+    cut = craft.replace('material = "aluminium" }', 'material = "aluminium", segments = 2 }')
+    cut = cut.replace(PLAIN, 'strain = "nonlinear"').replace("damping = { ratio", "#").replace("initial =", "#")
+    cut = cut.replace('markers.tip = { group = "TIP" }', 'markers.tip = { group = "TIP" }\nmarkers.ROOT = {}')
+    segments = build_part(read_case(write_case(cut)), "boom")
+    assert len(segments.bodies) == 2
+    for body in segments.bodies:
+        assert not body.strain.is_linear and {"craig-bampton", "derivative"} == set(body.kinds)
