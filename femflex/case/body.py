@@ -114,12 +114,9 @@ class FlexibleTable(BodyTable):
                 f"found reduction method '{method}' and segments; a segment is reduced by craig_bampton, cantilever, "
                 f"free_free or nodal"
             )
-        stretched = [key for key in ("derivatives", "loads") if getattr(self.reduction, key, None)]
-        if several and (self.strain != "linear" or stretched):
-            what = " and ".join(["strain = 'nonlinear'"] * (self.strain != "linear") + stretched)
+        if several and getattr(self.reduction, "loads", None):
             refuse(
-                f"found {what} on a body cut into segments; a segment is linear in its own frame, and large "
-                f"deflections come from the frames, so leave that out or take more segments"
+                "found loads in the reduction of a body cut into segments; a segment's ends carry all loads, so drop it"
             )
         if several and self.initial is not None:
             refuse("found initial on a body cut into segments; start from an equilibrium instead ([initial] from)")

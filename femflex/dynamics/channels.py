@@ -98,7 +98,7 @@ def channels_of(system: System) -> dict[str, Channel]:
             f"bodies/{name}/attitude": Channel("1", f"Euler parameters of {name}, C_NB", (4,), EULER),
             f"bodies/{name}/rate": Channel("rad/s", f"inertial rate of {name}", (3,), XYZ, "body"),
             f"bodies/{name}/delta": Channel(
-                "kg^1/2 m", f"elastic coordinates of {name}", (system.bodies[name].n_modes,)
+                "kg^1/2 m", f"amplitudes of the shapes of {name}", (system.bodies[name].n_shapes,)
             ),
         }
     for name in system.segments:

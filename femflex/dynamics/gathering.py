@@ -17,6 +17,7 @@ from femflex.dynamics.lanes import lane, nothing, plus, put, totals
 from femflex.dynamics.layout import W_ACC, W_BIAS, W_CIN, W_CIP, W_H, W_M, W_P, W_R, W_TAU, body_of, header_of
 from femflex.dynamics.pairs import Pair, along_four, at_origin, dot_pair, nothing_pair, pair, pair_of, put_pair
 from femflex.dynamics.recursion import accelerate, carry_acceleration, reduce_to_root
+from femflex.dynamics.slaves import write_tied_mass
 from femflex.dynamics.spatial import Rows, six_rows
 from femflex.dynamics.vectors import ZERO, add, load3, load9, load_rows, scale, turn, turn_back
 
@@ -90,10 +91,15 @@ def add_inertia_forces(b: Record, pool: Array, work: Array) -> None:
     force = rows_along(six_rows(work, w + W_M), acc)
     for k in range(n):
         force = plus(force, work[accel + k], pair(work, b["border"] + stride * k + row))
+    block, apart = b["elastic_mass"], row
+    numbers = pool
+    if b["n_slaves"]:
+        write_tied_mass(b, pool, work)
+        block, apart, numbers = b["border"], stride, work
     for k in range(0, row, 4):
         elastic = along_four(work, b["border"] + stride * k + row, stride, acc)
         for j in range(n):
-            elastic = elastic + work[accel + j] * lane(pool, b["elastic_mass"] + row * j + k)
+            elastic = elastic + work[accel + j] * lane(numbers, block + apart * j + k)
         put(work, b["pn"] + k, elastic)
     put_pair(work, w + W_P, force)
 

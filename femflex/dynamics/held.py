@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.compiled import inner
-from femflex.dynamics.lanes import beyond, last, plus, reciprocal, with_last
+from femflex.dynamics.lanes import beyond, last, plus, with_last
 from femflex.dynamics.layout import W_ACC, W_BIAS, W_H, W_M, W_PIVOT, W_TAU, W_U, body_of, header_of, hold_of
 from femflex.dynamics.pairs import dot_pair, pair, put_pair
 from femflex.dynamics.profiles import profile_at
-from femflex.dynamics.spatial import less_outer, pulled, put_six_rows, six_rows, with_bias
+from femflex.dynamics.spatial import pulled, six_rows
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -60,53 +60,30 @@ def add_known_accelerations(table: Table, work: Array) -> None:
 
 
 @inner
-def eliminate_held_joint(b: Record, pool: Array, work: Array, c_d: float, c_k: float, forced: bool) -> None:
-    """eliminate_joint for a joint with held freedoms: these stay in [A | p], and U = A h, h . p - tau are kept."""
+def keep_held_columns(b: Record, work: Array) -> None:
+    """Before the joint's freedoms are eliminated: U = A h and h . p - tau of those held, whose pivots become 0."""
     w = b["work"]
-    rows = with_bias(six_rows(work, w + W_M), pair(work, w + W_BIAS))
+    rows = six_rows(work, w + W_M)
     hidden = 3 if b["hidden"] else 0
-    for k in range(hidden, b["n_h"]):
-        if is_held(b, k - hidden, work):
+    for k in range(b["n_h"]):
+        held = k >= hidden and is_held(b, k - hidden, work)
+        work[w + W_PIVOT + k] = 0.0 if held else 1.0
+        if held:
             U = pulled(rows, pair(work, w + W_H + 8 * k))
             force = last(U[1]) - (work[w + W_TAU + k - hidden] if b["sprung"] else 0.0)
             put_pair(work, w + W_U + 8 * k, (U[0], with_last(U[1], force)))
-    for k in range(b["n_h"]):
-        if k >= hidden and is_held(b, k - hidden, work):
-            continue
-        h = pair(work, w + W_H + 8 * k)
-        U = pulled(rows, h)
-        d, force = dot_pair(U, h), last(U[1])
-        if k >= hidden:
-            if b["sprung"] or forced:
-                force -= work[w + W_TAU + k - hidden]
-            if b["sprung"]:
-                d += c_d * pool[b["damper"] + k - hidden] + c_k * pool[b["spring"] + k - hidden]
-        d = reciprocal(d)
-        U = (U[0], with_last(U[1], force))
-        put_pair(work, w + W_U + 8 * k, U)
-        work[w + W_PIVOT + k] = d
-        rows = less_outer(rows, U, (d * U[0], d * U[1]))
-    put_six_rows(work, w + W_M, rows)
 
 
 @inner
-def accelerate_held_joint(b: Record, work: Array, out: Array) -> None:
-    """accelerate_joint for a joint with held freedoms; also writes the forces that hold them."""
+def accelerate_held(b: Record, work: Array, out: Array) -> None:
+    """Once the body's acceleration is known: write sddot of held freedoms and the forces that hold them."""
     w = b["work"]
     acc = pair(work, w + W_ACC)
     hidden = 3 if b["hidden"] else 0
-    for k in range(b["n_h"] - 1, -1, -1):
-        if k >= hidden and is_held(b, k - hidden, work):
-            out[b["u"] + k - hidden] = work[b["known"] + k - hidden]
-            continue
-        udot = -work[w + W_PIVOT + k] * dot_pair(acc, pair(work, w + W_U + 8 * k))
-        acc = plus(acc, udot, pair(work, w + W_H + 8 * k))
-        if k >= hidden:
-            out[b["u"] + k - hidden] = udot
     for k in range(hidden, b["n_h"]):
         if is_held(b, k - hidden, work):
+            out[b["u"] + k - hidden] = work[b["known"] + k - hidden]
             work[b["drives"] + k - hidden] = dot_pair(acc, pair(work, w + W_U + 8 * k))
-    put_pair(work, w + W_ACC, plus(acc, 1.0, pair(work, w + W_BIAS)))
 
 
 @inner

@@ -54,7 +54,10 @@ BODY = np.dtype(
         for name in (
             "parent",
             "n",  # elastic coordinates
-            "row",  # n padded to whole lanes: length of rows over shapes
+            "row",  # n padded to whole lanes: length of rows over coordinates
+            "n_slaves",  # shapes that follow the coordinates, see slaves; 0: every shape is a coordinate
+            "n_shapes",  # n + n_slaves
+            "wide",  # n_shapes padded to whole lanes: length of rows over shapes
             "q", "u",  # first joint coordinate and quasi-velocity
             "qe", "ue",  # first elastic coordinate and rate
             "n_slide", "n_turn", "ball",  # BALL_*
@@ -69,32 +72,36 @@ BODY = np.dtype(
             "held",  # 1: some of the joint's freedoms are held, now or at times
             "known", "flags", "drives",  # work (n_u of the joint): the header's, from this joint on
             "mass",  # pool: m, s (3) and Q (9) of the undeformed body
-            "first",  # pool: s_k (3,row)
-            "momentum",  # pool: the same, (row,4)
-            "second",  # pool: P[A,a,c,k] (1+n,3,3,row), A = 0 for the position rho
-            "gyro",  # pool: R1 (n,3,row)
+            "first",  # pool: s_k (3,wide)
+            "momentum",  # pool: the same, (wide,4)
+            "second",  # pool: P[A,a,c,k] (1+n_shapes,3,3,wide), A = 0 for the position rho
+            "gyro",  # pool: R1 (n_shapes,3,wide)
             "stiffness", "damping", "f0",  # pool: V1, D^T (n,row), f0 (row)
             "diagonal",  # 1: V1 and D are diagonal
             "nonlinear",  # 1: strain is nonlinear, with V2 and V3
             "curved", "n_blocks",  # pool: their table (n_blocks,n+pairs,32), see stiffening
             "own_stiffness", "own_damping",  # pool: their diagonals (row)
-            "elastic_mass",  # pool: Me (n,row)
+            "elastic_mass",  # pool: Me (n_shapes,wide)
+            "slaves",  # pool: A (n_slaves,n,row)
             "elastic_factor", "elastic_pivot",  # pool: U (n,row) and 1/d (n) of Me = U^T diag(1/d) U
             "orthonormal",  # 1: Me is the unit matrix to rounding
-            "place", "shape", "spin",  # pool, marker P on the parent: position (3) and C_pP (9); phi, psi (3,row_p)
+            "place", "shape", "spin",  # pool, marker P on the parent: position (3) and C_pP (9); phi, psi (3,wide_p)
             "bends",  # 1: marker P moves with the parent's elastic coordinates
             "own_place", "own_shape", "own_spin",  # the same for marker Q on this body
             "own_bends",
             "dense",  # 1: the elastic block changes with the motion and is factorised
             "work",  # first of this body's block
-            "delta", "ddelta", "accel",  # work (row): elastic coordinates, their rates and accelerations
-            "Z",  # work (3,3,row)
-            "pn",  # work (row)
+            "delta", "ddelta",  # work (wide): amplitudes of the shapes, coordinates first, and their rates
+            "accel",  # work (row): accelerations of the coordinates
+            "Z",  # work (3,3,wide)
+            "pn",  # work (wide): bias of all shapes; once the border is written, of the coordinates
             "border",  # work (row, stride): rows [E | s_k, 0, Cr_k, pn_k]
             "stride",  # row + 8
             "pivot",  # work (n): reciprocal pivots of the eliminated E
             "G",  # work (6,row): columns of marker Q
             "N",  # work (row,8): scratch of refer_to_hinge
+            "drift", "tie", "pull",  # work, condensed bodies: g (wide), D (n_slaves,row), W (row)
+            "columns", "spread",  # work, condensed bodies: columns of a marker (6,wide), coupling rows (wide,8)
             "monomials", "varying",  # work: d_i, d_i d_j (n+pairs); the stiffness they make up (pairs)
             "Phi",  # work (6,row_p): columns of marker P
         )

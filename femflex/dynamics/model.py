@@ -142,7 +142,8 @@ class Model:
         records = body_records(self.table)
         for i, name in enumerate(self.system.order, start=1):
             first = int(records[i]["qe"])
-            out[f"bodies/{name}/delta"] = states[:, first : first + self.system.bodies[name].n_modes]
+            body = self.system.bodies[name]
+            out[f"bodies/{name}/delta"] = body.amplitudes(states[:, first : first + body.n_modes])
         if self.system.segments:
             from femflex.dynamics.segmented import observe_segmented
 

@@ -88,8 +88,8 @@ def observe_marker(
     b = body_of(table, m["body"])
     w = b["work"]
     C = load9(work, w + W_CIN)
-    u = combined(pool, m["shape"], b["row"], work, b["delta"])
-    du = combined(pool, m["shape"], b["row"], work, b["ddelta"])
+    u = combined(pool, m["shape"], b["wide"], work, b["delta"])
+    du = combined(pool, m["shape"], b["wide"], work, b["ddelta"])
     r = add(load3(pool, m["place"]), u)
     v = add(load3(work, w + W_VEL), add(cross(load3(work, w + W_OMEGA), r), du))
     store3(row, at, sub(add(load3(work, w + W_POS), turn_back(C, r)), shift))

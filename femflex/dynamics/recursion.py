@@ -20,7 +20,7 @@ from femflex.dynamics.elastic import (
     write_rows,
 )
 from femflex.dynamics.handover import hand_to_parent
-from femflex.dynamics.held import accelerate_held_joint, eliminate_held_joint
+from femflex.dynamics.held import accelerate_held, keep_held_columns
 from femflex.dynamics.joint_motion import accelerate_joint, eliminate_joint, release_root
 from femflex.dynamics.layout import W_ACC, W_CIP, W_R, body_of, header_of
 from femflex.dynamics.pairs import first3
@@ -45,8 +45,8 @@ def reduce_to_root(table: Table, pool: Array, work: Array, c_d: float, c_k: floa
         if b["n"] > 0:
             eliminate_elastic(b, work, c_d != 0.0 or c_k != 0.0)
         if b["held"]:
-            eliminate_held_joint(b, pool, work, c_d, c_k, forced)
-        elif forced or not b["full"]:
+            keep_held_columns(b, work)
+        if forced or not b["full"]:
             eliminate_joint(b, pool, work, c_d, c_k, forced)
         if b["parent"] > 0:
             hand_to_parent(b, body_of(table, b["parent"]), work)
@@ -61,10 +61,9 @@ def accelerate(table: Table, work: Array, out: Array, forced: bool) -> None:
             release_root(b, work, out)
         else:
             carry_acceleration(b, body_of(table, b["parent"]), work)
+            accelerate_joint(b, work, out)
             if b["held"]:
-                accelerate_held_joint(b, work, out)
-            else:
-                accelerate_joint(b, work, out)
+                accelerate_held(b, work, out)
         if b["n"] > 0:
             accelerate_shapes(b, work, out)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from femflex.body import FlexibleBody, MassMoments, StrainTensors
+from femflex.body import FlexibleBody
 from femflex.dynamics.terms import DRIVES, LOADS, TERMS, all_rows, term_names
 from femflex.system import Joint, System
 
@@ -117,18 +117,7 @@ def stiffened(system: System, names: set[str]) -> System:
 
 def rigid(body: FlexibleBody) -> FlexibleBody:
     """The body without its shapes."""
-    moments, none = body.moments, np.zeros((0, 0))
-    skin = body.skin
-    return replace(
-        body,
-        moments=MassMoments(moments.mass, moments.first[:1], moments.second[:1, :, :1, :]),
-        strain=StrainTensors.linear(none),
-        damping=none,
-        markers={key: replace(m, phi=m.phi[:, :0], psi=m.psi[:, :0]) for key, m in body.markers.items()},
-        skin=None if skin is None else replace(skin, shapes=skin.shapes[:0]),
-        kinds=(),
-        omega=np.zeros(0),
-    )
+    return replace(body.without_slaves().truncated(0), damping=np.zeros((0, 0)))
 
 
 def reduced(model: Model, omitted: tuple[str, ...]) -> Model:

@@ -103,6 +103,7 @@ class Singularities:
 
 def _reach(body: FlexibleBody) -> tuple[Array, float]:
     """Largest displacement of any place per unit of each elastic coordinate (n,), and the body's size [m]."""
+    body = body.without_slaves()
     if body.skin is not None and len(body.skin.points):
         largest = np.linalg.norm(body.skin.shapes, axis=2).max(axis=1)
         return largest, float(np.linalg.norm(np.ptp(body.skin.points, axis=0)))

@@ -39,7 +39,7 @@ def beam_body(
         )
     xi, weight = gauss(points_for(max(functions.y, functions.z, functions.axial, functions.torsion)))
     offsets = _section_points(beam.rz, beam.ry)
-    dm = np.repeat(weight * beam.mass_per_length * beam.length / 4, 4)
+    dm = np.repeat(weight * beam.taper.mass(xi) * beam.mass_per_length * beam.length / 4, 4)
     V1, X = _stiffness(beam, functions, xi, weight), np.eye(functions.count)
     rho, shapes = _places(beam, xi, offsets), _motion(beam, functions, xi, offsets, beam.rotary_inertia)
     omega = np.full(functions.count, np.nan)
@@ -91,11 +91,15 @@ def sampled_functions(structure: Structure, beam: UniformBeam, functions: BeamFu
 def _stiffness(beam: UniformBeam, functions: BeamFunctions, xi: Array, weight: Array) -> Array:
     """V1 = int EA u'^2 + EIz v''^2 + EIy w''^2 + GJ theta'^2 dx over the functions."""
     slope, curvature = (functions.fields(xi, beam.length, d) for d in (1, 2))
-    dx = weight * beam.length
-    terms = ((beam.EA, slope[:, 0]), (beam.EIz, curvature[:, 1]), (beam.EIy, curvature[:, 2]), (beam.GJ, slope[:, 3]))
-    V1 = sum(
-        ((f * dx[:, None] * stiffness).T @ f for stiffness, f in terms), np.zeros((functions.count, functions.count))
+    dx, taper = weight * beam.length, beam.taper
+    bending = dx * taper.bending(xi)
+    terms = (
+        (dx * taper.axial(xi) * beam.EA, slope[:, 0]),
+        (bending * beam.EIz, curvature[:, 1]),
+        (bending * beam.EIy, curvature[:, 2]),
+        (bending * beam.GJ, slope[:, 3]),
     )
+    V1 = sum(((f * stiffness[:, None]).T @ f for stiffness, f in terms), np.zeros((functions.count,) * 2))
     return (V1 + V1.T) / 2
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -24,9 +25,26 @@ Array = NDArray[np.float64]
 BENDING_ORDER = {"free": 0, "pinned": 1, "clamped": 2}  # derivatives, from the value on, that vanish at an end
 
 
+def one(xi: Array) -> Array:
+    """1 at every xi."""
+    return np.ones_like(xi)
+
+
+@dataclass(frozen=True)
+class Taper:
+    """How a beam's section varies along xi = x / length: factors (k,) on its mass, bending, and axial stiffness.
+
+    The torsional stiffness goes with the bending stiffness; radii of gyration stay.
+    """
+
+    mass: Callable[[Array], Array] = one
+    bending: Callable[[Array], Array] = one
+    axial: Callable[[Array], Array] = one
+
+
 @dataclass(frozen=True, eq=False)
 class UniformBeam:
-    """A straight uniform Euler–Bernoulli beam.
+    """A straight Euler–Bernoulli beam, uniform unless `taper` says how it varies.
 
     length                 [m]
     EA, EIy, EIz, GJ       axial [N], bending in x-z and in x-y, torsional stiffness [N m^2]; x along the beam
@@ -36,6 +54,7 @@ class UniformBeam:
     root, direction        where the beam starts [m] and where it points, body frame
     orientation            vector near the section's y axis; default as for beam members (fem.chain.element_frames)
     radius                 of the tube that is drawn [m]; None draws a line
+    taper                  how the section varies along the length; mass and stiffness above are those where it is 1
     """
 
     length: float
@@ -51,6 +70,7 @@ class UniformBeam:
     direction: ArrayLike = (1.0, 0.0, 0.0)
     orientation: ArrayLike | None = None
     radius: float | None = None
+    taper: Taper = field(default_factory=Taper)
 
     def __post_init__(self) -> None:
         for name in ("length", "EA", "EIy", "EIz", "GJ", "mass_per_length"):

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from femflex.body import FlexibleBody, Marker, MassMoments, rigid_body
+from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
@@ -33,15 +33,21 @@ Told = Callable[[str], None]  # called with what is being done, for a progress d
 def build_bodies(case: Case, modes: int | None = None, refine: int = 0, told: Told | None = None) -> dict[str, Part]:
     """All bodies of a case by name, with other numbers of modes or finer meshes if asked.
 
+    Bodies whose tables say the same but for their initial state are built once and shared.
     Raises CaseError with the problems of all bodies together.
     """
     bodies: dict[str, Part] = {}
+    alike: dict[str, Part] = {}
     problems: list[Problem] = []
-    for name in case.bodies:
+    for name, table in case.bodies.items():
+        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})}"
+        if key in alike:
+            bodies[name] = alike[key]
+            continue
         if told is not None:
             told(name)
         try:
-            bodies[name] = build_part(case, name, modes, refine)
+            bodies[name] = alike[key] = build_part(case, name, modes, refine)
         except CaseError as error:
             problems += error.problems
     if problems:
@@ -144,27 +150,11 @@ def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> Fl
         if n > body.n_modes:
             text = f"found {n}; {table.file} holds {body.n_modes} elastic coordinates"
             raise CaseError(case.path.name, [Problem(f"bodies.{name}.modes", text)])
-        body = truncated(body, n)
+        body = body.truncated(n)
     damping = _damping(table.damping)
     if damping is not None:
-        body = replace(body, damping=damping.matrix(body.moments.elastic_mass(), body.strain.V1))
+        body = replace(body, damping=damping.matrix(body.without_slaves().moments.elastic_mass(), body.strain.V1))
     return body
-
-
-def truncated(body: FlexibleBody, n: int) -> FlexibleBody:
-    """A copy with the first n elastic coordinates alone."""
-    m = body.moments
-    markers = {name: replace(k, phi=k.phi[:, :n], psi=k.psi[:, :n]) for name, k in body.markers.items()}
-    return replace(
-        body,
-        moments=MassMoments(m.mass, m.first[: n + 1], m.second[: n + 1, :, : n + 1]),
-        strain=body.strain.truncated(n),
-        damping=body.damping[:n, :n],
-        markers=markers,
-        skin=None if body.skin is None else replace(body.skin, shapes=body.skin.shapes[:n]),
-        kinds=body.kinds[:n],
-        omega=body.omega[:n],
-    )
 
 
 def _damping(table: DampingTable | None) -> ModalDamping | RayleighDamping | None:

@@ -18,9 +18,11 @@ CARRIED = 0.75  # of the mass; one bending mode of a uniform cantilever carries 
 
 def warn_of_doubtful_bodies(case: Case, bodies: Mapping[str, FlexibleBody], output_step: float) -> None:
     """Warn of meshes in the wrong unit, mode sets that carry little of the mass, and modes too fast for the output."""
+    looked_at: set[int] = set()
     for name, body in bodies.items():
-        if name not in case.bodies:  # a segment
+        if name not in case.bodies or id(body) in looked_at:  # a segment, or shared by alike tables
             continue
+        looked_at.add(id(body))
         table = case.bodies[name]
         if body.skin is not None and getattr(table, "mesh_unit", "") == "m":
             size = float(np.ptp(body.skin.points, axis=0).max())
@@ -49,6 +51,7 @@ def warn_of_doubtful_bodies(case: Case, bodies: Mapping[str, FlexibleBody], outp
 
 def carried_mass(body: FlexibleBody) -> float:
     """Largest fraction of the mass that the elastic coordinates carry in any direction."""
+    body = body.without_slaves()
     s, Me = body.moments.first[1:], body.moments.elastic_mass()
     return float(np.linalg.eigvalsh(s.T @ np.linalg.solve(Me, s))[-1] / body.moments.mass)
 
