@@ -80,10 +80,15 @@ def say_what_runs(prepared: Prepared) -> None:
     if prepared.model.omitted:
         print(f"without {', '.join(prepared.model.omitted)}")
     pieces = {piece for parts in system.segments.values() for piece in parts}
+    alike: dict[int, list[str]] = {}
     for name, body in system.bodies.items():
         if body.n_modes and name not in pieces:
-            print()
-            print_modes(name, body)
+            alike.setdefault(id(body), []).append(name)
+    for first, *more in alike.values():
+        print()
+        print_modes(first, system.bodies[first])
+        if more:
+            print(f"{more[0] if len(more) == 1 else f'{more[0]} to {more[-1]}, {len(more)} bodies'}: alike")
     print()
     for name, parts in system.segments.items():
         each = system.bodies[parts[0]].n_modes

@@ -19,8 +19,7 @@ def beam_strain(beam: UniformBeam, functions: BeamFunctions, X: Array, V1: Array
     eps = u' + 1/2 (u'^2 + v'^2 + w'^2 + (I_p / A) theta'^2) at the axis, with EA; I_p / A = ry^2 + rz^2. Gauss points
     are enough for products of four slopes.
     """
-    most = max(functions.y, functions.z, functions.axial, functions.torsion)
-    xi, weight = gauss(2 * most + 24)
+    xi, weight = gauss(2 * functions.most + 24)
     slope = functions.fields(xi, beam.length, 1) @ X
     slope[:, 3] *= np.sqrt(beam.ry**2 + beam.rz**2)
     scale = np.sqrt(weight * beam.length * beam.EA * beam.taper.axial(xi))

@@ -13,6 +13,7 @@ from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
 from femflex.case.builders.structure import PLACE, build_mesh, build_modes, build_structure_of
 from femflex.case.case import Case
+from femflex.case.load import LoadTable
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.reduction import DampingTable, Stretchable
 from femflex.reduction import (
@@ -94,11 +95,24 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
     structure, modeset = build_modes(
         build_structure_of(case, name, table, build_mesh(case, name, table, refine)), table, modes
     )
-    body = reduce_structure(structure, modeset, marker_groups(table), _damping(table.damping), table.strain)
+    groups, turning = marker_groups(table), turning_markers(case, name)
+    body = reduce_structure(structure, modeset, groups, _damping(table.damping), table.strain, turning)
     r = table.reduction
     if table.strain != "linear" and isinstance(r, Stretchable) and r.derivatives != "none" and body.n_modes:
         require_stretch(structure, modeset, body.strain)
     return body
+
+
+def turning_markers(case: Case, name: str) -> set[str]:
+    """Markers of a body whose rotation something uses: joints, torques, and the attitude."""
+    used = {joint.child_marker for joint in case.joints if joint.child == name}
+    used |= {joint.parent_marker for joint in case.joints if joint.parent == name}
+    used |= {load.marker for load in case.loads if load.body == name and _turns(load)}
+    return used | ({case.attitude.marker} if case.attitude.marker else set())
+
+
+def _turns(load: LoadTable) -> bool:
+    return load.torque is not None or load.table is not None or load.frame == "marker"
 
 
 def _segments(case: Case, name: str, table: FlexibleTable, other: tuple[int | None, int, int | None]) -> Segments:
