@@ -47,7 +47,6 @@ def test_a_panel_bent_beyond_linear_strain_is_warned_of_with_both_numbers(tmp_pa
         ("eccentric_pitch", {}, []),
     ],
 )
-@pytest.mark.filterwarnings("ignore:marker .corner. shows no rotation")  # a sensor, not a joint
 def test_only_monitors_that_ought_to_be_constant_are_told(name, swaps, expected, tmp_path):
     path = changed(tmp_path, name, **swaps)
     path.write_text(path.read_text().replace("orbits = 10", "orbits = 0.1").replace("orbits = 5", "orbits = 0.1"))
@@ -61,7 +60,6 @@ def drift(run, name):
     return np.linalg.norm(values - values[0], axis=1).max() / np.linalg.norm(values[0])
 
 
-@pytest.mark.filterwarnings("ignore:marker .corner. shows no rotation")  # a sensor, not a joint
 def test_a_flexible_craft_keeps_energy_and_momentum_at_the_default_tolerance(tmp_path):
     path = changed(tmp_path, "tumbling_panels", default=("rtol = 1e-10\n", ""))
     with femflex.run(path, tmp_path / "run.h5") as run:

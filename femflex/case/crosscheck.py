@@ -15,9 +15,10 @@ from femflex.case.tree import loose_bodies, root, tree
 
 def cross_problems(outline: Outline, folder: Path) -> list[Problem]:
     """Everything wrong between the parts of a case whose files lie in that folder."""
-    checks: list[Callable[[Outline], Iterator[Problem]]] = [frames, markers, members, doubles, times, answers]
+    checks: list[Callable[[Outline], Iterator[Problem]]] = [frames, members, doubles, times, answers]
     found = list(tree(outline)) or list(root(outline))
-    return found + [problem for check in checks for problem in check(outline)] + list(files(outline, folder))
+    found += [problem for check in checks for problem in check(outline)]
+    return found + list(markers(outline, folder)) + list(files(outline, folder))
 
 
 def frames(outline: Outline) -> Iterator[Problem]:
@@ -44,7 +45,7 @@ def known_markers(body: BodyTable | None) -> set[str] | None:
     return known | set(body.own_markers())
 
 
-def markers(outline: Outline) -> Iterator[Problem]:
+def markers(outline: Outline, folder: Path) -> Iterator[Problem]:
     """Markers of joints, loads, attitude and initial states are on their bodies."""
     places: list[tuple[str, str | None, str | None]] = []
     for where, joint in outline.joints.items():
@@ -68,7 +69,23 @@ def markers(outline: Outline) -> Iterator[Problem]:
     for where, owner, marker in places:
         known = known_markers(outline.bodies.get(owner or ""))
         if marker is not None and known is not None and marker not in known:
-            yield Problem(where, f"found {marker!r}, which is no marker of body {owner!r}; {near(marker, known)}")
+            told = f"found {marker!r}, which is no marker of body {owner!r}; {near(marker, known)}"
+            yield Problem(where, told + _as_group(outline.bodies.get(owner or ""), owner, marker, folder))
+
+
+def _as_group(body: BodyTable | None, owner: str | None, marker: str, folder: Path) -> str:
+    """The advice to declare a marker whose name is that of a group of the body's mesh."""
+    if not isinstance(body, FlexibleTable) or not (folder / body.mesh).is_file():
+        return ""
+    from femflex.mesh import read_mesh
+
+    try:
+        groups = {*read_mesh(folder / body.mesh).groups, *body.groups}
+    except (ValueError, OSError):  # told where the mesh is read
+        return ""
+    if marker not in groups:
+        return ""
+    return f". {body.mesh} has a group of that name: declare it, markers.{marker} = {{}} in [bodies.{owner}]"
 
 
 def members(outline: Outline) -> Iterator[Problem]:

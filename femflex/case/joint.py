@@ -7,6 +7,16 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, StrictBool, model_validator
 
 from femflex.case.base import Table, refuse
+from femflex.case.motion import (
+    AngleMotion,
+    CylinderMotion,
+    FreeMotion,
+    GeneralMotion,
+    Motion,
+    PositionMotion,
+    ThreeAngles,
+    TwoAngles,
+)
 from femflex.case.rotation import RotationSet, Sequence_
 from femflex.case.values import (
     Angle,
@@ -21,6 +31,7 @@ from femflex.case.values import (
     Velocity,
     _Readable,
 )
+from femflex.rotations import is_extrinsic
 
 
 class _OneOrThree(_Readable):
@@ -68,6 +79,14 @@ TurnDampers = Annotated[tuple[float, float, float], _OneOrThree("N m s/rad")]
 ZERO = (0.0, 0.0, 0.0)
 SLIDE_KEYS = ("position", "velocity", "slide_stiffness", "slide_damping", "slide_rest")
 TURN_KEYS = ("angles", "rates", "stiffness", "damping", "rest")
+SLIDE_SPRINGS, SPRINGS = ("slide_stiffness", "slide_damping"), ("stiffness", "damping")
+# key of `motion`, key of the initial value, what must not act on a held coordinate
+HELD_KEYS = (
+    ("angle", "angle", SPRINGS),
+    ("angles", "angles", SPRINGS),
+    ("position", "position", SLIDE_SPRINGS),
+)
+RATES = {"angle": "rate", "angles": "rates", "position": "velocity"}
 
 
 class JointTable(Table):
@@ -81,6 +100,34 @@ class JointTable(Table):
     parent_marker: str = "origin"
     name: str = ""
     """Left out: "parent-child"."""
+
+    def motions(self, key: str) -> tuple[Motion | None, ...]:
+        """Motion of each coordinate under that key of `motion`; () when all are free."""
+        found = getattr(getattr(self, "motion", None), key, None)
+        return found if isinstance(found, tuple) else (found,) if found is not None else ()
+
+    @model_validator(mode="after")
+    def _held_freedoms_are_only_held(self) -> JointTable:
+        for key, begins, others in HELD_KEYS:
+            for k, motion in enumerate(self.motions(key)):
+                if motion is not None:
+                    self._refuse_beside(key, k, motion, begins, others)
+        return self
+
+    def _refuse_beside(self, key: str, k: int, motion: Motion, begins: str, others: tuple[str, ...]) -> None:
+        """Refuse initial values, springs and dampers of coordinate k, which is held."""
+        held = "locked" if motion.locked else "specified"
+        for other in (begins, RATES[begins], *others):
+            value = getattr(self, other, 0.0)
+            entry = value if isinstance(value, float) else value[k] if k < len(value) else 0.0
+            given = other in self.model_fields_set and (entry != 0.0 or isinstance(value, float))
+            if not given or (other == begins and motion.locked):
+                continue
+            if other in others:
+                refuse(
+                    f"found {other} for a coordinate that is {held} by motion.{key}; it would do nothing, so drop it"
+                )
+            refuse(f"found {other} for a coordinate that is {held} by motion.{key}; the motion says where it begins")
 
     @model_validator(mode="after")
     def _base_has_one_marker(self) -> JointTable:
@@ -107,6 +154,8 @@ class Revolute(JointTable):
     damping: TurnDamper = 0.0
     rest: Angle = 0.0
     """Angle at which the spring is free."""
+    motion: AngleMotion = AngleMotion()
+    """Of a locked or specified angle."""
 
 
 class Prismatic(JointTable):
@@ -120,6 +169,15 @@ class Prismatic(JointTable):
     stiffness: Spring = 0.0
     damping: Damper = 0.0
     rest: Length = 0.0
+    motion: PositionMotion = PositionMotion()
+    """Of a locked or specified slide."""
+
+    @model_validator(mode="after")
+    def _held_slides_have_no_spring(self) -> Prismatic:
+        for k, motion in enumerate(self.motions("position")):
+            if motion is not None:
+                self._refuse_beside("position", k, motion, "position", SPRINGS)
+        return self
 
 
 class Cylindrical(JointTable):
@@ -137,6 +195,7 @@ class Cylindrical(JointTable):
     stiffness: TurnSpring = 0.0
     damping: TurnDamper = 0.0
     rest: Angle = 0.0
+    motion: CylinderMotion = CylinderMotion()
 
 
 class Universal(JointTable):
@@ -149,6 +208,7 @@ class Universal(JointTable):
     stiffness: Annotated[tuple[float, float], Quantity("N m/rad", (2,), least=0.0)] = (0.0, 0.0)
     damping: Annotated[tuple[float, float], Quantity("N m s/rad", (2,), least=0.0)] = (0.0, 0.0)
     rest: Annotated[tuple[float, float], Quantity("rad", (2,))] = (0.0, 0.0)
+    motion: TwoAngles = TwoAngles()
 
     @model_validator(mode="after")
     def _axes_differ(self) -> Universal:
@@ -179,6 +239,30 @@ class Spherical(JointTable):
     damping: TurnDampers = ZERO
     rest: Angles = ZERO
     """Rotation vector at which the springs are free."""
+    motion: ThreeAngles = ThreeAngles()
+    """Of locked or specified angles of the sequence; the coordinates are then these angles."""
+
+    @property
+    def turning(self) -> bool:
+        """Whether some angle is held, so that the angles of the sequence are the coordinates."""
+        return any(motion is not None for motion in self.motions("angles"))
+
+    @model_validator(mode="after")
+    def _held_angles_replace_the_ball(self) -> Spherical:
+        if self.turning and self.rotation != "euler_parameters":
+            refuse(f"found rotation {self.rotation!r} beside motion.angles, whose coordinates are those of `sequence`")
+        if self.turning and (self.rebase or is_extrinsic(self.sequence)):
+            refuse(
+                f"found sequence {self.sequence!r} and rebase = {str(self.rebase).lower()} beside motion.angles; held "
+                "angles are those of an intrinsic sequence such as 'xyz', and are never re-based"
+            )
+        for key in ("rates", "stiffness", "damping"):
+            if self.turning and any(getattr(self, key)):
+                refuse(
+                    f"found {key} beside motion.angles; a ball's {key} are about its own axes, so write the joint with "
+                    "kind = 'general' and turns"
+                )
+        return self
 
 
 class Free(Spherical):
@@ -190,6 +274,7 @@ class Free(Spherical):
     slide_stiffness: Springs = ZERO
     slide_damping: Dampers = ZERO
     slide_rest: Position = ZERO
+    motion: FreeMotion = FreeMotion()
 
 
 Many = tuple[float, ...]
@@ -219,6 +304,7 @@ class General(JointTable):
     stiffness: TurnSpringList = ()
     damping: TurnDamperList = ()
     rest: AngleList = ()
+    motion: GeneralMotion = GeneralMotion()
 
     @model_validator(mode="after")
     def _as_many_as_axes(self) -> General:
@@ -227,6 +313,9 @@ class General(JointTable):
             for key in keys:
                 if len(getattr(self, key)) not in (0, wanted):
                     refuse(f"found {len(getattr(self, key))} values in {key} and {wanted} {axes}; give as many of both")
+            found = len(self.motions(keys[0]))
+            if found not in (0, wanted):
+                refuse(f"found {found} motions in motion.{keys[0]} and {wanted} {axes}; give as many of both")
         return self
 
     def padded(self, key: str) -> list[float]:

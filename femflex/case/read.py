@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
 from femflex.case.crosscheck import cross_problems
+from femflex.case.magnitudes import warn_of_doubtful_magnitudes
 from femflex.case.outline import Outline, outline
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.sentences import schema_problems
@@ -46,6 +47,7 @@ def parse_case(text: str, path: Path = Path("case.toml")) -> Case:
         raise CaseError(path.name, problems)
     case._path, case._text = path, text
     warn_of_doubtful_numbers(raw, case)
+    warn_of_doubtful_magnitudes(case)
     return case
 
 

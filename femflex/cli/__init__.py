@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from typing import NoReturn
 
-INTERRUPTED = 130
+from femflex.cli.interrupt import INTERRUPTED, answer_at_once, leave
 
 
 def main() -> NoReturn:
@@ -14,21 +13,15 @@ def main() -> NoReturn:
 
     Exit codes: 0 done, 1 a fault of femflex itself, 2 bad input, 3 the numerics failed, 130 interrupted.
     """
+    answer_at_once()
     try:
         from femflex.cli.app import app
 
         app()
     except KeyboardInterrupt:
-        _leave_at_once()
+        leave()
     except SystemExit as end:
         if end.code == INTERRUPTED:
-            _leave_at_once()
+            leave()
         raise
     sys.exit(0)
-
-
-def _leave_at_once() -> NoReturn:
-    """Leave without the tenth of a second that unloading compiled code takes; files are closed already."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    os._exit(INTERRUPTED)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Event, Lock, Thread
@@ -66,11 +66,14 @@ def converge(
 def climbed(study: Study) -> tuple[list[Point], BaseException | None]:
     """The points of a study, and what broke it off, if anything did."""
     from femflex.integrate import IntegrationError
+    from femflex.results.keeping import held
 
     points: list[Point] = []
-    with Bar("converging", 100.0, unit="%") as bar, kept_alive(bar) as told:
+    with Bar("converging", 100.0, unit="%") as bar, kept_alive(bar) as told, ExitStack() as keeping:
         try:
             for point in study.points(lambda part: told(float(round(100.0 * part)))):
+                if not points:
+                    keeping.enter_context(held("a study"))
                 points.append(point)
         except (KeyboardInterrupt, IntegrationError) as stop:
             return points, stop
@@ -133,14 +136,15 @@ class Wanted:
             print_json(found.to_dict())
         else:
             print_study(found)
-        if self.picture is not None:
+        if self.picture is not None and complete:  # an interrupt does not wait for a picture
             from femflex.view.convergence import plot_convergence
 
             plot_convergence(found, self.picture, self.theme, force=self.force)
             if not self.as_json:
                 print(f"picture     {self.picture}")
         if not complete:
-            complain(f"broken off after {len(points)} of {len(study.ladder.rungs)} levels")
+            without = "; no picture is drawn" if self.picture is not None else ""
+            complain(f"broken off after {len(points)} of {len(study.ladder.rungs)} levels{without}")
 
 
 def print_study(found: Convergence) -> None:

@@ -159,8 +159,7 @@ def _body_file(file: Path) -> FlexibleBody:
 
 
 def _shortened(body: FlexibleBody, number: int | None) -> FlexibleBody:
-    from femflex.case.builders.body import truncated
 
     if number is not None and number > body.n_modes:
         raise ValueError(f"{number} modes were asked for; the body file holds {body.n_modes}")
-    return body if number is None else truncated(body, number)
+    return body if number is None else body.truncated(number)

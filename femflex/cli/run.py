@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from femflex.cli.fresh import begin_again, compilation_seen, load_kernels
 from femflex.cli.progress import Bar, Patience
 from femflex.cli.verb import complain, verb
 
@@ -46,7 +47,11 @@ def run(
             "building bodies and compiling the equations of motion (the first run of an installation takes about a "
             "minute)"
         )
-        prepared = pipeline.prepare(read, output, force=force, resume=resume, without=named(without))
+        with compilation_seen() as compiled:
+            prepared = pipeline.prepare(read, output, force=force, resume=resume, without=named(without))
+            load_kernels(prepared)
+        if compiled():
+            begin_again()
     say_what_runs(prepared)
     with Bar("integrating", float(prepared.times[-1])) as bar:
         pipeline.integrate(prepared, output, force=force, resume=resume, progress=bar)
@@ -75,10 +80,15 @@ def say_what_runs(prepared: Prepared) -> None:
     if prepared.model.omitted:
         print(f"without {', '.join(prepared.model.omitted)}")
     pieces = {piece for parts in system.segments.values() for piece in parts}
+    alike: dict[int, list[str]] = {}
     for name, body in system.bodies.items():
         if body.n_modes and name not in pieces:
-            print()
-            print_modes(name, body)
+            alike.setdefault(id(body), []).append(name)
+    for first, *more in alike.values():
+        print()
+        print_modes(first, system.bodies[first])
+        if more:
+            print(f"{more[0] if len(more) == 1 else f'{more[0]} to {more[-1]}, {len(more)} bodies'}: alike")
     print()
     for name, parts in system.segments.items():
         each = system.bodies[parts[0]].n_modes

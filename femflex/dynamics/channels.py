@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from femflex.dynamics import monitors
 from femflex.dynamics import observe as seen
+from femflex.dynamics.drive_report import held_channels
 from femflex.dynamics.joint_channels import ball_channels
 from femflex.dynamics.lower import reported_markers
 from femflex.rotations import is_extrinsic, is_symmetric, letters_of
@@ -97,7 +98,7 @@ def channels_of(system: System) -> dict[str, Channel]:
             f"bodies/{name}/attitude": Channel("1", f"Euler parameters of {name}, C_NB", (4,), EULER),
             f"bodies/{name}/rate": Channel("rad/s", f"inertial rate of {name}", (3,), XYZ, "body"),
             f"bodies/{name}/delta": Channel(
-                "kg^1/2 m", f"elastic coordinates of {name}", (system.bodies[name].n_modes,)
+                "kg^1/2 m", f"amplitudes of the shapes of {name}", (system.bodies[name].n_shapes,)
             ),
         }
     for name in system.segments:
@@ -118,7 +119,7 @@ def channels_of(system: System) -> dict[str, Channel]:
             f"loads/{load.name}/force": Channel("N", f"force of {load.name}", (3,), XYZ, "body"),
             f"loads/{load.name}/torque": Channel("N m", f"torque of {load.name}", (3,), XYZ, "body"),
         }
-    return out
+    return out | held_channels(system)
 
 
 def _units(pairs: list[tuple[str, str]]) -> str:

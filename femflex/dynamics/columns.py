@@ -10,9 +10,11 @@ from femflex.dynamics.formula import formula
 from femflex.dynamics.lanes import Lane, Lanes, lane, nothing, plus, totals
 from femflex.dynamics.pairs import Pair, six_of
 from femflex.dynamics.shapes import put_rows3, rows3
+from femflex.dynamics.slaves import tie_columns
 from femflex.dynamics.vectors import Matrix, Vector, add, cross, turn
 
 Array = NDArray[np.float64]
+Record = np.void
 
 
 @inner
@@ -22,6 +24,18 @@ def write_columns(work: Array, out: int, pool: Array, shape: int, spin: int, row
         turned = turn(T, rows3(pool, spin + k, row))
         put_rows3(work, out + k, row, add(rows3(pool, shape + k, row), cross(turned, arm)))
         put_rows3(work, out + 3 * row + k, row, turned)
+
+
+@inner
+def write_marker_columns(
+    carrier: Record, work: Array, out: int, pool: Array, shape: int, spin: int, T: Matrix, arm: Vector
+) -> None:
+    """Columns (6, row) over the coordinates of the marker's carrier, as `write_columns`."""
+    if carrier["n_slaves"]:
+        write_columns(work, carrier["columns"], pool, shape, spin, carrier["wide"], T, arm)
+        tie_columns(carrier, work, out)
+    else:
+        write_columns(work, out, pool, shape, spin, carrier["row"], T, arm)
 
 
 @formula

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.columns import columns_times
 from femflex.dynamics.compiled import inner
-from femflex.dynamics.formula import formula
-from femflex.dynamics.lanes import Lanes, lane, lane_of, plus, put, reciprocal, transposed
+from femflex.dynamics.lanes import lane, lane_of, plus, put, reciprocal, transposed
 from femflex.dynamics.layout import W_ACC, W_M, W_P, W_Q, W_S
 from femflex.dynamics.pairs import Pair, along_four, pair, put_pair
-from femflex.dynamics.shapes import rows9
+from femflex.dynamics.shapes import rows9, turning_of
+from femflex.dynamics.slaves import tie_rows, write_tied_mass
 from femflex.dynamics.spatial import body_rows, less_outer_at, put_six_rows, six_rows, weighted
 from femflex.dynamics.stiffening import add_varying_block, write_varying_stiffness
 from femflex.dynamics.vectors import load3, load9
@@ -28,12 +28,23 @@ Record = np.void
 @inner
 def write_rows(b: Record, pool: Array, work: Array) -> None:
     """Write [A | p] of the rigid motion, and beside it the elastic rows' coupling [s_k, 0, Cr_k, pn_k]."""
-    w, row, stride = b["work"], b["row"], b["stride"]
+    w = b["work"]
     force, couple = load3(work, w + W_P), load3(work, w + W_P + 4)
     put_six_rows(work, w + W_M, body_rows(pool[b["mass"]], load3(work, w + W_S), load9(work, w + W_Q), force, couple))
-    for k in range(0, row, 4):
-        at = b["border"] + k * stride + row
-        turning = turning_of(rows9(work, b["Z"] + k, row))
+    if b["n_slaves"]:
+        write_coupling(b, pool, work, b["spread"], 8)
+        tie_rows(b, work)
+    else:
+        write_coupling(b, pool, work, b["border"] + b["row"], b["stride"])
+
+
+@inner
+def write_coupling(b: Record, pool: Array, work: Array, first: int, stride: int) -> None:
+    """Write the rows [s_k, 0, Cr_k, pn_k] of all shapes from work[first], `stride` apart."""
+    wide = b["wide"]
+    for k in range(0, wide, 4):
+        at = first + k * stride
+        turning = turning_of(rows9(work, b["Z"] + k, wide))
         columns = transposed(turning[0], turning[1], turning[2], lane(work, b["pn"] + k))
         for j in range(4):
             put(work, at + j * stride, lane(pool, b["momentum"] + 4 * (k + j)))
@@ -43,12 +54,6 @@ def write_rows(b: Record, pool: Array, work: Array) -> None:
         put(work, at + 3 * stride + 4, columns[3])
 
 
-@formula
-def turning_of(z: Lanes) -> Lanes:
-    """Cr_a = eps_abc Z[b,c] of four shapes."""
-    return z[5] - z[7], z[6] - z[2], z[1] - z[3]
-
-
 @inner
 def write_elastic_block(b: Record, pool: Array, work: Array, c_d: float, c_k: float) -> None:
     """Write E = Me + c_d D + c_k K into the border, or the factor of Me where nothing is added to it.
@@ -56,7 +61,10 @@ def write_elastic_block(b: Record, pool: Array, work: Array, c_d: float, c_k: fl
     K is the tangent stiffness V1 + 6 V2 d + 6 V3 dd at the state.
     """
     if b["dense"] == 1 or c_d != 0.0 or c_k != 0.0:
-        copy_block(b, pool, work, b["elastic_mass"])
+        if b["n_slaves"]:
+            write_tied_mass(b, pool, work)
+        else:
+            copy_block(b, pool, work, b["elastic_mass"])
         add_block(b, pool, work, b["damping"], c_d)
         add_block(b, pool, work, b["stiffness"], c_k)
         if b["nonlinear"] and c_k != 0.0:

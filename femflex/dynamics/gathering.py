@@ -11,11 +11,13 @@ from femflex.dynamics.elastic import write_rows
 from femflex.dynamics.equations import place
 from femflex.dynamics.forces import write_forces
 from femflex.dynamics.formula import formula
+from femflex.dynamics.held import add_known_accelerations, held_state, hold_rows
 from femflex.dynamics.inertia import accelerate_uniformly, zero_forces
 from femflex.dynamics.lanes import lane, nothing, plus, put, totals
 from femflex.dynamics.layout import W_ACC, W_BIAS, W_CIN, W_CIP, W_H, W_M, W_P, W_R, W_TAU, body_of, header_of
 from femflex.dynamics.pairs import Pair, along_four, at_origin, dot_pair, nothing_pair, pair, pair_of, put_pair
 from femflex.dynamics.recursion import accelerate, carry_acceleration, reduce_to_root
+from femflex.dynamics.slaves import write_tied_mass
 from femflex.dynamics.spatial import Rows, six_rows
 from femflex.dynamics.vectors import ZERO, add, load3, load9, load_rows, scale, turn, turn_back
 
@@ -28,10 +30,18 @@ Record = np.void
 def write_residual(
     t: float, q: Array, u: Array, udot: Array, out: Array, table: Table, pool: Array, work: Array
 ) -> None:
-    """out = M udot + h - Q: forces of motion and strain, loads and springs, then the inertia forces of udot."""
+    """out = M udot + h - Q: forces of motion and strain, loads and springs, then the inertia forces of udot.
+
+    On the rows of held freedoms out = udot - sddot.
+    """
+    holds = header_of(table)["n_holds"] > 0
+    if holds:
+        q, u = held_state(t, q, u, table, pool, work)
     place(t, q, u, table, pool, work)
     write_forces(t, q, u, table, pool, work)
     gather_residual(udot, out, table, pool, work)
+    if holds:
+        hold_rows(udot, out, table, work)
 
 
 @inner
@@ -81,10 +91,15 @@ def add_inertia_forces(b: Record, pool: Array, work: Array) -> None:
     force = rows_along(six_rows(work, w + W_M), acc)
     for k in range(n):
         force = plus(force, work[accel + k], pair(work, b["border"] + stride * k + row))
+    block, apart = b["elastic_mass"], row
+    numbers = pool
+    if b["n_slaves"]:
+        write_tied_mass(b, pool, work)
+        block, apart, numbers = b["border"], stride, work
     for k in range(0, row, 4):
         elastic = along_four(work, b["border"] + stride * k + row, stride, acc)
         for j in range(n):
-            elastic = elastic + work[accel + j] * lane(pool, b["elastic_mass"] + row * j + k)
+            elastic = elastic + work[accel + j] * lane(numbers, block + apart * j + k)
         put(work, b["pn"] + k, elastic)
     put_pair(work, w + W_P, force)
 
@@ -139,9 +154,17 @@ def write_solution(
     pool: Array,
     work: Array,
 ) -> None:
-    """out = (c_m M + c_d D + c_k K)^-1 rhs; the velocities handed to `place` only reach biases, which are cleared."""
+    """out = (c_m M + c_d D + c_k K)^-1 rhs; the velocities handed to `place` only reach biases, which are cleared.
+
+    On held freedoms the matrix is c_m times the unit matrix.
+    """
+    head = header_of(table)
+    if head["n_holds"] > 0:
+        q, _ = held_state(t, q, rhs, table, pool, work)
+        for k in range(head["n_u"]):
+            work[head["known"] + k] = work[head["flags"] + k] * rhs[k] / c_m
     place(t, q, rhs, table, pool, work)
-    for i in range(1, header_of(table)["n_bodies"]):
+    for i in range(1, head["n_bodies"]):
         b = body_of(table, i)
         w = b["work"]
         zero_forces(b, work)
@@ -150,5 +173,7 @@ def write_solution(
             work[w + W_TAU + k] = rhs[b["u"] + k] / c_m
         for k in range(b["n"]):
             work[b["pn"] + k] = -rhs[b["ue"] + k] / c_m
+    if head["n_holds"] > 0:
+        add_known_accelerations(table, work)
     reduce_to_root(table, pool, work, c_d / c_m, c_k / c_m, True)
     accelerate(table, work, out, True)

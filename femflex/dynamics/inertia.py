@@ -9,7 +9,9 @@ from femflex.dynamics.compiled import inner
 from femflex.dynamics.formula import formula
 from femflex.dynamics.lanes import Lane, Lanes, lane, nothing, plus, put, total
 from femflex.dynamics.layout import W_OMEGA, W_P, W_Q, W_S
+from femflex.dynamics.pairs import along_four, pair_of
 from femflex.dynamics.shapes import nothing3, nothing9, put_rows9, rows3, rows9, totals3
+from femflex.dynamics.slaves import add_drift_forces
 from femflex.dynamics.stiffening import add_varying_force, write_varying_stiffness
 from femflex.dynamics.vectors import (
     ZERO,
@@ -40,7 +42,7 @@ def deform(b: Record, pool: Array, work: Array) -> None:
 
     Z[a,c,k] = P[A,a,k,c] y_A and Q[a,c] = P[A,a,B,c] y_A y_B with y = (1, delta); the position rho is A = 0.
     """
-    w, n, row = b["work"], b["n"], b["row"]
+    w, n, row = b["work"], b["n_shapes"], b["wide"]
     s, Q = load3(pool, b["mass"] + 1), load9(pool, b["mass"] + 4)
     if n > 0:
         P, delta = b["second"], b["delta"]
@@ -96,7 +98,7 @@ def write_velocity_forces(b: Record, pool: Array, work: Array, field: Matrix, un
     field F (3, 3) symmetric and uniform b (3): the body feels the acceleration -(F r + b), body components, r from its
     origin; they ride along with W = omega omega^T - |omega|^2 1 at no cost.
     """
-    w, n, row = b["work"], b["n"], b["row"]
+    w, n, row = b["work"], b["n_shapes"], b["wide"]
     omega, s, Q, m = load3(work, w + W_OMEGA), load3(work, w + W_S), load9(work, w + W_Q), pool[b["mass"]]
     W = gradient(omega, field)
     force = add(turn(W, s), scale(m, uniform))
@@ -114,6 +116,8 @@ def write_velocity_forces(b: Record, pool: Array, work: Array, field: Matrix, un
         couple = add(couple, scale(2.0, coriolis_couple(omega, totals9(S))))
     store_lane(work, w + W_P, force)
     store_lane(work, w + W_P + 4, couple)
+    if b["n_slaves"]:
+        add_drift_forces(b, pool, work)
 
 
 @formula
@@ -156,16 +160,17 @@ def zero_forces(b: Record, work: Array) -> None:
     """Clear the bias wrench and the elastic bias."""
     store_lane(work, b["work"] + W_P, ZERO)
     store_lane(work, b["work"] + W_P + 4, ZERO)
-    for k in range(0, b["row"], 4):
+    for k in range(0, b["wide"], 4):
         put(work, b["pn"] + k, nothing())
 
 
 @inner
 def accelerate_uniformly(b: Record, a: Vector, pool: Array, work: Array) -> None:
-    """Add the inertia forces of a uniform acceleration a (3), body components, to p and pn."""
-    w, row = b["work"], b["row"]
+    """Add the inertia forces of a uniform acceleration a (3), body components, to p and pn; the border is written."""
+    w, row, stride = b["work"], b["row"], b["stride"]
     p, couple = w + W_P, cross(load3(work, w + W_S), a)
     store_lane(work, p, add(load3(work, p), scale(pool[b["mass"]], a)))
     store_lane(work, p + 4, add(load3(work, p + 4), couple))
     for k in range(0, row, 4):
-        put(work, b["pn"] + k, lane(work, b["pn"] + k) + dot(a, rows3(pool, b["first"] + k, row)))
+        coupling = along_four(work, b["border"] + stride * k + row, stride, pair_of(a, ZERO))
+        put(work, b["pn"] + k, lane(work, b["pn"] + k) + coupling)

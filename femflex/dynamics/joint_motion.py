@@ -21,12 +21,14 @@ def eliminate_joint(b: Record, pool: Array, work: Array, c_d: float, c_k: float,
     """Take the joint's freedoms out of [A | p], one after the other, the bias acceleration included in p.
 
     Freedom k with column h: U = A h, d = h . U + c_d damper + c_k spring, and the force that remains is
-    h . p - tau, kept in the last place of U.
+    h . p - tau, kept in the last place of U. Held freedoms (pivot 0, see held) stay in [A | p].
     """
     w = b["work"]
     rows = with_bias(six_rows(work, w + W_M), pair(work, w + W_BIAS))
     hidden = 3 if b["hidden"] else 0
     for k in range(b["n_h"]):
+        if b["held"] and work[w + W_PIVOT + k] == 0.0:
+            continue
         h = pair(work, w + W_H + 8 * k)
         U = pulled(rows, h)
         d, force = dot_pair(U, h), last(U[1])

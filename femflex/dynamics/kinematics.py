@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.ball import ball_turn
-from femflex.dynamics.columns import write_columns
+from femflex.dynamics.columns import write_marker_columns
 from femflex.dynamics.compiled import inner
 from femflex.dynamics.layout import (
     BALL_NONE,
@@ -28,6 +28,7 @@ from femflex.dynamics.layout import (
     W_VEL,
 )
 from femflex.dynamics.shapes import keep_shapes, markers_motion
+from femflex.dynamics.slaves import place_slaves
 from femflex.dynamics.turns import axis_turn, quaternion_turn
 from femflex.dynamics.vectors import (
     UNIT,
@@ -104,6 +105,8 @@ def place_welded(b: Record, parent: Record, pool: Array, work: Array) -> None:
 def place_body(b: Record, parent: Record, q: Array, u: Array, pool: Array, work: Array) -> None:
     """Write the body's attitude, position, rate, bias acceleration and the columns H, G and Phi, from its parent's."""
     keep_shapes(b, q, u, work)
+    if b["n_slaves"]:
+        place_slaves(b, pool, work)
     if b["welded"]:
         place_welded(b, parent, pool, work)
         return
@@ -112,14 +115,14 @@ def place_body(b: Record, parent: Record, q: Array, u: Array, pool: Array, work:
 
     # parent's origin -> marker P, parent components
     r_P, C_pP = load3(pool, b["place"]), load9(pool, b["place"] + 3)
-    v_P, T_P, omega, alpha = ZERO, UNIT, omega_p, ZERO
+    v_P, T_P, omega, alpha, lift_P = ZERO, UNIT, omega_p, ZERO, ZERO
     if b["bends"]:
-        u_P, v_P, bend, T_P, spin, bias = markers_motion(pool, b["shape"], b["spin"], parent, work)
+        u_P, v_P, bend, T_P, spin, bias, lift_P = markers_motion(pool, b["shape"], b["spin"], parent, work)
         r_P = add(r_P, u_P)
         C_pP = product(bend, C_pP)
         alpha = add(bias, cross(omega_p, spin))
         omega = add(omega_p, spin)
-    a = cross(omega_p, add(cross(omega_p, r_P), scale(2.0, v_P)))
+    a = add(lift_P, cross(omega_p, add(cross(omega_p, r_P), scale(2.0, v_P))))
 
     # slides: marker P -> hinge point
     t, dt = ZERO, ZERO
@@ -139,9 +142,9 @@ def place_body(b: Record, parent: Record, q: Array, u: Array, pool: Array, work:
 
     # marker Q -> child's origin, child components
     r_Q, C_iQ = load3(pool, b["own_place"]), load9(pool, b["own_place"] + 3)
-    v_Q, T_Q, spin_Q, bias_Q = ZERO, UNIT, ZERO, ZERO
+    v_Q, T_Q, spin_Q, bias_Q, lift_Q = ZERO, UNIT, ZERO, ZERO, ZERO
     if b["own_bends"]:
-        u_Q, v_Q, bend, T_Q, spin_Q, bias_Q = markers_motion(pool, b["own_shape"], b["own_spin"], b, work)
+        u_Q, v_Q, bend, T_Q, spin_Q, bias_Q, lift_Q = markers_motion(pool, b["own_shape"], b["own_spin"], b, work)
         r_Q = add(r_Q, u_Q)
         C_iQ = product(bend, C_iQ)
     C_iP = product(C_iQ, transpose(C_PQ))
@@ -149,7 +152,7 @@ def place_body(b: Record, parent: Record, q: Array, u: Array, pool: Array, work:
     omega_i = sub(turn(C_ip, omega), spin_Q)
     alpha_i = sub(turn(C_ip, alpha), add(bias_Q, cross(omega_i, spin_Q)))
     back = add(cross(alpha_i, r_Q), cross(omega_i, add(cross(omega_i, r_Q), scale(2.0, v_Q))))
-    a_i = sub(turn(C_ip, a), back)
+    a_i = sub(turn(C_ip, a), add(back, lift_Q))
     r = sub(add(r_P, t), turn_back(C_ip, r_Q))
     if b["parent"] == 0:  # the base frame's acceleration is known beforehand
         alpha_F = load3(work, wp + W_ACC + 4)
@@ -160,9 +163,9 @@ def place_body(b: Record, parent: Record, q: Array, u: Array, pool: Array, work:
     write_place(b, parent, work, C_ip, r, omega_i, velocity_i, a_i, alpha_i)
     write_joint_columns(b, C_iP, r_Q, pool, work)
     if b["own_bends"]:
-        write_columns(work, b["G"], pool, b["own_shape"], b["own_spin"], b["row"], T_Q, scale(-1.0, r_Q))
+        write_marker_columns(b, work, b["G"], pool, b["own_shape"], b["own_spin"], T_Q, scale(-1.0, r_Q))
     if b["bends"]:
-        write_columns(work, b["Phi"], pool, b["shape"], b["spin"], parent["row"], T_P, sub(r, r_P))
+        write_marker_columns(parent, work, b["Phi"], pool, b["shape"], b["spin"], T_P, sub(r, r_P))
 
 
 @inner

@@ -1,6 +1,7 @@
 """Flat arrays of a compiled system: one integer table of records, one pool of numbers, one scratch array.
 
-table  header record, then one BODY record per body (record 0 is the base frame), then one LOAD record per load
+table  header record, then one BODY record per body (record 0 is the base frame), then one LOAD record per load, the
+       reported markers, and the freedoms that are held
 pool   constants: moments, shapes at markers, axes, springs, load tables, orbit
 work   scratch, one block per body: the offsets W_* below, then arrays whose place the record holds
 
@@ -40,9 +41,12 @@ HEADER = np.dtype(
             "angle_axes",  # pool: axis numbers of the reported attitude angles (3), C_QL (9)
             "total",  # work: centre of mass (3), uniform field (3)
             "kept",  # pool: 1 or 0 for every term of femflex.dynamics.ledger; read by reduced models alone
+            "n_holds", "holds",  # HOLD records and where in the table they begin
+            "held_q", "held_u",  # work (n_q,), (n_u,): the state with held freedoms where they are held
+            "known", "flags", "drives",  # work (n_u,): their accelerations; 1 where held; forces that hold them
         )
     ]
-)
+)  # fmt: skip
 
 BODY = np.dtype(
     [
@@ -50,7 +54,10 @@ BODY = np.dtype(
         for name in (
             "parent",
             "n",  # elastic coordinates
-            "row",  # n padded to whole lanes: length of rows over shapes
+            "row",  # n padded to whole lanes: length of rows over coordinates
+            "n_slaves",  # shapes that follow the coordinates, see slaves; 0: every shape is a coordinate
+            "n_shapes",  # n + n_slaves
+            "wide",  # n_shapes padded to whole lanes: length of rows over shapes
             "q", "u",  # first joint coordinate and quasi-velocity
             "qe", "ue",  # first elastic coordinate and rate
             "n_slide", "n_turn", "ball",  # BALL_*
@@ -62,33 +69,39 @@ BODY = np.dtype(
             "reference",  # of a re-based ball: place in q of its reference's Euler parameters (4); else 0
             "spring", "damper", "rest",  # pool (n_slide + n_turn | 3)
             "sprung",  # 1: the joint has springs or dampers
+            "held",  # 1: some of the joint's freedoms are held, now or at times
+            "known", "flags", "drives",  # work (n_u of the joint): the header's, from this joint on
             "mass",  # pool: m, s (3) and Q (9) of the undeformed body
-            "first",  # pool: s_k (3,row)
-            "momentum",  # pool: the same, (row,4)
-            "second",  # pool: P[A,a,c,k] (1+n,3,3,row), A = 0 for the position rho
-            "gyro",  # pool: R1 (n,3,row)
+            "first",  # pool: s_k (3,wide)
+            "momentum",  # pool: the same, (wide,4)
+            "second",  # pool: P[A,a,c,k] (1+n_shapes,3,3,wide), A = 0 for the position rho
+            "gyro",  # pool: R1 (n_shapes,3,wide)
             "stiffness", "damping", "f0",  # pool: V1, D^T (n,row), f0 (row)
             "diagonal",  # 1: V1 and D are diagonal
             "nonlinear",  # 1: strain is nonlinear, with V2 and V3
             "curved", "n_blocks",  # pool: their table (n_blocks,n+pairs,32), see stiffening
             "own_stiffness", "own_damping",  # pool: their diagonals (row)
-            "elastic_mass",  # pool: Me (n,row)
+            "elastic_mass",  # pool: Me (n_shapes,wide)
+            "slaves",  # pool: A (n_slaves,n,row)
             "elastic_factor", "elastic_pivot",  # pool: U (n,row) and 1/d (n) of Me = U^T diag(1/d) U
             "orthonormal",  # 1: Me is the unit matrix to rounding
-            "place", "shape", "spin",  # pool, marker P on the parent: position (3) and C_pP (9); phi, psi (3,row_p)
+            "place", "shape", "spin",  # pool, marker P on the parent: position (3) and C_pP (9); phi, psi (3,wide_p)
             "bends",  # 1: marker P moves with the parent's elastic coordinates
             "own_place", "own_shape", "own_spin",  # the same for marker Q on this body
             "own_bends",
             "dense",  # 1: the elastic block changes with the motion and is factorised
             "work",  # first of this body's block
-            "delta", "ddelta", "accel",  # work (row): elastic coordinates, their rates and accelerations
-            "Z",  # work (3,3,row)
-            "pn",  # work (row)
+            "delta", "ddelta",  # work (wide): amplitudes of the shapes, coordinates first, and their rates
+            "accel",  # work (row): accelerations of the coordinates
+            "Z",  # work (3,3,wide)
+            "pn",  # work (wide): bias of all shapes; once the border is written, of the coordinates
             "border",  # work (row, stride): rows [E | s_k, 0, Cr_k, pn_k]
             "stride",  # row + 8
             "pivot",  # work (n): reciprocal pivots of the eliminated E
             "G",  # work (6,row): columns of marker Q
             "N",  # work (row,8): scratch of refer_to_hinge
+            "drift", "tie", "pull",  # work, condensed bodies: g (wide), D (n_slaves,row), W (row)
+            "columns", "spread",  # work, condensed bodies: columns of a marker (6,wide), coupling rows (wide,8)
             "monomials", "varying",  # work: d_i, d_i d_j (n+pairs); the stiffness they make up (pairs)
             "Phi",  # work (6,row_p): columns of marker P
         )
@@ -104,6 +117,16 @@ LOAD = np.dtype(
             "place", "shape", "spin", "bends",  # as for marker P
             "n_times",  # 0: constant
             "times", "values",  # pool (n_times,), (n_times | 1, 6): force, torque
+        )
+    ]
+)  # fmt: skip
+
+HOLD = np.dtype(
+    [
+        (name, "i8")
+        for name in (
+            "q", "u",  # the freedom's place in the state
+            "profile",  # pool: its motion (see profiles)
         )
     ]
 )  # fmt: skip
@@ -136,7 +159,7 @@ W_FIXED = 236  # first of the arrays whose place the record holds
 
 SLOTS = (0, 1, 2, 4, 5, 6)  # where the components of force and couple stand among the eight of a row
 
-N_HEADER, N_BODY, N_LOAD, N_MARKER = (len(record.names or ()) for record in (HEADER, BODY, LOAD, MARKER))
+N_HEADER, N_BODY, N_LOAD, N_MARKER, N_HOLD = (len(record.names or ()) for record in (HEADER, BODY, LOAD, MARKER, HOLD))
 
 
 def body_records(table: Table) -> NDArray[np.void]:
@@ -162,7 +185,7 @@ def record_reader(record: np.dtype[Any]) -> Callable[[Table, int], np.void]:
     return read
 
 
-_header, _body, _load, _marker = (record_reader(record) for record in (HEADER, BODY, LOAD, MARKER))
+_header, _body, _load, _marker, _hold = (record_reader(record) for record in (HEADER, BODY, LOAD, MARKER, HOLD))
 
 
 @inner
@@ -187,3 +210,9 @@ def load_of(table: Table, i: int) -> np.void:
 def marker_of(table: Table, i: int) -> np.void:
     """Record i of the markers whose motion is reported."""
     return _marker(table, N_HEADER + N_BODY * table[0] + N_LOAD * table[1] + N_MARKER * i)
+
+
+@inner
+def hold_of(table: Table, i: int) -> np.void:
+    """Record i of the freedoms that are held."""
+    return _hold(table, header_of(table)["holds"] + N_HOLD * i)

@@ -4,7 +4,11 @@ Every term is written as it stands on the left of M udot + h - Q = 0, so that al
 degree in u (THEORY section 4), from inertia forces alone, at u, -u and 0; everything else is evaluated by itself, with
 nothing else there to cancel against. Compiled apart from `rate`, and only when first asked for.
 
-Rows (n_terms, n_u) lie flat. `spare` (2 n_u) holds zeros, a system at rest, and then room for -u.
+The degree in u counts free coordinates alone: held ones move as specified throughout, and their sddot belongs to the
+specified motion.
+
+Rows (n_terms, n_u) lie flat; `spare` (SPARE n_u) is room for vectors (n_u,): a system at rest, what held freedoms do,
+and trial velocities.
 """
 
 from __future__ import annotations
@@ -13,13 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.compiled import inner, kernel
-from femflex.dynamics.equations import place
+from femflex.dynamics.equations import place, write_accelerations
 from femflex.dynamics.gathering import gather_residual
 from femflex.dynamics.gravity import NO_GRADIENT, find_center_of_mass, gravity_field, local_field
+from femflex.dynamics.held import held_state
 from femflex.dynamics.inertia import write_velocity_forces, zero_forces
 from femflex.dynamics.joint_forces import write_spring_forces
 from femflex.dynamics.lanes import beyond, start
-from femflex.dynamics.layout import BALL_NONE, ORBIT_NONE, W_BIAS, W_OMEGA, W_TAU, body_of, header_of, load_of
+from femflex.dynamics.layout import BALL_NONE, ORBIT_NONE, W_BIAS, W_OMEGA, W_TAU, body_of, header_of, hold_of, load_of
 from femflex.dynamics.loads import apply_load
 from femflex.dynamics.pairs import nothing_pair, put_pair
 from femflex.dynamics.stiffening import add_varying_force, write_varying_stiffness
@@ -33,7 +38,11 @@ Record = np.void
 # rows of the ledger; loads follow in the system's order
 INERTIA, QUADRATIC, LINEAR, SPECIFIED = 0, 1, 2, 3
 ELASTIC, QUADRATIC_STRAIN, CUBIC_STRAIN, PRESTRESS, DAMPING = 4, 5, 6, 7, 8
-SPRINGS, DAMPERS, GRAVITY, FIRST_LOAD = 9, 10, 11, 12
+SPRINGS, DAMPERS, GRAVITY, MOVING, FIRST_LOAD = 9, 10, 11, 12, 13
+
+
+# vectors of `spare`: zeros; u and udot of held freedoms alone; udot of the others; -u; trial velocities and their h
+ZEROS, HELD_U, HELD_UDOT, FREE_UDOT, BACKWARDS, TRIAL, TRIAL_H, SPARE = 0, 1, 2, 3, 4, 5, 6, 8
 
 _vector, _matrix = types.float64[::1], types.float64[:, ::1]
 LEDGER = types.void(_vector, _matrix, _matrix, _matrix, types.int64[::1], _vector, _vector)
@@ -57,16 +66,14 @@ def clear(table: Table, work: Array) -> None:
 
 
 @inner
-def velocity_row(
-    t: float, q: Array, u: Array, still: Array, row: Array, table: Table, pool: Array, work: Array
-) -> None:
-    """row = h of the inertia forces alone at the state (q, u); `still` is a zero udot."""
+def velocity_row(t: float, q: Array, u: Array, udot: Array, row: Array, table: Table, pool: Array, work: Array) -> None:
+    """row = M udot + h of the inertia forces alone at the state (q, u); udot of held freedoms alone."""
     place(t, q, u, table, pool, work)
     for i in range(1, header_of(table)["n_bodies"]):
         b = body_of(table, i)
         release_joint(b, work)
         write_velocity_forces(b, pool, work, NO_GRADIENT, ZERO)
-    gather_residual(still, row, table, pool, work)
+    gather_residual(udot, row, table, pool, work)
 
 
 @inner
@@ -75,19 +82,81 @@ def write_velocity_rows(
 ) -> None:
     """Rows of h by degree in u: two (Coriolis, centrifugal), one (gyroscopic), zero (specified motion).
 
-    The bodies are left placed at (q, 0).
+    The bodies are left placed at (q, 0), held freedoms moving.
     """
     n_u = header_of(table)["n_u"]
     plus, minus, none = beyond(rows, QUADRATIC * n_u), beyond(rows, LINEAR * n_u), beyond(rows, SPECIFIED * n_u)
-    backwards = beyond(spare, n_u)
+    rest, known, backwards = spare_vectors(spare, n_u)
     for k in range(n_u):
-        backwards[k] = -u[k]
-    velocity_row(t, q, u, spare, plus, table, pool, work)
-    velocity_row(t, q, backwards, spare, minus, table, pool, work)
-    velocity_row(t, q, spare, spare, none, table, pool, work)
+        backwards[k] = 2.0 * rest[k] - u[k]
+    velocity_row(t, q, u, known, plus, table, pool, work)
+    velocity_row(t, q, backwards, known, minus, table, pool, work)
+    velocity_row(t, q, rest, known, none, table, pool, work)
     for k in range(n_u):
         even, odd = 0.5 * (plus[k] + minus[k]), 0.5 * (plus[k] - minus[k])
         plus[k], minus[k] = even - none[k], odd
+
+
+@inner
+def spare_vectors(spare: Array, n_u: int) -> tuple[Array, Array, Array]:
+    """Velocities and accelerations of held freedoms alone, and room for a velocity."""
+    return beyond(spare, HELD_U * n_u), beyond(spare, HELD_UDOT * n_u), beyond(spare, BACKWARDS * n_u)
+
+
+@inner
+def split_moving_mass(
+    t: float, q: Array, u: Array, rows: Array, spare: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """Split L u = M_t u + G u, the part of h linear in the free u: M_t = (L + L^T)/2 from the columns of L.
+
+    A row of a held freedom keeps all of it as gyroscopic.
+    """
+    head = header_of(table)
+    n_u, flags = head["n_u"], head["flags"]
+    linear, moving = beyond(rows, LINEAR * n_u), beyond(rows, MOVING * n_u)
+    rest, known, _ = spare_vectors(spare, n_u)
+    trial, plus, minus = beyond(spare, TRIAL * n_u), beyond(spare, TRIAL_H * n_u), beyond(spare, (TRIAL_H + 1) * n_u)
+    for k in range(n_u):
+        if work[flags + k] == 0.0:
+            for j in range(n_u):
+                trial[j] = rest[j]
+            trial[k] = 1.0
+            velocity_row(t, q, trial, known, plus, table, pool, work)
+            trial[k] = -1.0
+            velocity_row(t, q, trial, known, minus, table, pool, work)
+            transposed = 0.0
+            for j in range(n_u):
+                if work[flags + j] == 0.0:
+                    transposed += 0.5 * (plus[j] - minus[j]) * u[j]
+            moving[k] = 0.5 * (linear[k] + transposed)
+    for k in range(n_u):
+        linear[k] -= moving[k]
+
+
+@inner
+def write_drive_rows(
+    t: float, q: Array, u: Array, rows: Array, spare: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """Rows of the forces that hold freedoms, from the recursion: one row per hold, after the loads."""
+    head = header_of(table)
+    n_u = head["n_u"]
+    write_accelerations(t, q, u, beyond(spare, TRIAL * n_u), table, pool, work)
+    for j in range(head["n_holds"]):
+        k = hold_of(table, j)["u"]
+        rows[(FIRST_LOAD + head["n_loads"] + j) * n_u + k] = -work[head["drives"] + k]
+
+
+@inner
+def split_held(u: Array, udot: Array, spare: Array, table: Table, work: Array) -> None:
+    """Write into `spare` zeros, what held freedoms do by themselves, and the accelerations of the others."""
+    head = header_of(table)
+    n_u = head["n_u"]
+    for k in range(n_u):
+        held = head["n_holds"] > 0 and work[head["flags"] + k] != 0.0
+        spare[ZEROS * n_u + k] = 0.0
+        spare[HELD_U * n_u + k] = u[k] if held else 0.0
+        spare[HELD_UDOT * n_u + k] = work[head["known"] + k] if held else 0.0
+        spare[FREE_UDOT * n_u + k] = 0.0 if held else udot[k]
 
 
 @inner
@@ -156,23 +225,30 @@ def write_terms(
     n_u = head["n_u"]
     for k in range(n_rows(table) * n_u):
         rows[k] = 0.0
+    if head["n_holds"] > 0:
+        q, u = held_state(t, q, u, table, pool, work)
+    split_held(u, udot, spare, table, work)
+    if head["n_holds"] > 0:
+        write_drive_rows(t, q, u, rows, spare, table, pool, work)
     write_velocity_rows(t, q, u, rows, spare, table, pool, work)
     write_elastic_rows(q, u, rows, table, pool, work)
     write_joint_rows(q, u, rows, spare, table, pool, work)
     clear(table, work)
-    gather_residual(udot, beyond(rows, INERTIA * n_u), table, pool, work)
+    gather_residual(beyond(spare, FREE_UDOT * n_u), beyond(rows, INERTIA * n_u), table, pool, work)
     for j in range(head["n_loads"]):
         clear(table, work)
         apply_load(t, load_of(table, j), table, pool, work)
         gather_residual(spare, beyond(rows, (FIRST_LOAD + j) * n_u), table, pool, work)
     if head["orbit"] != ORBIT_NONE:
         write_gravity_row(spare, beyond(rows, GRAVITY * n_u), table, pool, work)
+    if head["n_holds"] > 0:
+        split_moving_mass(t, q, u, rows, spare, table, pool, work)
 
 
 @inner
 def n_rows(table: Table) -> int:
     """Number of rows of the ledger."""
-    return FIRST_LOAD + int(header_of(table)["n_loads"])
+    return FIRST_LOAD + int(header_of(table)["n_loads"]) + int(header_of(table)["n_holds"])
 
 
 @inner
@@ -189,5 +265,5 @@ def write_rows_of_run(
 @kernel(LEDGER)
 def ledger(times: Array, states: Array, rates: Array, out: Array, table: Table, pool: Array, work: Array) -> None:
     """out (n_t, n_terms n_u): all terms at times (n_t,), states (n_t, n_x) and accelerations (n_t, n_u)."""
-    spare = np.zeros(2 * rates.shape[1])
+    spare = np.zeros(SPARE * rates.shape[1])
     write_rows_of_run(times, states, rates, out, spare, start(table), start(pool), start(work))

@@ -67,8 +67,8 @@ def load_wrench(
     C_iM = load9(pool, load["place"] + 3)
     T = UNIT
     if load["bends"]:
-        r = add(r, combined(pool, load["shape"], b["row"], work, b["delta"]))
-        theta = combined(pool, load["spin"], b["row"], work, b["delta"])
+        r = add(r, combined(pool, load["shape"], b["wide"], work, b["delta"]))
+        theta = combined(pool, load["spin"], b["wide"], work, b["delta"])
         C_iM = product(vector_turn(theta), C_iM)
         T = vector_tangent(theta)
     if load["frame"] == LOAD_MARKER:
@@ -87,7 +87,7 @@ def apply_load(t: float, load: Record, table: Table, pool: Array, work: Array) -
     """Take a load off the bias of its body: wrench at the origin, and phi^T force + (T psi)^T torque."""
     b = body_of(table, load["body"])
     force, torque, r, T = load_wrench(t, load, table, pool, work)
-    p, row = b["work"] + W_P, b["row"]
+    p, row = b["work"] + W_P, b["wide"]
     store_lane(work, p, sub(load3(work, p), force))
     store_lane(work, p + 4, sub(load3(work, p + 4), add(torque, cross(r, force))))
     if load["bends"]:

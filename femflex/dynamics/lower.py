@@ -100,7 +100,9 @@ def lower(system: System) -> tuple[Table, Array, int]:
     head[0]["mass"] = pool.put([sum(body.moments.mass for body in system.bodies.values())])
     head[0]["orbit_state"], head[0]["total"] = scratch.take(19), scratch.take(6)
     lower_orbit(head[0], system, pool)
-    table = np.concatenate([part.view(np.int64).ravel() for part in (head, bodies, loads, markers)])
+    holds = lower_holds(head[0], bodies, system, pool, scratch)
+    head[0]["holds"] = sum(part.size * len(part.dtype.names or ()) for part in (head, bodies, loads, markers))
+    table = np.concatenate([part.view(np.int64).ravel() for part in (head, bodies, loads, markers, holds)])
     return table, pool.array(), scratch.size
 
 
@@ -138,19 +140,41 @@ def lower_joint(record: np.void, joint: Joint, system: System, pool: Pool) -> No
     record["sprung"] = int(bool(joint.stiffness.any() or joint.damping.any()))
 
 
+def lower_holds(
+    head: np.void, bodies: NDArray[np.void], system: System, pool: Pool, scratch: Scratch
+) -> NDArray[np.void]:
+    """One HOLD record per held freedom, and where the model keeps what it holds."""
+    found = []
+    for record, name in zip(bodies[1:], system.order, strict=True):
+        for k, profile in system.joint_of(name).held.items():
+            place = (int(record["q"]) + k, int(record["u"]) + k, pool.put(profile.numbers))
+            found.append(place)
+            record["held"] = 1
+            record["full"] = 0
+    head["n_holds"] = len(found)
+    if found:
+        head["held_q"] = scratch.take(int(head["n_q"]))
+        for key in ("held_u", "known", "flags", "drives"):
+            head[key] = scratch.take(int(head["n_u"]))
+        for key in ("known", "flags", "drives"):
+            bodies[key] = head[key] + bodies["u"]
+    return np.array(found, at.HOLD)
+
+
 def lower_body(record: np.void, body: FlexibleBody, pool: Pool, scratch: Scratch) -> None:
     """Moments, stiffness and damping of a body, and its work arrays."""
     n, moments, P = body.n_modes, body.moments, body.moments.second
-    row = padded(n)
+    row, wide = padded(n), padded(body.n_shapes)
     record["n"], record["row"], record["stride"] = n, row, row + 8
+    record["n_shapes"], record["wide"] = body.n_shapes, wide
     record["mass"] = pool.put([moments.mass, *moments.first[0], *P[0, :, 0, :].ravel()])
     record["first"] = pool.put_rows(moments.first[1:].T)
-    record["momentum"] = pool.put(np.pad(moments.first[1:], ((0, row - n), (0, 1))))
+    record["momentum"] = pool.put(np.pad(moments.first[1:], ((0, wide - body.n_shapes), (0, 1))))
     record["second"] = pool.put_rows(P[:, :, 1:, :].swapaxes(2, 3))  # A a c k
     P = P[1:, :, 1:, :]  # j b k c
     gyro = np.stack([P[:, b, :, c] - P[:, c, :, b] for b, c in ((1, 2), (2, 0), (0, 1))])  # a j k
     record["gyro"] = pool.put_rows(gyro.swapaxes(0, 1))
-    lower_elastic_mass(record, moments.elastic_mass(), pool)
+    lower_elastic_mass(record, moments.elastic_mass(), n, pool)
     V1 = (body.strain.V1 + body.strain.V1.T) / 2
     record["stiffness"], record["damping"] = pool.put_rows(V1), pool.put_rows(body.damping.T)
     record["own_stiffness"], record["own_damping"] = pool.put_rows(np.diag(V1)), pool.put_rows(np.diag(body.damping))
@@ -158,11 +182,11 @@ def lower_body(record: np.void, body: FlexibleBody, pool: Pool, scratch: Scratch
     record["diagonal"] = int(_is_diagonal(V1) and _is_diagonal(body.damping))
     lower_curved_strain(record, body.strain, pool, scratch)
     record["work"] = scratch.take(at.W_FIXED)
-    for key in ("delta", "ddelta", "accel", "pn", "pivot"):
-        record[key] = scratch.take(row)
-    for key, rows in (("Z", 9), ("G", 6), ("N", 8)):
-        record[key] = scratch.take(rows * row)
-    record["border"] = scratch.take(row * record["stride"])
+    for key, size in (("delta", wide), ("ddelta", wide), ("pn", wide), ("accel", row), ("pivot", row)):
+        record[key] = scratch.take(size)
+    for key, size in (("Z", 9 * wide), ("G", 6 * row), ("N", 8 * row), ("border", row * record["stride"])):
+        record[key] = scratch.take(size)
+    lower_slaves(record, body.slaves, pool, scratch)
 
 
 def lower_curved_strain(record: np.void, strain: StrainTensors, pool: Pool, scratch: Scratch) -> None:
@@ -175,12 +199,24 @@ def lower_curved_strain(record: np.void, strain: StrainTensors, pool: Pool, scra
     record["monomials"], record["varying"] = scratch.take(count), scratch.take(n_blocks * columns)
 
 
-def lower_elastic_mass(record: np.void, elastic_mass: Array, pool: Pool) -> None:
-    """The elastic mass and its factors."""
-    n = len(elastic_mass)
+def lower_slaves(record: np.void, slaves: Array, pool: Pool, scratch: Scratch) -> None:
+    """How the slaved shapes of a condensed body follow; its elastic block changes with the motion."""
+    if not len(slaves):
+        return
+    row, wide = record["row"], record["wide"]
+    record["n_slaves"], record["dense"] = len(slaves), 1
+    record["slaves"] = pool.put_rows((slaves + slaves.swapaxes(1, 2)) / 2)
+    sizes = {"drift": wide, "tie": len(slaves) * row, "pull": row, "columns": 6 * wide, "spread": 8 * wide}
+    for key, size in sizes.items():
+        record[key] = scratch.take(size)
+
+
+def lower_elastic_mass(record: np.void, elastic_mass: Array, n: int, pool: Pool) -> None:
+    """The elastic mass of all shapes, and the factors of that of the n coordinates."""
+    record["elastic_mass"] = pool.put_rows(elastic_mass)
+    elastic_mass = elastic_mass[:n, :n]
     C = np.linalg.cholesky(elastic_mass)
     pivots = np.diag(C) ** 2
-    record["elastic_mass"] = pool.put_rows(elastic_mass)
     record["elastic_factor"] = pool.put_rows(np.diag(C)[:, None] * C.T)  # U of Gauss's elimination
     record["elastic_pivot"] = pool.put_rows(1.0 / pivots)
     record["orthonormal"] = int(np.abs(elastic_mass - np.eye(n)).max(initial=0.0) < ROUNDING)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from femflex.dynamics import equations
 from femflex.dynamics.channels import channels_of, row_length, row_places
+from femflex.dynamics.drive_report import observe_held, specified_states
 from femflex.dynamics.frequency import highest_frequency
 from femflex.dynamics.joint_channels import observe_balls
 from femflex.dynamics.layout import BALL_MODIFIED, BALL_QUATERNION, body_records
@@ -31,7 +32,7 @@ class Model:
 
     table, pool, work   see femflex.dynamics.layout
     x0                  (n_x,) initial state (q, u)
-    breaks              (n,) times at which a load is not smooth [s]
+    breaks              (n,) times at which a load or a specified motion is not smooth [s]
     renormalise         first positions in x of the quadruples of Euler parameters
     channels            path -> Channel of everything `observe` returns
     omitted             what `without` has switched off
@@ -60,11 +61,16 @@ class Model:
         """The calls of implicit integrators; compiled when first asked for."""
         from femflex.dynamics.second_order import SecondOrderCalls
 
-        if self.rate is equations.rate:
+        if not self.reduced:
             return SecondOrderCalls(self.n_q, self.n_u)
         from femflex.dynamics.reduced import reduced_residual
 
         return SecondOrderCalls(self.n_q, self.n_u, reduced_residual)
+
+    @property
+    def reduced(self) -> bool:
+        """Whether the compiled equations leave terms out (see `dynamics.without`)."""
+        return self.rate is not equations.rate
 
     @property
     def switch(self) -> Any:
@@ -88,7 +94,7 @@ class Model:
         return dx
 
     def residual(self, t: float, x: Array, udot: Array) -> Array:
-        """M udot + h - Q of eq. (9), (n_u,)."""
+        """M udot + h - Q of eq. (9), (n_u,); udot - sddot on the rows of held freedoms."""
         out = np.empty(self.n_u)
         q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
         self.second_order.residual(
@@ -127,14 +133,17 @@ class Model:
             path: rows[:, place].reshape(len(times), *self.channels[path].shape)
             for path, place in row_places(self.system).items()
         }
+        states = specified_states(self, times, states)
         out["q"], out["u"] = states[:, : self.n_q], states[:, self.n_q :]
+        out |= observe_held(self, times, states)
         out |= observe_balls(self.system, states)
         if is_extrinsic(self.system.libration_sequence):
             out["attitude/angles"] = out["attitude/angles"][:, ::-1]
         records = body_records(self.table)
         for i, name in enumerate(self.system.order, start=1):
             first = int(records[i]["qe"])
-            out[f"bodies/{name}/delta"] = states[:, first : first + self.system.bodies[name].n_modes]
+            body = self.system.bodies[name]
+            out[f"bodies/{name}/delta"] = body.amplitudes(states[:, first : first + body.n_modes])
         if self.system.segments:
             from femflex.dynamics.segmented import observe_segmented
 
@@ -152,6 +161,7 @@ def compile_system(system: System) -> Model:
     n_u = len(system.velocity_names())
     quadruples = [int(b["q"] + b["n_slide"]) for b in body_records(table)[1:] if b["ball"] == BALL_QUATERNION]
     knots = [load.times for load in system.loads if load.times is not None]
+    knots += [profile.breaks for joint in system.joints for profile in joint.held.values()]
     return Model(
         system=system,
         table=table,

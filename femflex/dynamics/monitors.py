@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.compiled import inner
-from femflex.dynamics.elastic import turning_of
 from femflex.dynamics.gravity import find_center_of_mass, gravity_field, inertia_along
 from femflex.dynamics.joint_forces import spring_energy
 from femflex.dynamics.lanes import lane, nothing, plus, total
@@ -26,7 +25,7 @@ from femflex.dynamics.layout import (
     body_of,
     header_of,
 )
-from femflex.dynamics.shapes import nothing3, rows3, rows9, totals3
+from femflex.dynamics.shapes import nothing3, rows3, rows9, totals3, turning_of
 from femflex.dynamics.stiffening import varying_energy, write_varying_stiffness
 from femflex.dynamics.turns import angles_of, quaternion_of
 from femflex.dynamics.vectors import (
@@ -147,19 +146,22 @@ def observe_angles(b: Record, row: Array, head: Record, pool: Array, work: Array
 @inner
 def shape_motion(b: Record, pool: Array, work: Array) -> tuple[Vector, Vector, float, float]:
     """Momentum and angular momentum that the shapes' rates add, their own kinetic energy, and the strain energy."""
-    row, delta, ddelta = b["row"], b["delta"], b["ddelta"]
+    row, wide, delta, ddelta = b["row"], b["wide"], b["delta"], b["ddelta"]
     ds, h = nothing3(), nothing3()
     kinetic, strain = nothing(), nothing()
-    for k in range(0, row, 4):
-        d, q = lane(work, ddelta + k), lane(work, delta + k)
-        ds = plus(ds, d, rows3(pool, b["first"] + k, row))
-        h = plus(h, d, turning_of(rows9(work, b["Z"] + k, row)))
-        inertia, force = nothing(), nothing()
-        for j in range(b["n"]):
-            inertia = inertia + work[ddelta + j] * lane(pool, b["elastic_mass"] + row * j + k)
-            force = force + work[delta + j] * lane(pool, b["stiffness"] + row * j + k)
+    for k in range(0, wide, 4):
+        d = lane(work, ddelta + k)
+        ds = plus(ds, d, rows3(pool, b["first"] + k, wide))
+        h = plus(h, d, turning_of(rows9(work, b["Z"] + k, wide)))
+        inertia = nothing()
+        for j in range(b["n_shapes"]):
+            inertia = inertia + work[ddelta + j] * lane(pool, b["elastic_mass"] + wide * j + k)
         kinetic = kinetic + 0.5 * d * inertia
-        strain = strain + q * (lane(pool, b["f0"] + k) + 0.5 * force)
+    for k in range(0, row, 4):
+        force = nothing()
+        for j in range(b["n"]):
+            force = force + work[delta + j] * lane(pool, b["stiffness"] + row * j + k)
+        strain = strain + lane(work, delta + k) * (lane(pool, b["f0"] + k) + 0.5 * force)
     energy = total(strain)
     if b["nonlinear"]:
         write_varying_stiffness(b, pool, work, 2.0, 1.0)

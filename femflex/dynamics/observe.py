@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from femflex.dynamics.compiled import inner, kernel
 from femflex.dynamics.equations import place
 from femflex.dynamics.gravity import find_center_of_mass
+from femflex.dynamics.held import held_state
 from femflex.dynamics.lanes import beyond, start
 from femflex.dynamics.layout import W_CIN, W_OMEGA, W_POS, W_S, W_VEL, body_of, header_of, load_of, marker_of
 from femflex.dynamics.loads import load_wrench
@@ -87,8 +88,8 @@ def observe_marker(
     b = body_of(table, m["body"])
     w = b["work"]
     C = load9(work, w + W_CIN)
-    u = combined(pool, m["shape"], b["row"], work, b["delta"])
-    du = combined(pool, m["shape"], b["row"], work, b["ddelta"])
+    u = combined(pool, m["shape"], b["wide"], work, b["delta"])
+    du = combined(pool, m["shape"], b["wide"], work, b["ddelta"])
     r = add(load3(pool, m["place"]), u)
     v = add(load3(work, w + W_VEL), add(cross(load3(work, w + W_OMEGA), r), du))
     store3(row, at, sub(add(load3(work, w + W_POS), turn_back(C, r)), shift))
@@ -103,7 +104,10 @@ def observe(times: Array, states: Array, rows: Array, table: Table, pool: Array,
     head = header_of(records)
     for j in range(len(times)):
         q, row = start(states[j]), start(rows[j])
-        place(times[j], q, beyond(q, head["n_q"]), records, numbers, scratch)
+        u = beyond(q, head["n_q"])
+        if head["n_holds"] > 0:
+            q, u = held_state(times[j], q, u, records, numbers, scratch)
+        place(times[j], q, u, records, numbers, scratch)
         shift, drift = origin(records, numbers, scratch)
         observe_energies(q, row, shift, drift, records, numbers, scratch)
         at = ROW_FIXED

@@ -20,6 +20,7 @@ from femflex.dynamics.elastic import (
     write_rows,
 )
 from femflex.dynamics.handover import hand_to_parent
+from femflex.dynamics.held import accelerate_held, keep_held_columns
 from femflex.dynamics.joint_motion import accelerate_joint, eliminate_joint, release_root
 from femflex.dynamics.layout import W_ACC, W_CIP, W_R, body_of, header_of
 from femflex.dynamics.pairs import first3
@@ -43,6 +44,8 @@ def reduce_to_root(table: Table, pool: Array, work: Array, c_d: float, c_k: floa
             refer_to_hinge(b, work)
         if b["n"] > 0:
             eliminate_elastic(b, work, c_d != 0.0 or c_k != 0.0)
+        if b["held"]:
+            keep_held_columns(b, work)
         if forced or not b["full"]:
             eliminate_joint(b, pool, work, c_d, c_k, forced)
         if b["parent"] > 0:
@@ -59,6 +62,8 @@ def accelerate(table: Table, work: Array, out: Array, forced: bool) -> None:
         else:
             carry_acceleration(b, body_of(table, b["parent"]), work)
             accelerate_joint(b, work, out)
+            if b["held"]:
+                accelerate_held(b, work, out)
         if b["n"] > 0:
             accelerate_shapes(b, work, out)
 

@@ -12,9 +12,10 @@ from femflex.dynamics.compiled import inner, kernel
 from femflex.dynamics.coordinates import coordinate_rates
 from femflex.dynamics.equations import RATE
 from femflex.dynamics.gathering import write_solution
+from femflex.dynamics.held import held_state, hold_rows
 from femflex.dynamics.lanes import beyond, start
 from femflex.dynamics.layout import body_of, header_of
-from femflex.dynamics.ledger import n_rows, write_terms
+from femflex.dynamics.ledger import HELD_UDOT, SPARE, n_rows, write_terms
 from femflex.dynamics.second_order import RESIDUAL
 
 Array = NDArray[np.float64]
@@ -25,10 +26,10 @@ Table = NDArray[np.int64]
 def write_reduced(
     t: float, q: Array, u: Array, udot: Array, out: Array, room: Array, table: Table, pool: Array, work: Array
 ) -> None:
-    """out = the sum of the terms that the header's `kept` leaves; room (2 + n_terms, n_u) is for `spare` and rows."""
+    """out = the sum of the terms that the header's `kept` leaves; room (SPARE + n_terms, n_u) holds spare and rows."""
     head = header_of(table)
     n_u = head["n_u"]
-    rows = beyond(room, 2 * n_u)
+    rows = beyond(room, SPARE * n_u)
     write_terms(t, q, u, udot, rows, start(room), table, pool, work)
     for k in range(n_u):
         out[k] = 0.0
@@ -36,6 +37,8 @@ def write_reduced(
         if pool[head["kept"] + i] != 0.0:
             for k in range(n_u):
                 out[k] += rows[i * n_u + k]
+    if head["n_holds"] > 0:
+        hold_rows(udot, out, table, work)
 
 
 @kernel(RESIDUAL)
@@ -44,7 +47,7 @@ def reduced_residual(
 ) -> None:
     """out = M udot + h - Q with the terms that the header's `kept` leaves."""
     records = start(table)
-    room = np.zeros((2 + n_rows(records)) * len(u))
+    room = np.zeros((SPARE + n_rows(records)) * len(u))
     write_reduced(t, start(q), start(u), start(udot), start(out), room, records, start(pool), start(work))
 
 
@@ -52,13 +55,22 @@ def reduced_residual(
 def write_reduced_rate(
     t: float, x: Array, dx: Array, room: Array, bias: Array, table: Table, pool: Array, work: Array
 ) -> None:
-    """dx/dt from the terms that are left; room (2 + n_terms, n_u) begins with zeros, bias (n_u,) is for -(h - Q)."""
+    """dx/dt from the terms that are left; room (SPARE + n_terms, n_u) begins with zeros, bias (n_u,) for -(h - Q)."""
     head = header_of(table)
     q, u, dq, udot, force = x, beyond(x, head["n_q"]), dx, beyond(dx, head["n_q"]), start(bias)
     write_reduced(t, q, u, start(room), force, room, table, pool, work)
-    for k in range(head["n_u"]):
+    n_u = head["n_u"]
+    for k in range(n_u):
         force[k] = -force[k]
+    known = beyond(room, HELD_UDOT * n_u)  # they stand in the specified motion, not in the accelerations solved for
+    if head["n_holds"] > 0:
+        for k in range(n_u):
+            force[k] = force[k] - known[k]
     write_solution(t, q, force, udot, 1.0, 0.0, 0.0, table, pool, work)
+    if head["n_holds"] > 0:
+        for k in range(n_u):
+            udot[k] = udot[k] + known[k]
+        q, u = held_state(t, q, u, table, pool, work)
     for i in range(1, head["n_bodies"]):
         coordinate_rates(body_of(table, i), q, u, dq, pool)
 
@@ -68,5 +80,5 @@ def reduced_rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work:
     """dx/dt of a model from which terms have been left out; some three to five times the cost of `rate`."""
     records = start(table)
     n_u = header_of(records)["n_u"]
-    room, bias = np.zeros((2 + n_rows(records)) * n_u), np.empty(n_u)
+    room, bias = np.zeros((SPARE + n_rows(records)) * n_u), np.empty(n_u)
     write_reduced_rate(t, start(x), start(dx), room, bias, records, start(pool), start(work))

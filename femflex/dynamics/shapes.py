@@ -9,7 +9,7 @@ from femflex.dynamics.compiled import inner
 from femflex.dynamics.formula import formula
 from femflex.dynamics.lanes import Lanes, lane, nothing, plus, put, total
 from femflex.dynamics.turns import moving_vector_turn
-from femflex.dynamics.vectors import Matrix, Vector
+from femflex.dynamics.vectors import ZERO, Matrix, Vector, add, turn
 
 Array = NDArray[np.float64]
 Record = np.void
@@ -59,6 +59,12 @@ def totals3(v: Lanes) -> Vector:
     return total(v[0]), total(v[1]), total(v[2])
 
 
+@formula
+def turning_of(z: Lanes) -> Lanes:
+    """Cr_a = eps_abc Z[b,c] of four shapes."""
+    return z[5] - z[7], z[6] - z[2], z[1] - z[3]
+
+
 @inner
 def keep_shapes(b: Record, q: Array, u: Array, work: Array) -> None:
     """Copy the elastic coordinates and rates to whole lanes."""
@@ -66,7 +72,7 @@ def keep_shapes(b: Record, q: Array, u: Array, work: Array) -> None:
     for k in range(n):
         work[b["delta"] + k] = q[b["qe"] + k]
         work[b["ddelta"] + k] = u[b["ue"] + k]
-    for k in range(n, b["row"]):
+    for k in range(n, b["wide"]):
         work[b["delta"] + k] = 0.0
         work[b["ddelta"] + k] = 0.0
 
@@ -83,13 +89,19 @@ def combined(a: Array, rows: int, row: int, work: Array, y: int) -> Vector:
 @inner
 def markers_motion(
     pool: Array, shape: int, spin: int, carrier: Record, work: Array
-) -> tuple[Vector, Vector, Matrix, Matrix, Vector, Vector]:
-    """Displacement and velocity of a marker, its turn exp(skew(psi delta)), the tangent T, rate and bias acceleration.
+) -> tuple[Vector, Vector, Matrix, Matrix, Vector, Vector, Vector]:
+    """Displacement and velocity of a marker, its turn exp(skew(psi delta)), the tangent T, rate; bias accelerations.
+
+    The biases are of the turn and of the displacement, the second zero unless shapes follow others.
 
     All relative to the carrier, in its components.
     """
-    row, delta, ddelta = carrier["row"], carrier["delta"], carrier["ddelta"]
-    moved, velocity = combined(pool, shape, row, work, delta), combined(pool, shape, row, work, ddelta)
-    theta, dtheta = combined(pool, spin, row, work, delta), combined(pool, spin, row, work, ddelta)
+    wide, delta, ddelta = carrier["wide"], carrier["delta"], carrier["ddelta"]
+    moved, velocity = combined(pool, shape, wide, work, delta), combined(pool, shape, wide, work, ddelta)
+    theta, dtheta = combined(pool, spin, wide, work, delta), combined(pool, spin, wide, work, ddelta)
     bend, T, rate, bias = moving_vector_turn(theta, dtheta)
-    return moved, velocity, bend, T, rate, bias
+    lift = ZERO
+    if carrier["n_slaves"]:
+        lift = combined(pool, shape, wide, work, carrier["drift"])
+        bias = add(bias, turn(T, combined(pool, spin, wide, work, carrier["drift"])))
+    return moved, velocity, bend, T, rate, bias, lift

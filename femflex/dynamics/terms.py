@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.drive_report import held_places
 from femflex.system import System
 
 if TYPE_CHECKING:
@@ -14,12 +15,12 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# the ledger's rows in its order, with what they say; loads follow as "loads/<name>"
+# the ledger's rows in its order, with what they say; loads follow as "loads/<name>", then "drives/<held freedom>"
 TERMS = {
     "inertia": "M udot",
     "coriolis_centrifugal": "part of h quadratic in u",
-    "gyroscopic": "G u, linear in u, from a turning base frame",
-    "specified_motion": "Gamma_t - T0,q: the base frame's own motion",
+    "gyroscopic": "G u, linear in u, from a turning base frame or specified joints",
+    "specified_motion": "Gamma_t - T0,q: the motion of the base frame and of specified joints by itself",
     "elastic": "K1 delta",
     "elastic_K2": "K2 delta, quadratic in delta",
     "elastic_K3": "K3 delta, cubic in delta",
@@ -28,8 +29,9 @@ TERMS = {
     "joint_springs": "springs of joints",
     "joint_dampers": "dampers of joints",
     "gravity_gradient": "gravity relative to O",
+    "moving_mass": "M_t u: the mass matrix changes with specified joints",
 }
-LOADS, INERTIA_OF = "loads/", "inertia/"
+LOADS, DRIVES, INERTIA_OF = "loads/", "drives/", "inertia/"
 FORCE_UNITS = {"m/s": "N", "rad/s": "N m", "kg^1/2 m/s": "kg^1/2 m/s^2"}
 
 
@@ -38,14 +40,19 @@ def terms(model: Model, times: Array, states: Array) -> dict[str, Array]:
 
     times (n_t,) [s], states (n_t, n_x); udot is the model's own. Row k is the generalised force on the coordinate with
     quasi-velocity u_k (units as in `force_units`). The names are those of `TERMS`, without what the system has not,
-    and "loads/<name>"; -Q of a load carries its minus. The terms sum to zero to rounding, row by row. M_t u, the
-    symmetric part of what is linear in u, is no row: nothing here has moments that change by themselves.
+    "loads/<name>", and "drives/<freedom>" of held freedoms; -Q of a load or drive carries its minus. The terms sum to
+    zero to rounding, row by row.
     """
     times, states, rates = _motion(model, times, states)
     out = _ledger(model, times, states, rates)
     rows = all_rows(model.system)
     present = [name for name in term_names(model.system) if name not in model.omitted]
-    return {name: out[:, rows.index(name)] for name in present}
+    found = {name: out[:, rows.index(name)] for name in present}
+    if model.reduced:  # what is left of the equations sets the forces that hold freedoms
+        rest = np.sum([row for name, row in found.items() if not name.startswith(DRIVES)], axis=0)
+        for joint, k, _, u in held_places(model.system):
+            found[DRIVES + joint.freedom_names()[k]][:, u] = -rest[:, u]
+    return found
 
 
 def inertia_by_source(model: Model, times: Array, states: Array) -> dict[str, Array]:
@@ -109,12 +116,15 @@ def linear_terms(model: Model, t: float, x: Array) -> tuple[Array, Array]:
 
 def all_rows(system: System) -> list[str]:
     """Names of the ledger's rows for a system, also of those that are zero throughout."""
-    return [*TERMS, *(LOADS + load.name for load in system.loads)]
+    drives = (DRIVES + joint.freedom_names()[k] for joint, k, _, _ in held_places(system))
+    return [*TERMS, *(LOADS + load.name for load in system.loads), *drives]
 
 
 def term_names(system: System) -> list[str]:
     """Names of the terms that the system has, in the ledger's order."""
-    bodies, turning = system.bodies.values(), system.frame.kind != "inertial"
+    bodies = system.bodies.values()
+    led = any(profile.moves for joint in system.joints for profile in joint.held.values())
+    turning = system.frame.kind != "inertial" or led
     there = {
         "inertia": True,
         "coriolis_centrifugal": True,
@@ -128,6 +138,7 @@ def term_names(system: System) -> list[str]:
         "joint_springs": any(joint.stiffness.any() for joint in system.joints),
         "joint_dampers": any(joint.damping.any() for joint in system.joints),
         "gravity_gradient": system.orbit is not None,
+        "moving_mass": led,
     }
     return [name for name in all_rows(system) if there.get(name, True)]
 

@@ -9,15 +9,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from femflex.body import FlexibleBody, MassMoments, StrainTensors
-from femflex.dynamics.terms import LOADS, TERMS, all_rows, term_names
+from femflex.body import FlexibleBody
+from femflex.dynamics.terms import DRIVES, LOADS, TERMS, all_rows, term_names
 from femflex.system import Joint, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
 FLEXIBILITY = "flexibility"
-SWITCHED = ("coriolis_centrifugal", "gyroscopic", "specified_motion", "gravity_gradient")  # in the compiled equations
+SWITCHED = (  # in the compiled equations
+    "coriolis_centrifugal",
+    "gyroscopic",
+    "specified_motion",
+    "gravity_gradient",
+    "moving_mass",
+)
 
 SHORT = {"K1": "elastic", "K2": "elastic_K2", "K3": "elastic_K3"}
 
@@ -60,7 +66,8 @@ def switchable(model: Model) -> list[str]:
     """Everything that can be switched off in the model."""
     system = model.system
     flexible = [name for name in system.order if system.bodies[name].n_modes]
-    names = [name for name in term_names(system) if name != "inertia" and name not in model.omitted]
+    fixed = ("inertia", *(name for name in term_names(system) if name.startswith(DRIVES)))
+    names = [name for name in term_names(system) if name not in fixed and name not in model.omitted]
     return [*names, *([FLEXIBILITY] if flexible else []), *(f"{FLEXIBILITY}/{name}" for name in flexible)]
 
 
@@ -73,6 +80,8 @@ def resolved(model: Model, name: str) -> str:
             return full
     if name == "inertia":
         why = "'inertia' cannot be switched off: without it there is no motion to solve for."
+    elif name.startswith(DRIVES):
+        why = f"{name!r} cannot be switched off: it is what the specified motion needs."
     elif name in model.omitted:
         why = f"{name!r} is switched off already."
     elif name in TERMS or name == FLEXIBILITY:
@@ -108,18 +117,7 @@ def stiffened(system: System, names: set[str]) -> System:
 
 def rigid(body: FlexibleBody) -> FlexibleBody:
     """The body without its shapes."""
-    moments, none = body.moments, np.zeros((0, 0))
-    skin = body.skin
-    return replace(
-        body,
-        moments=MassMoments(moments.mass, moments.first[:1], moments.second[:1, :, :1, :]),
-        strain=StrainTensors.linear(none),
-        damping=none,
-        markers={key: replace(m, phi=m.phi[:, :0], psi=m.psi[:, :0]) for key, m in body.markers.items()},
-        skin=None if skin is None else replace(skin, shapes=skin.shapes[:0]),
-        kinds=(),
-        omega=np.zeros(0),
-    )
+    return replace(body.without_slaves().truncated(0), damping=np.zeros((0, 0)))
 
 
 def reduced(model: Model, omitted: tuple[str, ...]) -> Model:

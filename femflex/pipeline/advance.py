@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from femflex.pipeline.guard import Runaway, Singularities, undisturbed
+from femflex.pipeline.guard import Runaway, Singularities
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
@@ -28,6 +28,7 @@ def integrate(
 ) -> None:
     """Run to the end, block by block into the file. See `femflex.run`."""
     from femflex.integrate import IntegrationError
+    from femflex.results.keeping import undisturbed
 
     model, runaway, singularities = prepared.model, Runaway(prepared.model), Singularities(prepared.model)
     with _writer(prepared, Path(output), force, resume) as (writer, state, written):

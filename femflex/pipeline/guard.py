@@ -1,12 +1,9 @@
-"""What a run is guarded against: interruption while it writes, motion that has run away, angles near a singularity."""
+"""What a run is guarded against: motion that has run away, angles near a singularity."""
 
 from __future__ import annotations
 
-import signal
-import threading
 import warnings
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,22 +21,6 @@ Array = NDArray[np.float64]
 BENT = 0.1  # elastic displacement over the body's size up to which linear strain is taken to hold
 CLOSE = 0.05  # rad; angle left to the singularity of a rotation set below which a run warns of it
 FAR = 100.0  # elastic displacement over the body's size beyond which the motion has run away
-
-
-@contextmanager
-def undisturbed() -> Iterator[None]:
-    """Hold Ctrl-C back until what is inside is done."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    pending: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, _: pending.append(number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-    if pending:
-        raise KeyboardInterrupt
 
 
 class Runaway:
@@ -122,6 +103,7 @@ class Singularities:
 
 def _reach(body: FlexibleBody) -> tuple[Array, float]:
     """Largest displacement of any place per unit of each elastic coordinate (n,), and the body's size [m]."""
+    body = body.without_slaves()
     if body.skin is not None and len(body.skin.points):
         largest = np.linalg.norm(body.skin.shapes, axis=2).max(axis=1)
         return largest, float(np.linalg.norm(np.ptp(body.skin.points, axis=0)))

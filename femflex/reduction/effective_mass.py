@@ -55,6 +55,7 @@ def effective_mass(body: FlexibleBody, about: Array | None = None) -> EffectiveM
     admissible) are first recombined into the modes of V1 and Me.
     """
     point = np.zeros(3) if about is None else np.asarray(about, float)
+    body = body.without_slaves()
     moments, n = body.moments, body.n_modes
     s = moments.first[1:]
     turning = np.einsum("abc,bkc->ka", LEVI_CIVITA, moments.second[0, :, 1:, :]) - np.cross(point, s)
@@ -86,6 +87,7 @@ def mac_of_bodies(body: FlexibleBody, other: FlexibleBody, tolerance: float = 0.
     Each point is compared with the other skin's nearest point. Raises ValueError when a body has no skin, or one of
     these lies further off than `tolerance` times the first body's size.
     """
+    body, other = body.without_slaves(), other.without_slaves()
     if body.skin is None or other.skin is None:
         raise ValueError(
             "shapes of two bodies are compared on their skins, and one of them has none; reduce it from a mesh."

@@ -3,7 +3,7 @@
 Layout: attributes `format` "femflex body", `format_version`, `femflex_version`, `kinds`; datasets with a `description`
 and `units` each:
 
-    moments/{mass, first, second}     strain/{V1, f0, V2, V3}     damping     omega
+    moments/{mass, first, second}     strain/{V1, f0, V2, V3}     damping     omega     slaves (if any)
     markers/<name>/{position, phi, psi, orientation}
     skin/{points, shapes}, skin/cells/<meshio cell name>         absent for a body that cannot be drawn
 """
@@ -36,6 +36,7 @@ FIELDS = {
     "f0": ("elastic force at rest, int sigma0 B0", "kg^1/2 m/s^2"),
     "V2": ("cubic strain tensor, symmetric, packed over i <= j <= k; empty for linear strain", "kg^-1/2 m^-1/s^2"),
     "V3": ("quartic strain tensor, symmetric, packed over i <= j <= k <= l; empty likewise", "kg^-1 m^-2/s^2"),
+    "slaves": ("A of the last shapes, which follow the elastic coordinates: y = 1/2 delta.A delta", "kg^-1/2 m^-1"),
     "damping": ("damping matrix of the elastic coordinates", "1/s"),
     "omega": ("natural frequency of each shape, nan where it means nothing", "rad/s"),
     "position": ("undeformed position, body frame", "m"),
@@ -114,6 +115,8 @@ def _write(file: h5py.File, body: FlexibleBody) -> None:
     file.attrs["kinds"] = list(body.kinds) if body.kinds else np.zeros(0, "S1")
     _put(file, "damping", body.damping)
     _put(file, "omega", body.omega)
+    if len(body.slaves):
+        _put(file, "slaves", body.slaves)
     _put_all(file.create_group("moments"), body.moments, "mass", "first", "second")
     _put_all(file.create_group("strain"), body.strain, "V1", "f0", "V2", "V3")
     markers = file.create_group("markers", track_order=True)
@@ -145,6 +148,7 @@ def _read(file: h5py.File) -> FlexibleBody:
         skin=skin,
         kinds=tuple(str(kind) for kind in file.attrs["kinds"]),
         omega=_get(file, "omega"),
+        slaves=_get(file, "slaves") if "slaves" in file else np.zeros((0, 0, 0)),
     )
 
 

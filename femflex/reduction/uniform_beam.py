@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -24,9 +25,26 @@ Array = NDArray[np.float64]
 BENDING_ORDER = {"free": 0, "pinned": 1, "clamped": 2}  # derivatives, from the value on, that vanish at an end
 
 
+def one(xi: Array) -> Array:
+    """1 at every xi."""
+    return np.ones_like(xi)
+
+
+@dataclass(frozen=True)
+class Taper:
+    """How a beam's section varies along xi = x / length: factors (k,) on its mass, bending, and axial stiffness.
+
+    The torsional stiffness goes with the bending stiffness; radii of gyration stay.
+    """
+
+    mass: Callable[[Array], Array] = one
+    bending: Callable[[Array], Array] = one
+    axial: Callable[[Array], Array] = one
+
+
 @dataclass(frozen=True, eq=False)
 class UniformBeam:
-    """A straight uniform Euler–Bernoulli beam.
+    """A straight Euler–Bernoulli beam, uniform unless `taper` says how it varies.
 
     length                 [m]
     EA, EIy, EIz, GJ       axial [N], bending in x-z and in x-y, torsional stiffness [N m^2]; x along the beam
@@ -36,6 +54,7 @@ class UniformBeam:
     root, direction        where the beam starts [m] and where it points, body frame
     orientation            vector near the section's y axis; default as for beam members (fem.chain.element_frames)
     radius                 of the tube that is drawn [m]; None draws a line
+    taper                  how the section varies along the length; mass and stiffness above are those where it is 1
     """
 
     length: float
@@ -51,6 +70,7 @@ class UniformBeam:
     direction: ArrayLike = (1.0, 0.0, 0.0)
     orientation: ArrayLike | None = None
     radius: float | None = None
+    taper: Taper = field(default_factory=Taper)
 
     def __post_init__(self) -> None:
         for name in ("length", "EA", "EIy", "EIz", "GJ", "mass_per_length"):
@@ -78,6 +98,7 @@ class BeamFunctions:
     y, z, axial, torsion   how many functions for v(x), w(x), u(x), theta(x)
     family                 "characteristic": vibration shapes; "polynomial": Jacobi polynomials that meet the supports
     ends                   supports of root and tip, of "free", "pinned", "clamped", in the body frame
+    followers              axial polynomials that follow bending, after all others (beam_body, strain "condensed")
     static                 the last two of y and z, and the last of axial and torsion, are the static shapes of an
                            accelerated root (characteristic, "clamped-free"): converges far faster beside a light hub
     """
@@ -89,6 +110,7 @@ class BeamFunctions:
     family: Literal["characteristic", "polynomial"] = "characteristic"
     ends: str = "clamped-free"
     static: bool = False
+    followers: int = 0
 
     def __post_init__(self) -> None:
         ends_of(self.ends)
@@ -113,7 +135,22 @@ class BeamFunctions:
     @property
     def count(self) -> int:
         """Number of functions in all."""
+        return self.own + self.followers
+
+    @property
+    def own(self) -> int:
+        """Number of functions that do not follow others."""
         return self.y + self.z + self.axial + self.torsion
+
+    @property
+    def most(self) -> int:
+        """The largest number of functions of one field."""
+        return max(self.y, self.z, self.axial, self.torsion, self.followers)
+
+    def with_followers(self) -> BeamFunctions:
+        """The same with as many followers as hold all products of two slopes: exactly for polynomials."""
+        n = 2 * max(self.y, self.z)
+        return replace(self, followers=n + 4 if self.family == "polynomial" else n + 14)
 
     def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
         """Derivative by x of u, v, w, theta (len(xi), 4, count) at x = xi length."""
@@ -124,6 +161,9 @@ class BeamFunctions:
                 functions = self._bending(n) if bends else self._axial(n)
                 found[:, row, at : at + n] = functions(xi, derivative) / length**derivative
             at += n
+        if self.followers:
+            functions = self._polynomials(self.followers)
+            found[:, 0, at:] = functions(xi, derivative) / length**derivative
         return found
 
     def _bending(self, n: int) -> FunctionSet:
@@ -136,8 +176,11 @@ class BeamFunctions:
 
     def _axial(self, n: int) -> FunctionSet:
         if self.family == "polynomial":
-            root, tip = (min(BENDING_ORDER[support], 1) for support in ends_of(self.ends))
-            return polynomials(root, tip, n, rigid=1)
+            return self._polynomials(n)
         if self.static:
             return with_static_axial(axial_characteristic(self.ends, n - 1), n)
         return axial_characteristic(self.ends, n)
+
+    def _polynomials(self, n: int) -> FunctionSet:
+        root, tip = (min(BENDING_ORDER[support], 1) for support in ends_of(self.ends))
+        return polynomials(root, tip, n, rigid=1)

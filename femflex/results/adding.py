@@ -11,6 +11,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.results.keeping import PARTS
 from femflex.results.layout import create_channel
 from femflex.results.reader import open_run
 from femflex.system.channel import Channel
@@ -30,6 +31,7 @@ def add_channels(path: str | Path, channels: Mapping[str, tuple[Channel, Array]]
         if values.shape != (count, *channel.shape):
             raise ValueError(f"channel {name!r} has shape {values.shape}; this run needs {(count, *channel.shape)}")
     part = path.with_name(path.name + ".part")
+    PARTS.add(part)
     try:
         shutil.copyfile(path, part)
         with h5py.File(part, "r+", locking=False) as file:
@@ -41,3 +43,5 @@ def add_channels(path: str | Path, channels: Mapping[str, tuple[Channel, Array]]
     except BaseException:
         part.unlink(missing_ok=True)
         raise
+    finally:
+        PARTS.discard(part)

@@ -29,7 +29,7 @@ class RunBody:
 
     @property
     def n_modes(self) -> int:
-        """Number of elastic coordinates."""
+        """Number of shapes."""
         return len(self.omega)
 
 
@@ -39,8 +39,8 @@ def write_bodies(group: h5py.Group, bodies: dict[str, FlexibleBody]) -> None:
         _check_name(name)
         own = group.create_group(name)
         own.attrs["mass"] = float(body.moments.mass)
-        own.attrs["n_modes"] = body.n_modes
-        own["omega"] = np.asarray(body.omega, float) if len(body.omega) else np.full(body.n_modes, np.nan)
+        own.attrs["n_modes"] = body.n_shapes
+        own["omega"] = np.asarray(body.omega, float) if len(body.omega) else np.full(body.n_shapes, np.nan)
         own.create_dataset("kinds", data=np.array(body.kinds, dtype=object), dtype=h5py.string_dtype())
         markers = own.create_group("markers")
         for marker, place in body.markers.items():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Self
 
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
 from femflex.results.copying import Changes, conclude, skeleton, write_copy
+from femflex.results.keeping import PARTS, held
 from femflex.results.layout import channel_of, channels_of
 from femflex.results.place import check_place
 from femflex.results.reader import open_file
@@ -55,6 +57,7 @@ class RunWriter:
     ) -> None:
         self.path = Path(path)
         self._part = self.path.with_name(self.path.name + ".part")
+        self._held = ExitStack()
         check_place(self.path, force)
         self._expected = rows
         self._not_finite = ""
@@ -70,6 +73,7 @@ class RunWriter:
         writer = cls.__new__(cls)
         writer.path = Path(path)
         writer._part = writer.path.with_name(writer.path.name + ".part")
+        writer._held = ExitStack()
         writer._expected, writer._not_finite = rows, ""
         writer._skeleton = open_file(writer.path)
         writer._adopt(writer._skeleton)
@@ -142,6 +146,8 @@ class RunWriter:
                 file.close()
         self._file, self._data = None, {}
         self._part.unlink(missing_ok=True)
+        PARTS.discard(self._part)
+        self._held.close()
 
     def __enter__(self) -> Self:
         return self
@@ -205,6 +211,7 @@ class RunWriter:
         source = self._opened() if self.rows else self._skeleton
         if self._file is not source:
             self._opened().close()
+        PARTS.add(self._part)
         try:
             write_copy(source, self._part, self.channels, self.rows, changes)
         except (OSError, RuntimeError) as error:
@@ -236,6 +243,8 @@ class RunWriter:
         file["progress"][...] = [last, slot]  # sixteen bytes in place: the block counts from here on
         file.flush()
         self.rows, self._slot = last, slot
+        self._held.close()
+        self._held.enter_context(held(str(self.path)))
         if first == 0 < last:
             file.close()
             self._go_on_in(self._moved())

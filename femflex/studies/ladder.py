@@ -13,7 +13,6 @@ from femflex.body import FlexibleBody
 from femflex.case import Case, CaseError
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
 from femflex.case.builders import build_body, build_mesh, build_modes, build_part, build_structure_of
-from femflex.case.builders.body import truncated
 from femflex.case.run import StudyTable
 from femflex.fem import Structure
 from femflex.fem.canonical import whole_clusters
@@ -95,7 +94,7 @@ def _with_modes(case: Case, largest: dict[str, FlexibleBody], n: int, last: int)
     bodies = {}
     for name, body in largest.items():
         if _truncates(case.bodies[name]):
-            bodies[name] = truncated(body, _kept(body, n))
+            bodies[name] = body.truncated(_kept(body, n))
         else:
             bodies[name] = body if n == last else build_body(case, name, modes=n)
     return Built(bodies, sum(body.n_modes for body in bodies.values()))

@@ -10,11 +10,13 @@ from femflex.system.joint import (
     prismatic,
     revolute,
     spherical,
+    turns,
     universal,
     weld,
 )
 from femflex.system.load import Load
 from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
+from femflex.system.profile import Profile
 from femflex.system.segments import Part, Segments
 from femflex.system.system import System, assembled
 
@@ -28,6 +30,7 @@ __all__ = [
     "Load",
     "Orbit",
     "Part",
+    "Profile",
     "Segments",
     "System",
     "assembled",
@@ -37,6 +40,7 @@ __all__ = [
     "prismatic",
     "revolute",
     "spherical",
+    "turns",
     "universal",
     "weld",
 ]

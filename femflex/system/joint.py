@@ -14,10 +14,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from femflex.rotations import EULER_PARAMETERS
+from femflex.rotations import EULER_PARAMETERS, letters_of
 from femflex.system.ball import ball_coordinates, ball_names, check_ball, singular_start
+from femflex.system.profile import Profile
 
 Array = NDArray[np.float64]
 
@@ -37,7 +38,11 @@ class Joint:
     stiffness    (n_u,)    spring per quasi-coordinate, translations first [N/m, N m/rad]
     damping      (n_u,)    damper per quasi-coordinate [N s/m, N m s/rad]
     rest         (n_u,)    coordinate at which the spring is free (for a ball: rotation vector)
-    q0, u0       initial coordinates (n_q,) and quasi-velocities (n_u,); the reference of a ball may be left out
+    motion       (n_u,)    per freedom None (free), a number (locked there) or a Profile (specified); () all free
+    q0, u0       initial coordinates (n_q,) and quasi-velocities (n_u,); the reference of a ball may be
+                           left out, and those of held freedoms are their motion's
+
+    A ball's rotation is free as a whole; to hold a part of it write it as successive turns (`turns`).
     """
 
     child: str
@@ -52,6 +57,7 @@ class Joint:
     stiffness: Array = field(default_factory=lambda: np.zeros(0))
     damping: Array = field(default_factory=lambda: np.zeros(0))
     rest: Array = field(default_factory=lambda: np.zeros(0))
+    motion: tuple[Profile | float | None, ...] = ()
     q0: Array = field(default_factory=lambda: np.zeros(0))
     u0: Array = field(default_factory=lambda: np.zeros(0))
     kind: str = "weld"
@@ -81,6 +87,7 @@ class Joint:
         for key in ("stiffness", "damping"):
             if np.any(getattr(self, key) < 0):
                 raise ValueError(f"{key} of joint {self.label!r} is negative: {getattr(self, key).tolist()}")
+        self._hold()
 
     @property
     def label(self) -> str:
@@ -97,6 +104,51 @@ class Joint:
     def n_u(self) -> int:
         """Number of quasi-velocities, the joint's degrees of freedom."""
         return len(self.translations) + (len(self.rotations) if self.ball is None else 3)
+
+    @property
+    def held(self) -> dict[int, Profile]:
+        """The freedoms that are locked or specified, by number, with their motion."""
+        return {k: profile for k, profile in enumerate(self.motion) if isinstance(profile, Profile)}
+
+    def freedom_names(self) -> list[str]:
+        """Name of each quasi-coordinate, as in "hinge.angle"; a ball's are those of its rates."""
+        return [name.removesuffix("_rate") for name, _ in self.velocity_names()]
+
+    def _hold(self) -> None:
+        """Check the motion, and start held freedoms where it starts."""
+        motion = tuple(Profile.constant(m) if isinstance(m, int | float) else m for m in self.motion)
+        object.__setattr__(self, "motion", motion)
+        if motion and len(motion) != self.n_u:
+            raise ValueError(f"motion of joint {self.label!r} has {len(motion)} entries; the joint needs {self.n_u}")
+        q0, u0 = self.q0.copy(), self.u0.copy()
+        for k, profile in self.held.items():
+            name = self.freedom_names()[k]
+            if self.ball is not None and k >= len(self.translations):
+                raise ValueError(
+                    f"rotation {name!r} of a ball cannot be held by itself; give joint {self.label!r} turns about the "
+                    "axes of an angle sequence instead"
+                )
+            for key in ("stiffness", "damping"):
+                if getattr(self, key)[k]:
+                    raise ValueError(
+                        f"{name!r} has a {key} of {getattr(self, key)[k]:g} and a specified motion; a spring or damper "
+                        "does nothing to it, so leave one of them out"
+                    )
+            s, rate, _ = (float(value) for value in profile(0.0))
+            if not np.isfinite(s):
+                raise ValueError(
+                    f"the motion of {name!r} is known from {profile.first:g} s to {profile.last:g} s; it must begin at "
+                    "or before 0 s"
+                )
+            for key, given, begins in (("q0", q0, s), ("u0", u0, rate)):
+                if given[k] and not np.isclose(given[k], begins, rtol=1e-9, atol=1e-12):
+                    raise ValueError(
+                        f"{key} of {name!r} is {given[k]:g}, but its motion is specified and begins with {begins:g}; "
+                        "leave the initial value out"
+                    )
+            q0[k], u0[k] = s, rate
+        object.__setattr__(self, "q0", q0)
+        object.__setattr__(self, "u0", u0)
 
     def coordinate_names(self) -> list[tuple[str, str]]:
         """Name and unit of each coordinate."""
@@ -176,6 +228,17 @@ def spherical(child: str, parent: str | None = None, rotation: str = EULER_PARAM
 def free(child: str, parent: str | None = None, rotation: str = EULER_PARAMETERS, **where: object) -> Joint:
     """Three slides and free rotation."""
     return Joint(child, parent, translations=np.eye(3), ball=rotation, kind="free", **where)  # type: ignore[arg-type]
+
+
+def turns(
+    child: str, parent: str | None = None, sequence: str = "xyz", slides: ArrayLike = (), **where: object
+) -> Joint:
+    """Slides along given axes, then three successive turns about the axes of a sequence: each freedom by itself.
+
+    The joint to hold, or to specify, single rotations or all of a body that would otherwise be free.
+    """
+    axes = np.eye(3)[["xyz".index(axis) for axis in letters_of(sequence)]]
+    return Joint(child, parent, translations=np.reshape(slides, (-1, 3)), rotations=axes, kind="general", **where)  # type: ignore[arg-type]
 
 
 JOINTS = {f.__name__: f for f in (weld, revolute, prismatic, cylindrical, universal, spherical, free)}

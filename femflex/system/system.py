@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -52,18 +53,25 @@ class System:
         if problems:
             raise ValueError("\n".join(problems))
 
-    @property
+    @cached_property
     def order(self) -> list[str]:
-        """Body names so that parents come before their children; otherwise in the order given."""
-        parent = {j.child: j.parent for j in self.joints}
-        placed: list[str] = []
-        while len(placed) < len(self.bodies):
-            placed += [b for b in self.bodies if b not in placed and (parent[b] is None or parent[b] in placed)]
-        return placed
+        """Body names so that parents come before their children; by distance from the base, then in the order given."""
+        depth: dict[str | None, int] = {None: 0}
+        for body in self.bodies:
+            path = [body]
+            while (up := self.joint_of(path[-1]).parent) not in depth:
+                assert up is not None
+                path.append(up)
+            depth |= {name: depth[up] + k for k, name in enumerate(reversed(path), start=1)}
+        return sorted(self.bodies, key=depth.__getitem__)
 
     def joint_of(self, body: str) -> Joint:
         """The joint whose child is that body."""
-        return next(j for j in self.joints if j.child == body)
+        return self._joint_above[body]
+
+    @cached_property
+    def _joint_above(self) -> dict[str, Joint]:
+        return {joint.child: joint for joint in self.joints}
 
     @property
     def root(self) -> str:

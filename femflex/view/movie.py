@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from femflex.results.keeping import held, undisturbed
 from femflex.view.output import placed
 from femflex.view.window import Image
 
@@ -42,11 +43,24 @@ def write_movie(
     if not fps > 0:
         raise ValueError(f"fps is {fps}; a movie needs a positive number of frames a second")
     with _folder(path, force) if path.suffix == "" else _mp4(path, fps, force) as add:
-        for k, frame in enumerate(frames):
-            add(frame)
-            if progress is not None:
-                progress(k + 1, count)
+        _draw(add, iter(frames), count, progress)
     return path
+
+
+def _draw(add: Callable[[Image], None], frames: Iterator[Image], count: int, progress: Progress | None) -> None:
+    first = next(frames, None)
+    if first is None:
+        return
+    with held("a movie"):
+        add(first)
+        for done in range(1, count + 1):
+            if progress is not None:
+                progress(done, count)
+            with undisturbed():  # a renderer does not survive an exception
+                frame = next(frames, None)
+            if frame is None:
+                return
+            add(frame)
 
 
 @contextmanager

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from femflex.results.keeping import PARTS
 from femflex.results.place import check_place
 
 
@@ -20,6 +21,7 @@ def placed(path: str | Path, force: bool = False) -> Iterator[Path]:
     path = Path(path)
     check_place(path, force)
     part = path.with_name(f"{path.stem}.part{path.suffix}")
+    PARTS.add(part)
     try:
         yield part
     except KeyboardInterrupt:
@@ -29,4 +31,7 @@ def placed(path: str | Path, force: bool = False) -> Iterator[Path]:
     except BaseException:
         part.unlink(missing_ok=True)
         raise
-    os.replace(part, path)
+    else:
+        os.replace(part, path)
+    finally:
+        PARTS.discard(part)

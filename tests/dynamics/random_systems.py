@@ -31,13 +31,13 @@ def random_body(rng, n, moving_markers=True):
     return body, (mass, rho, phi)
 
 
-def random_tree(seed, n_bodies=5, root=None, moving_markers=True, **more):
+def random_tree(seed, n_bodies=5, root=None, moving_markers=True, most=4, **more):
     """A random System, its clouds, and a random state (q, u)."""
     rng = np.random.default_rng(seed)
     bodies, clouds, joints = {}, {}, []
     names = [f"body{k}" for k in rng.permutation(n_bodies)]
     for k, name in enumerate(names):
-        bodies[name], clouds[name] = random_body(rng, int(rng.integers(0, 4)), moving_markers)
+        bodies[name], clouds[name] = random_body(rng, int(rng.integers(0, most)), moving_markers)
         parent = None if k == 0 else names[int(rng.integers(0, k))]
         kind = KINDS[int(rng.integers(0, len(KINDS)))] if k or root is None else root
         where = {

@@ -99,8 +99,8 @@ def test_an_interrupt_keeps_the_levels_there_are(converge: Called, written: Call
     code, out, err = converge(written(), "--levels", "2,3,4,6,8,10", "-o", "study.png")
     assert code == 130
     assert [row[0] for row in rows(out)] == ["2", "3", "4", "6"] and "verdict" in out
-    assert err == "femflex: broken off after 4 of 6 levels\nfemflex: interrupted\n"
-    assert Path("study.png").exists()
+    assert err == "femflex: broken off after 4 of 6 levels; no picture is drawn\nfemflex: interrupted\n"
+    assert not Path("study.png").exists()
 
 
 def test_an_interrupt_before_the_first_value_leaves_nothing(converge: Called, written: Callable[..., Path], stopped):

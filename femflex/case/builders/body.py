@@ -7,12 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from femflex.body import FlexibleBody, Marker, MassMoments, rigid_body
+from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
 from femflex.case.builders.structure import PLACE, build_mesh, build_modes, build_structure_of
 from femflex.case.case import Case
+from femflex.case.load import LoadTable
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.reduction import DampingTable, Stretchable
 from femflex.reduction import (
@@ -33,15 +34,21 @@ Told = Callable[[str], None]  # called with what is being done, for a progress d
 def build_bodies(case: Case, modes: int | None = None, refine: int = 0, told: Told | None = None) -> dict[str, Part]:
     """All bodies of a case by name, with other numbers of modes or finer meshes if asked.
 
+    Bodies whose tables say the same but for their initial state are built once and shared.
     Raises CaseError with the problems of all bodies together.
     """
     bodies: dict[str, Part] = {}
+    alike: dict[str, Part] = {}
     problems: list[Problem] = []
-    for name in case.bodies:
+    for name, table in case.bodies.items():
+        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})}"
+        if key in alike:
+            bodies[name] = alike[key]
+            continue
         if told is not None:
             told(name)
         try:
-            bodies[name] = build_part(case, name, modes, refine)
+            bodies[name] = alike[key] = build_part(case, name, modes, refine)
         except CaseError as error:
             problems += error.problems
     if problems:
@@ -88,11 +95,24 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
     structure, modeset = build_modes(
         build_structure_of(case, name, table, build_mesh(case, name, table, refine)), table, modes
     )
-    body = reduce_structure(structure, modeset, marker_groups(table), _damping(table.damping), table.strain)
+    groups, turning = marker_groups(table), turning_markers(case, name)
+    body = reduce_structure(structure, modeset, groups, _damping(table.damping), table.strain, turning)
     r = table.reduction
     if table.strain != "linear" and isinstance(r, Stretchable) and r.derivatives != "none" and body.n_modes:
         require_stretch(structure, modeset, body.strain)
     return body
+
+
+def turning_markers(case: Case, name: str) -> set[str]:
+    """Markers of a body whose rotation something uses: joints, torques, and the attitude."""
+    used = {joint.child_marker for joint in case.joints if joint.child == name}
+    used |= {joint.parent_marker for joint in case.joints if joint.parent == name}
+    used |= {load.marker for load in case.loads if load.body == name and _turns(load)}
+    return used | ({case.attitude.marker} if case.attitude.marker else set())
+
+
+def _turns(load: LoadTable) -> bool:
+    return load.torque is not None or load.table is not None or load.frame == "marker"
 
 
 def _segments(case: Case, name: str, table: FlexibleTable, other: tuple[int | None, int, int | None]) -> Segments:
@@ -144,27 +164,11 @@ def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> Fl
         if n > body.n_modes:
             text = f"found {n}; {table.file} holds {body.n_modes} elastic coordinates"
             raise CaseError(case.path.name, [Problem(f"bodies.{name}.modes", text)])
-        body = truncated(body, n)
+        body = body.truncated(n)
     damping = _damping(table.damping)
     if damping is not None:
-        body = replace(body, damping=damping.matrix(body.moments.elastic_mass(), body.strain.V1))
+        body = replace(body, damping=damping.matrix(body.without_slaves().moments.elastic_mass(), body.strain.V1))
     return body
-
-
-def truncated(body: FlexibleBody, n: int) -> FlexibleBody:
-    """A copy with the first n elastic coordinates alone."""
-    m = body.moments
-    markers = {name: replace(k, phi=k.phi[:, :n], psi=k.psi[:, :n]) for name, k in body.markers.items()}
-    return replace(
-        body,
-        moments=MassMoments(m.mass, m.first[: n + 1], m.second[: n + 1, :, : n + 1]),
-        strain=body.strain.truncated(n),
-        damping=body.damping[:n, :n],
-        markers=markers,
-        skin=None if body.skin is None else replace(body.skin, shapes=body.skin.shapes[:n]),
-        kinds=body.kinds[:n],
-        omega=body.omega[:n],
-    )
 
 
 def _damping(table: DampingTable | None) -> ModalDamping | RayleighDamping | None:

@@ -25,6 +25,7 @@ def initial_shape(table: InitialTable, body: FlexibleBody, joint_at: Array) -> t
     rates = _filled(table.rates or (), body.n_modes, "rates")
     if table.marker is None:
         return _filled(table.amplitudes or (), body.n_modes, "amplitudes"), rates
+    body = body.without_slaves()
     marker = body.marker(table.marker)
     length = table.length or float(np.linalg.norm(marker.position - joint_at))
     along_marker = np.array(table.displacement if table.relative is None else table.relative)

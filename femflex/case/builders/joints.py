@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from femflex.body import Marker
 from femflex.case import joint as tables
 from femflex.case.case import Case
 from femflex.case.orbit import AttitudeTable
+from femflex.case.problems import CaseError, Problem
 from femflex.rotations import dcm_from_angles
 from femflex.system import (
     Joint,
@@ -24,6 +26,7 @@ from femflex.system import (
     prismatic,
     revolute,
     spherical,
+    turns,
     universal,
     weld,
 )
@@ -33,8 +36,38 @@ Array = NDArray[np.float64]
 LIBRATION = "libration_axes"  # marker of the root body whose axes the attitude is reported of
 
 
-def build_joint(table: tables.JointTable) -> Joint:
-    """The Joint of one entry of [[joints]]."""
+def build_joints(case: Case) -> list[Joint]:
+    """The joints of a case. Raises CaseError with what is wrong with their motions."""
+    problems, joints = [], []
+    for k, table in enumerate(case.joints):
+        try:
+            joints.append(build_joint(table, case.path.parent))
+        except ValueError as error:
+            label = table.name or table.child or str(k)
+            problems += [Problem(f"joints[{label}]", line) for line in str(error).splitlines()]
+    if problems:
+        raise CaseError(case.path.name, problems)
+    return joints
+
+
+def build_joint(table: tables.JointTable, folder: Path) -> Joint:
+    """The Joint of one entry of [[joints]] of a case in that folder. Raises ValueError."""
+    return _with_motion(_loose_joint(table), table, folder)
+
+
+def _with_motion(joint: Joint, table: tables.JointTable, folder: Path) -> Joint:
+    """The joint with the motions that its table specifies."""
+    slides = table.motions("position") or (None,) * len(joint.translations)
+    turns_ = table.motions("angle") or table.motions("angles") or (None,) * (joint.n_u - len(joint.translations))
+    motion = [
+        None if m is None else float(joint.q0[k]) if m.locked else m.profile(folder) if m.profile else None
+        for k, m in enumerate((*slides, *turns_))
+    ]
+    return replace(joint, motion=tuple(motion)) if any(m is not None for m in motion) else joint
+
+
+def _loose_joint(table: tables.JointTable) -> Joint:
+    """The joint with all its freedoms free."""
     where: dict[str, Any] = table.model_dump(include={"child", "parent", "child_marker", "parent_marker", "name"})
     match table:
         case tables.Revolute():
@@ -46,6 +79,16 @@ def build_joint(table: tables.JointTable) -> Joint:
             return cylindrical(axis=table.axis, **start, **_springs(table, "slide_"), **where)
         case tables.Universal():
             return universal(axes=table.axes, q0=table.angles, u0=table.rates, **_springs(table), **where)
+        case tables.Spherical() if table.turning:
+            position, velocity = getattr(table, "position", ()), getattr(table, "velocity", ())
+            start = {"q0": [*position, *table.angles], "u0": [*velocity, 0.0, 0.0, 0.0]}
+            zero = np.zeros(3)
+            springs: dict[str, Any] = {
+                key: np.concatenate([getattr(table, f"slide_{key}"), zero]) if len(position) else zero
+                for key in ("stiffness", "damping", "rest")
+            }
+            slides = np.eye(3)[: len(position)]
+            return turns(sequence=table.sequence, slides=slides, **start, **springs, **where)
         case tables.Free():
             start = {"q0": [*table.position, *_ball(table)], "u0": [*table.velocity, *table.rates]}
             return free(**_set(table), **start, **_springs(table, "slide_"), **where)

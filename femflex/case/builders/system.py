@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from femflex.case.builders.body import build_bodies
 from femflex.case.builders.initial import initial_shape
-from femflex.case.builders.joints import build_joint, held_attitude, root_joint
+from femflex.case.builders.joints import build_joints, held_attitude, root_joint
 from femflex.case.builders.loads import build_loads
-from femflex.case.builders.references import channel_problems, size_problems
+from femflex.case.builders.references import channel_problems, motion_problems, size_problems
 from femflex.case.case import Case
 from femflex.case.orbit import OrbitTable
 from femflex.case.problems import CaseError, Problem
@@ -30,7 +30,7 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
     parts, loads = _bodies_and_loads(case, bodies)
     try:
         joint, parts = root_joint(case, parts)
-        joints = (*(() if joint is None else (joint,)), *(build_joint(table) for table in case.joints))
+        joints = (*(() if joint is None else (joint,)), *build_joints(case))
         orbit = build_orbit(case.orbit)
         system = assembled(
             parts,
@@ -76,7 +76,8 @@ def _check_references(case: Case, system: System) -> None:
     from femflex.dynamics import compile_system
 
     channels = compile_system(system).channels
-    problems = [*channel_problems(case, channels), *size_problems(case, system, channels, Path.cwd())]
+    problems = [*channel_problems(case, channels), *motion_problems(case, system)]
+    problems += size_problems(case, system, channels, Path.cwd())
     if problems:
         raise CaseError(case.path.name, problems)
 

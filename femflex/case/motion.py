@@ -1,0 +1,295 @@
+"""Motions that a case specifies for joint coordinates: "locked", a number, or a profile over time.
+
+motion.angle = "locked"                                            # stays at its initial value
+motion.angle = "30 deg"                                            # stays there
+motion.angle = { kind = "smooth_step", from = 0, to = "30 deg", start = 0, end = "5 s" }
+motion.angle = { kind = "sine", amplitude = "2 deg", frequency = "0.1 Hz", phase = 0, mean = 0 }
+motion.angle = { kind = "polynomial", coefficients = [0, "1 deg/s"] }
+motion.angle = { kind = "table", times = [0, 1, 2, 3], values = [0, 0.1, 0.3, 0.4], degree = 3, ends = "rest" }
+motion.angle = { kind = "table", file = "track.csv", column = "azimuth" }
+motion.angle = { kind = "sum", parts = [ {...}, {...} ] }
+motion.angles = ["locked", "free", {...}]                          # where a joint has several
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+from femflex.case.base import Table
+from femflex.case.problems import near
+from femflex.case.units import UnitError, to_si
+from femflex.case.values import Quantity, ValueProblem, _Readable, count, shown
+from femflex.system.profile import ENDS, Profile
+
+FREE, LOCKED = "free", "locked"
+KEYS = {
+    "constant": ("value",),
+    "polynomial": ("coefficients",),
+    "sine": ("amplitude", "frequency", "phase", "mean"),
+    "smooth_step": ("from", "to", "start", "end"),
+    "table": ("times", "values", "file", "column", "degree", "ends"),
+    "sum": ("parts",),
+}
+NEEDED = {
+    "constant": ("value",),
+    "polynomial": ("coefficients",),
+    "sine": ("amplitude", "frequency"),
+    "smooth_step": ("to", "start", "end"),
+    "sum": ("parts",),
+}
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A motion as a case says it: locked at the initial value, or `profile(folder)`.
+
+    folder  where the case file is; a motion from a file raises ValueError when it cannot be read
+    """
+
+    locked: bool = False
+    profile: Callable[[Path], Profile] | None = None
+    file: str | None = None
+
+
+class MotionOf(_Readable):
+    """A motion of a coordinate with that unit ("m", "rad")."""
+
+    def __init__(self, unit: str) -> None:
+        self.unit = unit
+
+    def read(self, value: Any) -> Motion | None:
+        """None when free."""
+        if value == FREE:
+            return None
+        if value == LOCKED:
+            return Motion(locked=True)
+        if isinstance(value, Mapping):
+            return self._of_kind(dict(value))
+        if isinstance(value, str) and not re.match(r"\s*[-+.\d]", value):
+            raise ValueProblem(
+                f"found {shown(value)}; a motion is 'locked', 'free', a number, or a table such as "
+                '{kind = "smooth_step", from = 0, to = 1, start = 0, end = 5}'
+            )
+        return self._fixed(Profile.constant(Quantity(self.unit).read(value)))
+
+    def _of_kind(self, given: dict[str, Any]) -> Motion:
+        kind = given.pop("kind", None)
+        if kind not in KEYS:
+            raise ValueProblem(f"found kind = {kind!r} of a motion; {near(str(kind), KEYS)}")
+        for key in given:
+            if key not in KEYS[kind]:
+                raise ValueProblem(f"found key {key!r} in a motion of kind {kind!r}; {near(key, KEYS[kind])}")
+        missing = [key for key in NEEDED.get(kind, ()) if key not in given]
+        if missing:
+            raise ValueProblem(f"key {missing[0]!r} is missing in a motion of kind {kind!r}")
+        try:
+            motion: Motion = getattr(self, f"_{kind}")(given)
+            return motion
+        except (ValueProblem, UnitError):
+            raise
+        except ValueError as error:
+            raise ValueProblem(str(error)) from None
+
+    @staticmethod
+    def _fixed(profile: Profile) -> Motion:
+        return Motion(profile=lambda folder: profile)
+
+    def _value(self, given: dict[str, Any], key: str, unit: str | None = None, default: float = 0.0) -> float:
+        if key not in given:
+            return default
+        try:
+            return float(Quantity(self.unit if unit is None else unit).read(given[key]))
+        except (ValueProblem, UnitError) as problem:
+            raise ValueProblem(f"{key}: {problem}") from None
+
+    def _constant(self, given: dict[str, Any]) -> Motion:
+        return self._fixed(Profile.constant(self._value(given, "value")))
+
+    def _polynomial(self, given: dict[str, Any]) -> Motion:
+        rows = given["coefficients"]
+        if not isinstance(rows, list) or not rows:
+            raise ValueProblem(f"coefficients: found {shown(rows)}; expected a list, the constant first")
+        units = [self.unit, f"{self.unit}/s", *(f"{self.unit}/s^{k}" for k in range(2, len(rows)))]
+        return self._fixed(Profile.polynomial(*(_in(row, unit) for row, unit in zip(rows, units, strict=False))))
+
+    def _sine(self, given: dict[str, Any]) -> Motion:
+        amplitude, mean = self._value(given, "amplitude"), self._value(given, "mean")
+        omega = 2 * math.pi * self._value(given, "frequency", "Hz")
+        return self._fixed(Profile.sine(amplitude, omega, self._value(given, "phase", "rad"), mean))
+
+    def _smooth_step(self, given: dict[str, Any]) -> Motion:
+        start, end = self._value(given, "start", "s"), self._value(given, "end", "s")
+        return self._fixed(Profile.smooth_step(start, end, self._value(given, "from"), self._value(given, "to")))
+
+    def _table(self, given: dict[str, Any]) -> Motion:
+        degree, ends = given.get("degree", 3), given.get("ends", "not_a_knot")
+        if degree not in (3, 5) or ends not in ENDS:
+            raise ValueProblem(f"found degree {degree!r} and ends {ends!r}; known are 3 and 5, {' and '.join(ENDS)}")
+        inline, filed = ("times" in given, "values" in given), ("file" in given, "column" in given)
+        if all(inline) and not any(filed):
+            times, values = (
+                Quantity(unit, (None,)).read(given[key]) for key, unit in (("times", "s"), ("values", self.unit))
+            )
+            return self._fixed(Profile.spline(times, values, degree, ends))
+        if not all(filed) or any(inline):
+            raise ValueProblem(f"found {sorted(given)} in a table; give times and values, or file and column")
+        name, column = str(given["file"]), str(given["column"])
+        return Motion(
+            profile=lambda folder: Profile.spline(*column_of(folder / name, column, self.unit), degree, ends), file=name
+        )
+
+    def _sum(self, given: dict[str, Any]) -> Motion:
+        parts = given["parts"]
+        if not isinstance(parts, list) or len(parts) < 2:
+            raise ValueProblem(f"parts: found {shown(parts)}; expected a list of at least two motions")
+        motions = [self.read(part) for part in parts]
+        profiles = [motion.profile for motion in motions if motion is not None and motion.profile is not None]
+        if len(profiles) < len(parts):
+            raise ValueProblem("found 'free' or 'locked' among the parts of a sum; each must be a motion in time")
+
+        def total(folder: Path) -> Profile:
+            first, *others = (profile(folder) for profile in profiles)
+            for other in others:
+                first = first + other
+            return first
+
+        files = [motion.file for motion in motions if motion is not None and motion.file is not None]
+        if not files:
+            total(Path())  # told here if they do not fit together
+        return Motion(profile=total, file=files[0] if files else None)
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of the forms."""
+        tables = [
+            {
+                "type": "object",
+                "properties": {"kind": {"const": kind}, **{key: {} for key in keys}},
+                "required": ["kind", *NEEDED.get(kind, ())],
+                "additionalProperties": False,
+            }
+            for kind, keys in KEYS.items()
+        ]
+        return {"anyOf": [{"enum": [FREE, LOCKED]}, Quantity(self.unit).json_schema(), *tables], "unit": self.unit}
+
+
+class MotionsOf(_Readable):
+    """A list of motions of coordinates with one unit; n of them, or any number."""
+
+    def __init__(self, unit: str, n: int | None = None) -> None:
+        self.one, self.n = MotionOf(unit), n
+
+    def read(self, value: Any) -> tuple[Motion | None, ...]:
+        """One motion per coordinate, None when free."""
+        if value == LOCKED and self.n is not None:
+            return (Motion(locked=True),) * self.n
+        if not isinstance(value, list):
+            raise ValueProblem(f"found {shown(value)}; expected a list with a motion for every coordinate")
+        if self.n is not None and len(value) != self.n:
+            raise ValueProblem(f"found {count(len(value), 'motion', 'motions')}; expected {self.n}, 'free' among them")
+        out = []
+        for k, entry in enumerate(value):
+            try:
+                out.append(self.one.read(entry))
+            except (ValueProblem, UnitError) as problem:
+                raise ValueProblem(f"entry {k + 1}: {problem}") from None
+        return tuple(out)
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of a list."""
+        size = {} if self.n is None else {"minItems": self.n, "maxItems": self.n}
+        return {"type": "array", "items": self.one.json_schema()} | size
+
+
+def _in(value: Any, unit: str) -> float:
+    """A coefficient in SI; above jerk only plain numbers."""
+    from femflex.case.units import NOUNS
+
+    if unit not in NOUNS and isinstance(value, str):
+        raise ValueProblem(f"coefficients: found {shown(value)}; write it as a plain number in {unit}")
+    return float(Quantity(unit if unit in NOUNS else "").read(value))
+
+
+def column_of(path: Path, column: str, unit: str) -> tuple[list[float], list[float]]:
+    """Times [s] and a column of a CSV file with a head such as "time [s],azimuth [deg]", in SI.
+
+    Raises ValueError naming the line and column of what cannot be read.
+    """
+    if not path.is_file():
+        raise ValueError(f"found file {path.name!r}, which does not exist beside the case; names are relative to it")
+    with open(path, newline="", encoding="utf-8") as file:
+        rows = [(k, row) for k, row in enumerate(csv.reader(file), start=1) if row and not row[0].startswith("#")]
+    heads = [re.fullmatch(r"\s*(\w+)\s*(?:[\[(](.*)[\])])?\s*", cell) for cell in (rows[0][1] if rows else [])]
+    names = [head[1] if head else "" for head in heads]
+    for wanted in ("time", column):
+        if wanted not in names:
+            raise ValueError(f"column {wanted!r} is not in {path.name}; its first line names {names}")
+    out = []
+    for name, its in (("time", "s"), (column, unit)):
+        j = names.index(name)
+        head = heads[j]
+        factor = to_si(f"1 {(head[2] if head else None) or its}", its)
+        out.append([factor * _number(row, j, line, name, path.name) for line, row in rows[1:]])
+    return out[0], out[1]
+
+
+def _number(row: list[str], j: int, line: int, name: str, file: str) -> float:
+    try:
+        return float(row[j])
+    except (ValueError, IndexError):
+        found = row[j].strip() if j < len(row) else ""
+        raise ValueError(f"line {line} of {file} has {found!r} for {name}; expected a number") from None
+
+
+Angle = Annotated[Motion | None, MotionOf("rad")]
+Position = Annotated[Motion | None, MotionOf("m")]
+Motions = tuple[Motion | None, ...]
+
+
+class AngleMotion(Table):
+    """How the angle moves."""
+
+    angle: Angle = None
+
+
+class PositionMotion(Table):
+    """How the slide moves."""
+
+    position: Position = None
+
+
+class CylinderMotion(Table):
+    """How slide and angle move."""
+
+    position: Position = None
+    angle: Angle = None
+
+
+class TwoAngles(Table):
+    """How the two angles move."""
+
+    angles: Annotated[Motions, MotionsOf("rad", 2)] = ()
+
+
+class ThreeAngles(Table):
+    """How the three angles of the joint's sequence move."""
+
+    angles: Annotated[Motions, MotionsOf("rad", 3)] = ()
+
+
+class FreeMotion(ThreeAngles):
+    """How the three slides, and the three angles of the joint's sequence, move."""
+
+    position: Annotated[Motions, MotionsOf("m", 3)] = ()
+
+
+class GeneralMotion(Table):
+    """How slides and turns move."""
+
+    position: Annotated[Motions, MotionsOf("m")] = ()
+    angles: Annotated[Motions, MotionsOf("rad")] = ()

@@ -1,0 +1,76 @@
+"""Ctrl-C answered within half a second, whatever is being done."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import sys
+import threading
+import time
+from types import FrameType
+from typing import NoReturn
+
+INTERRUPTED = 130
+GRACE = 0.3  # seconds; Python's own handler waits for the end of a call into a library
+_unwinding = threading.Event()  # what has been begun is being ended
+SHOW_CURSOR = "\x1b[?25h"  # a progress bar hides it
+
+
+def answer_at_once() -> None:
+    """Let Ctrl-C end the process: well, where something has been begun that can be kept; else at once.
+
+    An exception would have to find its way through libraries that may drop it (a compiler's callbacks) or not survive
+    it (a renderer), and while such a library works Python does not even look for signals; so a thread waits for them
+    as well.
+    """
+    signal.signal(signal.SIGINT, _asked)
+    reader, writer = socket.socketpair()
+    writer.setblocking(False)
+    signal.set_wakeup_fd(writer.fileno(), warn_on_full_buffer=False)
+    threading.Thread(target=_wait, args=(reader, writer), daemon=True).start()
+
+
+def answering() -> bool:
+    """Whether this process is the command line's own."""
+    return signal.getsignal(signal.SIGINT) is _asked
+
+
+def leave() -> NoReturn:
+    """End the process as interrupted, without the tenth of a second that unloading compiled code takes."""
+    keeping = sys.modules.get("femflex.results.keeping")
+    for part in list(keeping.PARTS) if keeping else []:
+        part.unlink(missing_ok=True)
+    if sys.stderr.isatty():
+        sys.stderr.write(SHOW_CURSOR)
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:  # its reader has left
+            pass
+    os._exit(INTERRUPTED)
+
+
+def _held() -> bool:
+    keeping = sys.modules.get("femflex.results.keeping")
+    return keeping is not None and keeping.anything_held()
+
+
+def _asked(_: int, __: FrameType | None) -> None:
+    if _held():
+        _unwinding.set()
+        raise KeyboardInterrupt
+    _say_and_leave()
+
+
+def _wait(reader: socket.socket, _writer: socket.socket) -> None:
+    while reader.recv(1) != bytes([signal.SIGINT]):
+        pass
+    time.sleep(GRACE)
+    if not _held() and not _unwinding.is_set():
+        _say_and_leave()
+
+
+def _say_and_leave() -> NoReturn:
+    print("femflex: interrupted", file=sys.stderr)
+    leave()
