@@ -10,6 +10,7 @@ from pydantic import Field, PrivateAttr, model_validator
 from femflex.case.base import Name, Table, refuse
 from femflex.case.body import Body
 from femflex.case.constraint import Constraint, SpringTable
+from femflex.case.initial import StartTable
 from femflex.case.joint import Joint
 from femflex.case.load import LoadTable
 from femflex.case.measure import ExpectationsTable
@@ -37,6 +38,7 @@ class Case(Table):
     constraints: list[Constraint] = Field(default_factory=list)
     springs: list[SpringTable] = Field(default_factory=list)
     loads: list[LoadTable] = Field(default_factory=list)
+    initial: StartTable | None = None
     pictures: PicturesTable | None = None
     study: StudyTable | None = None
     expect: ExpectationsTable = Field(default_factory=lambda: ExpectationsTable.model_validate({}))

@@ -21,7 +21,7 @@ from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
 from femflex.system.profile import Profile
 from femflex.system.segments import Part, Segments
 from femflex.system.spring import Spring
-from femflex.system.system import System, assembled
+from femflex.system.system import System, assembled, started
 
 __all__ = [
     "EARTH_RADIUS",
@@ -49,6 +49,7 @@ __all__ = [
     "revolute",
     "rolling_disc",
     "spherical",
+    "started",
     "turns",
     "universal",
     "velocity_rows",
