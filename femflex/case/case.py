@@ -9,6 +9,7 @@ from pydantic import Field, PrivateAttr, model_validator
 
 from femflex.case.base import Name, Table, refuse
 from femflex.case.body import Body
+from femflex.case.initial import StartTable
 from femflex.case.joint import Joint
 from femflex.case.load import LoadTable
 from femflex.case.measure import ExpectationsTable
@@ -32,6 +33,7 @@ class Case(Table):
     bodies: Annotated[dict[Name, Body], Field(min_length=1)]
     joints: list[Joint] = Field(default_factory=list)
     loads: list[LoadTable] = Field(default_factory=list)
+    initial: StartTable | None = None
     pictures: PicturesTable | None = None
     study: StudyTable | None = None
     expect: ExpectationsTable = Field(default_factory=lambda: ExpectationsTable.model_validate({}))

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from femflex.case.body import BodyTable, FileTable, FlexibleTable, RigidTable
+from femflex.case.initial import EQUILIBRIUM
 from femflex.case.measure import MeasureTable
 from femflex.case.outline import Outline
 from femflex.case.problems import Problem, listed, near
@@ -15,7 +16,7 @@ from femflex.case.tree import loose_bodies, root, tree
 
 def cross_problems(outline: Outline, folder: Path) -> list[Problem]:
     """Everything wrong between the parts of a case whose files lie in that folder."""
-    checks: list[Callable[[Outline], Iterator[Problem]]] = [frames, members, doubles, times, answers]
+    checks: list[Callable[[Outline], Iterator[Problem]]] = [frames, members, doubles, times, answers, starts]
     found = list(tree(outline)) or list(root(outline))
     found += [problem for check in checks for problem in check(outline)]
     return found + list(markers(outline, folder)) + list(files(outline, folder))
@@ -152,6 +153,19 @@ def answers(outline: Outline) -> Iterator[Problem]:
             yield Problem(f"pictures.modes[{k}]", f"found {body!r}, which is not a body; {near(body, outline.bodies)}")
 
 
+def starts(outline: Outline) -> Iterator[Problem]:
+    """A craft that starts where a result file ends needs no other start of its bodies."""
+    if outline.initial is None or outline.initial.source == EQUILIBRIUM:
+        return
+    for name, body in outline.bodies.items():
+        if body is not None and body.initial is not None:
+            yield Problem(
+                f"bodies.{name}.initial",
+                f"found a start of the body beside [initial] from = {outline.initial.source!r}, which says how the "
+                "whole craft starts; leave one of them out",
+            )
+
+
 def files(outline: Outline, folder: Path) -> Iterator[Problem]:
     """Files named in the case exist."""
     for where, name in _named_files(outline):
@@ -184,6 +198,8 @@ def _named_files(outline: Outline) -> Iterator[tuple[str, str]]:
                 for k, s in enumerate(body.shapes)
                 if isinstance(s, MeshShape)
             )
+    if outline.initial is not None and outline.initial.source != EQUILIBRIUM:
+        yield "initial.from", outline.initial.source
     for where, load in outline.loads.items():
         if load is not None and load.table is not None:
             yield f"{where}.table", load.table

@@ -14,6 +14,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from femflex.case.body import Body, BodyTable
 from femflex.case.case import Case
+from femflex.case.initial import StartTable
 from femflex.case.joint import Joint, JointTable
 from femflex.case.load import LoadTable
 from femflex.case.measure import ExpectationsTable
@@ -41,6 +42,7 @@ class Outline:
     pictures: PicturesTable | None
     study: StudyTable | None
     expect: ExpectationsTable | None
+    initial: StartTable | None
     names: Mapping[str, frozenset[str]]
     whole: bool
 
@@ -57,6 +59,7 @@ def outline(raw: Mapping[str, Any]) -> Outline:
         pictures=_part(PicturesTable, raw.get("pictures")),
         study=_part(StudyTable, raw.get("study")),
         expect=_part(ExpectationsTable, raw.get("expect")),
+        initial=_part(StartTable, raw.get("initial")),
         names={key: frozenset(map(str, _table(raw, key))) for key in ("materials", "sections")},
         whole=_part(Case, raw) is not None,
     )

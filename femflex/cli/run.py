@@ -80,10 +80,15 @@ def say_what_runs(prepared: Prepared) -> None:
     if prepared.model.omitted:
         print(f"without {', '.join(prepared.model.omitted)}")
     pieces = {piece for parts in system.segments.values() for piece in parts}
+    alike: dict[int, list[str]] = {}
     for name, body in system.bodies.items():
         if body.n_modes and name not in pieces:
-            print()
-            print_modes(name, body)
+            alike.setdefault(id(body), []).append(name)
+    for first, *more in alike.values():
+        print()
+        print_modes(first, system.bodies[first])
+        if more:
+            print(f"{more[0] if len(more) == 1 else f'{more[0]} to {more[-1]}, {len(more)} bodies'}: alike")
     print()
     for name, parts in system.segments.items():
         each = system.bodies[parts[0]].n_modes
@@ -122,7 +127,8 @@ def _attitude_line(prepared: Prepared) -> str:
     names = prepared.model.channels["attitude/angles"].names
     told = ", ".join(f"{name} {angle:.4g}" for name, angle in zip(names, angles, strict=True))
     how = "held" if case.attitude.held else system.joint_of(system.root).kind
-    return f"attitude    {system.root} {how} in the {system.frame.kind} frame: {told} deg"
+    root = next((name for name, parts in system.segments.items() if system.root in parts), system.root)
+    return f"attitude    {root} {how} in the {system.frame.kind} frame: {told} deg"
 
 
 def say_what_came_out(run: Run, system: System, output: Path) -> None:

@@ -17,6 +17,7 @@ from femflex.dynamics.joint_channels import observe_balls
 from femflex.dynamics.layout import BALL_MODIFIED, BALL_QUATERNION, body_records
 from femflex.dynamics.lower import aligned, lower
 from femflex.dynamics.observe import observe
+from femflex.dynamics.orbit_force import observe_orbit_force
 from femflex.rotations import is_extrinsic
 from femflex.system import Channel, System
 
@@ -137,6 +138,7 @@ class Model:
         out["q"], out["u"] = states[:, : self.n_q], states[:, self.n_q :]
         out |= observe_held(self, times, states)
         out |= observe_balls(self.system, states)
+        out |= observe_orbit_force(self.system, out)
         if is_extrinsic(self.system.libration_sequence):
             out["attitude/angles"] = out["attitude/angles"][:, ::-1]
         records = body_records(self.table)

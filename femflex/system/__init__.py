@@ -18,7 +18,7 @@ from femflex.system.load import Load
 from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
 from femflex.system.profile import Profile
 from femflex.system.segments import Part, Segments
-from femflex.system.system import System, assembled
+from femflex.system.system import System, assembled, started
 
 __all__ = [
     "EARTH_RADIUS",
@@ -40,6 +40,7 @@ __all__ = [
     "prismatic",
     "revolute",
     "spherical",
+    "started",
     "turns",
     "universal",
     "weld",

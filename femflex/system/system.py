@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -171,6 +171,18 @@ class System:
                 if np.shape(value) != (n,):
                     out.append(f"{what} of body {body!r} has shape {np.shape(value)}; expected ({n},)")
         return out
+
+
+def started(system: System, x: Array) -> System:
+    """The system with the initial state x = (q, u)."""
+    q, u = np.split(np.asarray(x, float), [len(system.coordinate_names())])
+    joints, delta, ddelta = {}, {}, {}
+    for name in system.order:
+        joint, n = system.joint_of(name), system.bodies[name].n_modes
+        joints[name] = joint.with_initial(q[: joint.n_q], u[: joint.n_u])
+        delta[name], ddelta[name] = q[joint.n_q : joint.n_q + n], u[joint.n_u : joint.n_u + n]
+        q, u = q[joint.n_q + n :], u[joint.n_u + n :]
+    return replace(system, joints=tuple(joints[joint.child] for joint in system.joints), delta0=delta, ddelta0=ddelta)
 
 
 def assembled(parts: Mapping[str, Part], joints: Sequence[Joint], loads: Sequence[Load] = (), **more: Any) -> System:

@@ -14,6 +14,7 @@ from femflex.case.builders.initial import initial_shape
 from femflex.case.builders.joints import build_joints, held_attitude, root_joint
 from femflex.case.builders.loads import build_loads
 from femflex.case.builders.references import channel_problems, motion_problems, size_problems
+from femflex.case.builders.start import placed
 from femflex.case.case import Case
 from femflex.case.orbit import OrbitTable
 from femflex.case.problems import CaseError, Problem
@@ -48,10 +49,10 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
         raise CaseError(case.path.name, problems) from error
     _check_references(case, system)
     system = _with_initial(case, system)
-    placed = case.attitude.position is not None, case.attitude.velocity is not None
-    if orbit is not None and orbit.free and joint is not None and not all(placed):
-        return centred(system, *placed)
-    return system
+    given = case.attitude.position is not None, case.attitude.velocity is not None
+    if orbit is not None and orbit.free and joint is not None and not all(given):
+        system = centred(system, *given)
+    return placed(case, system)
 
 
 def _bodies_and_loads(case: Case, bodies: Mapping[str, Part] | None) -> tuple[dict[str, Part], tuple[Load, ...]]:
