@@ -25,10 +25,11 @@ CLOSING = np.dtype(
             "width",  # n_u + n_hidden
             "tolerance",  # pool: position residual to which a state is brought back, size of the bodies [m]
             "rows",  # work: ROW_SIZE per row
-            "white",  # work (n_rows, width): D^-1/2 L^-1 a of each row a, with M = L D L^T
+            "white",  # work (n_rows + 1, width): D^-1/2 L^-1 a of each row a, M = L D L^T; the last for other forces
             "roots",  # work (width): D^-1/2
             "small",  # work: see `multipliers`
             "step",  # work (n_u): a change of u or an increment of q
+            "free",  # work (n_u): accelerations
             "moved",  # work (n_q)
             "marks",  # work (n_bodies): bodies between a row's markers and the root
         )

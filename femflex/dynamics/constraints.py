@@ -47,7 +47,7 @@ def answer(table: Table, work: Array) -> Array:
     """M^-1 A^T lambda for the right sides in the rows, in step."""
     step = beyond(work, closing_of(table)["step"])
     multipliers(table, work)
-    respond(table, work, step, False)
+    respond(table, work, step, False, False)
     return step
 
 
@@ -140,7 +140,7 @@ def settle_held(t: float, q: Array, u: Array, table: Table, pool: Array, work: A
 @inner
 def bring_back(t: float, q: Array, u: Array, task: int, table: Table, pool: Array, work: Array) -> float:
     """Bring (q, u) onto the constraints, or do what the task says; the gap left [m]."""
-    if header_of(table)["n_holds"] > 0:
+    if header_of(table)["n_holds"] > 0 and task != at.TASK_MEASURE:
         settle_held(t, q, u, table, pool, work)
     last = math.inf
     for k in range(NEWTON_STEPS + 1):

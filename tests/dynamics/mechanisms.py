@@ -1,8 +1,11 @@
 """Mechanisms with known answers: a four-bar, Andrews' squeezer, a rolling disc, a Chaplygin sleigh."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from femflex.body import Marker, rigid_body
+from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.system import Load, Spring, System, free, knife_edge, revolute, rolling_disc, weld
 
 
@@ -121,4 +124,19 @@ def leaning_disc(lean, spin, radius=0.5, mass=2.0, gravity=9.81):
         (free("disc", q0=q0, u0=u0),),
         loads=(weight,),
         constraints=(rolling_disc("contact", "disc", radius),),
+    )
+
+
+def flexible_four_bar(speed=4.0, stiffness=2e3):
+    """The four-bar with a slender tube for a coupler: bending in and out of the plane."""
+    tube = beam_body(
+        UniformBeam(length=2.0, mass_per_length=0.5, EA=1e7, EIy=stiffness, EIz=stiffness, GJ=0.75 * stiffness),
+        BeamFunctions(y=3, z=2),
+    )
+    system = four_bar(speed=speed)
+    names = {"parent_marker": "tip", "child_marker": "end"}
+    return replace(
+        system,
+        bodies={**system.bodies, "coupler": tube},
+        loops=(revolute("rocker", "coupler", name="closure", **names),),
     )
