@@ -110,7 +110,7 @@ def test_torque_along_a_free_axis_is_that_of_its_spring_and_damper():
 def test_closed_loop_and_tree_joints_balance_a_flexible_four_bar():
     """Momentum of everything but the ground changes by what the two joints to the ground pass on."""
     model = compile_system(replace(flexible_four_bar(), reactions=True))
-    times = np.linspace(0, 0.4, 801)
+    times = np.linspace(0, 0.05, 801)  # fine beside the third bending mode, 970 rad/s
     states = Dop853().solve(model, times, model.x0).states
     out = model.observe(times, states)
     labels = [model.system.joint_of(name).label for name in ("crank", "rocker")]
@@ -179,7 +179,7 @@ def test_terms_of_springs_between_bodies_of_a_random_tree_sum_to_zero():
 
 def test_a_driven_crank_needs_the_torque_that_its_reaction_shows():
     """A held freedom in a closed loop: drive torque, force in the joint and power balance."""
-    system = four_bar()
+    system = four_bar(speed=3.0)
     joints = tuple(
         replace(j, motion=(Profile.polynomial(0.3, 3.0, 0.4),)) if j.label == "drive" else j for j in system.joints
     )
