@@ -16,6 +16,8 @@ from femflex.fem.tables import StrainBlock
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+DUST = 1e-8  # of the initial stress, below which what is left of it is rounding
+
 
 @dataclass(frozen=True, eq=False)
 class RelaxedStrain:
@@ -77,9 +79,11 @@ class RelaxedStrain:
 
 
 def settled_stress(block: StrainBlock, x: Array) -> Array:
-    """Initial stress and that of the linear strain of x (n_raw,), (e, q, s)."""
+    """Initial stress and that of the linear strain of x (n_raw,), (e, q, s); what is but rounding of it is none."""
     strain = block.linear_map @ block.gradients(x[:, None], slice(None))
-    return block.stress + np.matmul(block.elastic, strain)[..., 0]
+    stress = block.stress + np.matmul(block.elastic, strain)[..., 0]
+    unit = np.sqrt(np.diagonal(block.elastic, axis1=2, axis2=3))  # stresses over it compare by their energy
+    return np.where(np.abs(stress) > DUST * unit * np.abs(block.stress / unit).max(), stress, 0.0)
 
 
 def settled(structure: Structure, x: Array) -> Structure:
