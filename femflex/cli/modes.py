@@ -78,7 +78,8 @@ def flexible_bodies(file: Path, name: str | None, number: int | None) -> dict[st
 
 
 def alike(bodies: Mapping[str, FlexibleBody]) -> list[tuple[str, FlexibleBody]]:
-    """Bodies with their names; those of the same mass and modes together, as "panel_a, panel_b"."""
+    """Bodies with their names; those of the same mass and modes together, as "panel_a, panel_b"
+    or "link1 to link8, 8 bodies"."""
     import numpy as np
 
     groups: list[tuple[list[str], FlexibleBody]] = []
@@ -91,7 +92,11 @@ def alike(bodies: Mapping[str, FlexibleBody]) -> list[tuple[str, FlexibleBody]]:
                 break
         else:
             groups.append(([name], body))
-    return [(", ".join(names), body) for names, body in groups]
+    return [(_joined(names), body) for names, body in groups]
+
+
+def _joined(names: list[str]) -> str:
+    return ", ".join(names) if len(names) <= 3 else f"{names[0]} to {names[-1]}, {len(names)} bodies"
 
 
 def print_modes(name: str, body: FlexibleBody) -> None:

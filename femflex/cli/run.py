@@ -98,6 +98,8 @@ def say_what_runs(prepared: Prepared) -> None:
         print(line)
     step = f"{len(prepared.times)} rows to {prepared.times[-1]:.6g} s"
     print(f"integrator  {prepared.reason}")
+    if (held := prepared.model.constraints) is not None:
+        print(f"constraints {held.told(0.0, prepared.model.x0)}")
     print(f"output      {step}")
 
 
@@ -128,7 +130,8 @@ def _attitude_line(prepared: Prepared) -> str:
     names = prepared.model.channels["attitude/angles"].names
     told = ", ".join(f"{name} {angle:.4g}" for name, angle in zip(names, angles, strict=True))
     how = "held" if case.attitude.held else system.joint_of(system.root).kind
-    return f"attitude    {system.root} {how} in the {system.frame.kind} frame: {told} deg"
+    root = next((name for name, parts in system.segments.items() if system.root in parts), system.root)
+    return f"attitude    {root} {how} in the {system.frame.kind} frame: {told} deg"
 
 
 def say_what_came_out(run: Run, system: System, output: Path) -> None:

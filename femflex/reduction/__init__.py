@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from femflex.reduction.admissible import beam_body, sampled_functions
+from femflex.reduction.condense import condense
 from femflex.reduction.craig_bampton import craig_bampton
 from femflex.reduction.damping import Damping, ModalDamping, RayleighDamping
 from femflex.reduction.derivatives import with_derivatives
@@ -16,7 +17,7 @@ from femflex.reduction.segments import chord_modes, reduce_segments
 from femflex.reduction.store import load_body, save_body
 from femflex.reduction.strain import strain_tensors
 from femflex.reduction.stretch import Stretching, require_stretch, stretching
-from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
+from femflex.reduction.uniform_beam import BeamFunctions, Taper, UniformBeam
 
 __all__ = [
     "BeamFunctions",
@@ -26,11 +27,13 @@ __all__ = [
     "ModeSet",
     "RayleighDamping",
     "Stretching",
+    "Taper",
     "UniformBeam",
     "beam_body",
     "body_from_matrices",
     "cantilever_modes",
     "chord_modes",
+    "condense",
     "craig_bampton",
     "effective_mass",
     "free_free_modes",
