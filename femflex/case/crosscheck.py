@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from femflex.case.body import BodyTable, FileTable, FlexibleTable, RigidTable
+from femflex.case.case import Case
 from femflex.case.initial import EQUILIBRIUM
 from femflex.case.measure import MeasureTable
-from femflex.case.outline import Outline
+from femflex.case.outline import Outline, outline
 from femflex.case.problems import Problem, listed, near
 from femflex.case.shape import MeshShape
 from femflex.case.tree import loose_bodies, root, tree
@@ -16,10 +18,22 @@ from femflex.case.tree import loose_bodies, root, tree
 
 def cross_problems(outline: Outline, folder: Path) -> list[Problem]:
     """Everything wrong between the parts of a case whose files lie in that folder."""
-    checks: list[Callable[[Outline], Iterator[Problem]]] = [frames, members, doubles, times, answers, starts]
+    checks: list[Callable[[Outline], Iterator[Problem]]] = [frames, ends, members, doubles, times, answers, starts]
     found = list(tree(outline)) or list(root(outline))
     found += [problem for check in checks for problem in check(outline)]
     return found + list(markers(outline, folder)) + list(files(outline, folder))
+
+
+def ends(outline: Outline) -> Iterator[Problem]:
+    """Loops, constraints and springs lead between two bodies that exist."""
+    pairs = [(where, "child", loop.child, loop.parent) for where, loop in outline.loops.items() if loop is not None]
+    pairs += [(where, "body", item.body, item.parent) for where, item in outline.between.items() if item is not None]
+    for where, role, body, parent in pairs:
+        for key, name in ((role, body), ("parent", parent)):
+            if name is not None and name not in outline.bodies:
+                yield Problem(f"{where}.{key}", f"found {name!r}, which is not a body; {near(name, outline.bodies)}")
+        if body == parent:
+            yield Problem(where, f"found body {body!r} joined to itself; parent and {role} must differ")
 
 
 def frames(outline: Outline) -> Iterator[Problem]:
@@ -49,7 +63,7 @@ def known_markers(body: BodyTable | None) -> set[str] | None:
 def markers(outline: Outline, folder: Path) -> Iterator[Problem]:
     """Markers of joints, loads, attitude and initial states are on their bodies."""
     places: list[tuple[str, str | None, str | None]] = []
-    for where, joint in outline.joints.items():
+    for where, joint in [*outline.joints.items(), *outline.loops.items()]:
         if joint is not None:
             places.append((f"{where}.child_marker", joint.child, joint.child_marker))
             if joint.parent != joint.child:
@@ -61,6 +75,12 @@ def markers(outline: Outline, folder: Path) -> Iterator[Problem]:
                     f"{where}.body", f"found {load.body!r}, which is not a body; {near(load.body, outline.bodies)}"
                 )
             places.append((f"{where}.marker", load.body, load.marker))
+    for where, item in outline.between.items():
+        if item is not None:
+            places += [
+                (f"{where}.marker", item.body, item.marker),
+                (f"{where}.parent_marker", item.parent, item.parent_marker),
+            ]
     for name, body in outline.bodies.items():
         if body is not None and body.initial is not None:
             places.append((f"bodies.{name}.initial.marker", name, body.initial.marker))
@@ -105,8 +125,8 @@ def members(outline: Outline) -> Iterator[Problem]:
 
 
 def doubles(outline: Outline) -> Iterator[Problem]:
-    """Names of loads and of joints are given once."""
-    for table in (outline.loads, outline.joints):
+    """Names of loads, of joints and loops, and of constraints and springs are given once."""
+    for table in (outline.loads, {**outline.joints, **outline.loops}, outline.between):
         seen: dict[str, str] = {}
         for where, item in table.items():
             name = getattr(item, "name", "")
@@ -151,6 +171,8 @@ def answers(outline: Outline) -> Iterator[Problem]:
     for k, body in enumerate(outline.pictures.modes if outline.pictures else []):
         if body not in outline.bodies:
             yield Problem(f"pictures.modes[{k}]", f"found {body!r}, which is not a body; {near(body, outline.bodies)}")
+        elif isinstance(outline.bodies[body], RigidTable):
+            yield Problem(f"pictures.modes[{k}]", f"found {body!r}, which is rigid and has no modes to draw")
 
 
 def starts(outline: Outline) -> Iterator[Problem]:
@@ -184,6 +206,19 @@ def files(outline: Outline, folder: Path) -> Iterator[Problem]:
             yield Problem(
                 where, f"found {name!r}, which does not exist; names are relative to the case file, and {told}"
             )
+
+
+def input_files(case: Case) -> list[Path]:
+    """The case file and all files it names."""
+    named = _named_files(outline(tomllib.loads(case.text)))
+    return [case.path, *(case.path.parent / name for _, name in named)]
+
+
+def check_no_input(case: Case, output: Path) -> None:
+    """Raise ValueError when the file to be written is one that the case is made of."""
+    for path in input_files(case):
+        if path.exists() and output.exists() and path.samefile(output):
+            raise ValueError(f"{output} is an input of this case and would be lost; choose another --output")
 
 
 def _named_files(outline: Outline) -> Iterator[tuple[str, str]]:
