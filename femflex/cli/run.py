@@ -93,6 +93,9 @@ def say_what_runs(prepared: Prepared) -> None:
     for name, parts in system.segments.items():
         each = system.bodies[parts[0]].n_modes
         print(f"body        {name} is cut into {len(parts)} segments of {each} elastic coordinates each")
+    for name, body in system.bodies.items():
+        if body.note and name not in pieces:
+            print(f"body        {name}: {body.note}")
     for line in (*_orbit_lines(prepared), _attitude_line(prepared)):
         print(line)
     step = f"{len(prepared.times)} rows to {prepared.times[-1]:.6g} s"

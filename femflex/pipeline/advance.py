@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from femflex.pipeline.guard import Runaway, Singularities
+from femflex.pipeline.guard import Runaway, Singularities, Stiffening
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
@@ -31,6 +31,7 @@ def integrate(
     from femflex.results.keeping import undisturbed
 
     model, runaway, singularities = prepared.model, Runaway(prepared.model), Singularities(prepared.model)
+    stiffening = Stiffening(model)
     with _writer(prepared, Path(output), force, resume) as (writer, state, written):
         last = None
         try:
@@ -43,6 +44,7 @@ def integrate(
                     with undisturbed():
                         writer.write_block(times, seen, last.resume)
                     singularities.watch(times, seen)
+                    stiffening.watch(seen)
                     written = float(times[-1])
                 if error is not None:
                     raise error
@@ -55,6 +57,7 @@ def integrate(
         writer.finish(True, "reached the end", _statistics(last))
     runaway.warn()
     singularities.warn()
+    stiffening.warn()
 
 
 @contextmanager

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.rotations import dcm_from_quaternion
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -18,7 +19,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-BENT = 0.1  # elastic displacement over the body's size up to which linear strain is taken to hold
+BENT = {"linear": 0.1, "fourth-order": 0.3}  # elastic displacement over the body's size up to which strain holds
+STIFFENED = 0.02  # of the first frequency: stiffening by spin from which its lack is told
 CLOSE = 0.05  # rad; angle left to the singularity of a rotation set below which a run warns of it
 FAR = 100.0  # elastic displacement over the body's size beyond which the motion has run away
 
@@ -33,12 +35,14 @@ class Runaway:
     def __init__(self, model: Model) -> None:
         self._worst: dict[str, float] = {}
         self._reach: list[tuple[str, int, Array, float]] = []
+        self._strain: dict[str, str] = {}
         at = 0
         for name in model.system.order:
             body = model.system.bodies[name]
             at += model.system.joint_of(name).n_q
             if body.n_modes:
                 self._reach.append((name, at, *_reach(body)))
+                self._strain[name] = "linear" if body.strain.is_linear and not len(body.slaves) else "fourth-order"
             at += body.n_modes
 
     def found(self, block: Block) -> IntegrationError | None:
@@ -62,13 +66,53 @@ class Runaway:
         return None
 
     def warn(self) -> None:
-        """Warn of bodies that were bent by more than linear strain is good for, with both numbers."""
+        """Warn of bodies that were bent by more than their strain is good for, with both numbers."""
         for name, _, _, size in self._reach:
-            if self._worst.get(name, 0.0) > BENT * size:
+            strain = self._strain[name]
+            if self._worst.get(name, 0.0) > BENT[strain] * size:
                 warnings.warn(
                     f"body {name!r} was displaced by {self._worst[name]:.3g} m in one of its shapes, "
-                    f"{self._worst[name] / size:.0%} of its size of {size:.3g} m; linear strain holds up to about "
-                    f"{BENT:.0%}. Check stiffness, loads and units, or read the run as an indication.",
+                    f"{self._worst[name] / size:.0%} of its size of {size:.3g} m; {strain} strain holds up to about "
+                    f"{BENT[strain]:.0%}. Check stiffness, loads and units, or read the run as an indication.",
+                    PhysicsWarning,
+                    stacklevel=2,
+                )
+
+
+class Stiffening:
+    """Watches how far spin would stiffen bodies with linear strain, row by row, and warns of it."""
+
+    def __init__(self, model: Model) -> None:
+        system = model.system
+        self._bodies = {name: body for name, body in system.bodies.items() if body.ignored is not None}
+        root = system.joint_of(system.root)
+        self._free = system.orbit is not None or len(root.translations) == 3
+        self._worst: dict[str, tuple[float, float]] = {}
+
+    def watch(self, channels: Mapping[str, Array]) -> None:
+        """Take note of a block of rows."""
+        for name, body in self._bodies.items():
+            assert body.ignored is not None
+            omega, place = channels[f"bodies/{name}/rate"], channels[f"bodies/{name}/position"]
+            arm = place - channels["monitors/center_of_mass"] if self._free else place
+            C = np.swapaxes(dcm_from_quaternion(channels[f"bodies/{name}/attitude"]), 1, 2)
+            W = omega[:, :, None] * omega[:, None, :] - np.einsum("ta,ta,bc->tbc", omega, omega, np.eye(3))
+            gain = np.einsum("tab,tb,a->t", W, np.einsum("tab,tb->ta", C, arm), body.ignored[0])
+            gain += np.einsum("tab,ab->t", W, body.ignored[1:])
+            k = int(np.argmax(gain))
+            seen = float(gain[k]), float(np.linalg.norm(omega[k]))
+            self._worst[name] = max(self._worst.get(name, (0.0, 0.0)), seen)
+
+    def warn(self) -> None:
+        """Warn of bodies whose first frequency spin would have raised by more than STIFFENED, with both numbers."""
+        for name, (gain, spin) in self._worst.items():
+            raised = np.sqrt(1.0 + max(gain, 0.0)) - 1.0
+            if raised > STIFFENED:
+                first = np.nanmin(self._bodies[name].omega) / (2 * np.pi)
+                warnings.warn(
+                    f"body {name!r} turned at up to {spin:.4g} rad/s: a stiffening of {raised:.0%} of its first "
+                    f"frequency ({first:.4g} Hz, not {first * (1 + raised):.4g} Hz) is ignored by linear strain. Give "
+                    f"it strain = 'condensed'.",
                     PhysicsWarning,
                     stacklevel=2,
                 )

@@ -8,6 +8,7 @@ from femflex.reduction.craig_bampton import craig_bampton
 from femflex.reduction.damping import Damping, ModalDamping, RayleighDamping
 from femflex.reduction.derivatives import with_derivatives
 from femflex.reduction.effective_mass import EffectiveMass, effective_mass, mac, mac_of_bodies
+from femflex.reduction.foreshortening import foreshortening, foreshortening_of
 from femflex.reduction.matrices import body_from_matrices
 from femflex.reduction.modes import cantilever_modes, free_free_modes, with_attachment
 from femflex.reduction.modeset import ModeSet, rigid_set
@@ -36,6 +37,8 @@ __all__ = [
     "condense",
     "craig_bampton",
     "effective_mass",
+    "foreshortening",
+    "foreshortening_of",
     "free_free_modes",
     "load_body",
     "lumped",
