@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.rotations import dcm_from_quaternion
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -19,36 +18,47 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-BENT = {"linear": 0.1, "fourth-order": 0.3}  # elastic displacement over the body's size up to which strain holds
-STIFFENED = 0.02  # of the first frequency: stiffening by spin from which its lack is told
+BENT = 0.1  # elastic displacement over the body's size up to which linear strain is taken to hold
+SWUNG = 0.2  # the same for nonlinear strain: curvature is linear still, 3 % off in the tip of a cantilever there
 CLOSE = 0.05  # rad; angle left to the singularity of a rotation set below which a run warns of it
+FASTEST = {"rad/s": 1e5, "m/s": 3e6}  # ten times what flywheels reach; a hundredth of the speed of light
 FAR = 100.0  # elastic displacement over the body's size beyond which the motion has run away
 
 
 class Runaway:
-    """Watches elastic displacements: stops a run that takes them far beyond the size of the body, warns of large ones.
+    """Watches motion: stops a run whose rates or elastic displacements are beyond all craft, warns of large bends.
 
-    An unstable motion grows for long before its numbers overflow, with ever smaller steps; linear strain has lost its
-    meaning long before.
+    An unstable or overloaded motion grows for long before its numbers overflow, with ever smaller steps; the model
+    has lost its meaning long before.
     """
 
     def __init__(self, model: Model) -> None:
         self._worst: dict[str, float] = {}
+        self._nonlinear: set[str] = set()
         self._reach: list[tuple[str, int, Array, float]] = []
-        self._strain: dict[str, str] = {}
+        units = [unit for _, unit in model.system.velocity_names()]
+        self._names = [name for name, _ in model.system.velocity_names()]
+        self._units = units
+        self._fastest = np.array([FASTEST.get(unit, np.inf) for unit in units])
         at = 0
         for name in model.system.order:
             body = model.system.bodies[name]
             at += model.system.joint_of(name).n_q
             if body.n_modes:
                 self._reach.append((name, at, *_reach(body)))
-                self._strain[name] = "linear" if body.strain.is_linear and not len(body.slaves) else "fourth-order"
+                if not body.strain.is_linear or len(body.slaves):
+                    self._nonlinear.add(name)
             at += body.n_modes
 
     def found(self, block: Block) -> IntegrationError | None:
-        """The error that tells of the first row of a block that has run away, if there is one."""
-        from femflex.integrate import IntegrationError
+        """The error that tells of the first row of a block that has run away, or of the state beyond it, if it has."""
+        from femflex.integrate import Block, IntegrationError
 
+        if not len(block.times) or block.t > block.times[-1]:
+            states = np.concatenate([block.states.reshape(-1, len(block.x)), block.x[None]])
+            block = Block(np.append(block.times, block.t), states, block.resume)
+        if (error := self._too_fast(block)) is not None:
+            return error
         for name, first, largest, size in self._reach:
             moved = np.abs(block.states[:, first : first + len(largest)]) * largest
             self._worst[name] = max(self._worst.get(name, 0.0), float(moved.max(initial=0.0)))
@@ -65,57 +75,52 @@ class Runaway:
                 return IntegrationError(text, block.times[row], block.states[row], first + k, block.steps)
         return None
 
+    def _too_fast(self, block: Block) -> IntegrationError | None:
+        from femflex.integrate import IntegrationError
+
+        u = np.abs(block.states[:, -len(self._fastest) :]) if len(self._fastest) else np.zeros((len(block.times), 0))
+        over = np.flatnonzero((u > self._fastest).any(axis=1))
+        if not len(over):
+            return None
+        row = slice(over[0], over[0] + 1)
+        k = int(np.argmax(u[over[0]] / self._fastest))
+        text = (
+            f"the motion has run away, {self._names[k]} is {u[over[0], k]:.3g} {self._units[k]}, beyond "
+            f"{self._fastest[k]:g} {self._units[k]}, which no craft reaches. Look for a load that is too large, or in "
+            f"another unit, and for negative damping."
+        )
+        column = block.states.shape[1] - len(self._fastest) + k
+        return IntegrationError(text, block.times[row], block.states[row], column, block.steps)
+
     def warn(self) -> None:
         """Warn of bodies that were bent by more than their strain is good for, with both numbers."""
         for name, _, _, size in self._reach:
-            strain = self._strain[name]
-            if self._worst.get(name, 0.0) > BENT[strain] * size:
+            strain, bound, way = ("linear", BENT, "choose strain = 'condensed', ")
+            if name in self._nonlinear:
+                strain, bound, way = ("nonlinear", SWUNG, "cut the member into segments, ")
+            if self._worst.get(name, 0.0) > bound * size:
                 warnings.warn(
                     f"body {name!r} was displaced by {self._worst[name]:.3g} m in one of its shapes, "
                     f"{self._worst[name] / size:.0%} of its size of {size:.3g} m; {strain} strain holds up to about "
-                    f"{BENT[strain]:.0%}. Check stiffness, loads and units, or read the run as an indication.",
+                    f"{bound:.0%}. Check stiffness, loads and units, {way}or read the run as an indication.",
                     PhysicsWarning,
                     stacklevel=2,
                 )
 
 
-class Stiffening:
-    """Watches how far spin would stiffen bodies with linear strain, row by row, and warns of it."""
+def first_overflow(seen: Mapping[str, Array], block: Block) -> IntegrationError | None:
+    """The error that tells of the first row of a block with a channel that is not finite, if there is one."""
+    from femflex.integrate import IntegrationError
 
-    def __init__(self, model: Model) -> None:
-        system = model.system
-        self._bodies = {name: body for name, body in system.bodies.items() if body.ignored is not None}
-        root = system.joint_of(system.root)
-        self._free = system.orbit is not None or len(root.translations) == 3
-        self._worst: dict[str, tuple[float, float]] = {}
-
-    def watch(self, channels: Mapping[str, Array]) -> None:
-        """Take note of a block of rows."""
-        for name, body in self._bodies.items():
-            assert body.ignored is not None
-            omega, place = channels[f"bodies/{name}/rate"], channels[f"bodies/{name}/position"]
-            arm = place - channels["monitors/center_of_mass"] if self._free else place
-            C = np.swapaxes(dcm_from_quaternion(channels[f"bodies/{name}/attitude"]), 1, 2)
-            W = omega[:, :, None] * omega[:, None, :] - np.einsum("ta,ta,bc->tbc", omega, omega, np.eye(3))
-            gain = np.einsum("tab,tb,a->t", W, np.einsum("tab,tb->ta", C, arm), body.ignored[0])
-            gain += np.einsum("tab,ab->t", W, body.ignored[1:])
-            k = int(np.argmax(gain))
-            seen = float(gain[k]), float(np.linalg.norm(omega[k]))
-            self._worst[name] = max(self._worst.get(name, (0.0, 0.0)), seen)
-
-    def warn(self) -> None:
-        """Warn of bodies whose first frequency spin would have raised by more than STIFFENED, with both numbers."""
-        for name, (gain, spin) in self._worst.items():
-            raised = np.sqrt(1.0 + max(gain, 0.0)) - 1.0
-            if raised > STIFFENED:
-                first = np.nanmin(self._bodies[name].omega) / (2 * np.pi)
-                warnings.warn(
-                    f"body {name!r} turned at up to {spin:.4g} rad/s: a stiffening of {raised:.0%} of its first "
-                    f"frequency ({first:.4g} Hz, not {first * (1 + raised):.4g} Hz) is ignored by linear strain. Give "
-                    f"it strain = 'condensed'.",
-                    PhysicsWarning,
-                    stacklevel=2,
-                )
+    finite = {path: np.isfinite(value).all(axis=tuple(range(1, value.ndim))) for path, value in seen.items()}
+    bad = {path: int(np.argmin(rows)) for path, rows in finite.items() if not rows.all()}
+    if not bad:
+        return None
+    path = min(bad, key=lambda name: bad[name])
+    row = slice(bad[path], bad[path] + 1)
+    text = f"{path} is not finite. Look for a load that is too large, or in another unit."
+    largest = int(np.abs(block.states[row]).argmax())
+    return IntegrationError(text, block.times[row], block.states[row], largest, block.steps)
 
 
 class Singularities:

@@ -47,7 +47,8 @@ def build_bodies(case: Case, modes: int | None = None, refine: int = 0, told: To
     alike: dict[str, Part] = {}
     problems: list[Problem] = []
     for name, table in case.bodies.items():
-        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})}"
+        turning = sorted(turning_markers(case, name))  # decides what is warned of
+        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {turning}"
         if key in alike:
             bodies[name] = alike[key]
             continue
@@ -111,7 +112,8 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
     stretches = isinstance(r, Stretchable) and modeset.n_modes > 0
     ignored = foreshortening(structure, modeset) if stretches and strain in (None, "linear") else None
     if strain is None:
-        strain, note = ("linear", "") if ignored is None else chosen_strain(case, table, ignored)
+        stressed = bool(np.any(structure.f0))  # what stress does to slaved shapes is for the case to decide
+        strain, note = ("linear", "") if ignored is None or stressed else chosen_strain(case, table, ignored)
     if strain == "condensed" and keep is None:
         modeset = with_derivatives(structure, modeset)
     groups, turning = marker_groups(table), turning_markers(case, name)
@@ -188,6 +190,13 @@ def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> Fl
     if n is not None:
         if n > body.n_modes:
             text = f"found {n}; {table.file} holds {body.n_modes} elastic coordinates"
+            raise CaseError(case.path.name, [Problem(f"bodies.{name}.modes", text)])
+        lost = body.kinds[n : body.n_modes].count("derivative")
+        if lost and not body.strain.is_linear:
+            text = (
+                f"found {n}, which leaves out {lost} of the derivative shapes that {table.file} needs for its "
+                f"nonlinear strain; keep all {body.n_modes}, or make the body with fewer modes"
+            )
             raise CaseError(case.path.name, [Problem(f"bodies.{name}.modes", text)])
         body = body.truncated(n)
     damping = _damping(table.damping)
