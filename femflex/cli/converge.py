@@ -25,11 +25,12 @@ BEAT = 0.5  # seconds
 @verb("femflex converge cases/orbiter_beam.toml --over modes --tolerance 1e-6 -o convergence.png")
 def converge(
     case: Annotated[Path, typer.Argument(help="Case file (TOML) with a [study].", show_default=False)],
-    over: Annotated[str, typer.Option("--over", help="What is varied: modes or mesh.")] = "modes",
+    over: Annotated[str, typer.Option("--over", help="What is varied: modes, mesh or segments.")] = "modes",
     levels: Annotated[
         str | None,
         typer.Option(
-            "--levels", help="Numbers of modes (1,2,4,8) or of mesh refinements (0,1,2) instead of the case's."
+            "--levels",
+            help="Numbers of modes or segments (1,2,4,8) or of mesh refinements (0,1,2) instead of the case's.",
         ),
     ] = None,
     tolerance: Annotated[
@@ -40,11 +41,12 @@ def converge(
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing picture.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
 ) -> None:
-    """Vary the modes or the mesh of a case, watch the quantity its [study] names, and judge.
+    """Vary the modes, the mesh or the segments of a case, watch the quantity its [study] names, and judge.
 
     Prints a table, the observed order, the extrapolated limit, and a verdict with a recommended number. Modes: the
-    case runs with more and more modes. Mesh: every cell is divided in two along each edge, again and again. Ctrl-C
-    keeps what there is (exit code 130).
+    case runs with more and more modes. Mesh: every cell is divided in two along each edge, again and again.
+    Segments: a line is cut into more and more bodies, for large deflections. Ctrl-C keeps what
+    there is (exit code 130).
     """
     wanted = Wanted(tolerance, as_json, output, theme, force)
     wanted.check()
@@ -159,7 +161,7 @@ def print_study(found: Convergence) -> None:
         told = [f"{change:.3e}" if isfinite(change) else "", f"{error:.2e}" if isfinite(error) else ""]
         mark = "<-" if level == found.recommended else ""
         rows.append([str(level), str(found.counts[k]), f"{found.values[k]:.12g}", *told, mark])
-    heads = ["modes", "coordinates"] if found.over == "modes" else ["refined", "dofs"]
+    heads = ["refined", "dofs"] if found.over == "mesh" else [found.over, "coordinates"]
     print_table([*heads, "value", "change", "error", ""], rows)
     for text in found.left_out:
         print(fill(f"left out    {text}", 110, subsequent_indent=" " * 12))

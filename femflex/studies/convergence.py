@@ -26,7 +26,8 @@ class Convergence:
     """What a convergence study found; the arrays run over its levels, coarse to fine.
 
     title, unit   the quantity in words and its unit
-    over          "modes": levels are modes a body, counts elastic coordinates; "mesh": refinements and dofs
+    over          "modes": levels are modes a body, counts elastic coordinates; "mesh": refinements and dofs;
+                  "segments": segments a body and elastic coordinates
     levels, counts (n,)
     values  (n,)  the quantity
     changes (n,)  from the level before, nan first
@@ -60,7 +61,7 @@ class Convergence:
 
     @property
     def order(self) -> float:
-        """Observed order in the cell size, or fitted rate in the number of modes; nan without a law."""
+        """Observed order in the size of cells or segments, or fitted rate in the number of modes; nan without a law."""
         return self.trend.order
 
     @property
@@ -93,7 +94,7 @@ class Convergence:
 
     @property
     def x(self) -> Array:
-        """What the law is in, (n,): number of elastic coordinates, or cells along an edge of the case's own."""
+        """What the law is in, (n,): elastic coordinates, segments, or cells along an edge of the case's own."""
         return resolution(self.over, self.levels, self.counts)
 
     @property
@@ -142,10 +143,11 @@ def convergence(
     tolerance: float | None = None,
     progress: Progress | None = None,
 ) -> Convergence:
-    """How the quantity of a case's [study] converges with the number of modes or with finer meshes.
+    """How the quantity of a case's [study] converges with the number of modes or segments, or with finer meshes.
 
-    levels: numbers of modes, or of refinements; left out, those of the case or a usual ladder. tolerance is relative;
-    left out, that of the case (1e-3 unless it says otherwise). progress is called with the part of the work done.
+    levels: numbers of modes, segments, or refinements; left out, those of the case or a usual ladder. tolerance is
+    relative; left out, that of the case (1e-3 unless it says otherwise). progress is called with the part of the work
+    done.
     Raises ValueError (also CaseError) for a case that cannot be studied so, IntegrationError when the numerics fail.
     """
     study = planned(case if isinstance(case, Case) else read_case(case), over, levels)
@@ -195,5 +197,7 @@ def errors(trend: Trend, values: Array, noise: Array) -> Array:
 
 
 def resolution(over: Over, levels: NDArray[np.int64], counts: NDArray[np.int64]) -> Array:
-    """What errors fall with, (n,): number of elastic coordinates, or cells along an edge of the case's own."""
+    """What errors fall with, (n,): elastic coordinates, segments, or cells along an edge of the case's own."""
+    if over == "segments":
+        return levels.astype(float)
     return counts.astype(float) if over == "modes" else np.exp2(levels.astype(float))

@@ -19,15 +19,19 @@ from femflex.case.builders import build_part
 from femflex.case.evaluate import measured, measured_unit
 from femflex.case.measure import MeasureTable
 from femflex.pipeline import Prepared, prepare
-from femflex.studies.ladder import Built, Ladder, Rung, mesh_ladder, mode_ladder
+from femflex.studies.ladder import Built, Ladder, Rung, mesh_ladder, mode_ladder, segment_ladder
 from femflex.system import Channel, Part
 from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
-Over = Literal["modes", "mesh"]
+Over = Literal["modes", "mesh", "segments"]
 Progress = Callable[[float], object]  # called with the part of the work done
 
-LADDERS: dict[str, Callable[[Case, Sequence[int] | None], Ladder]] = {"modes": mode_ladder, "mesh": mesh_ladder}
+LADDERS: dict[str, Callable[[Case, Sequence[int] | None], Ladder]] = {
+    "modes": mode_ladder,
+    "mesh": mesh_ladder,
+    "segments": segment_ladder,
+}
 STEPS = 10.0  # a run's error over its relative tolerance, by experience: errors of many steps add up
 EPS = 1e-14  # rounding of any number, relative
 EXAMPLE = '[study]\nquantity = { of = "peak", channel = "markers/beam.tip/deflection" }'
@@ -153,21 +157,22 @@ def _tell(progress: Progress | None, start: float, share: float, part: float) ->
 
 
 def planned(case: Case, over: Over = "modes", levels: Sequence[int] | None = None) -> Study:
-    """The study of a case's [study] quantity over its modes or its meshes.
+    """The study of a case's [study] quantity over its modes, its meshes, or the segments its lines are cut into.
 
-    levels: numbers of modes (from 1) or refinements (from 0) to try; left out, those of the case, or a usual ladder.
+    levels: numbers of modes or segments (from 1) or refinements (from 0) to try; left out, those of the case, or a
+    usual ladder.
     Raises ValueError when the case has no [study], nothing to vary, or the levels make no ladder.
     """
     if over not in LADDERS:
-        raise ValueError(f"a study varies {' or '.join(LADDERS)}; found {over!r}.")
+        raise ValueError(f"a study varies {', '.join(LADDERS)}; found {over!r}.")
     if case.study is None:
         raise ValueError(
             f"{case.path.name} has no [study] to say which quantity is watched; add one, such as\n{EXAMPLE}"
         )
-    least = 1 if over == "modes" else 0
+    least = 0 if over == "mesh" else 1
     if levels is not None and (len(set(levels)) < 2 or min(levels) < least):
         found = ", ".join(map(str, levels)) or "none"
-        what = "numbers of modes, each at least 1" if over == "modes" else "numbers of refinements, each at least 0"
+        what = f"numbers of {'refinements' if over == 'mesh' else over}, each at least {least}"
         raise ValueError(f"found levels {found}; give at least two different {what} (an order needs three).")
     return Study(case, over, LADDERS[over](case, levels))
 

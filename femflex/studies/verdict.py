@@ -24,7 +24,7 @@ def level_text(found: Convergence, level: int) -> str:
     if found.over == "mesh":
         told = "the mesh as it is" if level == 0 else f"{level} refinement{'s' * (level != 1)}"
         return told if count is None else f"{told} ({count} dofs)"
-    told = f"{level} mode{'s' * (level != 1)}"
+    told = f"{level} {found.over.removesuffix('s')}{'s' * (level != 1)}"
     return told if count in (None, level) else f"{told} a body ({count} elastic coordinates)"
 
 
@@ -34,8 +34,8 @@ def law_text(found: Convergence) -> str:
     if law is None:
         return ""
     sure = math.isfinite(scatter)
-    if found.over == "mesh":
-        told = f"with order {law.rate:.2f} in the cell size"
+    if found.over != "modes":
+        told = f"with order {law.rate:.2f} in the {'cell size' if found.over == 'mesh' else 'length of a segment'}"
         return told + (f", +- {scatter:.2g} over the levels" if sure else ", seen once")
     told = (
         f"like n^-{law.rate:.2f}"
@@ -57,7 +57,7 @@ def _few(found: Convergence) -> str:
 
 
 def _constant(found: Convergence) -> str:
-    varied = "number of modes" if found.over == "modes" else "fineness of the mesh"
+    varied = "fineness of the mesh" if found.over == "mesh" else f"number of {found.over}"
     most = _relative(found, float(np.abs(found.values - found.values[-1]).max()))
     if found.recommended is None:
         return (
@@ -89,7 +89,7 @@ def _reached(found: Convergence) -> str:
         error = _relative(found, float(found.errors[found.told - 1]))
         return f"Not converged to {found.tolerance:g}: with {last}, the estimated relative error is {error}."
     error = _relative(found, float(found.errors[found.levels == level][0]))
-    enough = "suffices" if level == (1 if found.over == "modes" else 0) else "suffice"
+    enough = "suffices" if level == (0 if found.over == "mesh" else 1) else "suffice"
     told = f"{level_text(found, level)} {enough}, with an estimated relative error of {error}"
     return f"Converged to {found.tolerance:g}: {told}."
 
@@ -118,6 +118,8 @@ def _needed(found: Convergence) -> str:
     x = law.reaches(found.tolerance * found.scale)
     if found.over == "mesh":
         return f"If this goes on, {math.ceil(math.log2(x) - 1e-9)} refinements would do."
+    if found.over == "segments":
+        return f"If this goes on, {math.ceil(x - 1e-9)} segments would do."
     return f"If this goes on, about {math.ceil(x)} elastic coordinates would do."
 
 
@@ -129,7 +131,8 @@ def _own(found: Convergence) -> str:
     if found.over == "mesh":
         return "" if found.recommended == 0 else f"The case's own mesh has an estimated relative error of {error}."
     enough = "enough" if found.recommended <= found.own else "not enough"
-    return f"The case keeps {found.own}, which is {enough} ({error})."
+    keeps = "has" if found.over == "segments" else "keeps"
+    return f"The case {keeps} {found.own}, which is {enough} ({error})."
 
 
 def _rounding(found: Convergence) -> str:
@@ -137,13 +140,17 @@ def _rounding(found: Convergence) -> str:
         return ""
     at = level_text(found, int(found.levels[found.trend.rounded]))
     if found.simulated:
-        return f"Rounding or the tolerance of the integration is met at {at}: finer meshes show no more."
+        return f"Rounding or the tolerance of the integration is met at {at}: {_finer(found)} show no more."
     return f"Rounding is met at {at}: a finer mesh has fewer right digits, not more; elements of higher order have."
+
+
+def _finer(found: Convergence) -> str:
+    return "more segments" if found.over == "segments" else "finer meshes"
 
 
 def _span(found: Convergence) -> str:
     first, last = int(found.levels[0]), int(found.levels[-1])
-    return f"{first} to {last} {'modes' if found.over == 'modes' else 'refinements'}"
+    return f"{first} to {last} {'refinements' if found.over == 'mesh' else found.over}"
 
 
 def _relative(found: Convergence, error: float) -> str:

@@ -39,7 +39,7 @@ def plot_convergence(
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 3))
     heading = (
         title
-        or f"{study.title[0].upper()}{study.title[1:]} over {'modes' if study.over == 'modes' else 'finer meshes'}"
+        or f"{study.title[0].upper()}{study.title[1:]} over {'finer meshes' if study.over == 'mesh' else study.over}"
     )
     figure.suptitle(heading, color=colours.text, fontsize=12, fontweight="bold")
     _values(above, study, colours)
@@ -116,7 +116,7 @@ def _errors(ax: Axes, study: Studied, colours: Theme) -> None:
     ax.margins(y=0.12)
     ax.set_ylabel("estimated relative error")
     what = "degrees of freedom" if study.over == "mesh" else "elastic coordinates"
-    numbers = "refinements of the mesh" if study.over == "mesh" else "modes a body"
+    numbers = "refinements of the mesh" if study.over == "mesh" else f"{study.over} a body"
     ax.set_xlabel(f"{what}   (at a point: {numbers})" if named else what)
     _count_ticks(ax, study)
 
