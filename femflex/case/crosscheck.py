@@ -16,10 +16,22 @@ from femflex.case.tree import loose_bodies, root, tree
 
 def cross_problems(outline: Outline, folder: Path) -> list[Problem]:
     """Everything wrong between the parts of a case whose files lie in that folder."""
-    checks: list[Callable[[Outline], Iterator[Problem]]] = [frames, members, doubles, times, answers, starts]
+    checks: list[Callable[[Outline], Iterator[Problem]]] = [frames, ends, members, doubles, times, answers, starts]
     found = list(tree(outline)) or list(root(outline))
     found += [problem for check in checks for problem in check(outline)]
     return found + list(markers(outline, folder)) + list(files(outline, folder))
+
+
+def ends(outline: Outline) -> Iterator[Problem]:
+    """Loops, constraints and springs lead between two bodies that exist."""
+    pairs = [(where, "child", loop.child, loop.parent) for where, loop in outline.loops.items() if loop is not None]
+    pairs += [(where, "body", item.body, item.parent) for where, item in outline.between.items() if item is not None]
+    for where, role, body, parent in pairs:
+        for key, name in ((role, body), ("parent", parent)):
+            if name is not None and name not in outline.bodies:
+                yield Problem(f"{where}.{key}", f"found {name!r}, which is not a body; {near(name, outline.bodies)}")
+        if body == parent:
+            yield Problem(where, f"found body {body!r} joined to itself; parent and {role} must differ")
 
 
 def frames(outline: Outline) -> Iterator[Problem]:
@@ -49,7 +61,7 @@ def known_markers(body: BodyTable | None) -> set[str] | None:
 def markers(outline: Outline, folder: Path) -> Iterator[Problem]:
     """Markers of joints, loads, attitude and initial states are on their bodies."""
     places: list[tuple[str, str | None, str | None]] = []
-    for where, joint in outline.joints.items():
+    for where, joint in [*outline.joints.items(), *outline.loops.items()]:
         if joint is not None:
             places.append((f"{where}.child_marker", joint.child, joint.child_marker))
             if joint.parent != joint.child:
@@ -61,6 +73,12 @@ def markers(outline: Outline, folder: Path) -> Iterator[Problem]:
                     f"{where}.body", f"found {load.body!r}, which is not a body; {near(load.body, outline.bodies)}"
                 )
             places.append((f"{where}.marker", load.body, load.marker))
+    for where, item in outline.between.items():
+        if item is not None:
+            places += [
+                (f"{where}.marker", item.body, item.marker),
+                (f"{where}.parent_marker", item.parent, item.parent_marker),
+            ]
     for name, body in outline.bodies.items():
         if body is not None and body.initial is not None:
             places.append((f"bodies.{name}.initial.marker", name, body.initial.marker))
@@ -105,8 +123,8 @@ def members(outline: Outline) -> Iterator[Problem]:
 
 
 def doubles(outline: Outline) -> Iterator[Problem]:
-    """Names of loads and of joints are given once."""
-    for table in (outline.loads, outline.joints):
+    """Names of loads, of joints and loops, and of constraints and springs are given once."""
+    for table in (outline.loads, {**outline.joints, **outline.loops}, outline.between):
         seen: dict[str, str] = {}
         for where, item in table.items():
             name = getattr(item, "name", "")

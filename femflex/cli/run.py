@@ -97,6 +97,8 @@ def say_what_runs(prepared: Prepared) -> None:
         print(line)
     step = f"{len(prepared.times)} rows to {prepared.times[-1]:.6g} s"
     print(f"integrator  {prepared.reason}")
+    if (held := prepared.model.constraints) is not None:
+        print(f"constraints {held.told(0.0, prepared.model.x0)}")
     print(f"output      {step}")
 
 

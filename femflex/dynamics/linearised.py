@@ -48,8 +48,13 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
     """The linear equations about the state x (n_x,) at t with accelerations udot (n_u,), zero when left out.
 
     M is exact, D exact too (the residual is of second degree in u); K is that of shapes and springs exactly, plus
-    central differences of the rest.
+    central differences of the rest. Raises ValueError for a model with loops or constraints.
     """
+    if model.constraints is not None:
+        raise ValueError(
+            f"{model.constraints.names} constrain the system, and linear equations are those of trees of bodies alone; "
+            "leave them out"
+        )
     accelerations = np.zeros(model.n_u) if udot is None else np.asarray(udot, float)
     q, u = x[: model.n_q], x[model.n_q :]
     n = model.n_u
@@ -113,7 +118,7 @@ def linear_stiffness(model: Model) -> tuple[Array, NDArray[np.int64]]:
 def advanced(model: Model, q: Array, increment: Array) -> Array:
     """q o exp(increment): the coordinates (n_q,) after an increment (n_u,) along the quasi-velocities."""
     out = np.array(q, float)
-    model.second_order.advance(
+    model.tree.advance(
         np.ascontiguousarray(q), np.ascontiguousarray(increment), out, model.table, model.pool, model.work
     )
     return out

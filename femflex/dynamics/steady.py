@@ -60,9 +60,10 @@ def steady(system: System, at: float | None = None) -> Steady:
         system,
         bodies={name: replace(body, damping=0.0 * body.damping) for name, body in system.bodies.items()},
         joints=tuple(_still(joint, at) for joint in system.joints),
+        springs=tuple(replace(spring, damping=0.0) for spring in system.springs),
         loads=tuple(_frozen(load, at) for load in system.loads),
     )
-    if problems := [*_orbit_problems(frozen), *_load_problems(frozen)]:
+    if problems := [*_tie_problems(frozen), *_orbit_problems(frozen), *_load_problems(frozen)]:
         raise ValueError("\n".join(problems))
     full = compile_system(frozen)
     inner = compile_system(replace(frozen, loads=(), orbit=None, frame=Frame()))
@@ -105,6 +106,16 @@ def _frozen(load: Load, at: float | None) -> Load:
             "is meant (--at), or switch it off"
         )
     return replace(load, times=None, force=values[0], torque=values[1])
+
+
+def _tie_problems(system: System) -> list[str]:
+    names = [repr(loop.label) for loop in system.loops] + [repr(c.name) for c in system.constraints]
+    if not names:
+        return []
+    return [
+        f"{', '.join(names)} constrain the system, and equilibria are found for trees of bodies alone; leave them out, "
+        "or let a damped run come to rest"
+    ]
 
 
 def _orbit_problems(system: System) -> list[str]:

@@ -78,7 +78,9 @@ def _body(
     V1 = (V1 + V1.T) / 2
     return FlexibleBody(
         moments=moments,
-        strain=StrainTensors.linear(V1) if strain == "linear" else beam_strain(beam, functions, X, V1),
+        strain=StrainTensors.linear(V1)
+        if strain == "linear"
+        else beam_strain(beam, functions, X, V1, strain == "condensed"),
         damping=(damping or ModalDamping(0.0)).matrix(moments.elastic_mass(), V1),
         markers={"root": _marker(beam, functions, 0, X), "tip": _marker(beam, functions, 1, X)},
         skin=_skin(beam, functions, X),

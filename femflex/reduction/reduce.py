@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody, Skin, StrainTensors
 from femflex.fem.structure import Structure
 from femflex.reduction.damping import Damping, ModalDamping
+from femflex.reduction.initial_stress import warn_if_slack
 from femflex.reduction.markers import marker, marker_rows
 from femflex.reduction.modeset import ModeSet
 from femflex.reduction.moments import linear_stiffness, mass_moments
@@ -35,8 +36,11 @@ def reduce_structure(
     strain: "nonlinear" keeps the cubic and quartic tensors too; its set wants shapes that can stretch
     (`with_derivatives`, and `stretching` for a check).
     turning: markers whose rotation will be used; a warning tells of those that show none. Left out: all.
+    Warns when linear strain meets an initial stress that the supports do not hold.
     Raises ValueError when a group is unknown, or the shapes depend on each other or hold a rigid motion.
     """
+    if strain == "linear":
+        warn_if_slack(structure, modes)
     phi = modes.phi
     check_no_rigid_motion(rigid_shapes(structure), phi, dof_weight(structure))
     places = {**{group: group for group in modes.groups}, **(markers or {})}

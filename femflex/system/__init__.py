@@ -2,6 +2,7 @@
 
 from femflex.system.ball import ball_coordinates
 from femflex.system.channel import Channel
+from femflex.system.constraint import Nonholonomic, knife_edge, rolling_disc, velocity_rows
 from femflex.system.joint import (
     JOINTS,
     Joint,
@@ -15,9 +16,11 @@ from femflex.system.joint import (
     weld,
 )
 from femflex.system.load import Load
+from femflex.system.loop import Closure, closure
 from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
 from femflex.system.profile import Profile
 from femflex.system.segments import Part, Segments
+from femflex.system.spring import Spring
 from femflex.system.system import System, assembled, started
 
 __all__ = [
@@ -25,23 +28,30 @@ __all__ = [
     "JOINTS",
     "MU_EARTH",
     "Channel",
+    "Closure",
     "Frame",
     "Joint",
     "Load",
+    "Nonholonomic",
     "Orbit",
     "Part",
     "Profile",
     "Segments",
+    "Spring",
     "System",
     "assembled",
     "ball_coordinates",
+    "closure",
     "cylindrical",
     "free",
+    "knife_edge",
     "prismatic",
     "revolute",
+    "rolling_disc",
     "spherical",
     "started",
     "turns",
     "universal",
+    "velocity_rows",
     "weld",
 ]

@@ -73,23 +73,27 @@ def test_moments_of_the_condensed_body_are_those_of_its_shapes():
     assert small.moments.inertia(small.amplitudes(delta)) == pytest.approx(body.moments.inertia(amplitudes))
 
 
-def test_an_inextensible_cantilever_keeps_no_membrane_stiffness_and_held_ends_keep_theirs():
+def test_a_cantilever_keeps_curvature_alone_and_held_ends_their_stretch():
     functions = BeamFunctions(y=3, family="polynomial")
     beam = UniformBeam(2.0, 7e6, 40.0, 40.0, 10.0, 1.3)
-    free = beam_body(beam, functions, strain="condensed")
-    whole = beam_body(beam, replace(functions, axial=12), strain="nonlinear")
+    free = beam_body(beam, functions, strain="condensed", orthonormal=False)
+    whole = beam_body(beam, replace(functions, axial=12), strain="nonlinear", orthonormal=False)
     d = np.array([0.02, -0.01, 0.005])
     held = whole.strain.energy(np.concatenate([d, np.zeros(12)]))
     linear = d @ free.strain.V1 @ d / 2
-    assert held > 3 * linear  # bending alone stretches
-    assert free.strain.energy(d) == pytest.approx(linear, rel=1e-8)
+    assert held > 2 * linear  # bending alone stretches
+    x, weight = np.polynomial.legendre.leggauss(40)
+    slope, curvature = (functions.fields((x + 1) / 2, 2.0, k)[:, 1] @ d / np.sqrt(2.0 * 1.3) for k in (1, 2))
+    bent = 40.0 / 2 * (weight @ (curvature * slope) ** 2)  # kappa^2 = v''^2 (1 + v'^2) of an inextensible beam
+    assert free.strain.energy(d) - linear == pytest.approx(bent, rel=1e-5)
     held_ends = beam_body(
         beam, replace(functions, y=1, ends="pinned-pinned", family="characteristic"), strain="condensed"
     )
     a = 0.05 * np.sqrt(2.0 * 1.3 / 2)  # amplitude of 0.05 sin(pi x / L)
     stretch = (np.pi * 0.05 / 2.0) ** 2 / 4
     wanted = 0.5 * 7e6 * stretch**2 * 2.0 + 0.5 * held_ends.omega[0] ** 2 * a**2
-    assert held_ends.strain.energy(np.array([a])) == pytest.approx(wanted, rel=1e-10)
+    bent = 40.0 / 2 * 0.05**4 * (np.pi / 2) ** 6 * 2.0 / 8
+    assert held_ends.strain.energy(np.array([a])) == pytest.approx(wanted + bent, rel=1e-10)
 
 
 def test_a_condensed_body_survives_its_file(tmp_path):

@@ -164,6 +164,13 @@ def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> Fl
         if n > body.n_modes:
             text = f"found {n}; {table.file} holds {body.n_modes} elastic coordinates"
             raise CaseError(case.path.name, [Problem(f"bodies.{name}.modes", text)])
+        lost = body.kinds[n : body.n_modes].count("derivative")
+        if lost and not body.strain.is_linear:
+            text = (
+                f"found {n}, which leaves out {lost} of the derivative shapes that {table.file} needs for its "
+                f"nonlinear strain; keep all {body.n_modes}, or make the body with fewer modes"
+            )
+            raise CaseError(case.path.name, [Problem(f"bodies.{name}.modes", text)])
         body = body.truncated(n)
     damping = _damping(table.damping)
     if damping is not None:
