@@ -41,7 +41,8 @@ def build_bodies(case: Case, modes: int | None = None, refine: int = 0, told: To
     alike: dict[str, Part] = {}
     problems: list[Problem] = []
     for name, table in case.bodies.items():
-        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})}"
+        turning = sorted(turning_markers(case, name))  # decides what is warned of
+        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {turning}"
         if key in alike:
             bodies[name] = alike[key]
             continue
