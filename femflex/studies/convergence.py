@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +27,7 @@ class Convergence:
 
     title, unit   the quantity in words and its unit
     over          "modes": levels are modes a body, counts elastic coordinates; "mesh": refinements and dofs;
-                  "segments": segments a body and elastic coordinates
+                  "derivatives", "segments": derivative shapes or segments a body, and elastic coordinates
     levels, counts (n,)
     values  (n,)  the quantity
     changes (n,)  from the level before, nan first
@@ -38,6 +38,7 @@ class Convergence:
     simulated     the quantity is that of a run, not of a body
     left_out      levels too coarse for the case, each with the reason
     complete      False when the study was broken off
+    derivatives   (n,) how many of the counted coordinates are derivative shapes
     """
 
     title: str
@@ -53,6 +54,7 @@ class Convergence:
     simulated: bool
     left_out: tuple[str, ...] = ()
     complete: bool = True
+    derivatives: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
     @property
     def changes(self) -> Array:
@@ -61,7 +63,7 @@ class Convergence:
 
     @property
     def order(self) -> float:
-        """Observed order in the size of cells or segments, or fitted rate in the number of modes; nan without a law."""
+        """Observed order in the cell size, or fitted rate in the number of modes; nan without a law."""
         return self.trend.order
 
     @property
@@ -115,7 +117,8 @@ class Convergence:
     def to_dict(self) -> dict[str, Any]:
         """Everything in plain numbers, lists and text."""
         law = self.trend.law
-        arrays = {key: getattr(self, key).tolist() for key in ("levels", "counts", "values", "changes", "errors")}
+        names = ("levels", "counts", "derivatives", "values", "changes", "errors")
+        arrays = {key: getattr(self, key).tolist() for key in names}
         return {
             "quantity": self.title,
             "unit": self.unit,
@@ -143,11 +146,10 @@ def convergence(
     tolerance: float | None = None,
     progress: Progress | None = None,
 ) -> Convergence:
-    """How the quantity of a case's [study] converges with the number of modes or segments, or with finer meshes.
+    """How the quantity of a case's [study] converges with the number of modes or with finer meshes.
 
-    levels: numbers of modes, segments, or refinements; left out, those of the case or a usual ladder. tolerance is
-    relative; left out, that of the case (1e-3 unless it says otherwise). progress is called with the part of the work
-    done.
+    levels: numbers of modes, or of refinements; left out, those of the case or a usual ladder. tolerance is relative;
+    left out, that of the case (1e-3 unless it says otherwise). progress is called with the part of the work done.
     Raises ValueError (also CaseError) for a case that cannot be studied so, IntegrationError when the numerics fail.
     """
     study = planned(case if isinstance(case, Case) else read_case(case), over, levels)
@@ -167,7 +169,7 @@ def assessed(
         raise ValueError(f"tolerance is {tolerance}; it must be above 0")
     levels, counts = (np.array([getattr(point, key) for point in kept], np.int64) for key in ("level", "count"))
     values, noise = (np.array([getattr(point, key) for point in kept]) for key in ("value", "noise"))
-    follow = mode_trend if study.over == "modes" else mesh_trend
+    follow = mesh_trend if study.over in ("mesh", "segments") else mode_trend
     trend = follow(resolution(study.over, levels, counts), values, noise)
     return Convergence(
         title=described(study.quantity),
@@ -183,6 +185,7 @@ def assessed(
         simulated=study.quantity.channel is not None,
         left_out=tuple(f"{point.level}: {point.problem}" for point in points if point.problem),
         complete=complete,
+        derivatives=np.array([point.derivatives for point in kept], np.int64),
     )
 
 
@@ -200,4 +203,4 @@ def resolution(over: Over, levels: NDArray[np.int64], counts: NDArray[np.int64])
     """What errors fall with, (n,): elastic coordinates, segments, or cells along an edge of the case's own."""
     if over == "segments":
         return levels.astype(float)
-    return counts.astype(float) if over == "modes" else np.exp2(levels.astype(float))
+    return np.exp2(levels.astype(float)) if over == "mesh" else counts.astype(float)

@@ -20,7 +20,6 @@ from femflex.fem.canonical import whole_clusters
 from femflex.fem.eigen import stiffness_ratio
 from femflex.mesh.cells import CELL_TYPES
 from femflex.reduction import load_body
-from femflex.system import Segments
 
 COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)  # numbers of modes tried when none are named
 REFINED = 4  # refinements tried when none are named, if the mesh stays below
@@ -35,6 +34,11 @@ class Built:
     bodies: dict[str, Any]
     count: int
     rounding: float = 0.0
+
+    @property
+    def derivatives(self) -> int:
+        """How many of the coordinates of all bodies are derivative shapes."""
+        return sum(getattr(body, "kinds", ()).count("derivative") for body in self.bodies.values())
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +71,7 @@ def mode_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder:
 
     Raises ValueError when no body keeps a number of modes, CaseError when a body cannot have so many.
     """
-    names = _varied(case, lambda table: _own_count(case, table) is not None, "modes to vary")
+    names = varied(case, lambda table: _own_count(case, table) is not None, "modes to vary")
     owns = {_own_count(case, case.bodies[name]) or 0 for name in names}
     own, wanted = max(1, *owns), levels or _study(case).modes
     counts = sorted({*wanted} if wanted else {*(k for k in COUNTS if k < 2 * own), own, 2 * own})
@@ -104,7 +108,7 @@ def _with_modes(case: Case, largest: dict[str, FlexibleBody], n: int, last: int)
 
 def mesh_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder:
     """The ladder over refinements of the meshes. Raises ValueError when no body has a mesh."""
-    names = _varied(case, lambda table: isinstance(table, FlexibleTable), "mesh to refine")
+    names = varied(case, lambda table: isinstance(table, FlexibleTable), "mesh to refine")
     wanted = levels or _study(case).refinements
     meshes = {name: build_mesh(case, name, _flexible(case, name)) for name in names}
     sizes = np.array([len(mesh.points) for mesh in meshes.values()], float)
@@ -130,31 +134,12 @@ def _refined(case: Case, names: list[str], r: int) -> Built:
     return Built({name: Modal(modes.omega)}, count, rounding)
 
 
-def segment_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder:
-    """The ladder over the number of segments. Raises ValueError when no body is cut, CaseError for too many."""
-    names = _varied(
-        case, lambda table: isinstance(table, FlexibleTable) and table.cut is not None, "line cut into segments"
-    )
-    owns = {cut.segments for name in names if (cut := _flexible(case, name).cut) is not None}
-    own = max(k for k in owns if k is not None)
-    counts = sorted(set(levels or _study(case).segments or {max(1, own // 4), max(1, own // 2), own, 2 * own, 4 * own}))
-    rungs = (Rung(k, float(k), partial(_cut, case, names, k)) for k in counts)
-    return Ladder(tuple(names), tuple(rungs), own if len(owns) == 1 else None)
-
-
-def _cut(case: Case, names: list[str], k: int) -> Built:
-    """Bodies cut into k segments."""
-    parts = {name: build_part(case, name, segments=k) for name in names}
-    pieces = [piece for part in parts.values() if isinstance(part, Segments) for piece in part.bodies]
-    return Built(parts, sum(piece.n_modes for piece in pieces))
-
-
 def _structure(case: Case, name: str, r: int) -> Structure:
     table = _flexible(case, name)
     return build_structure_of(case, name, table, build_mesh(case, name, table, r))
 
 
-def _varied(case: Case, can: Callable[[BodyTable], bool], what: str) -> list[str]:
+def varied(case: Case, can: Callable[[BodyTable], bool], what: str) -> list[str]:
     """Names of the bodies a study varies: that of the quantity, that of [study], or all that can."""
     study = _study(case)
     named = study.quantity.body if study.quantity.channel is None else study.body
@@ -163,7 +148,8 @@ def _varied(case: Case, can: Callable[[BodyTable], bool], what: str) -> list[str
         told = ", ".join(f"{name} ({_described(table)})" for name, table in case.bodies.items())
         about = f"there is no {what}" if named is None else f"body {named!r}, which the study is about, has no {what}"
         raise ValueError(
-            f"{case.path.name}: {about}; its bodies are {told}. Vary another: modes, mesh or segments, or another body."
+            f"{case.path.name}: {about}; its bodies are {told}. Vary something else (modes, mesh, "
+            "derivatives, segments), or another body."
         )
     return names
 

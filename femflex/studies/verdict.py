@@ -11,6 +11,15 @@ if TYPE_CHECKING:
     from femflex.studies.convergence import Convergence
 
 
+NOUNS = {"modes": "mode", "derivatives": "derivative shape", "segments": "segment"}
+VARIED = {
+    "modes": "number of modes",
+    "mesh": "fineness of the mesh",
+    "derivatives": "number of derivative shapes",
+    "segments": "number of segments",
+}
+
+
 def verdict(found: Convergence) -> str:
     """The sentences on a study."""
     said = {"one": _one, "few": _few, "constant": _constant, "unsettled": _unsettled}.get(found.trend.state, _judged)
@@ -24,8 +33,12 @@ def level_text(found: Convergence, level: int) -> str:
     if found.over == "mesh":
         told = "the mesh as it is" if level == 0 else f"{level} refinement{'s' * (level != 1)}"
         return told if count is None else f"{told} ({count} dofs)"
-    told = f"{level} {found.over.removesuffix('s')}{'s' * (level != 1)}"
-    return told if count in (None, level) else f"{told} a body ({count} elastic coordinates)"
+    told = f"{level} {NOUNS[found.over]}{'s' * (level != 1)}"
+    apart = int(found.derivatives[at[0]]) if at.size and found.derivatives.size else 0
+    if count is None or (count == level and not apart):
+        return told
+    of_them = f", {apart} of them derivative shapes" if apart else ""
+    return f"{told} a body ({count} elastic coordinates{of_them})"
 
 
 def law_text(found: Convergence) -> str:
@@ -34,7 +47,7 @@ def law_text(found: Convergence) -> str:
     if law is None:
         return ""
     sure = math.isfinite(scatter)
-    if found.over != "modes":
+    if found.over in ("mesh", "segments"):
         told = f"with order {law.rate:.2f} in the {'cell size' if found.over == 'mesh' else 'length of a segment'}"
         return told + (f", +- {scatter:.2g} over the levels" if sure else ", seen once")
     told = (
@@ -57,7 +70,7 @@ def _few(found: Convergence) -> str:
 
 
 def _constant(found: Convergence) -> str:
-    varied = "fineness of the mesh" if found.over == "mesh" else f"number of {found.over}"
+    varied = VARIED[found.over]
     most = _relative(found, float(np.abs(found.values - found.values[-1]).max()))
     if found.recommended is None:
         return (
@@ -131,8 +144,7 @@ def _own(found: Convergence) -> str:
     if found.over == "mesh":
         return "" if found.recommended == 0 else f"The case's own mesh has an estimated relative error of {error}."
     enough = "enough" if found.recommended <= found.own else "not enough"
-    keeps = "has" if found.over == "segments" else "keeps"
-    return f"The case {keeps} {found.own}, which is {enough} ({error})."
+    return f"The case keeps {found.own}, which is {enough} ({error})."
 
 
 def _rounding(found: Convergence) -> str:
@@ -140,17 +152,13 @@ def _rounding(found: Convergence) -> str:
         return ""
     at = level_text(found, int(found.levels[found.trend.rounded]))
     if found.simulated:
-        return f"Rounding or the tolerance of the integration is met at {at}: {_finer(found)} show no more."
+        return f"Rounding or the tolerance of the integration is met at {at}: finer meshes show no more."
     return f"Rounding is met at {at}: a finer mesh has fewer right digits, not more; elements of higher order have."
-
-
-def _finer(found: Convergence) -> str:
-    return "more segments" if found.over == "segments" else "finer meshes"
 
 
 def _span(found: Convergence) -> str:
     first, last = int(found.levels[0]), int(found.levels[-1])
-    return f"{first} to {last} {'refinements' if found.over == 'mesh' else found.over}"
+    return f"{first} to {last} {NOUNS.get(found.over, 'refinement')}s"
 
 
 def _relative(found: Convergence, error: float) -> str:
