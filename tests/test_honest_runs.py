@@ -63,6 +63,7 @@ def drift(run, name):
     return np.linalg.norm(values - values[0], axis=1).max() / np.linalg.norm(values[0])
 
 
+@pytest.mark.filterwarnings("ignore:body .* turned at up to:femflex.warning.PhysicsWarning")  # linear, as told
 def test_a_flexible_craft_keeps_energy_and_momentum_at_the_default_tolerance(tmp_path):
     path = changed(tmp_path, "tumbling_panels", default=("rtol = 1e-10\n", ""))
     with femflex.run(path, tmp_path / "run.h5") as run:
