@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from femflex.case.body import BodyTable, FileTable, FlexibleTable, RigidTable
+from femflex.case.case import Case
 from femflex.case.initial import EQUILIBRIUM
 from femflex.case.measure import MeasureTable
-from femflex.case.outline import Outline
+from femflex.case.outline import Outline, outline
 from femflex.case.problems import Problem, listed, near
 from femflex.case.shape import MeshShape
 from femflex.case.tree import loose_bodies, root, tree
@@ -169,6 +171,8 @@ def answers(outline: Outline) -> Iterator[Problem]:
     for k, body in enumerate(outline.pictures.modes if outline.pictures else []):
         if body not in outline.bodies:
             yield Problem(f"pictures.modes[{k}]", f"found {body!r}, which is not a body; {near(body, outline.bodies)}")
+        elif isinstance(outline.bodies[body], RigidTable):
+            yield Problem(f"pictures.modes[{k}]", f"found {body!r}, which is rigid and has no modes to draw")
 
 
 def starts(outline: Outline) -> Iterator[Problem]:
@@ -202,6 +206,19 @@ def files(outline: Outline, folder: Path) -> Iterator[Problem]:
             yield Problem(
                 where, f"found {name!r}, which does not exist; names are relative to the case file, and {told}"
             )
+
+
+def input_files(case: Case) -> list[Path]:
+    """The case file and all files it names."""
+    named = _named_files(outline(tomllib.loads(case.text)))
+    return [case.path, *(case.path.parent / name for _, name in named)]
+
+
+def check_no_input(case: Case, output: Path) -> None:
+    """Raise ValueError when the file to be written is one that the case is made of."""
+    for path in input_files(case):
+        if path.exists() and output.exists() and path.samefile(output):
+            raise ValueError(f"{output} is an input of this case and would be lost; choose another --output")
 
 
 def _named_files(outline: Outline) -> Iterator[tuple[str, str]]:

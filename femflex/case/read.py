@@ -65,7 +65,7 @@ def _text(path: Path) -> str:
     if path.is_dir():
         raise CaseError(str(path), [Problem("", "found a folder; name a case file (TOML) in it")])
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")  # editors on Windows begin files with a mark
     except FileNotFoundError:
         known = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
         raise CaseError(str(path), [Problem("", f"there is no such case file; {near(path.name, known)}")]) from None

@@ -45,9 +45,9 @@ def kind_of_hdf5(file: Path) -> str:
         )
     if not _starts_as_hdf5(file):
         return ""
-    import h5py
+    from femflex.results.reader import open_hdf5
 
-    with h5py.File(file, "r", locking=False) as opened:
+    with open_hdf5(file) as opened:
         return str(opened.attrs.get("format", ""))
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from femflex.cli.fresh import begin_again, compilation_seen, load_kernels
+from femflex.cli.fresh import begin_again, compilation_seen, load_kernels, warnings_told_after
 from femflex.cli.progress import Bar, Patience
 from femflex.cli.verb import complain, verb
 
@@ -40,6 +40,9 @@ def run(
 
     with Patience("reading the case") as told:
         read = read_case(case)
+        if resume and pipeline.is_finished(read, output):
+            print(f"done        {output} is complete already; there is nothing to resume (--force runs it anew)")
+            return
         pipeline.check_output(read, output, force=force, resume=resume)
         if not no_pictures:
             check_pictures(read, output, force=force)
@@ -47,11 +50,11 @@ def run(
             "building bodies and compiling the equations of motion (the first run of an installation takes about a "
             "minute)"
         )
-        with compilation_seen() as compiled:
+        with warnings_told_after(), compilation_seen() as compiled:
             prepared = pipeline.prepare(read, output, force=force, resume=resume, without=named(without))
             load_kernels(prepared)
-        if compiled():
-            begin_again()
+            if compiled():
+                begin_again()
     say_what_runs(prepared)
     with Bar("integrating", float(prepared.times[-1])) as bar:
         pipeline.integrate(prepared, output, force=force, resume=resume, progress=bar)
@@ -59,11 +62,14 @@ def run(
 
     with open_run(output) as done:
         say_what_came_out(done, prepared.system, output)
-        held = say_verdicts(read, done)
+        missed = say_verdicts(read, done)
         if not no_pictures:
             draw_pictures(prepared, done, output, force)
-    if not held:
-        complain("warning: the run is done, but not all expectations of the case hold")
+    if missed:
+        complain(
+            f"warning: the run is done, but what the case expects of {', '.join(missed)} does not hold; either "
+            f"something has changed, or [expect] has to"
+        )
 
 
 def named(text: str) -> list[str]:
@@ -73,26 +79,24 @@ def named(text: str) -> list[str]:
 
 def say_what_runs(prepared: Prepared) -> None:
     """Print modes, orbit, attitude and the integrator with the reason it was chosen."""
-    from femflex.cli.modes import print_modes
+    from femflex.cli.modes import alike, print_modes
 
     case, system = prepared.case, prepared.system
     print(case.title or case.path.name)
     if prepared.model.omitted:
         print(f"without {', '.join(prepared.model.omitted)}")
     pieces = {piece for parts in system.segments.values() for piece in parts}
-    alike: dict[int, list[str]] = {}
-    for name, body in system.bodies.items():
-        if body.n_modes and name not in pieces:
-            alike.setdefault(id(body), []).append(name)
-    for first, *more in alike.values():
+    whole = {name: body for name, body in system.bodies.items() if body.n_modes and name not in pieces}
+    for names, body in alike(whole):
         print()
-        print_modes(first, system.bodies[first])
-        if more:
-            print(f"{more[0] if len(more) == 1 else f'{more[0]} to {more[-1]}, {len(more)} bodies'}: alike")
+        print_modes(names, body)
     print()
     for name, parts in system.segments.items():
         each = system.bodies[parts[0]].n_modes
         print(f"body        {name} is cut into {len(parts)} segments of {each} elastic coordinates each")
+    for name, body in system.bodies.items():
+        if body.note and name not in pieces:
+            print(f"body        {name}: {body.note}")
     for line in (*_orbit_lines(prepared), _attitude_line(prepared)):
         print(line)
     step = f"{len(prepared.times)} rows to {prepared.times[-1]:.6g} s"
@@ -178,18 +182,18 @@ def conserved(run: Run, system: System) -> list[str]:
     return ["monitors/jacobi"] if circular else []
 
 
-def say_verdicts(case: Case, run: Run) -> bool:
-    """Print whether each expectation of the case holds; False if one does not. They are those of the full case."""
+def say_verdicts(case: Case, run: Run) -> list[str]:
+    """Names of the expectations of the case that do not hold; prints all of them. They are those of the full case."""
     if run.without:
         if case.expect.answers:
             print("expected    not judged: the expectations are those of the full case")
-        return True
+        return []
     from femflex.case.evaluate import judged
 
     verdicts = judged(case, run)
     for verdict in verdicts:
         print(f"expected    {verdict}")
-    return all(verdict.holds for verdict in verdicts)
+    return [verdict.name for verdict in verdicts if not verdict.holds]
 
 
 def draw_pictures(prepared: Prepared, run: Run, output: Path, force: bool) -> None:

@@ -25,7 +25,7 @@ CLOSING = np.dtype(
             "width",  # n_u + n_hidden
             "tolerance",  # pool: position residual to which a state is brought back, size of the bodies [m]
             "rows",  # work: ROW_SIZE per row
-            "white",  # work (n_rows + 1, width): D^-1/2 L^-1 a of each row a, M = L D L^T; the last for other forces
+            "white",  # work (n_rows, width): D^-1/2 L^-1 a of each row a, with M = L D L^T
             "roots",  # work (width): D^-1/2
             "small",  # work: see `multipliers`
             "step",  # work (n_u): a change of u or an increment of q

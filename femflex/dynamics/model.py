@@ -71,21 +71,16 @@ class Model:
         """The calls of implicit integrators, compiled when first asked for."""
         if self.constraints is None:
             return self.tree
-        from femflex.dynamics.constrained_second_order import residual, solve
-        from femflex.dynamics.second_order import SecondOrderCalls
+        from femflex.dynamics.second_order import ConstrainedCalls
 
-        return SecondOrderCalls(self.n_q, self.n_u, residual, solve)
+        return ConstrainedCalls(self.n_q, self.n_u)
 
     @property
     def tree(self) -> SecondOrderCalls:
         """The calls of implicit integrators on the tree, without the forces of constraints."""
         from femflex.dynamics.second_order import SecondOrderCalls
 
-        if not self.reduced:
-            return SecondOrderCalls(self.n_q, self.n_u)
-        from femflex.dynamics.reduced import reduced_residual
-
-        return SecondOrderCalls(self.n_q, self.n_u, reduced_residual)
+        return SecondOrderCalls(self.n_q, self.n_u, self.reduced)
 
     @property
     def reduced(self) -> bool:

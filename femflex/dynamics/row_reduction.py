@@ -94,17 +94,6 @@ def whiten_row(c: Record, k: int, table: Table, work: Array, stiff: bool) -> Non
 
 
 @inner
-def whiten_forces(forces: Array, table: Table, work: Array, stiff: bool) -> None:
-    """Write the white row of generalised forces (n_u), behind those of all constraint rows."""
-    closing = closing_of(table)
-    for j in range(1, header_of(table)["n_bodies"]):
-        work[closing["marks"] + j] = 1.0
-    release(table, work)
-    push_coordinates(forces, table, work)
-    reduce_forces(closing["n_rows"], table, work, stiff)
-
-
-@inner
 def release(table: Table, work: Array) -> None:
     """Leave marked bodies without forces and joint forces."""
     for j in range(1, header_of(table)["n_bodies"]):
@@ -165,10 +154,10 @@ def reduce_shapes(b: Record, force: Pair, white: Array, roots: Array, work: Arra
 
 
 @inner
-def respond(table: Table, work: Array, out: Array, stiff: bool, forced: bool) -> None:
+def respond(table: Table, work: Array, out: Array, stiff: bool) -> None:
     """out = M^-1 A^T lambda (n_u) of the multipliers, from the white rows: one way from the root to the tips.
 
-    stiff: with S for M; forced: out = S^-1 (f + A^T lambda), f what whiten_forces was given.
+    stiff: with S for M.
     """
     head, closing = header_of(table), closing_of(table)
     clear(table, work)
@@ -180,36 +169,30 @@ def respond(table: Table, work: Array, out: Array, stiff: bool, forced: bool) ->
         first, shapes = b["u"] + shift_of(b, closing), b["ue"] + closing["n_hidden"]
         for k in range(b["n_h"]):
             root = work[closing["roots"] + first + k]
-            work[b["work"] + W_U + 8 * k + 7] = (
-                0.0 if root == 0.0 else -combination(first + k, table, work, forced) / root
-            )
+            work[b["work"] + W_U + 8 * k + 7] = 0.0 if root == 0.0 else -combination(first + k, table, work) / root
         if b["n"] > 0:
-            substitute_shapes(b, shapes, closing, table, work, stiff, forced)
+            substitute_shapes(b, shapes, closing, table, work, stiff)
     accelerate(table, work, out, True)
 
 
 @inner
-def combination(j: int, table: Table, work: Array, forced: bool) -> float:
-    """Entry j of the white rows' sum, each times its multiplier; forced: and of the forces behind them."""
+def combination(j: int, table: Table, work: Array) -> float:
+    """Entry j of the white rows' sum, each times its multiplier."""
     closing = closing_of(table)
     total = 0.0
-    if forced:
-        total = work[closing["white"] + closing["width"] * closing["n_rows"] + j]
     for i in range(closing["n_rows"]):
         total += work[row_of(table, i) + at.R_LAMBDA] * work[closing["white"] + closing["width"] * i + j]
     return total
 
 
 @inner
-def substitute_shapes(
-    b: Record, first: int, closing: Record, table: Table, work: Array, stiff: bool, forced: bool
-) -> None:
+def substitute_shapes(b: Record, first: int, closing: Record, table: Table, work: Array, stiff: bool) -> None:
     """Write E^-1 pn of the multipliers' forces to the last place of the elastic rows."""
     n, row, stride, border = b["n"], b["row"], b["stride"], b["border"]
     plain = is_plain(b, stiff)
     for i in range(n - 1, -1, -1):
         root = work[closing["roots"] + first + i]
-        total = combination(first + i, table, work, forced)
+        total = combination(first + i, table, work)
         if not plain:
             for j in range(i + 1, n):
                 total += root * work[border + stride * i + j] * work[border + stride * j + row + 7]

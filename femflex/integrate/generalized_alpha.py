@@ -58,7 +58,7 @@ class GeneralizedAlpha(Implicit):
         from femflex.integrate.switching import switch_of
 
         offered, own = self.calls(model), (model.table, model.pool, model.work)
-        implicit = (offered.residual, offered.solve, offered.kinematic, offered.advance)
+        implicit = (offered.correct, offered.kinematic, offered.advance)
         calls = (model.rate, *implicit, switch_of(model), hold_of(model))
         renormalise = np.ascontiguousarray(model.renormalise, np.int64)
         settings = (float(self.rho), float(self.step or 0.0), self.rtol, self.absolute(model.n_x), self.max_step)

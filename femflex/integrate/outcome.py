@@ -18,7 +18,7 @@ class Steps:
     """Step statistics of a run, counted over all its parts if it was resumed.
 
     accepted, rejected  steps; a rejected one failed its error test, its Newton iteration, or was not finite
-    evaluations         calls of the rate (explicit) or of the residual (implicit)
+    evaluations         calls of the rate (explicit) or of Newton's correction (implicit)
     smallest, largest   accepted step sizes [s]; inf and 0 before the first
     ended               "running", "finished", "stopped", "interrupted", or "failed: ..."
     """
@@ -55,6 +55,11 @@ class Block(NamedTuple):
     def t(self) -> float:
         """Time reached by the steps [s], at or after the last row."""
         return float(self.resume[head.T])
+
+    @property
+    def x(self) -> Array:
+        """State at that time (n_x,)."""
+        return self.resume[head.HEAD : head.HEAD + int(self.resume[head.N_X])]
 
     @property
     def steps(self) -> Steps:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from femflex.reduction.admissible import beam_body, sampled_functions
+from femflex.reduction.buckling import critical_factor
 from femflex.reduction.condense import condense
 from femflex.reduction.craig_bampton import craig_bampton
 from femflex.reduction.damping import Damping, ModalDamping, RayleighDamping
 from femflex.reduction.derivatives import with_derivatives
 from femflex.reduction.effective_mass import EffectiveMass, effective_mass, mac, mac_of_bodies
+from femflex.reduction.foreshortening import foreshortening, foreshortening_of
+from femflex.reduction.initial_stress import relaxed
 from femflex.reduction.matrices import body_from_matrices
 from femflex.reduction.modes import cantilever_modes, free_free_modes, with_attachment
 from femflex.reduction.modeset import ModeSet, rigid_set
@@ -35,7 +38,10 @@ __all__ = [
     "chord_modes",
     "condense",
     "craig_bampton",
+    "critical_factor",
     "effective_mass",
+    "foreshortening",
+    "foreshortening_of",
     "free_free_modes",
     "load_body",
     "lumped",
@@ -45,6 +51,7 @@ __all__ = [
     "nodal_translations",
     "reduce_segments",
     "reduce_structure",
+    "relaxed",
     "require_stretch",
     "rigid_set",
     "sampled_functions",

@@ -6,7 +6,6 @@ import xml.etree.ElementTree
 
 import numpy as np
 import pytest
-from made_runs import write_run
 from PIL import Image
 
 import femflex.view.plot
@@ -14,26 +13,6 @@ from femflex.results import RunWriter, open_run
 from femflex.system import Channel
 from femflex.view import plot_histories, plot_spectra
 from femflex.view.curves import curves_of
-
-
-@pytest.fixture(scope="module")
-def tumbling(tmp_path_factory):
-    """Path of a run of 20 s without an orbit."""
-    return write_run(tmp_path_factory.mktemp("runs") / "tumbling.h5", np.linspace(0, 20, 401))
-
-
-@pytest.fixture
-def run(tumbling):
-    with open_run(tumbling) as opened:
-        yield opened
-
-
-@pytest.fixture(scope="module")
-def orbiting(tmp_path_factory):
-    """A run of one orbit."""
-    path = write_run(tmp_path_factory.mktemp("runs") / "librating.h5", np.linspace(0, 5400, 1201), orbital=True)
-    with open_run(path) as opened:
-        yield opened
 
 
 @pytest.fixture
@@ -90,6 +69,12 @@ def test_peaks_of_a_spectrum_carry_the_natural_frequencies(tmp_path, run, figure
     assert "Blackman–Harris window" in ax.get_xlabel() and ax.get_xlabel().startswith("frequency [Hz]")
     heights = [text.xy[1] for text in sorted(ax.texts, key=lambda t: t.xy[0])]
     assert heights == pytest.approx([0.25, 0.15, 0.05], rel=0.02)  # amplitudes of the made-up motion
+
+
+def test_a_spectrum_names_only_the_curves_that_are_seen(tmp_path, run, figure):
+    plot_spectra(run, tmp_path / "a.png", channels=["markers/panel.corner/deflection"])
+    (ax,) = figure().axes
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["panel.corner z"]  # in plane it does not move
 
 
 def test_slow_spectra_are_in_millihertz(tmp_path, orbiting, figure):
