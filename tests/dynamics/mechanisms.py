@@ -6,7 +6,7 @@ import numpy as np
 
 from femflex.body import Marker, rigid_body
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
-from femflex.system import Load, Spring, System, free, knife_edge, revolute, rolling_disc, weld
+from femflex.system import Load, Spring, System, free, knife_edge, revolute, rolling_disc, spherical, weld
 
 
 def planar(mass, inertia, center, **markers):
@@ -140,3 +140,17 @@ def flexible_four_bar(speed=4.0, stiffness=2e3):
         bodies={**system.bodies, "coupler": tube},
         loops=(revolute("rocker", "coupler", name="closure", **names),),
     )
+
+
+def floating_loop():
+    """Three bars closed to a triangle by ordinary hinges, tumbling free, its joints sprung from corner to corner."""
+    bodies = {name: bar(1.0, 1.0 + 0.5 * k) for k, name in enumerate(("base", "left", "right", "strut"))}
+    joints = (
+        free("base", u0=[0.1, -0.2, 0.3, 0.5, -0.4, 0.8]),
+        revolute("left", "base", q0=[1.2], u0=[0.7]),
+        revolute("right", "base", parent_marker="end", q0=[1.5]),
+        revolute("strut", "left", parent_marker="end", q0=[-1.0]),
+    )
+    springs = (Spring("diagonal", "strut", "base", "end", "origin", stiffness=20.0, length=0.9),)
+    closing = spherical("right", "strut", parent_marker="end", child_marker="end", name="closing")
+    return System(bodies, joints, loops=(closing,), springs=springs)
