@@ -52,7 +52,7 @@ MISTAKES = [
     (
         FOUR_BAR,
         'child = "rocker"\nchild_marker = "tip"',
-        'child = "rocker"\nchild_marker = "tip"\nmotion = { angle = { locked = true } }',
+        'child = "rocker"\nchild_marker = "tip"\nmotion = { angle = "locked" }',
         "loops[closure].motion",
         "has no coordinates of its own",
     ),
