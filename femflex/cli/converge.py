@@ -25,12 +25,14 @@ BEAT = 0.5  # seconds
 @verb("femflex converge cases/orbiter_beam.toml --over modes --tolerance 1e-6 -o convergence.png")
 def converge(
     case: Annotated[Path, typer.Argument(help="Case file (TOML) with a [study].", show_default=False)],
-    over: Annotated[str, typer.Option("--over", help="What is varied: modes, mesh or derivatives.")] = "modes",
+    over: Annotated[
+        str, typer.Option("--over", help="What is varied: modes, mesh, derivatives or segments.")
+    ] = "modes",
     levels: Annotated[
         str | None,
         typer.Option(
             "--levels",
-            help="Numbers of modes (1,2,4,8), mesh refinements or derivative shapes (0,1,2) instead of the case's.",
+            help="Numbers of modes or segments (1,2,4), mesh refinements or derivative shapes (0,1,2), not the case's.",
         ),
     ] = None,
     tolerance: Annotated[
@@ -41,7 +43,7 @@ def converge(
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing picture.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
 ) -> None:
-    """Vary the modes, the mesh or the derivative shapes of a case, watch the quantity its [study] names, and judge.
+    """Vary modes, mesh, derivative shapes or segments of a case, watch the quantity its [study] names, and judge.
 
     Prints a table, the observed order, the extrapolated limit, and a verdict with a recommended number. Modes: the
     case runs with more and more modes. Mesh: every cell is divided in two along each edge, again and again. Ctrl-C

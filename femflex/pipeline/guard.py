@@ -46,7 +46,7 @@ class Runaway:
             at += model.system.joint_of(name).n_q
             if body.n_modes:
                 self._reach.append((name, at, *_reach(body)))
-                if not body.strain.is_linear:
+                if not body.strain.is_linear or len(body.slaves):
                     self._nonlinear.add(name)
             at += body.n_modes
 
@@ -95,7 +95,7 @@ class Runaway:
     def warn(self) -> None:
         """Warn of bodies that were bent by more than their strain is good for, with both numbers."""
         for name, _, _, size in self._reach:
-            strain, bound, way = ("linear", BENT, "choose strain = 'nonlinear', ")
+            strain, bound, way = ("linear", BENT, "choose strain = 'condensed', ")
             if name in self._nonlinear:
                 strain, bound, way = ("nonlinear", SWUNG, "cut the member into segments, ")
             if self._worst.get(name, 0.0) > bound * size:

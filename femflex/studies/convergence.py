@@ -27,7 +27,7 @@ class Convergence:
 
     title, unit   the quantity in words and its unit
     over          "modes": levels are modes a body, counts elastic coordinates; "mesh": refinements and dofs;
-                  "derivatives": derivative shapes a body, and elastic coordinates
+                  "derivatives", "segments": derivative shapes or segments a body, and elastic coordinates
     levels, counts (n,)
     values  (n,)  the quantity
     changes (n,)  from the level before, nan first
@@ -96,7 +96,7 @@ class Convergence:
 
     @property
     def x(self) -> Array:
-        """What the law is in, (n,): number of elastic coordinates, or cells along an edge of the case's own."""
+        """What the law is in, (n,): elastic coordinates, segments, or cells along an edge of the case's own."""
         return resolution(self.over, self.levels, self.counts)
 
     @property
@@ -169,7 +169,7 @@ def assessed(
         raise ValueError(f"tolerance is {tolerance}; it must be above 0")
     levels, counts = (np.array([getattr(point, key) for point in kept], np.int64) for key in ("level", "count"))
     values, noise = (np.array([getattr(point, key) for point in kept]) for key in ("value", "noise"))
-    follow = mesh_trend if study.over == "mesh" else mode_trend
+    follow = mesh_trend if study.over in ("mesh", "segments") else mode_trend
     trend = follow(resolution(study.over, levels, counts), values, noise)
     return Convergence(
         title=described(study.quantity),
@@ -200,5 +200,7 @@ def errors(trend: Trend, values: Array, noise: Array) -> Array:
 
 
 def resolution(over: Over, levels: NDArray[np.int64], counts: NDArray[np.int64]) -> Array:
-    """What errors fall with, (n,): number of elastic coordinates, or cells along an edge of the case's own."""
+    """What errors fall with, (n,): elastic coordinates, segments, or cells along an edge of the case's own."""
+    if over == "segments":
+        return levels.astype(float)
     return np.exp2(levels.astype(float)) if over == "mesh" else counts.astype(float)

@@ -149,7 +149,7 @@ def varied(case: Case, can: Callable[[BodyTable], bool], what: str) -> list[str]
         about = f"there is no {what}" if named is None else f"body {named!r}, which the study is about, has no {what}"
         raise ValueError(
             f"{case.path.name}: {about}; its bodies are {told}. Vary something else (modes, mesh, "
-            "derivatives), or another body."
+            "derivatives, segments), or another body."
         )
     return names
 

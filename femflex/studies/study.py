@@ -21,22 +21,25 @@ from femflex.case.measure import MeasureTable
 from femflex.pipeline import Prepared, prepare
 from femflex.studies.derivative_ladder import derivative_ladder
 from femflex.studies.ladder import Built, Ladder, Rung, mesh_ladder, mode_ladder
+from femflex.studies.segment_ladder import segment_ladder
 from femflex.system import Channel, Part
 from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
-Over = Literal["modes", "mesh", "derivatives"]
+Over = Literal["modes", "mesh", "derivatives", "segments"]
 Progress = Callable[[float], object]  # called with the part of the work done
 
 LADDERS: dict[str, Callable[[Case, Sequence[int] | None], Ladder]] = {
     "modes": mode_ladder,
     "mesh": mesh_ladder,
     "derivatives": derivative_ladder,
+    "segments": segment_ladder,
 }
 LEVELS = {  # what levels are, and the least
     "modes": ("numbers of modes", 1),
     "mesh": ("numbers of refinements", 0),
     "derivatives": ("numbers of derivative shapes", 0),
+    "segments": ("numbers of segments", 1),
 }
 STEPS = 10.0  # a run's error over its relative tolerance, by experience: errors of many steps add up
 EPS = 1e-14  # rounding of any number, relative

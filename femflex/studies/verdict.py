@@ -11,8 +11,13 @@ if TYPE_CHECKING:
     from femflex.studies.convergence import Convergence
 
 
-NOUNS = {"modes": "mode", "derivatives": "derivative shape"}
-VARIED = {"modes": "number of modes", "mesh": "fineness of the mesh", "derivatives": "number of derivative shapes"}
+NOUNS = {"modes": "mode", "derivatives": "derivative shape", "segments": "segment"}
+VARIED = {
+    "modes": "number of modes",
+    "mesh": "fineness of the mesh",
+    "derivatives": "number of derivative shapes",
+    "segments": "number of segments",
+}
 
 
 def verdict(found: Convergence) -> str:
@@ -42,8 +47,8 @@ def law_text(found: Convergence) -> str:
     if law is None:
         return ""
     sure = math.isfinite(scatter)
-    if found.over == "mesh":
-        told = f"with order {law.rate:.2f} in the cell size"
+    if found.over in ("mesh", "segments"):
+        told = f"with order {law.rate:.2f} in the {'cell size' if found.over == 'mesh' else 'length of a segment'}"
         return told + (f", +- {scatter:.2g} over the levels" if sure else ", seen once")
     told = (
         f"like n^-{law.rate:.2f}"
@@ -126,6 +131,8 @@ def _needed(found: Convergence) -> str:
     x = law.reaches(found.tolerance * found.scale)
     if found.over == "mesh":
         return f"If this goes on, {math.ceil(math.log2(x) - 1e-9)} refinements would do."
+    if found.over == "segments":
+        return f"If this goes on, {math.ceil(x - 1e-9)} segments would do."
     return f"If this goes on, about {math.ceil(x)} elastic coordinates would do."
 
 
