@@ -9,6 +9,7 @@ from femflex.dynamics.compiled import inner
 from femflex.dynamics.gravity import find_center_of_mass, gravity_field, local_field
 from femflex.dynamics.inertia import add_elastic_forces, write_velocity_forces
 from femflex.dynamics.joint_forces import write_spring_forces
+from femflex.dynamics.laws import add_law_forces
 from femflex.dynamics.layout import ORBIT_NONE, body_of, header_of, load_of
 from femflex.dynamics.loads import apply_load
 from femflex.dynamics.vectors import ZERO
@@ -32,5 +33,7 @@ def write_forces(t: float, q: Array, u: Array, table: Table, pool: Array, work: 
         add_elastic_forces(b, pool, work)
         if b["sprung"]:
             write_spring_forces(b, q, u, pool, work)
+    if head["n_laws"] > 0:
+        add_law_forces(q, u, table, pool, work)
     for j in range(head["n_loads"]):
         apply_load(t, load_of(table, j), table, pool, work)

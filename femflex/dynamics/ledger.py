@@ -24,6 +24,7 @@ from femflex.dynamics.held import held_state
 from femflex.dynamics.inertia import write_velocity_forces, zero_forces
 from femflex.dynamics.joint_forces import write_spring_forces
 from femflex.dynamics.lanes import beyond, start
+from femflex.dynamics.laws import write_law_rows
 from femflex.dynamics.layout import BALL_NONE, ORBIT_NONE, W_BIAS, W_OMEGA, W_TAU, body_of, header_of, hold_of, load_of
 from femflex.dynamics.loads import apply_load
 from femflex.dynamics.pairs import nothing_pair, put_pair
@@ -241,6 +242,9 @@ def write_terms(
         gather_residual(spare, beyond(rows, (FIRST_LOAD + j) * n_u), table, pool, work)
     if head["orbit"] != ORBIT_NONE:
         write_gravity_row(spare, beyond(rows, GRAVITY * n_u), table, pool, work)
+    laws = FIRST_LOAD + head["n_loads"] + head["n_holds"]
+    if head["n_laws"] > 0:
+        write_law_rows(q, u, beyond(rows, laws * n_u), table, pool)
     if head["n_holds"] > 0:
         split_moving_mass(t, q, u, rows, spare, table, pool, work)
 
@@ -248,7 +252,8 @@ def write_terms(
 @inner
 def n_rows(table: Table) -> int:
     """Number of rows of the ledger."""
-    return FIRST_LOAD + int(header_of(table)["n_loads"]) + int(header_of(table)["n_holds"])
+    head = header_of(table)
+    return FIRST_LOAD + int(head["n_loads"]) + int(head["n_holds"]) + int(head["law_rows"])
 
 
 @inner

@@ -14,6 +14,7 @@ from femflex.dynamics.channels import channels_of, row_length, row_places
 from femflex.dynamics.drive_report import observe_held, specified_states
 from femflex.dynamics.frequency import highest_frequency
 from femflex.dynamics.joint_channels import observe_balls
+from femflex.dynamics.law_report import observe_laws
 from femflex.dynamics.layout import BALL_MODIFIED, BALL_QUATERNION, body_records
 from femflex.dynamics.lower import aligned, lower
 from femflex.dynamics.observe import observe
@@ -21,6 +22,7 @@ from femflex.rotations import is_extrinsic
 from femflex.system import Channel, System
 
 if TYPE_CHECKING:
+    from femflex.dynamics.latches import Latches
     from femflex.dynamics.second_order import SecondOrderCalls
 
 Array = NDArray[np.float64]
@@ -82,6 +84,15 @@ class Model:
 
         return switch
 
+    @property
+    def events(self) -> Latches | None:
+        """The latches of the joints, or None where there are none."""
+        if not any(joint.latches for joint in self.system.joints):
+            return None
+        from femflex.dynamics.latches import Latches
+
+        return Latches(self)
+
     @cached_property
     def max_frequency(self) -> float:
         """Highest natural frequency of shapes and springs at the initial configuration [rad/s]."""
@@ -135,7 +146,7 @@ class Model:
         }
         states = specified_states(self, times, states)
         out["q"], out["u"] = states[:, : self.n_q], states[:, self.n_q :]
-        out |= observe_held(self, times, states)
+        out |= observe_held(self, times, states) | observe_laws(self, states)
         out |= observe_balls(self.system, states)
         if is_extrinsic(self.system.libration_sequence):
             out["attitude/angles"] = out["attitude/angles"][:, ::-1]

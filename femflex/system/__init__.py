@@ -14,6 +14,7 @@ from femflex.system.joint import (
     universal,
     weld,
 )
+from femflex.system.law import Friction, Latch, Law, Stop, TabulatedDamper, TabulatedSpring
 from femflex.system.load import Load
 from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
 from femflex.system.profile import Profile
@@ -26,13 +27,19 @@ __all__ = [
     "MU_EARTH",
     "Channel",
     "Frame",
+    "Friction",
     "Joint",
+    "Latch",
+    "Law",
     "Load",
     "Orbit",
     "Part",
     "Profile",
     "Segments",
+    "Stop",
     "System",
+    "TabulatedDamper",
+    "TabulatedSpring",
     "assembled",
     "ball_coordinates",
     "cylindrical",
