@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from femflex.case.builders import build_body as build_body
     from femflex.case.builders import build_system as build_system
     from femflex.dynamics import compile_system as compile_system
+    from femflex.dynamics.equilibrium import equilibrium as equilibrium
     from femflex.mesh import Mesh as Mesh
     from femflex.mesh import read_mesh as read_mesh
     from femflex.pipeline import run as run
@@ -53,6 +54,7 @@ _HOME = {
     "build_body": "case.builders",
     "build_system": "case.builders",
     "compile_system": "dynamics",
+    "equilibrium": "dynamics.equilibrium",
     "load_body": "reduction",
     "open_run": "results",
     "read_case": "case",

@@ -10,6 +10,7 @@ import femflex
 from femflex.case import read_case
 from femflex.case.builders import build_system
 from femflex.cli.run import conserved
+from femflex.integrate import IntegrationError
 from femflex.warning import PhysicsWarning
 
 CASES = Path(__file__).resolve().parents[1] / "cases"
@@ -47,7 +48,6 @@ def test_a_panel_bent_beyond_linear_strain_is_warned_of_with_both_numbers(tmp_pa
         ("eccentric_pitch", {}, []),
     ],
 )
-@pytest.mark.filterwarnings("ignore:marker .corner. shows no rotation")  # a sensor, not a joint
 def test_only_monitors_that_ought_to_be_constant_are_told(name, swaps, expected, tmp_path):
     path = changed(tmp_path, name, **swaps)
     path.write_text(path.read_text().replace("orbits = 10", "orbits = 0.1").replace("orbits = 5", "orbits = 0.1"))
@@ -61,7 +61,6 @@ def drift(run, name):
     return np.linalg.norm(values - values[0], axis=1).max() / np.linalg.norm(values[0])
 
 
-@pytest.mark.filterwarnings("ignore:marker .corner. shows no rotation")  # a sensor, not a joint
 def test_a_flexible_craft_keeps_energy_and_momentum_at_the_default_tolerance(tmp_path):
     path = changed(tmp_path, "tumbling_panels", default=("rtol = 1e-10\n", ""))
     with femflex.run(path, tmp_path / "run.h5") as run:
@@ -90,3 +89,26 @@ def test_a_rigid_craft_keeps_them_to_ten_digits_for_a_hundred_seconds(tmp_path):
     with femflex.run(path, tmp_path / "run.h5") as run:
         assert drift(run, "energy") < 1e-10
         assert drift(run, "angular_momentum") < 1e-10
+
+
+@pytest.mark.parametrize(
+    ("load", "said"),
+    [
+        ("torque = [0, 0, 1e7]", r"base-hub\.omega_z is .* rad/s, beyond 100000 rad/s"),
+        (
+            "force = [[0, 0, 0], [0, 1e200, 0]]\ntimes = [0, 1e4]",
+            r"base-hub\.slide\d_rate is .* m/s, beyond 3e\+06",
+        ),
+    ],
+    ids=["torque", "growing force"],
+)
+def test_an_overloaded_rigid_craft_is_stopped_before_its_steps_shrink(tmp_path, load, said):
+    """With two rows asked for, the first comes long after the motion has lost its meaning."""
+    path, out = tmp_path / "rigid.toml", tmp_path / "run.h5"
+    text = RIGID.replace('"100 s"', '"10000 s"').replace("samples = 201", "samples = 2")
+    path.write_text(f'{text}\n[[loads]]\nname = "push"\nbody = "hub"\n{load}\n')
+    with pytest.raises(IntegrationError, match=f"the run stopped at t = .*: the motion has run away, {said}"):
+        femflex.run(path, out)
+    with femflex.open_run(out) as run:
+        assert not run.complete and "run away" in run.ended
+        assert all(np.isfinite(run[path]).all() for path in run)

@@ -5,10 +5,12 @@ import tracemalloc
 import large_systems
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import femflex
 from femflex.case.builders import build_system
 from femflex.case.read import parse_case
+from femflex.cli.app import app
 from femflex.dynamics import compile_system, frequency
 from femflex.dynamics.frequency import highest_frequency
 from femflex.integrate import Dop853, Esdirk4
@@ -97,3 +99,11 @@ def test_bodies_alike_are_built_once(tmp_path):
     bodies = build_system(parse_case(text, tmp_path / "star.toml")).bodies
     assert bodies["boom1"] is bodies["boom2"]
     assert bodies["boom0"].n_modes == 3 and bodies["boom1"].n_modes == 2
+
+
+def test_modes_of_bodies_alike_are_printed_once(tmp_path):
+    (tmp_path / "star.toml").write_text(large_systems.star(4, 0.01))
+    done = CliRunner().invoke(app, ["run", str(tmp_path / "star.toml"), "-o", str(tmp_path / "run.h5")])
+    assert done.exit_code == 0
+    assert done.stdout.count("effective mass") == 1
+    assert "boom1, boom2, boom3: " in done.stdout

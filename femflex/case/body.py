@@ -114,6 +114,10 @@ class FlexibleTable(BodyTable):
                 f"found reduction method '{method}' and segments; a segment is reduced by craig_bampton, cantilever, "
                 f"free_free or nodal"
             )
+        if several and getattr(self.reduction, "loads", None):
+            refuse(
+                "found loads in the reduction of a body cut into segments; a segment's ends carry all loads, so drop it"
+            )
         if several and self.initial is not None:
             refuse("found initial on a body cut into segments; start from an equilibrium instead ([initial] from)")
         if several and self.damping is not None and (self.damping.ratio is not None or self.damping.mass):

@@ -9,6 +9,8 @@ from pydantic import Field, PrivateAttr, model_validator
 
 from femflex.case.base import Name, Table, refuse
 from femflex.case.body import Body
+from femflex.case.constraint import Constraint, SpringTable
+from femflex.case.initial import StartTable
 from femflex.case.joint import Joint
 from femflex.case.load import LoadTable
 from femflex.case.measure import ExpectationsTable
@@ -31,7 +33,12 @@ class Case(Table):
     sections: dict[Name, Section] = Field(default_factory=dict)
     bodies: Annotated[dict[Name, Body], Field(min_length=1)]
     joints: list[Joint] = Field(default_factory=list)
+    loops: list[Joint] = Field(default_factory=list)
+    """Joints that close loops: cut out of the tree of [[joints]] and held by constraints."""
+    constraints: list[Constraint] = Field(default_factory=list)
+    springs: list[SpringTable] = Field(default_factory=list)
     loads: list[LoadTable] = Field(default_factory=list)
+    initial: StartTable | None = None
     pictures: PicturesTable | None = None
     study: StudyTable | None = None
     expect: ExpectationsTable = Field(default_factory=lambda: ExpectationsTable.model_validate({}))

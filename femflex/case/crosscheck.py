@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from femflex.case.body import BodyTable, FileTable, FlexibleTable, RigidTable
+from femflex.case.case import Case
+from femflex.case.initial import EQUILIBRIUM
 from femflex.case.measure import MeasureTable
-from femflex.case.outline import Outline
+from femflex.case.outline import Outline, outline
 from femflex.case.problems import Problem, listed, near
 from femflex.case.shape import MeshShape
 from femflex.case.tree import loose_bodies, root, tree
@@ -15,9 +18,22 @@ from femflex.case.tree import loose_bodies, root, tree
 
 def cross_problems(outline: Outline, folder: Path) -> list[Problem]:
     """Everything wrong between the parts of a case whose files lie in that folder."""
-    checks: list[Callable[[Outline], Iterator[Problem]]] = [frames, markers, members, doubles, times, answers]
+    checks: list[Callable[[Outline], Iterator[Problem]]] = [frames, ends, members, doubles, times, answers, starts]
     found = list(tree(outline)) or list(root(outline))
-    return found + [problem for check in checks for problem in check(outline)] + list(files(outline, folder))
+    found += [problem for check in checks for problem in check(outline)]
+    return found + list(markers(outline, folder)) + list(files(outline, folder))
+
+
+def ends(outline: Outline) -> Iterator[Problem]:
+    """Loops, constraints and springs lead between two bodies that exist."""
+    pairs = [(where, "child", loop.child, loop.parent) for where, loop in outline.loops.items() if loop is not None]
+    pairs += [(where, "body", item.body, item.parent) for where, item in outline.between.items() if item is not None]
+    for where, role, body, parent in pairs:
+        for key, name in ((role, body), ("parent", parent)):
+            if name is not None and name not in outline.bodies:
+                yield Problem(f"{where}.{key}", f"found {name!r}, which is not a body; {near(name, outline.bodies)}")
+        if body == parent:
+            yield Problem(where, f"found body {body!r} joined to itself; parent and {role} must differ")
 
 
 def frames(outline: Outline) -> Iterator[Problem]:
@@ -44,10 +60,10 @@ def known_markers(body: BodyTable | None) -> set[str] | None:
     return known | set(body.own_markers())
 
 
-def markers(outline: Outline) -> Iterator[Problem]:
+def markers(outline: Outline, folder: Path) -> Iterator[Problem]:
     """Markers of joints, loads, attitude and initial states are on their bodies."""
     places: list[tuple[str, str | None, str | None]] = []
-    for where, joint in outline.joints.items():
+    for where, joint in [*outline.joints.items(), *outline.loops.items()]:
         if joint is not None:
             places.append((f"{where}.child_marker", joint.child, joint.child_marker))
             if joint.parent != joint.child:
@@ -59,6 +75,12 @@ def markers(outline: Outline) -> Iterator[Problem]:
                     f"{where}.body", f"found {load.body!r}, which is not a body; {near(load.body, outline.bodies)}"
                 )
             places.append((f"{where}.marker", load.body, load.marker))
+    for where, item in outline.between.items():
+        if item is not None:
+            places += [
+                (f"{where}.marker", item.body, item.marker),
+                (f"{where}.parent_marker", item.parent, item.parent_marker),
+            ]
     for name, body in outline.bodies.items():
         if body is not None and body.initial is not None:
             places.append((f"bodies.{name}.initial.marker", name, body.initial.marker))
@@ -68,7 +90,23 @@ def markers(outline: Outline) -> Iterator[Problem]:
     for where, owner, marker in places:
         known = known_markers(outline.bodies.get(owner or ""))
         if marker is not None and known is not None and marker not in known:
-            yield Problem(where, f"found {marker!r}, which is no marker of body {owner!r}; {near(marker, known)}")
+            told = f"found {marker!r}, which is no marker of body {owner!r}; {near(marker, known)}"
+            yield Problem(where, told + _as_group(outline.bodies.get(owner or ""), owner, marker, folder))
+
+
+def _as_group(body: BodyTable | None, owner: str | None, marker: str, folder: Path) -> str:
+    """The advice to declare a marker whose name is that of a group of the body's mesh."""
+    if not isinstance(body, FlexibleTable) or not (folder / body.mesh).is_file():
+        return ""
+    from femflex.mesh import read_mesh
+
+    try:
+        groups = {*read_mesh(folder / body.mesh).groups, *body.groups}
+    except (ValueError, OSError):  # told where the mesh is read
+        return ""
+    if marker not in groups:
+        return ""
+    return f". {body.mesh} has a group of that name: declare it, markers.{marker} = {{}} in [bodies.{owner}]"
 
 
 def members(outline: Outline) -> Iterator[Problem]:
@@ -87,8 +125,8 @@ def members(outline: Outline) -> Iterator[Problem]:
 
 
 def doubles(outline: Outline) -> Iterator[Problem]:
-    """Names of loads and of joints are given once."""
-    for table in (outline.loads, outline.joints):
+    """Names of loads, of joints and loops, and of constraints and springs are given once."""
+    for table in (outline.loads, {**outline.joints, **outline.loops}, outline.between):
         seen: dict[str, str] = {}
         for where, item in table.items():
             name = getattr(item, "name", "")
@@ -133,6 +171,21 @@ def answers(outline: Outline) -> Iterator[Problem]:
     for k, body in enumerate(outline.pictures.modes if outline.pictures else []):
         if body not in outline.bodies:
             yield Problem(f"pictures.modes[{k}]", f"found {body!r}, which is not a body; {near(body, outline.bodies)}")
+        elif isinstance(outline.bodies[body], RigidTable):
+            yield Problem(f"pictures.modes[{k}]", f"found {body!r}, which is rigid and has no modes to draw")
+
+
+def starts(outline: Outline) -> Iterator[Problem]:
+    """A craft that starts where a result file ends needs no other start of its bodies."""
+    if outline.initial is None or outline.initial.source == EQUILIBRIUM:
+        return
+    for name, body in outline.bodies.items():
+        if body is not None and body.initial is not None:
+            yield Problem(
+                f"bodies.{name}.initial",
+                f"found a start of the body beside [initial] from = {outline.initial.source!r}, which says how the "
+                "whole craft starts; leave one of them out",
+            )
 
 
 def files(outline: Outline, folder: Path) -> Iterator[Problem]:
@@ -155,6 +208,19 @@ def files(outline: Outline, folder: Path) -> Iterator[Problem]:
             )
 
 
+def input_files(case: Case) -> list[Path]:
+    """The case file and all files it names."""
+    named = _named_files(outline(tomllib.loads(case.text)))
+    return [case.path, *(case.path.parent / name for _, name in named)]
+
+
+def check_no_input(case: Case, output: Path) -> None:
+    """Raise ValueError when the file to be written is one that the case is made of."""
+    for path in input_files(case):
+        if path.exists() and output.exists() and path.samefile(output):
+            raise ValueError(f"{output} is an input of this case and would be lost; choose another --output")
+
+
 def _named_files(outline: Outline) -> Iterator[tuple[str, str]]:
     for name, body in outline.bodies.items():
         if isinstance(body, FlexibleTable):
@@ -167,6 +233,8 @@ def _named_files(outline: Outline) -> Iterator[tuple[str, str]]:
                 for k, s in enumerate(body.shapes)
                 if isinstance(s, MeshShape)
             )
+    if outline.initial is not None and outline.initial.source != EQUILIBRIUM:
+        yield "initial.from", outline.initial.source
     for where, load in outline.loads.items():
         if load is not None and load.table is not None:
             yield f"{where}.table", load.table

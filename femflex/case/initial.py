@@ -40,3 +40,14 @@ class InitialTable(Table):
         if self.length is not None and self.relative is None:
             refuse("found length without relative; it is what `relative` is a fraction of")
         return self
+
+
+EQUILIBRIUM = "equilibrium"
+
+
+class StartTable(Table):
+    """Where the whole craft starts, instead of at what joints, bodies and [attitude] say."""
+
+    source: str = Field(alias="from")
+    """"equilibrium": the one nearest to the case's initial state, at the case's rates; or a result file of the same
+    craft (`femflex equilibrium -o eq.h5`, or a run), whose last row is taken."""

@@ -14,6 +14,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from femflex.case.body import Body, BodyTable
 from femflex.case.case import Case
+from femflex.case.constraint import BetweenTable, Constraint, SpringTable
+from femflex.case.initial import StartTable
 from femflex.case.joint import Joint, JointTable
 from femflex.case.load import LoadTable
 from femflex.case.measure import ExpectationsTable
@@ -28,7 +30,8 @@ T = TypeVar("T")
 class Outline:
     """The parts of a case file; None stands for a part that is missing or has mistakes of its own.
 
-    bodies  by name; joints and loads by their label in key paths, such as "joints[panel]"
+    bodies  by name; joints, loads, loops, constraints and springs by their label in key paths, such as
+            "joints[panel]"
     names   of the entries of materials and sections, valid or not
     """
 
@@ -38,9 +41,12 @@ class Outline:
     bodies: Mapping[str, BodyTable | None]
     joints: Mapping[str, JointTable | None]
     loads: Mapping[str, LoadTable | None]
+    loops: Mapping[str, JointTable | None]
+    between: Mapping[str, BetweenTable | None]
     pictures: PicturesTable | None
     study: StudyTable | None
     expect: ExpectationsTable | None
+    initial: StartTable | None
     names: Mapping[str, frozenset[str]]
     whole: bool
 
@@ -54,9 +60,12 @@ def outline(raw: Mapping[str, Any]) -> Outline:
         bodies={str(name): _part(Body, table) for name, table in _table(raw, "bodies").items()},
         joints=_listed(raw, "joints", Joint),
         loads=_listed(raw, "loads", LoadTable),
+        loops=_listed(raw, "loops", Joint),
+        between=_listed(raw, "constraints", Constraint) | _listed(raw, "springs", SpringTable),
         pictures=_part(PicturesTable, raw.get("pictures")),
         study=_part(StudyTable, raw.get("study")),
         expect=_part(ExpectationsTable, raw.get("expect")),
+        initial=_part(StartTable, raw.get("initial")),
         names={key: frozenset(map(str, _table(raw, key))) for key in ("materials", "sections")},
         whole=_part(Case, raw) is not None,
     )

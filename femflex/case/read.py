@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
 from femflex.case.crosscheck import cross_problems
+from femflex.case.magnitudes import warn_of_doubtful_magnitudes
 from femflex.case.outline import Outline, outline
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.sentences import schema_problems
@@ -46,6 +47,7 @@ def parse_case(text: str, path: Path = Path("case.toml")) -> Case:
         raise CaseError(path.name, problems)
     case._path, case._text = path, text
     warn_of_doubtful_numbers(raw, case)
+    warn_of_doubtful_magnitudes(case)
     return case
 
 
@@ -63,7 +65,7 @@ def _text(path: Path) -> str:
     if path.is_dir():
         raise CaseError(str(path), [Problem("", "found a folder; name a case file (TOML) in it")])
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")  # editors on Windows begin files with a mark
     except FileNotFoundError:
         known = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
         raise CaseError(str(path), [Problem("", f"there is no such case file; {near(path.name, known)}")]) from None

@@ -133,7 +133,7 @@ class StudyTable(Table):
     modes: Annotated[list[Whole] | None, Field(min_length=3)] = None
     """Numbers of modes tried; left out, chosen from the case."""
     refinements: Annotated[list[Annotated[int, Count(0)]] | None, Field(min_length=2)] = None
-    """Mesh refinements tried; left out, 0, 1, 2."""
+    """Mesh refinements tried; left out, 0 to 4, as far as the mesh stays small."""
     body: str | None = None
     """Whose modes and mesh are varied; left out, all flexible bodies."""
     tolerance: Annotated[float, Quantity("", above=0.0)] = 1e-3

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from femflex import __version__
-from femflex.cli import body, check, converge, info, modes, plot, render, run, schema, terms
+from femflex.cli import body, check, converge, equilibrium, info, modes, plot, render, run, schema, terms
 from femflex.cli.verb import EXAMPLES
 
 app = typer.Typer(
@@ -44,6 +44,7 @@ for _verb in (
     plot.plot,
     terms.terms,
     converge.converge,
+    equilibrium.equilibrium,
     check.check,
     info.info,
     schema.schema,

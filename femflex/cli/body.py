@@ -29,9 +29,12 @@ def body(
     with Patience("reducing the body"):
         from femflex.case import read_case
         from femflex.case.builders import build_body
+        from femflex.case.crosscheck import check_no_input
         from femflex.reduction import save_body
 
-        reduced = build_body(read_case(case), name, modes=number)
+        read = read_case(case)
+        check_no_input(read, target)
+        reduced = build_body(read, name, modes=number)
         save_body(target, reduced, force=force)
     print(
         f"{target}: {reduced.moments.mass:.6g} kg, {reduced.n_modes} elastic coordinates, "

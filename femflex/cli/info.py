@@ -45,9 +45,9 @@ def kind_of_hdf5(file: Path) -> str:
         )
     if not _starts_as_hdf5(file):
         return ""
-    import h5py
+    from femflex.results.reader import open_hdf5
 
-    with h5py.File(file, "r", locking=False) as opened:
+    with open_hdf5(file) as opened:
         return str(opened.attrs.get("format", ""))
 
 
@@ -103,6 +103,9 @@ def _case(file: Path) -> str:
         for name, table in case.bodies.items()
     ]
     lines += [f"joint   {joint.kind} from {joint.parent or 'the base frame'} to {joint.child}" for joint in case.joints]
+    lines += [f"loop    {loop.kind} from {loop.parent or 'the base frame'} to {loop.child}" for loop in case.loops]
+    lines += [f"holds   {c.kind} {c.name} on {c.body}.{c.marker}" for c in case.constraints]
+    lines += [f"spring  {s.name} from {s.parent or 'the base frame'} to {s.body}" for s in case.springs]
     lines += [f"load    {load.name} on {load.body}.{load.marker}" for load in case.loads]
     lines += [f"expects {name}" for name in case.expect.answers]
     return "\n".join(lines)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -47,9 +48,9 @@ def modes(
     if as_json:
         print_json({name: modes_data(found, other) for name, found in bodies.items()})
         return
-    for k, (name, found) in enumerate(bodies.items()):
+    for k, (names, found) in enumerate(alike(bodies)):
         print("\n" * (k > 0), end="")
-        print_modes(name, found)
+        print_modes(names, found)
         if other is not None:
             print_mac(found, other, str(mac))
     if picture is not None:
@@ -76,6 +77,28 @@ def flexible_bodies(file: Path, name: str | None, number: int | None) -> dict[st
     return bodies
 
 
+def alike(bodies: Mapping[str, FlexibleBody]) -> list[tuple[str, FlexibleBody]]:
+    """Bodies with their names; those of the same mass and modes together, as "panel_a, panel_b"
+    or "link1 to link8, 8 bodies"."""
+    import numpy as np
+
+    groups: list[tuple[list[str], FlexibleBody]] = []
+    for name, body in bodies.items():
+        for names, other in groups:
+            a, b = body.moments, other.moments
+            pairs = ((a.mass, b.mass), (a.first, b.first), (a.second, b.second), (body.omega, other.omega))
+            if body.kinds == other.kinds and all(np.array_equal(x, y, equal_nan=True) for x, y in pairs):
+                names.append(name)
+                break
+        else:
+            groups.append(([name], body))
+    return [(_joined(names), body) for names, body in groups]
+
+
+def _joined(names: list[str]) -> str:
+    return ", ".join(names) if len(names) <= 3 else f"{names[0]} to {names[-1]}, {len(names)} bodies"
+
+
 def print_modes(name: str, body: FlexibleBody) -> None:
     """Print the table of a body's modes."""
     from math import pi
@@ -86,8 +109,9 @@ def print_modes(name: str, body: FlexibleBody) -> None:
 
     found = effective_mass(body)
     strain = "" if body.strain.is_linear else "nonlinear strain; "
+    each = " each" if ", " in name else ""
     print(
-        f"{name}: {body.moments.mass:.6g} kg, {body.n_modes} elastic coordinates{counted(body.kinds)}; {strain}"
+        f"{name}: {body.moments.mass:.6g} kg{each}, {body.n_modes} elastic coordinates{counted(body.kinds)}; {strain}"
         "participation in kg^1/2 and kg^1/2 m"
     )
     kinds = found.kinds if len(set(found.kinds)) > 1 else ()

@@ -56,6 +56,8 @@ def render(
     if kind_of_hdf5(file) == "femflex body":
         target = _draw_body(file, output, mode, theme, direction, fps, force)
     else:
+        if mode is not None:
+            raise ValueError(f"--mode draws a mode of a body file, and {file} is a run; make one with `femflex body`")
         look: dict[str, Any] = {
             "scale": _factor(scale),
             "theme": theme,

@@ -40,6 +40,9 @@ def run(
 
     with Patience("reading the case") as told:
         read = read_case(case)
+        if resume and pipeline.is_finished(read, output):
+            print(f"done        {output} is complete already; there is nothing to resume (--force runs it anew)")
+            return
         pipeline.check_output(read, output, force=force, resume=resume)
         if not no_pictures:
             check_pictures(read, output, force=force)
@@ -59,11 +62,14 @@ def run(
 
     with open_run(output) as done:
         say_what_came_out(done, prepared.system, output)
-        held = say_verdicts(read, done)
+        missed = say_verdicts(read, done)
         if not no_pictures:
             draw_pictures(prepared, done, output, force)
-    if not held:
-        complain("warning: the run is done, but not all expectations of the case hold")
+    if missed:
+        complain(
+            f"warning: the run is done, but what the case expects of {', '.join(missed)} does not hold; either "
+            f"something has changed, or [expect] has to"
+        )
 
 
 def named(text: str) -> list[str]:
@@ -73,17 +79,17 @@ def named(text: str) -> list[str]:
 
 def say_what_runs(prepared: Prepared) -> None:
     """Print modes, orbit, attitude and the integrator with the reason it was chosen."""
-    from femflex.cli.modes import print_modes
+    from femflex.cli.modes import alike, print_modes
 
     case, system = prepared.case, prepared.system
     print(case.title or case.path.name)
     if prepared.model.omitted:
         print(f"without {', '.join(prepared.model.omitted)}")
     pieces = {piece for parts in system.segments.values() for piece in parts}
-    for name, body in system.bodies.items():
-        if body.n_modes and name not in pieces:
-            print()
-            print_modes(name, body)
+    whole = {name: body for name, body in system.bodies.items() if body.n_modes and name not in pieces}
+    for names, body in alike(whole):
+        print()
+        print_modes(names, body)
     print()
     for name, parts in system.segments.items():
         each = system.bodies[parts[0]].n_modes
@@ -92,6 +98,8 @@ def say_what_runs(prepared: Prepared) -> None:
         print(line)
     step = f"{len(prepared.times)} rows to {prepared.times[-1]:.6g} s"
     print(f"integrator  {prepared.reason}")
+    if (held := prepared.model.constraints) is not None:
+        print(f"constraints {held.told(0.0, prepared.model.x0)}")
     print(f"output      {step}")
 
 
@@ -122,7 +130,8 @@ def _attitude_line(prepared: Prepared) -> str:
     names = prepared.model.channels["attitude/angles"].names
     told = ", ".join(f"{name} {angle:.4g}" for name, angle in zip(names, angles, strict=True))
     how = "held" if case.attitude.held else system.joint_of(system.root).kind
-    return f"attitude    {system.root} {how} in the {system.frame.kind} frame: {told} deg"
+    root = next((name for name, parts in system.segments.items() if system.root in parts), system.root)
+    return f"attitude    {root} {how} in the {system.frame.kind} frame: {told} deg"
 
 
 def say_what_came_out(run: Run, system: System, output: Path) -> None:
@@ -187,18 +196,18 @@ def conserved(run: Run, system: System) -> list[str]:
     return ["monitors/jacobi"] if circular else []
 
 
-def say_verdicts(case: Case, run: Run) -> bool:
-    """Print whether each expectation of the case holds; False if one does not. They are those of the full case."""
+def say_verdicts(case: Case, run: Run) -> list[str]:
+    """Names of the expectations of the case that do not hold; prints all of them. They are those of the full case."""
     if run.without:
         if case.expect.answers:
             print("expected    not judged: the expectations are those of the full case")
-        return True
+        return []
     from femflex.case.evaluate import judged
 
     verdicts = judged(case, run)
     for verdict in verdicts:
         print(f"expected    {verdict}")
-    return all(verdict.holds for verdict in verdicts)
+    return [verdict.name for verdict in verdicts if not verdict.holds]
 
 
 def draw_pictures(prepared: Prepared, run: Run, output: Path, force: bool) -> None:

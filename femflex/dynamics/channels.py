@@ -8,6 +8,7 @@ from femflex.dynamics.drive_report import held_channels
 from femflex.dynamics.joint_channels import ball_channels
 from femflex.dynamics.law_report import law_channels
 from femflex.dynamics.lower import reported_markers
+from femflex.dynamics.orbit_force import orbit_channels
 from femflex.rotations import is_extrinsic, is_symmetric, letters_of
 from femflex.system import Channel, System
 from femflex.system.segments import marker_label
@@ -120,7 +121,29 @@ def channels_of(system: System) -> dict[str, Channel]:
             f"loads/{load.name}/force": Channel("N", f"force of {load.name}", (3,), XYZ, "body"),
             f"loads/{load.name}/torque": Channel("N m", f"torque of {load.name}", (3,), XYZ, "body"),
         }
-    return out | held_channels(system) | law_channels(system)
+    return out | held_channels(system) | law_channels(system) | orbit_channels(system) | constraint_channels(system)
+
+
+def constraint_channels(system: System) -> dict[str, Channel]:
+    """What loops and constraints report; nothing for a system without any."""
+    if not (system.loops or system.constraints):
+        return {}
+    out = {
+        "monitors/constraint_position": Channel("m", "largest gap of the loops, angles times the bodies' size"),
+        "monitors/constraint_velocity": Channel("m/s", "largest velocity residual (rad/s in rows of angles)"),
+        "monitors/constraint_rank": Channel("1", "constraint rows that do not follow from others"),
+    }
+    for c in system.constraints:
+        if c.body is None:
+            out[f"constraints/{c.name}/multipliers"] = Channel("1", "multipliers lambda of A^T lambda", (c.n_rows,))
+    held = [(f"loops/{j.label}", j.child, j.child_marker) for j in system.loops]
+    held += [(f"constraints/{c.name}", c.body, c.marker) for c in system.constraints if c.body is not None]
+    for path, body, marker in held:
+        out |= {
+            f"{path}/force": Channel("N", f"force of the constraint on {body}", (3,), XYZ, "inertial"),
+            f"{path}/torque": Channel("N m", f"its torque on {body} about {body}.{marker}", (3,), XYZ, "inertial"),
+        }
+    return out
 
 
 def _units(pairs: list[tuple[str, str]]) -> str:

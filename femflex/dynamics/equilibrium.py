@@ -40,7 +40,7 @@ class Equilibrium:
     residual     largest force left, over the largest of elastic and outer forces (times usual sizes of the motions)
     iterations   of Newton's method, all shares together
     neutral      coordinates that nothing resists, each with those it goes along with
-    eigenvalues  (2 n_u,) of small motions about x, damping left out [1/s]; empty when not found
+    eigenvalues  of small motions about x, damping left out [1/s]; empty when not found
     """
 
     model: Model
@@ -50,6 +50,11 @@ class Equilibrium:
     iterations: int
     neutral: tuple[str, ...]
     eigenvalues: NDArray[np.complex128]
+
+    @property
+    def q(self) -> Array:
+        """Coordinates (n_q,)."""
+        return self.x[: self.model.n_q]
 
     @property
     def growth(self) -> float:
@@ -171,7 +176,7 @@ def newton_step(problem: Steady, A: Array, g: Array, size: float) -> tuple[Array
     With it the names of the coordinates along which these lead most, and the largest stiffness of the others that have
     none of their own [J].
     """
-    e, r = problem.elastic, ~problem.elastic
+    e, r = problem.elastic & ~problem.held, ~problem.elastic & ~problem.held
     move = np.zeros(len(g))
     relaxed = np.linalg.solve(A[np.ix_(e, e)], np.column_stack([A[np.ix_(e, r)], g[e]]))
     S = A[np.ix_(r, r)] - A[np.ix_(r, e)] @ relaxed[:, :-1]

@@ -1,4 +1,4 @@
-"""Forces on the system: of motion and strain, the gravity of the orbit, joint springs and dampers, loads."""
+"""Forces on the system: of motion and strain, gravity of the orbit, springs and dampers, loads; and their absence."""
 
 from __future__ import annotations
 
@@ -7,19 +7,30 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.compiled import inner
 from femflex.dynamics.gravity import find_center_of_mass, gravity_field, local_field
-from femflex.dynamics.inertia import add_elastic_forces, write_velocity_forces
+from femflex.dynamics.inertia import add_elastic_forces, write_velocity_forces, zero_forces
 from femflex.dynamics.joint_forces import write_spring_forces
 from femflex.dynamics.laws import add_law_forces
-from femflex.dynamics.layout import ORBIT_NONE, body_of, header_of, load_of
+from femflex.dynamics.layout import ORBIT_NONE, W_BIAS, W_TAU, body_of, header_of, load_of
 from femflex.dynamics.loads import apply_load
+from femflex.dynamics.pairs import nothing_pair, put_pair
+from femflex.dynamics.springs import apply_springs
 from femflex.dynamics.vectors import ZERO
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
+Record = np.void
 
 
 @inner
 def write_forces(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
+    """Write all forces at the placed state, those of joint laws among them."""
+    write_plain_forces(t, q, u, table, pool, work)
+    if header_of(table)["n_laws"] > 0:
+        add_law_forces(q, u, table, pool, work)
+
+
+@inner
+def write_plain_forces(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
     """Write every body's bias wrench and elastic bias, and the spring forces of sprung joints, at the placed state."""
     head = header_of(table)
     l, strength = ZERO, 0.0
@@ -33,7 +44,23 @@ def write_forces(t: float, q: Array, u: Array, table: Table, pool: Array, work: 
         add_elastic_forces(b, pool, work)
         if b["sprung"]:
             write_spring_forces(b, q, u, pool, work)
-    if head["n_laws"] > 0:
-        add_law_forces(q, u, table, pool, work)
     for j in range(head["n_loads"]):
         apply_load(t, load_of(table, j), table, pool, work)
+    apply_springs(table, pool, work)
+
+
+@inner
+def release_joint(b: Record, work: Array) -> None:
+    """Clear the joint forces."""
+    for k in range(6):
+        work[b["work"] + W_TAU + k] = 0.0
+
+
+@inner
+def clear(table: Table, work: Array) -> None:
+    """Leave the placed bodies without forces, joint forces and bias accelerations."""
+    for i in range(1, header_of(table)["n_bodies"]):
+        b = body_of(table, i)
+        zero_forces(b, work)
+        put_pair(work, b["work"] + W_BIAS, nothing_pair())
+        release_joint(b, work)

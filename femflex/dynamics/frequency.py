@@ -38,7 +38,7 @@ def law_frequency(model: Model) -> float:
         stiffest = place.of.stiffest if isinstance(place.of, Law) else place.of.stiffness
         if stiffest > 0:
             q = np.ascontiguousarray(model.x0[: model.n_q])
-            model.second_order.solve(0.0, q, unit, out, 1.0, 0.0, 0.0, model.table, model.pool, model.work)
+            model.tree.solve(0.0, q, unit, out, 1.0, 0.0, 0.0, model.table, model.pool, model.work)
             squares.append(stiffest * out[place.u])
     return float(np.sqrt(max(squares)))
 

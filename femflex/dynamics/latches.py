@@ -27,6 +27,13 @@ class Latches:
 
     model: Model
 
+    def __post_init__(self) -> None:
+        if self.model.constraints is not None:
+            raise ValueError(
+                "latches and closed loops or constraints stand in one system; what an impact does to multipliers is "
+                "not known here, so use a stiff elastic latch (`stiffness`), or open the loop"
+            )
+
     def values(self, t: float, x: Array) -> Array:
         """How far each open latch's coordinate has to go; 1 for a closed one."""
         out = []
@@ -54,6 +61,6 @@ def impact(model: Model, t: float, x: Array, freedom: int) -> tuple[Array, float
     rhs, change = np.zeros(model.n_u), np.empty(model.n_u)
     rhs[freedom] = -x[model.n_q + freedom]
     q = np.ascontiguousarray(x[: model.n_q])
-    model.second_order.solve(t, q, rhs, change, 1.0, 0.0, 0.0, model.table, model.pool, model.work)
+    model.tree.solve(t, q, rhs, change, 1.0, 0.0, 0.0, model.table, model.pool, model.work)
     drives = int(model.table[:N_HEADER].view(HEADER)[0]["drives"])
     return change, float(model.work[drives + freedom])

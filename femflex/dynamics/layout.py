@@ -1,7 +1,7 @@
 """Flat arrays of a compiled system: one integer table of records, one pool of numbers, one scratch array.
 
 table  header record, then one BODY record per body (record 0 is the base frame), then one LOAD record per load, the
-       reported markers, the freedoms that are held, and the laws of joint freedoms
+       reported markers, the freedoms that are held, the laws of joint freedoms, and what `constraint_layout` describes
 pool   constants: moments, shapes at markers, axes, springs, load tables, orbit
 work   scratch, one block per body: the offsets W_* below, then arrays whose place the record holds
 
@@ -45,6 +45,8 @@ HEADER = np.dtype(
             "n_laws", "laws", "law_rows",  # LAW records, where they begin, and how many laws are reported
             "held_q", "held_u",  # work (n_q,), (n_u,): the state with held freedoms where they are held
             "known", "flags", "drives",  # work (n_u,): their accelerations; 1 where held; forces that hold them
+            "n_springs",  # between markers
+            "springs", "closing",  # table: where their records begin (see constraint_layout)
         )
     ]
 )  # fmt: skip

@@ -17,17 +17,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.compiled import inner, kernel
-from femflex.dynamics.equations import place, write_accelerations
+from femflex.dynamics.equations import place
+from femflex.dynamics.forces import clear, release_joint
 from femflex.dynamics.gathering import gather_residual
 from femflex.dynamics.gravity import NO_GRADIENT, find_center_of_mass, gravity_field, local_field
 from femflex.dynamics.held import held_state
-from femflex.dynamics.inertia import write_velocity_forces, zero_forces
+from femflex.dynamics.inertia import write_velocity_forces
 from femflex.dynamics.joint_forces import write_spring_forces
 from femflex.dynamics.lanes import beyond, start
 from femflex.dynamics.laws import write_law_rows
-from femflex.dynamics.layout import BALL_NONE, ORBIT_NONE, W_BIAS, W_OMEGA, W_TAU, body_of, header_of, hold_of, load_of
+from femflex.dynamics.layout import BALL_NONE, ORBIT_NONE, W_OMEGA, W_TAU, body_of, header_of, hold_of, load_of
+from femflex.dynamics.led_equations import write_accelerations
 from femflex.dynamics.loads import apply_load
-from femflex.dynamics.pairs import nothing_pair, put_pair
 from femflex.dynamics.stiffening import add_varying_force, write_varying_stiffness
 from femflex.dynamics.symbols import types
 from femflex.dynamics.vectors import ZERO, store3
@@ -47,23 +48,6 @@ ZEROS, HELD_U, HELD_UDOT, FREE_UDOT, BACKWARDS, TRIAL, TRIAL_H, SPARE = 0, 1, 2,
 
 _vector, _matrix = types.float64[::1], types.float64[:, ::1]
 LEDGER = types.void(_vector, _matrix, _matrix, _matrix, types.int64[::1], _vector, _vector)
-
-
-@inner
-def release_joint(b: Record, work: Array) -> None:
-    """Clear the joint forces."""
-    for k in range(6):
-        work[b["work"] + W_TAU + k] = 0.0
-
-
-@inner
-def clear(table: Table, work: Array) -> None:
-    """Leave the placed bodies without forces, joint forces and bias accelerations."""
-    for i in range(1, header_of(table)["n_bodies"]):
-        b = body_of(table, i)
-        zero_forces(b, work)
-        put_pair(work, b["work"] + W_BIAS, nothing_pair())
-        release_joint(b, work)
 
 
 @inner

@@ -24,7 +24,7 @@ STEP = 1e-5  # of a coordinate's usual size: error of central differences h^2 ~ 
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """Linear equations about a state: M, D, K, W (n_u, n_u); names of the quasi-velocities."""
+    """Linear equations about a state: M, D, K, W (n, n) of the freedoms that are not held; their names."""
 
     M: Array
     D: Array
@@ -33,13 +33,13 @@ class Linearised:
     names: tuple[str, ...]
 
     def state_matrix(self) -> Array:
-        """A (2 n_u, 2 n_u) of d(dxi, du)/dt = A (dxi, du)."""
+        """A (2 n, 2 n) of d(dxi, du)/dt = A (dxi, du)."""
         n = len(self.M)
         lower = -np.linalg.solve(self.M, np.hstack([self.K, self.D]))
         return np.vstack([np.hstack([self.W, np.eye(n)]), lower])
 
     def eigenvalues(self) -> NDArray[np.complex128]:
-        """Eigenvalues (2 n_u,) of the state matrix [1/s], by rising size."""
+        """Eigenvalues (2 n,) of the state matrix [1/s], by rising size."""
         found = np.asarray(np.linalg.eigvals(self.state_matrix()), complex)
         return found[np.argsort(np.abs(found), kind="stable")]
 
@@ -48,8 +48,13 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
     """The linear equations about the state x (n_x,) at t with accelerations udot (n_u,), zero when left out.
 
     M is exact, D exact too (the residual is of second degree in u); K is that of shapes and springs exactly, plus
-    central differences of the rest.
+    central differences of the rest. Raises ValueError for a model with loops or constraints.
     """
+    if model.constraints is not None:
+        raise ValueError(
+            f"{model.constraints.names} constrain the system, and linear equations are those of trees of bodies alone; "
+            "leave them out"
+        )
     accelerations = np.zeros(model.n_u) if udot is None else np.asarray(udot, float)
     q, u = x[: model.n_q], x[model.n_q :]
     n = model.n_u
@@ -59,8 +64,19 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
 
     unit = np.eye(n) * max(1.0, float(np.abs(u).max(initial=0.0)))
     D = np.column_stack([(residual(q, u + e) - residual(q, u - e)) / (2 * e.max()) for e in unit])
-    names = tuple(name for name, _ in model.system.velocity_names())
-    return Linearised(model.mass_matrix(t, x), D, stiffness(model, t, x, accelerations), turning(model, u), names)
+    free = np.flatnonzero(~held_freedoms(model))
+    K = stiffness(model, t, x, accelerations)
+    M, D, K, W = (A[np.ix_(free, free)] for A in (model.mass_matrix(t, x), D, K, turning(model, u)))
+    names = model.system.velocity_names()
+    return Linearised(M, D, K, W, tuple(names[k][0] for k in free))
+
+
+def held_freedoms(model: Model) -> NDArray[np.bool_]:
+    """(n_u,): which freedoms are locked or specified."""
+    held = np.zeros(model.n_u, bool)
+    for name, record in zip(model.system.order, body_records(model.table)[1:], strict=True):
+        held[[int(record["u"]) + k for k in model.system.joint_of(name).held]] = True
+    return held
 
 
 def stiffness(model: Model, t: float, x: Array, udot: Array) -> Array:
@@ -102,7 +118,7 @@ def linear_stiffness(model: Model) -> tuple[Array, NDArray[np.int64]]:
 def advanced(model: Model, q: Array, increment: Array) -> Array:
     """q o exp(increment): the coordinates (n_q,) after an increment (n_u,) along the quasi-velocities."""
     out = np.array(q, float)
-    model.second_order.advance(
+    model.tree.advance(
         np.ascontiguousarray(q), np.ascontiguousarray(increment), out, model.table, model.pool, model.work
     )
     return out

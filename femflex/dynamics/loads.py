@@ -84,14 +84,33 @@ def load_wrench(
 
 @inner
 def apply_load(t: float, load: Record, table: Table, pool: Array, work: Array) -> None:
-    """Take a load off the bias of its body: wrench at the origin, and phi^T force + (T psi)^T torque."""
-    b = body_of(table, load["body"])
+    """Take a load off the bias of its body."""
     force, torque, r, T = load_wrench(t, load, table, pool, work)
+    push(body_of(table, load["body"]), force, torque, r, T, load["bends"], load["shape"], load["spin"], pool, work)
+
+
+@inner
+def push(
+    b: Record,
+    force: Vector,
+    torque: Vector,
+    r: Vector,
+    T: Matrix,
+    bends: int,
+    shape: int,
+    spin: int,
+    pool: Array,
+    work: Array,
+) -> None:
+    """Take a force and a torque at a marker off the body's bias: wrench at the origin, phi^T force + (T psi)^T torque.
+
+    All in body components; r from the origin to the marker, T the tangent of its own turn.
+    """
     p, row = b["work"] + W_P, b["wide"]
     store_lane(work, p, sub(load3(work, p), force))
     store_lane(work, p + 4, sub(load3(work, p + 4), add(torque, cross(r, force))))
-    if load["bends"]:
+    if bends:
         turned = turn_back(T, torque)
         for k in range(0, row, 4):
-            power = dot(force, rows3(pool, load["shape"] + k, row)) + dot(turned, rows3(pool, load["spin"] + k, row))
+            power = dot(force, rows3(pool, shape + k, row)) + dot(turned, rows3(pool, spin + k, row))
             put(work, b["pn"] + k, lane(work, b["pn"] + k) - power)

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody, Marker, StrainTensors
 from femflex.dynamics import layout as at
 from femflex.dynamics.lanes import padded
+from femflex.dynamics.lower_constraints import lower_constraints, lower_springs
+from femflex.dynamics.pool import Pool, Scratch, length_of, put_marker
 from femflex.dynamics.stiffening import monomial_table
 from femflex.rotations import EULER_PARAMETERS, MODIFIED, NAMED_SEQUENCES, RODRIGUES, is_extrinsic, letters_of
 from femflex.system import Joint, Load, System
@@ -21,57 +23,6 @@ ROUNDING = 1e-12  # relative; an elastic mass or stiffness closer than this to i
 FRAME_CODES = {"inertial": at.FRAME_INERTIAL, "orbital": at.FRAME_ORBITAL, "spinning": at.FRAME_SPINNING}
 BALL_CODES = {EULER_PARAMETERS: at.BALL_QUATERNION, RODRIGUES: at.BALL_RODRIGUES, MODIFIED: at.BALL_MODIFIED}
 LOAD_CODES = {"body": at.LOAD_BODY, "marker": at.LOAD_MARKER, "inertial": at.LOAD_INERTIAL, "orbital": at.LOAD_ORBITAL}
-
-
-def aligned(size: int) -> Array:
-    """Zeros (size,) that begin at a whole cache line, so that no lane straddles two."""
-    spare = np.zeros(size + 8)
-    start = -(spare.ctypes.data // 8) % 8
-    return spare[start : start + size]
-
-
-class Pool:
-    """Numbers laid one after another from whole lanes; `put` says where a piece went, and lays equal ones only once."""
-
-    def __init__(self) -> None:
-        self._pieces: list[Array] = []
-        self._known: dict[bytes, int] = {}
-        self.size = 0
-
-    def put(self, values: object) -> int:
-        """Place of the flattened values."""
-        piece = np.ascontiguousarray(values, float).ravel()
-        key = piece.tobytes()
-        if key not in self._known:
-            self._known[key] = self.size
-            self._pieces.append(np.concatenate([piece, np.zeros(padded(piece.size) - piece.size)]))
-            self.size += padded(piece.size)
-        return self._known[key]
-
-    def put_rows(self, values: object) -> int:
-        """Place of an array whose last axis is filled up with zeros to whole lanes."""
-        values = np.asarray(values, float)
-        width = padded(values.shape[-1]) - values.shape[-1]
-        return self.put(np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, width)]))
-
-    def array(self) -> Array:
-        """All pieces in one array."""
-        out = aligned(self.size)
-        if self._pieces:
-            out[: self.size] = np.concatenate(self._pieces)
-        return out
-
-
-class Scratch:
-    """Hands out places in the work array, from whole lanes."""
-
-    def __init__(self) -> None:
-        self.size = 0
-
-    def take(self, count: int) -> int:
-        """Place of that many doubles."""
-        start, self.size = self.size, self.size + padded(count)
-        return start
 
 
 def lower(system: System) -> tuple[Table, Array, int]:
@@ -101,11 +52,16 @@ def lower(system: System) -> tuple[Table, Array, int]:
     head[0]["mass"] = pool.put([sum(body.moments.mass for body in system.bodies.values())])
     head[0]["orbit_state"], head[0]["total"] = scratch.take(19), scratch.take(6)
     lower_orbit(head[0], system, pool)
+    parts: list[NDArray[np.void]] = [head, bodies, loads, markers]
     holds = lower_holds(head[0], bodies, system, pool, scratch)
-    laws = lower_laws(head[0], bodies, system, pool)
-    parts = [head, bodies, loads, markers, holds, laws]
-    sizes = [part.size * len(part.dtype.names or ()) for part in parts]
-    head[0]["holds"], head[0]["laws"] = sum(sizes[:4]), sum(sizes[:5])
+    head[0]["holds"] = length_of(parts)
+    parts.append(holds)
+    head[0]["laws"] = length_of(parts)
+    parts.append(lower_laws(head[0], bodies, system, pool))
+    head[0]["springs"] = length_of(parts)
+    parts.append(lower_springs(head[0], system, pool))
+    head[0]["closing"] = length_of(parts)
+    parts += lower_constraints(head[0], bodies, system, pool, scratch)
     table = np.concatenate([part.view(np.int64).ravel() for part in parts])
     return table, pool.array(), scratch.size
 
@@ -276,13 +232,6 @@ def lower_markers(bodies: NDArray[np.void], i: int, joint: Joint, system: System
     )
     six = record["n_h"] == 6 and joint.ball is not None and orthonormal
     record["full"] = int(bool(six and joint.parent is None and not record["sprung"] and not record["own_bends"]))
-
-
-def put_marker(marker: Marker, pool: Pool) -> tuple[int, int, int, int]:
-    """Places of position and axes, phi, psi, and whether the marker moves with the shapes at all."""
-    bends = int(bool(np.any(marker.phi) or np.any(marker.psi)))
-    place = pool.put(np.concatenate([marker.position, marker.orientation.ravel()]))
-    return place, pool.put_rows(marker.phi), pool.put_rows(marker.psi), bends
 
 
 def lower_load(load: Load, system: System, order: list[str], pool: Pool) -> NDArray[np.void]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -16,12 +16,17 @@ from femflex.dynamics.frequency import highest_frequency
 from femflex.dynamics.joint_channels import observe_balls
 from femflex.dynamics.law_report import observe_laws
 from femflex.dynamics.layout import BALL_MODIFIED, BALL_QUATERNION, body_records
-from femflex.dynamics.lower import aligned, lower
+from femflex.dynamics.lower import lower
+from femflex.dynamics.lower_constraints import characteristic_length
 from femflex.dynamics.observe import observe
+from femflex.dynamics.orbit_force import observe_orbit_force
+from femflex.dynamics.pool import aligned
+from femflex.dynamics.terms import SWITCHED
 from femflex.rotations import is_extrinsic
 from femflex.system import Channel, System
 
 if TYPE_CHECKING:
+    from femflex.dynamics.constrained import Constraints
     from femflex.dynamics.latches import Latches
     from femflex.dynamics.second_order import SecondOrderCalls
 
@@ -38,6 +43,8 @@ class Model:
     renormalise         first positions in x of the quadruples of Euler parameters
     channels            path -> Channel of everything `observe` returns
     omitted             what `without` has switched off
+    constraints         loops and nonholonomic constraints, or None
+    project             call that brings a state back onto them, or None (see femflex.integrate.protocol)
     """
 
     system: System
@@ -52,6 +59,8 @@ class Model:
     channels: dict[str, Channel]
     rate: Any = field(default=equations.rate)
     omitted: tuple[str, ...] = ()
+    constraints: Constraints | None = None
+    project: Any = None
 
     @property
     def n_x(self) -> int:
@@ -59,8 +68,13 @@ class Model:
         return self.n_q + self.n_u
 
     @property
-    def second_order(self) -> SecondOrderCalls:
-        """The calls of implicit integrators; compiled when first asked for."""
+    def second_order(self) -> SecondOrderCalls | None:
+        """The calls of implicit integrators, compiled when first asked for; None with constraints."""
+        return self.tree if self.constraints is None else None
+
+    @property
+    def tree(self) -> SecondOrderCalls:
+        """The calls of implicit integrators on the tree, without the forces of constraints."""
         from femflex.dynamics.second_order import SecondOrderCalls
 
         if not self.reduced:
@@ -72,7 +86,7 @@ class Model:
     @property
     def reduced(self) -> bool:
         """Whether the compiled equations leave terms out (see `dynamics.without`)."""
-        return self.rate is not equations.rate
+        return any(name in SWITCHED for name in self.omitted)
 
     @property
     def switch(self) -> Any:
@@ -105,12 +119,10 @@ class Model:
         return dx
 
     def residual(self, t: float, x: Array, udot: Array) -> Array:
-        """M udot + h - Q of eq. (9), (n_u,); udot - sddot on the rows of held freedoms."""
+        """M udot + h - Q of eq. (9), (n_u,), without forces of constraints; udot - sddot on rows of held freedoms."""
         out = np.empty(self.n_u)
         q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
-        self.second_order.residual(
-            float(t), q, u, np.ascontiguousarray(udot, float), out, self.table, self.pool, self.work
-        )
+        self.tree.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, self.table, self.pool, self.work)
         return out
 
     def bias(self, t: float, x: Array) -> Array:
@@ -148,6 +160,7 @@ class Model:
         out["q"], out["u"] = states[:, : self.n_q], states[:, self.n_q :]
         out |= observe_held(self, times, states) | observe_laws(self, states)
         out |= observe_balls(self.system, states)
+        out |= observe_orbit_force(self.system, out)
         if is_extrinsic(self.system.libration_sequence):
             out["attitude/angles"] = out["attitude/angles"][:, ::-1]
         records = body_records(self.table)
@@ -155,6 +168,8 @@ class Model:
             first = int(records[i]["qe"])
             body = self.system.bodies[name]
             out[f"bodies/{name}/delta"] = body.amplitudes(states[:, first : first + body.n_modes])
+        if self.constraints is not None:
+            out |= self.constraints.observe(times, states)
         if self.system.segments:
             from femflex.dynamics.segmented import observe_segmented
 
@@ -173,7 +188,7 @@ def compile_system(system: System) -> Model:
     quadruples = [int(b["q"] + b["n_slide"]) for b in body_records(table)[1:] if b["ball"] == BALL_QUATERNION]
     knots = [load.times for load in system.loads if load.times is not None]
     knots += [profile.breaks for joint in system.joints for profile in joint.held.values()]
-    return Model(
+    tree = Model(
         system=system,
         table=table,
         pool=pool,
@@ -184,4 +199,35 @@ def compile_system(system: System) -> Model:
         breaks=np.unique(np.concatenate(knots)) if knots else np.zeros(0),
         renormalise=np.array(quadruples, np.int64),
         channels=channels_of(system),
+        rate=rate_of(system),
+    )
+    return constrained(tree) if system.loops or system.constraints else tree
+
+
+def rate_of(system: System) -> Any:
+    """The compiled rate of a tree: the plain one, or that with held freedoms and laws."""
+    if not any(joint.held or joint.laws or joint.latches for joint in system.joints):
+        return equations.rate
+    from femflex.dynamics.led_equations import led_rate
+
+    return led_rate
+
+
+def constrained(tree: Model) -> Model:
+    """The model with its loops closed and its constraints held, started from the nearest consistent state.
+
+    Raises ValueError for a loop that cannot close.
+    """
+    from femflex.dynamics import constraints as calls
+    from femflex.dynamics.assemble import assembled
+    from femflex.dynamics.constrained import constraints_of_system
+
+    own = (tree.table, tree.pool, tree.work)
+    held = constraints_of_system(tree.system, own, tree.n_q, tree.n_u, tree.tree.kinematic)
+    return replace(
+        tree,
+        constraints=held,
+        x0=assembled(held, tree.x0, characteristic_length(tree.system), tree.mass_matrix),
+        rate=calls.rate,
+        project=calls.project,
     )

@@ -27,6 +27,7 @@ from femflex.dynamics.layout import (
     header_of,
 )
 from femflex.dynamics.shapes import nothing3, rows3, rows9, totals3, turning_of
+from femflex.dynamics.springs import energy_of_springs
 from femflex.dynamics.stiffening import varying_energy, write_varying_stiffness
 from femflex.dynamics.turns import angles_of, quaternion_of
 from femflex.dynamics.vectors import (
@@ -90,6 +91,7 @@ def observe_energies(
             j = b["q"] + b["n_slide"]
             w2, x2, y2, z2 = q[j] * q[j], q[j + 1] * q[j + 1], q[j + 2] * q[j + 2], q[j + 3] * q[j + 3]
             norm = max(norm, abs(math.sqrt(w2 + x2 + y2 + z2) - 1.0))
+    spring += energy_of_springs(table, pool, work)
     if head["n_laws"] > 0:
         spring += law_energy(q, table, pool)
     center = scale(1.0 / mass, center)

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.layout import body_records
-from femflex.dynamics.linearised import stiffness, usual_sizes
+from femflex.dynamics.linearised import held_freedoms, stiffness, usual_sizes
 from femflex.dynamics.model import Model, compile_system
-from femflex.system import Frame, Load, System
+from femflex.system import Frame, Joint, Load, Profile, System
 
 Array = NDArray[np.float64]
 
@@ -26,18 +26,20 @@ class Steady:
     inner    the same bodies and joints without any: elastic and spring forces alone
     sizes    (n_u,) usual size of each coordinate; forces times sizes are energies [J]
     elastic  (n_u,) which coordinates have a stiffness of their own
+    held     (n_u,) which are locked or specified, and so are not sought
     """
 
     full: Model
     inner: Model
     sizes: Array
     elastic: NDArray[np.bool_]
+    held: NDArray[np.bool_]
 
     def forces(self, q: Array) -> tuple[Array, Array]:
         """Inner and outer generalised forces h - Q (n_u,) at the coordinates q, times the sizes [J]."""
         x = np.concatenate([q, np.zeros(self.full.n_u)])
-        inner = self.inner.bias(0.0, x)
-        return inner * self.sizes, (self.full.bias(0.0, x) - inner) * self.sizes
+        inner, full = (np.where(self.held, 0.0, model.bias(0.0, x)) for model in (self.inner, self.full))
+        return inner * self.sizes, (full - inner) * self.sizes
 
     def stiffness(self, q: Array, share: float) -> Array:
         """Derivative (n_u, n_u) of the forces by increments of the coordinates in their sizes [J]."""
@@ -57,21 +59,37 @@ def steady(system: System, at: float | None = None) -> Steady:
     frozen = replace(
         system,
         bodies={name: replace(body, damping=0.0 * body.damping) for name, body in system.bodies.items()},
-        joints=tuple(replace(joint, damping=0.0 * joint.damping) for joint in system.joints),
+        joints=tuple(_still(joint, at) for joint in system.joints),
+        springs=tuple(replace(spring, damping=0.0) for spring in system.springs),
         loads=tuple(_frozen(load, at) for load in system.loads),
     )
-    if problems := [*_orbit_problems(frozen), *_load_problems(frozen)]:
+    if problems := [*_tie_problems(frozen), *_orbit_problems(frozen), *_load_problems(frozen)]:
         raise ValueError("\n".join(problems))
     full = compile_system(frozen)
     inner = compile_system(replace(frozen, loads=(), orbit=None, frame=Frame()))
-    elastic = np.zeros(full.n_u, bool)
+    elastic, held = np.zeros(full.n_u, bool), held_freedoms(full)
     for name, record in zip(system.order, body_records(full.table)[1:], strict=True):
         joint = system.joint_of(name)
         elastic[int(record["u"]) : int(record["u"]) + joint.n_u] = joint.stiffness > 0
         elastic[int(record["ue"]) : int(record["ue"]) + system.bodies[name].n_modes] = True
-    found = Steady(full, inner, usual_sizes(full), elastic)
+    found = Steady(full, inner, usual_sizes(full), elastic, held)
     _check_constant(found)
     return found
+
+
+def _still(joint: Joint, at: float | None) -> Joint:
+    """The joint without dampers, its specified freedoms locked where they are at a time."""
+    still: list[Profile | float | None] = list(joint.motion)
+    q0 = joint.q0.copy()
+    for k, profile in joint.held.items():
+        if profile.moves and at is None:
+            raise ValueError(
+                f"the motion of {joint.freedom_names()[k]!r} changes over time, so there is no equilibrium with it; "
+                "say at which time its value is meant (--at), or let the base frame spin instead ([attitude] frame = "
+                "'spinning')"
+            )
+        still[k] = q0[k] = float(profile(at or 0.0)[0])
+    return replace(joint, damping=0.0 * joint.damping, motion=tuple(still), q0=q0, u0=0.0 * joint.u0)
 
 
 def _frozen(load: Load, at: float | None) -> Load:
@@ -88,6 +106,16 @@ def _frozen(load: Load, at: float | None) -> Load:
             "is meant (--at), or switch it off"
         )
     return replace(load, times=None, force=values[0], torque=values[1])
+
+
+def _tie_problems(system: System) -> list[str]:
+    names = [repr(loop.label) for loop in system.loops] + [repr(c.name) for c in system.constraints]
+    if not names:
+        return []
+    return [
+        f"{', '.join(names)} constrain the system, and equilibria are found for trees of bodies alone; leave them out, "
+        "or let a damped run come to rest"
+    ]
 
 
 def _orbit_problems(system: System) -> list[str]:
@@ -121,7 +149,7 @@ def _load_problems(system: System) -> list[str]:
 def _check_constant(found: Steady) -> None:
     """Raise ValueError when the forces at rest depend on time for a reason not named before."""
     x = np.concatenate([found.full.x0[: found.full.n_q], np.zeros(found.full.n_u)])
-    now, later = (found.full.bias(t, x) * found.sizes for t in (0.0, 12345.678))
+    now, later = (np.where(found.held, 0.0, found.full.bias(t, x)) * found.sizes for t in (0.0, 12345.678))
     size = max(np.abs(part).max(initial=0.0) for part in (*found.forces(x[: found.full.n_q]), now))
     change = float(np.abs(later - now).max(initial=0.0))
     if change > CHANGED * size:

@@ -32,6 +32,13 @@ TERMS = {
     "gravity_gradient": "gravity relative to O",
     "moving_mass": "M_t u: the mass matrix changes with specified joints",
 }
+SWITCHED = (  # in the compiled equations
+    "coriolis_centrifugal",
+    "gyroscopic",
+    "specified_motion",
+    "gravity_gradient",
+    "moving_mass",
+)
 LOADS, DRIVES, LAWS, INERTIA_OF = "loads/", "drives/", "laws/", "inertia/"
 FORCE_UNITS = {"m/s": "N", "rad/s": "N m", "kg^1/2 m/s": "kg^1/2 m/s^2"}
 

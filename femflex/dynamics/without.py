@@ -11,20 +11,13 @@ import numpy as np
 
 from femflex.body import FlexibleBody
 from femflex.dynamics.law_report import law_places
-from femflex.dynamics.terms import DRIVES, LAWS, LOADS, TERMS, all_rows, term_names
+from femflex.dynamics.terms import DRIVES, LAWS, LOADS, SWITCHED, TERMS, all_rows, term_names
 from femflex.system import Joint, Latch, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
 FLEXIBILITY = "flexibility"
-SWITCHED = (  # in the compiled equations
-    "coriolis_centrifugal",
-    "gyroscopic",
-    "specified_motion",
-    "gravity_gradient",
-    "moving_mass",
-)
 
 SHORT = {"K1": "elastic", "K2": "elastic_K2", "K3": "elastic_K3"}
 
@@ -138,7 +131,7 @@ def reduced(model: Model, omitted: tuple[str, ...]) -> Model:
     if not any(name in SWITCHED for name in omitted):
         return replace(model, omitted=omitted)
     from femflex.dynamics.layout import HEADER, N_HEADER
-    from femflex.dynamics.lower import aligned
+    from femflex.dynamics.pool import aligned
     from femflex.dynamics.reduced import reduced_rate
 
     kept = [0.0 if name in SWITCHED and name in omitted else 1.0 for name in rows]

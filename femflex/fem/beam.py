@@ -185,7 +185,9 @@ def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
     if axial not in range(1, ORDERS.stop):
         raise ValueError(f"{where} has axial_order {axial!r}; it may be 1 to {ORDERS.stop - 1}")
     if not hasattr(member.section, "resultants"):
-        raise ValueError(f"{where} has section {member.section!r}; give one of femflex.fem.sections")
+        raise ValueError(
+            f"{where} has section {member.section!r}; give one of femflex.fem.sections (tube, box, rectangle, I, ...)"
+        )
     for name in ("prestress", "thermal_strain"):
         if not isinstance(options[name], int | float | np.floating) or not np.isfinite(options[name]):
             raise ValueError(f"{where} has {name} {options[name]!r}; give one finite number")

@@ -24,11 +24,12 @@ COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")  # of a node: three translations,
 
 @dataclass(frozen=True, eq=False)
 class _Extra:
-    """Extra dofs (count,), the nodes (count, k) each lies on, and what clamps them."""
+    """Extra dofs (count,), the nodes (count, k) each lies on, what clamps them, and the axes (count, 3) they use."""
 
     dofs: Index
     nodes: Index
     kind: str
+    axes: NDArray[np.bool_]
 
 
 class Numbering:
@@ -55,17 +56,24 @@ class Numbering:
         return self._numbers(self._rotation, nodes)
 
     def extra(
-        self, count: int, nodes: Index | None = None, kind: Literal["translation", "rotation"] = "translation"
+        self,
+        count: int,
+        nodes: Index | None = None,
+        kind: Literal["translation", "rotation"] = "translation",
+        directions: Array | None = None,
     ) -> Index:
         """Raw dofs (count,) that belong to no single node.
 
         nodes (count, k): the nodes each dof lies on; it is clamped when all of them are. Without nodes it never is.
         kind: a "translation" is fixed where the group's three translations are (bubbles, edge displacements), a
         "rotation" only where its rotations are too (edge slopes, twists).
+        directions (count, 3): unit vectors that translations move along; the axes they have a part in must be held,
+        and need not be all three.
         """
         dofs = self._take(count)
         if nodes is not None:
-            self._extras.append(_Extra(dofs, np.asarray(nodes, np.int64).reshape(count, -1), kind))
+            axes = np.ones((count, 3), bool) if directions is None else np.abs(directions) > RANK_TOLERANCE
+            self._extras.append(_Extra(dofs, np.asarray(nodes, np.int64).reshape(count, -1), kind, axes))
         return dofs
 
     def translation_of(self, nodes: Index) -> Index:
@@ -107,8 +115,11 @@ class Numbering:
         found = [nodal[:, [COMPONENTS.index(c) for c in components]].ravel()]
         on = np.zeros(len(self._translation), bool)
         on[nodes] = True
-        held = {"translation": set("xyz") <= set(components), "rotation": set(COMPONENTS) <= set(components)}
-        found += [e.dofs[on[e.nodes].all(axis=1)] for e in self._extras if held[e.kind]]
+        free = np.array([c not in components for c in "xyz"])
+        every = set(COMPONENTS) <= set(components)
+        for e in self._extras:
+            held = ~(e.axes & free).any(axis=1) & (every or e.kind == "translation")
+            found.append(e.dofs[held & on[e.nodes].all(axis=1)])
         dofs = np.concatenate(found)
         return np.unique(dofs[dofs >= 0])
 

@@ -52,7 +52,7 @@ def flat_map(mesh: Mesh, corners: Index, axes: Array, numbering: Numbering, own:
         numbering.translation(corners.ravel()),
         numbering.rotation(corners.ravel(), np.repeat(normals, c, axis=0)),
     ]
-    sides = element_sides(mesh, corners, numbering)
+    sides = element_sides(mesh, corners, axes, numbering)
     dofs = np.concatenate([d.reshape(e, -1) for d in (*nodal, sides.dofs)], axis=1)
     if own is not None:
         dofs = np.concatenate([dofs, own], axis=1)

@@ -49,15 +49,21 @@ class SideTable:
         self._dofs: Index = np.zeros((0, 2), np.int64)
         self._twists: list[tuple[Index, Array]] = []  # per slot: raw dof (n_nodes,) and normal (n_nodes, 3)
 
-    def sides(self, keys: Index, numbering: Numbering) -> Index:
-        """Raw dofs (k, 2) of sides by key (k,); new sides get theirs from the numbering."""
-        fresh = np.setdiff1d(keys, self._keys)
+    def sides(self, keys: Index, numbering: Numbering, axes: Array, along: Array) -> Index:
+        """Raw dofs (k, 2) of sides by key (k,); new sides get theirs from the numbering.
+
+        axes (k, 2, 3) are those of the plane, along (k, 3) those of the sides: what the dofs move along.
+        """
+        fresh, first = np.unique(keys, return_index=True)
+        new = ~np.isin(fresh, self._keys)
+        fresh, first = fresh[new], first[new]
         fold = np.isin(fresh, self.folds)
         pairs = np.stack([fresh // self.n_nodes, fresh % self.n_nodes], axis=1)
         dofs = np.empty((len(fresh), 2), np.int64)
         for rows, count in ((np.flatnonzero(~fold), 2), (np.flatnonzero(fold), 1)):
             if len(rows):
-                given = numbering.extra(count * len(rows), np.repeat(pairs[rows], count, axis=0))
+                way = axes[first[rows]].reshape(-1, 3) if count == 2 else along[first[rows]]
+                given = numbering.extra(count * len(rows), np.repeat(pairs[rows], count, axis=0), directions=way)
                 dofs[rows] = given.reshape(-1, count)
         all_keys = np.concatenate([self._keys, fresh])
         order = np.argsort(all_keys, kind="stable")
@@ -93,14 +99,15 @@ def side_table(mesh: Mesh, numbering: Numbering) -> SideTable:
     return _TABLES[numbering]
 
 
-def element_sides(mesh: Mesh, corners: Index, numbering: Numbering) -> Sides:
-    """The sides of elements with corners (e, c)."""
+def element_sides(mesh: Mesh, corners: Index, axes: Array, numbering: Numbering) -> Sides:
+    """The sides of elements with corners (e, c) and axes (1|e, 3, 3), rows e1, e2, normal."""
     table = side_table(mesh, numbering)
     pairs = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2)
     keys = pairs[:, :, 0] * table.n_nodes + pairs[:, :, 1]
-    dofs = table.sides(keys.ravel(), numbering).reshape(*keys.shape, 2)
     vectors = (mesh.points[pairs[:, :, 1]] - mesh.points[pairs[:, :, 0]]).reshape(-1, 3)
     along = oriented(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+    plane = np.repeat(np.broadcast_to(axes[:, :2], (len(corners), 2, 3)), corners.shape[1], axis=0)
+    dofs = table.sides(keys.ravel(), numbering, plane, along).reshape(*keys.shape, 2)
     return Sides(dofs, np.isin(keys, table.folds), along.reshape(*keys.shape, 3))
 
 

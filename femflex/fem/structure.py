@@ -77,6 +77,11 @@ class Structure:
     f0: Array
 
     @property
+    def stressed(self) -> bool:
+        """Whether any member has initial stress."""
+        return any(block.stress.any() for block in self.strain)
+
+    @property
     def internal_force(self) -> InternalForce:
         """The full nonlinear elastic force on the independent dofs."""
         return InternalForce(self.strain, self.T)

@@ -21,8 +21,8 @@ class Dop853(Adaptive):
     """Explicit Runge-Kutta method of order 8(5,3) of Dormand and Prince (Hairer, Norsett & Wanner 1993, II.10).
 
     Twelve rates a step, three more when an output time lies inside it. Euler parameters named by the model are
-    brought to unit length at the end of each accepted step, before the rate there is taken: a change of the size of
-    the local error, so the order stays 8.
+    brought to unit length at the end of each accepted step, and a model with constraints is brought back onto them,
+    before the rate there is taken: changes of the size of the local error, so the order stays 8.
 
     The tolerances are tight because at order 8 they cost little: 1e-11 takes at most 1.7 times the steps of 1e-9, and
     a rigid craft keeps its angular momentum to 1e-10 over a hundred seconds of tumbling.
@@ -51,9 +51,10 @@ class Dop853(Adaptive):
     def filler(self, model: Model) -> Fill:
         """The compiled loop of `dop853_kernel` (compiled on first use in a fresh installation, else read from disk)."""
         from femflex.integrate.dop853_kernel import N_SCRATCH, N_STAGES, fill
+        from femflex.integrate.holding import hold_of
         from femflex.integrate.switching import switch_of
 
-        own, switch = (model.table, model.pool, model.work), switch_of(model)
+        own, switch, hold = (model.table, model.pool, model.work), switch_of(model), hold_of(model)
         renormalise = np.ascontiguousarray(model.renormalise, np.int64)
         atol = self.absolute(model.n_x)
         k, scratch = np.zeros((N_STAGES, model.n_x)), np.zeros((N_SCRATCH, model.n_x))
@@ -61,7 +62,7 @@ class Dop853(Adaptive):
         def filled(state: Array, vectors: Array, times: Array, rows: Array, span: Span, budget: int) -> tuple[int, int]:
             limits = (self.rtol, atol, self.max_step)
             kept = (state, vectors, k, scratch)
-            return fill(model.rate, switch, own, span, renormalise, *limits, *kept, times, rows, budget)
+            return fill(model.rate, switch, hold, own, span, renormalise, *limits, *kept, times, rows, budget)
 
         return filled
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from femflex.integrate import resume as head
 from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABLE, VECTOR, kernel, njit, part, types
 from femflex.integrate.dop853_table import A, C, D, E
+from femflex.integrate.holding import HOLD, Hold
 from femflex.integrate.protocol import OWN, RATE, SWITCH, Call, Own
 from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, normalise, put
 
@@ -137,7 +138,9 @@ def interpolate(theta: float, vectors: Array, row: Array) -> None:
 
 
 @part
-def hand_out(times: Array, rows: Array, row: int, state: Array, vectors: Array, renormalise: IntArray) -> int:
+def hand_out(
+    times: Array, rows: Array, row: int, state: Array, vectors: Array, renormalise: IntArray, hold: Hold, own: Own
+) -> int:
     """Number of rows written in all, after those whose times the steps have reached."""
     t, t_old = state[head.T], state[head.T_OLD]
     while row < rows.shape[0] and times[row] <= t:
@@ -146,6 +149,8 @@ def hand_out(times: Array, rows: Array, row: int, state: Array, vectors: Array, 
         else:
             interpolate((times[row] - t_old) / (t - t_old), vectors, rows[row])
             normalise(rows[row], renormalise)
+            if hold[0]:
+                hold[1](times[row], rows[row], *own)
         state[head.LAST_OUT] = times[row]
         row += 1
     return row
@@ -154,15 +159,15 @@ def hand_out(times: Array, rows: Array, row: int, state: Array, vectors: Array, 
 _TOLERANCES = (REAL, VECTOR, REAL)  # rtol, atol, max_step
 _KEPT = (VECTOR, TABLE, TABLE, TABLE)  # state, vectors, k, scratch
 _OUTPUT = (VECTOR, TABLE)  # times, rows
-_SIGNATURE = ENDED(
-    types.FunctionType(RATE), types.FunctionType(SWITCH), OWN, SPAN, INDICES, *_TOLERANCES, *_KEPT, *_OUTPUT, INTEGER
-)
+_CALLS = (types.FunctionType(RATE), types.FunctionType(SWITCH), HOLD)
+_SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, *_TOLERANCES, *_KEPT, *_OUTPUT, INTEGER)
 
 
 @kernel(_SIGNATURE)
 def fill(
     rate: Call,
     switch: Call,
+    hold: Hold,
     own: Own,
     span: Span,
     renormalise: IntArray,
@@ -184,7 +189,7 @@ def fill(
     row = 0
     x, y = vectors[X], scratch[Y]
     while True:
-        row = hand_out(times, rows, row, state, vectors, renormalise)
+        row = hand_out(times, rows, row, state, vectors, renormalise, hold, own)
         t, wanted = state[head.T], min(state[head.H], max_step)
         if row == rows.shape[0]:
             return head.FULL, row
@@ -208,6 +213,8 @@ def fill(
             continue
         normalise(y, renormalise)
         t_new = span[0] if h == span[0] - t else t + h
+        if hold[0]:
+            hold[1](t_new, y, *own)
         rate(clipped(t_new, span[1], span[2]), y, k[12], *own)
         state[head.EVALUATIONS] += 1
         if first_not_finite(k[12]) >= 0 or first_not_finite(y) >= 0:

@@ -57,6 +57,11 @@ class Block(NamedTuple):
         return float(self.resume[head.T])
 
     @property
+    def x(self) -> Array:
+        """State at that time (n_x,)."""
+        return self.resume[head.HEAD : head.HEAD + int(self.resume[head.N_X])]
+
+    @property
     def steps(self) -> Steps:
         """Statistics so far."""
         return Steps.of(self.resume)

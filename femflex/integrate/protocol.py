@@ -12,6 +12,11 @@ FIRST-ORDER CALL (every model)
     RATE       rate(t, x, dxdt, table, pool, work)
                dxdt = f(t, x), both (n_x,).
 
+CONSTRAINTS (models that have them; the others offer None)
+
+    PROJECT    project(t, x, table, pool, work) -> float
+               Brings x (n_x,) onto the constraints, in place, by the shortest way; the gap left. Called on every
+               accepted step and on every row handed out: a change of the size of the local error.
 CHANGE OF COORDINATES (models whose rotation sets need one)
 
     SWITCH     switch(x, table, pool, work) -> number of changes
@@ -57,6 +62,7 @@ Call = Callable[..., Any]
 _OWN = (INDICES, VECTOR, VECTOR)  # table, pool, work
 
 RATE = types.void(REAL, VECTOR, VECTOR, *_OWN)
+PROJECT = REAL(REAL, VECTOR, *_OWN)
 RESIDUAL = types.void(REAL, VECTOR, VECTOR, VECTOR, VECTOR, *_OWN)
 SOLVE = types.void(REAL, VECTOR, VECTOR, VECTOR, REAL, REAL, REAL, *_OWN)
 KINEMATIC = types.void(REAL, VECTOR, VECTOR, VECTOR, *_OWN)
@@ -127,6 +133,10 @@ class Model(Protocol):
     @property
     def switch(self) -> Call | None:
         """First-class function of signature SWITCH, or None if the coordinates never change."""
+
+    @property
+    def project(self) -> Call | None:
+        """First-class function of signature PROJECT, or None for a model without constraints."""
 
     @property
     def second_order(self) -> SecondOrder | None:

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 from femflex.pipeline.advance import Progress, integrate
 from femflex.pipeline.prepared import Prepared, check_output, prepare
 from femflex.pipeline.rebuilt import rebuilt
+from femflex.pipeline.resumed import is_finished
 
 if TYPE_CHECKING:
     from femflex.case import Case
     from femflex.results import Run
 
-__all__ = ["Prepared", "Progress", "check_output", "integrate", "prepare", "rebuilt", "run"]
+__all__ = ["Prepared", "Progress", "check_output", "integrate", "is_finished", "prepare", "rebuilt", "run"]
 
 
 def run(
@@ -29,13 +30,19 @@ def run(
     """The finished run of a case, written to an HDF5 file as it goes and open for reading.
 
     resume    go on with the unfinished run in `output`; the answer is that of an uninterrupted one, bit for bit
+              (a complete one is returned as it is)
     without   names of what is switched off, such as "gravity_gradient", a load or "flexibility"; the file says so
     progress  called with the time reached [s] after every block
     Raises CaseError for a case that cannot be run, FileExistsError for an existing output unless `force`, and
     IntegrationError when the numerics fail; the file then keeps what was computed and says so.
     """
+    from femflex.case import Case, read_case
     from femflex.results import open_run
 
+    if resume:
+        case = case if isinstance(case, Case) else read_case(case)
+        if is_finished(case, Path(output)):
+            return open_run(output)
     prepared = prepare(case, output, force=force, resume=resume, without=without)
     integrate(prepared, output, force=force, resume=resume, progress=progress)
     return open_run(output)

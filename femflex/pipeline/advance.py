@@ -7,7 +7,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from femflex.pipeline.guard import Runaway, Singularities
+import numpy as np
+
+from femflex.pipeline.guard import Runaway, Singularities, first_overflow
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
@@ -39,9 +41,16 @@ def integrate(
                 times = last.times if error is None else last.times[last.times <= error.t]
                 if len(times):
                     seen = model.observe(times, last.states[: len(times)])
-                    writer.make_room(len(times), last.resume)
+                    overflow = first_overflow(seen, last)
+                    if overflow is not None:
+                        error = error or overflow
+                        count = int(np.searchsorted(times, overflow.t))
+                        times, seen = times[:count], {path: value[:count] for path, value in seen.items()}
+                if len(times):
+                    after = last.resume if error is None else None  # a failed run cannot go on
+                    writer.make_room(len(times), after)
                     with undisturbed():
-                        writer.write_block(times, seen, last.resume)
+                        writer.write_block(times, seen, after)
                     singularities.watch(times, seen)
                     written = float(times[-1])
                 if error is not None:
@@ -85,8 +94,9 @@ def _kept(error: IntegrationError, writer: RunWriter, model: Model, written: flo
     """The error with the body and coordinate that failed in its text; the last finite state goes into the file."""
     names = [name for name, _ in (*model.system.coordinate_names(), *model.system.velocity_names())]
     text = f"the run stopped at t = {error.t:.9g} s in {names[error.coordinate]}: {error}"
-    if error.t > written:
-        writer.write_block(error.times[-1:], model.observe(error.times[-1:], error.states[-1:]))
+    seen = model.observe(error.times[-1:], error.states[-1:])
+    if error.t > written and all(np.isfinite(value).all() for value in seen.values()):
+        writer.write_block(error.times[-1:], seen)
     writer.finish(False, text, _statistics(error))
     told = f"{text} {writer.path} keeps what was computed and is marked incomplete."
     return type(error)(told, error.times, error.states, error.coordinate, error.steps)

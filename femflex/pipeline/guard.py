@@ -20,19 +20,24 @@ Array = NDArray[np.float64]
 
 BENT = 0.1  # elastic displacement over the body's size up to which linear strain is taken to hold
 CLOSE = 0.05  # rad; angle left to the singularity of a rotation set below which a run warns of it
+FASTEST = {"rad/s": 1e5, "m/s": 3e6}  # ten times what flywheels reach; a hundredth of the speed of light
 FAR = 100.0  # elastic displacement over the body's size beyond which the motion has run away
 
 
 class Runaway:
-    """Watches elastic displacements: stops a run that takes them far beyond the size of the body, warns of large ones.
+    """Watches motion: stops a run whose rates or elastic displacements are beyond all craft, warns of large bends.
 
-    An unstable motion grows for long before its numbers overflow, with ever smaller steps; linear strain has lost its
-    meaning long before.
+    An unstable or overloaded motion grows for long before its numbers overflow, with ever smaller steps; the model
+    has lost its meaning long before.
     """
 
     def __init__(self, model: Model) -> None:
         self._worst: dict[str, float] = {}
         self._reach: list[tuple[str, int, Array, float]] = []
+        units = [unit for _, unit in model.system.velocity_names()]
+        self._names = [name for name, _ in model.system.velocity_names()]
+        self._units = units
+        self._fastest = np.array([FASTEST.get(unit, np.inf) for unit in units])
         at = 0
         for name in model.system.order:
             body = model.system.bodies[name]
@@ -42,9 +47,14 @@ class Runaway:
             at += body.n_modes
 
     def found(self, block: Block) -> IntegrationError | None:
-        """The error that tells of the first row of a block that has run away, if there is one."""
-        from femflex.integrate import IntegrationError
+        """The error that tells of the first row of a block that has run away, or of the state beyond it, if it has."""
+        from femflex.integrate import Block, IntegrationError
 
+        if not len(block.times) or block.t > block.times[-1]:
+            states = np.concatenate([block.states.reshape(-1, len(block.x)), block.x[None]])
+            block = Block(np.append(block.times, block.t), states, block.resume)
+        if (error := self._too_fast(block)) is not None:
+            return error
         for name, first, largest, size in self._reach:
             moved = np.abs(block.states[:, first : first + len(largest)]) * largest
             self._worst[name] = max(self._worst.get(name, 0.0), float(moved.max(initial=0.0)))
@@ -61,6 +71,23 @@ class Runaway:
                 return IntegrationError(text, block.times[row], block.states[row], first + k, block.steps)
         return None
 
+    def _too_fast(self, block: Block) -> IntegrationError | None:
+        from femflex.integrate import IntegrationError
+
+        u = np.abs(block.states[:, -len(self._fastest) :]) if len(self._fastest) else np.zeros((len(block.times), 0))
+        over = np.flatnonzero((u > self._fastest).any(axis=1))
+        if not len(over):
+            return None
+        row = slice(over[0], over[0] + 1)
+        k = int(np.argmax(u[over[0]] / self._fastest))
+        text = (
+            f"the motion has run away, {self._names[k]} is {u[over[0], k]:.3g} {self._units[k]}, beyond "
+            f"{self._fastest[k]:g} {self._units[k]}, which no craft reaches. Look for a load that is too large, or in "
+            f"another unit, and for negative damping."
+        )
+        column = block.states.shape[1] - len(self._fastest) + k
+        return IntegrationError(text, block.times[row], block.states[row], column, block.steps)
+
     def warn(self) -> None:
         """Warn of bodies that were bent by more than linear strain is good for, with both numbers."""
         for name, _, _, size in self._reach:
@@ -72,6 +99,21 @@ class Runaway:
                     PhysicsWarning,
                     stacklevel=2,
                 )
+
+
+def first_overflow(seen: Mapping[str, Array], block: Block) -> IntegrationError | None:
+    """The error that tells of the first row of a block with a channel that is not finite, if there is one."""
+    from femflex.integrate import IntegrationError
+
+    finite = {path: np.isfinite(value).all(axis=tuple(range(1, value.ndim))) for path, value in seen.items()}
+    bad = {path: int(np.argmin(rows)) for path, rows in finite.items() if not rows.all()}
+    if not bad:
+        return None
+    path = min(bad, key=lambda name: bad[name])
+    row = slice(bad[path], bad[path] + 1)
+    text = f"{path} is not finite. Look for a load that is too large, or in another unit."
+    largest = int(np.abs(block.states[row]).argmax())
+    return IntegrationError(text, block.times[row], block.states[row], largest, block.steps)
 
 
 class Singularities:

@@ -49,6 +49,7 @@ def prepare(
     from femflex.case.builders.integrator import chosen_integrator
     from femflex.case.builders.references import duration_of
     from femflex.dynamics import compile_system
+    from femflex.pipeline.resumed import check_same_model
 
     case = case if isinstance(case, Case) else read_case(case)
     check_output(case, Path(output), force, resume)
@@ -58,7 +59,7 @@ def prepare(
         model = model.without(*without)
         system = model.system
     if resume:
-        check_same(model.omitted, Path(output))
+        check_same_model(model, Path(output))
     times = case.run.times(duration_of(case, system))
     warn_of_doubtful_bodies(case, system.bodies, float(times[1] - times[0]))
     integrator, reason = chosen_integrator(case, model, times)
@@ -67,28 +68,13 @@ def prepare(
 
 def check_output(case: Case, output: Path, force: bool, resume: bool) -> None:
     """Raise OSError when the result file cannot be written there, ValueError when it cannot be resumed."""
-    from femflex.results import open_run
+    from femflex.case.crosscheck import check_no_input
+    from femflex.pipeline.resumed import is_finished
     from femflex.results.place import check_place
 
     if not resume:
         check_place(output, force)
+        check_no_input(case, output)
         return
-    with open_run(output) as unfinished:
-        if unfinished.complete:
-            raise ValueError(f"{output} is complete; there is nothing to resume")
-        if unfinished.case_text != case.text:
-            raise ValueError(
-                f"{output} was begun with another text of the case; resume it with that one, or start anew"
-            )
-
-
-def check_same(omitted: Sequence[str], output: Path) -> None:
-    """Raise ValueError when the unfinished run was begun with something else switched off."""
-    from femflex.results import open_run
-
-    with open_run(output) as unfinished:
-        if set(unfinished.without) != set(omitted):
-            begun, now = (", ".join(names) or "nothing" for names in (unfinished.without, omitted))
-            raise ValueError(
-                f"{output} was begun with {begun} switched off, not {now}; resume it likewise, or start anew"
-            )
+    if is_finished(case, output):
+        raise ValueError(f"{output} is complete; there is nothing to resume")

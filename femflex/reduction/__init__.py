@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from femflex.reduction.admissible import beam_body, sampled_functions
+from femflex.reduction.buckling import critical_factor
+from femflex.reduction.condense import condense
 from femflex.reduction.craig_bampton import craig_bampton
 from femflex.reduction.damping import Damping, ModalDamping, RayleighDamping
 from femflex.reduction.derivatives import with_derivatives
 from femflex.reduction.effective_mass import EffectiveMass, effective_mass, mac, mac_of_bodies
+from femflex.reduction.initial_stress import relaxed
 from femflex.reduction.matrices import body_from_matrices
 from femflex.reduction.modes import cantilever_modes, free_free_modes, with_attachment
 from femflex.reduction.modeset import ModeSet, rigid_set
@@ -16,7 +19,7 @@ from femflex.reduction.segments import chord_modes, reduce_segments
 from femflex.reduction.store import load_body, save_body
 from femflex.reduction.strain import strain_tensors
 from femflex.reduction.stretch import Stretching, require_stretch, stretching
-from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
+from femflex.reduction.uniform_beam import BeamFunctions, Taper, UniformBeam
 
 __all__ = [
     "BeamFunctions",
@@ -26,12 +29,15 @@ __all__ = [
     "ModeSet",
     "RayleighDamping",
     "Stretching",
+    "Taper",
     "UniformBeam",
     "beam_body",
     "body_from_matrices",
     "cantilever_modes",
     "chord_modes",
+    "condense",
     "craig_bampton",
+    "critical_factor",
     "effective_mass",
     "free_free_modes",
     "load_body",
@@ -42,6 +48,7 @@ __all__ = [
     "nodal_translations",
     "reduce_segments",
     "reduce_structure",
+    "relaxed",
     "require_stretch",
     "rigid_set",
     "sampled_functions",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,7 +12,9 @@ from femflex.fem.canonical import canonical, signs
 from femflex.fem.eigen import dense_modes
 from femflex.fem.structure import Structure
 from femflex.reduction.beam_functions import ends_of, gauss, points_for
+from femflex.reduction.beam_strain import beam_strain
 from femflex.reduction.clamps import Groups, held_dofs, names
+from femflex.reduction.condense import condense
 from femflex.reduction.damping import Damping, ModalDamping
 from femflex.reduction.modes import TURN
 from femflex.reduction.modeset import ModeSet
@@ -21,47 +25,93 @@ from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
 Array = NDArray[np.float64]
 
 SIDES = 16  # of the tube that is drawn
+RANK = 1e-10  # strain energy of a follower over the largest, below which it repeats what axial functions hold
 ON_LINE = 1e-6  # distance over length within which a node lies on the beam's line
 
 
 def beam_body(
-    beam: UniformBeam, functions: BeamFunctions, damping: Damping | None = None, orthonormal: bool = True
+    beam: UniformBeam,
+    functions: BeamFunctions,
+    damping: Damping | None = None,
+    orthonormal: bool = True,
+    strain: Literal["linear", "nonlinear", "condensed"] = "linear",
 ) -> FlexibleBody:
-    """The FlexibleBody of a uniform beam on admissible functions, with markers "root" and "tip".
+    """The FlexibleBody of a straight beam on admissible functions, with markers "root" and "tip".
 
     Moments and stiffness by Gauss quadrature along the length, mass at four points of each section.
     orthonormal: the functions are recombined into the modes of the beam confined to them, with their omega.
-    Raises ValueError on torsion of a beam whose section has no inertia.
+    strain: "nonlinear" adds the stretch by slopes and twist (beam_strain) and wants axial functions; "condensed" lets
+    the stretch follow bending (reduction.condense) along axial polynomials of its own.
+    Raises ValueError on torsion of a section without inertia, and on nonlinear strain without axial functions.
     """
     if functions.torsion and not (beam.ry or beam.rz):
         raise ValueError(
             "torsion functions were asked for, but the section has no inertia (ry = rz = 0); give radii of gyration."
         )
-    xi, weight = gauss(points_for(max(functions.y, functions.z, functions.axial, functions.torsion)))
+    if strain == "nonlinear" and not functions.axial:
+        raise ValueError(
+            "nonlinear strain without axial functions would make bending far too stiff; ask for axial functions "
+            "(about twice as many as for bending), or for strain = 'condensed'."
+        )
+    if strain == "condensed":
+        functions = functions.with_followers()
+    body = _body(beam, functions, damping, orthonormal, strain)
+    return condense(body, range(functions.own, body.n_modes)) if strain == "condensed" else body
+
+
+def _body(
+    beam: UniformBeam, functions: BeamFunctions, damping: Damping | None, orthonormal: bool, strain: str
+) -> FlexibleBody:
+    """The body with every function, or mode of them, a coordinate; followers come last."""
+    xi, weight = gauss(points_for(functions.most))
     offsets = _section_points(beam.rz, beam.ry)
     dm = np.repeat(weight * beam.taper.mass(xi) * beam.mass_per_length * beam.length / 4, 4)
-    V1, X = _stiffness(beam, functions, xi, weight), np.eye(functions.count)
     rho, shapes = _places(beam, xi, offsets), _motion(beam, functions, xi, offsets, beam.rotary_inertia)
-    omega = np.full(functions.count, np.nan)
-    if orthonormal:
-        Me = point_moments(dm, rho, shapes).elastic_mass()
-        eigenvalues, X = dense_modes(V1, Me)
-        X = canonical(eigenvalues, X)
-        X, omega = X * _tip_signs(beam, functions, X), np.sqrt(eigenvalues)
-    else:
-        X = X / np.sqrt(beam.mass_per_length * beam.length)
+    raw = _stiffness(beam, functions, xi, weight)
+    Me = point_moments(dm, rho, shapes).elastic_mass()
+    X, omega = _own_columns(beam, functions, raw, Me, orthonormal)
+    if functions.followers:
+        following, frequency = _following_columns(functions, raw, Me, X)
+        X, omega = np.hstack([X, following]), np.concatenate([omega, frequency])
     moments = point_moments(dm, rho, shapes @ X)
-    V1 = X.T @ V1 @ X
+    V1 = X.T @ raw @ X
     V1 = (V1 + V1.T) / 2
     return FlexibleBody(
         moments=moments,
-        strain=StrainTensors.linear(V1),
+        strain=StrainTensors.linear(V1)
+        if strain == "linear"
+        else beam_strain(beam, functions, X, V1, strain == "condensed"),
         damping=(damping or ModalDamping(0.0)).matrix(moments.elastic_mass(), V1),
         markers={"root": _marker(beam, functions, 0, X), "tip": _marker(beam, functions, 1, X)},
         skin=_skin(beam, functions, X),
-        kinds=("admissible",) * functions.count,
+        kinds=("admissible",) * functions.own + ("derivative",) * (X.shape[1] - functions.own),
         omega=omega,
     )
+
+
+def _own_columns(
+    beam: UniformBeam, functions: BeamFunctions, V1: Array, Me: Array, orthonormal: bool
+) -> tuple[Array, Array]:
+    """Columns (count, own) of the coordinates over the functions, and their frequencies where they are modes."""
+    n = functions.own
+    X = np.zeros((functions.count, n))
+    if not orthonormal:
+        np.fill_diagonal(X, 1 / np.sqrt(beam.mass_per_length * beam.length))
+        return X, np.full(n, np.nan)
+    eigenvalues, modes = dense_modes(V1[:n, :n], Me[:n, :n])
+    X[:n] = canonical(eigenvalues, modes)
+    return X * _tip_signs(beam, functions, X), np.sqrt(eigenvalues)
+
+
+def _following_columns(functions: BeamFunctions, V1: Array, Me: Array, own: Array) -> tuple[Array, Array]:
+    """Columns of the followers over the functions, without strain energy in common with the own ones; orthonormal."""
+    n = functions.own
+    F = np.eye(functions.count)[:, n:]
+    F = F - own @ np.linalg.solve(own.T @ V1 @ own, own.T @ V1 @ F)
+    energy, U = np.linalg.eigh(F.T @ V1 @ F)
+    F = F @ (U / np.sqrt(np.maximum(energy, RANK * energy[-1])))[:, energy > RANK * energy[-1]]
+    eigenvalues, modes = dense_modes(F.T @ V1 @ F, F.T @ Me @ F)
+    return F @ canonical(eigenvalues, modes), np.sqrt(eigenvalues)
 
 
 def sampled_functions(structure: Structure, beam: UniformBeam, functions: BeamFunctions, clamp: Groups = ()) -> ModeSet:

@@ -33,13 +33,15 @@ SOFT = 1e-7  # spring to the ground that lets a free stiffness be factorised, ov
 def with_derivatives(structure: Structure, modes: ModeSet, keep: int | str = "auto") -> ModeSet:
     """The set with static derivatives of all pairs of its shapes added, M-orthonormal, kind "derivative".
 
-    The derivatives are scaled to shapes of equal strain energy, theta_ij / (omega_i omega_j), the set is taken out of
-    them, and the combinations that store most energy come first. keep: how many; "all" that are independent; "auto":
-    until at most LEFT_OUT of the energy is left out. omega of the added shapes is that of the structure confined to
-    them. `note` says how many of how many pairs were kept, and the share left out.
+    The set is taken out of the derivatives, and of their combinations those come first that store most energy when
+    every shape carries the amplitude of an equal static load, 1 / omega^2. keep: how many; "auto": until at most
+    LEFT_OUT of that energy is left out; "all" that are independent, whatever they store. omega of the added shapes is
+    that of the structure confined to them. `note` says how many of how many pairs were kept, and the share left out.
+    Raises ValueError when keep is another word, or below zero.
     """
-    theta = scaled_derivatives(structure, modes)
-    theta = _without(structure, modes, theta)
+    theta = _without(structure, modes, scaled_derivatives(structure, modes))
+    if keep != "all":
+        theta = theta * load_weights(structure, modes)
     energy, X = np.linalg.eigh(theta.T @ (structure.K @ theta))
     energy, X = np.maximum(energy[::-1], 0.0), X[:, ::-1]
     count = number_kept(energy, keep)
@@ -54,6 +56,22 @@ def with_derivatives(structure: Structure, modes: ModeSet, keep: int | str = "au
         omega=np.append(modes.omega, omega),
         note="; ".join(part for part in (modes.note, note) if part),
     )
+
+
+def load_weights(structure: Structure, modes: ModeSet) -> Array:
+    """Amplitudes q_i q_j (n(n+1)/2,) of pairs i <= j under equal loads of unit-mass shapes, over those of equal energy.
+
+    Pairs of two shapes stand for i j and j i, hence the root of two.
+    """
+    i, j = np.triu_indices(modes.n_modes)
+    omega = np.sqrt(_over_mass(structure, modes))
+    return np.asarray(np.where(i == j, 1.0, np.sqrt(2.0)) * omega.min() ** 2 / (omega[i] * omega[j]))
+
+
+def _over_mass(structure: Structure, modes: ModeSet) -> Array:
+    """Stiffness over mass of every shape (n,), its omega^2."""
+    mass = np.einsum("in,in->n", modes.phi, structure.M @ modes.phi)
+    return np.asarray(np.einsum("in,in->n", modes.phi, structure.K @ modes.phi) / mass)
 
 
 def _without(structure: Structure, modes: ModeSet, shapes: Array) -> Array:
@@ -98,7 +116,7 @@ def static_response(structure: Structure, modes: ModeSet, load: Array) -> Array:
     R = R[:, independent_columns(R)]
     MR = structure.M @ R
     load = load - MR @ np.linalg.solve(R.T @ MR, R.T @ load)
-    lowest = float(np.min(np.einsum("in,in->n", modes.phi, structure.K @ modes.phi)))
+    lowest = float(_over_mass(structure, modes).min())
     x = factorised(structure.K + SOFT * lowest * structure.M).solve(np.ascontiguousarray(load))
     if modes.reference:
         rows = marker_rows(structure, modes.reference)

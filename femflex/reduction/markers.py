@@ -60,13 +60,14 @@ def marker_rows(structure: Structure, group: str) -> MarkerRows:
     )
 
 
-def marker(rows: MarkerRows, phi: Array, name: str) -> Marker:
+def marker(rows: MarkerRows, phi: Array, name: str, turning: bool = True) -> Marker:
     """The Marker with these rows on shapes phi (n_dof, n), axes along the body frame.
 
-    Warns when the place moves but shows no rotation about some axis (nodes of solids and membranes have none).
+    Warns, if its rotation is of use, when the place moves but shows none about some axis (nodes of solids and
+    membranes have none).
     """
     translation, rotation = rows.translation @ phi, rows.rotation @ phi
-    if rows.blind.size and np.abs(translation).max(initial=0.0) > 0:
+    if turning and rows.blind.size and np.abs(translation).max(initial=0.0) > 0:
         warnings.warn(
             f"marker {name!r} shows no rotation about {rows.blind.shape[1]} of 3 axes: its nodes have no rotation and "
             "lie on one point or line. A joint there keeps those axes still; name a group of nodes around the place.",

@@ -12,6 +12,7 @@ from scipy import linalg
 from femflex.fem.canonical import canonical, signs
 from femflex.fem.eigen import dense_modes, factorised, lowest_modes
 from femflex.fem.structure import Structure
+from femflex.reduction.buckling import refuse_buckled
 from femflex.reduction.clamps import Groups, free_dofs, held_dofs, names, refuse_unheld
 from femflex.reduction.markers import marker_rows
 from femflex.reduction.modeset import ModeSet
@@ -36,6 +37,7 @@ def cantilever_modes(structure: Structure, clamp: Groups, n: int) -> ModeSet:
 
 def fixed_modes(structure: Structure, held: Index, groups: tuple[str, ...], n: int) -> ModeSet:
     """The n lowest vibration modes with these dofs held; groups is what holds them, for the reader."""
+    refuse_buckled(structure, held)
     free = free_dofs(structure, held)
     modes = lowest_modes(structure.K[free][:, free], structure.M[free][:, free], n)
     if modes.null.shape[1]:

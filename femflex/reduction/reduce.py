@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from typing import Literal
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody, Skin, StrainTensors
 from femflex.fem.structure import Structure
 from femflex.reduction.damping import Damping, ModalDamping
+from femflex.reduction.initial_stress import warn_if_slack
 from femflex.reduction.markers import marker, marker_rows
 from femflex.reduction.modeset import ModeSet
 from femflex.reduction.moments import linear_stiffness, mass_moments
@@ -26,6 +27,7 @@ def reduce_structure(
     markers: Mapping[str, str] | None = None,
     damping: Damping | None = None,
     strain: Literal["linear", "nonlinear"] = "linear",
+    turning: Container[str] | None = None,
 ) -> FlexibleBody:
     """The FlexibleBody of a structure that moves in these shapes; the body frame is the mesh's coordinates.
 
@@ -33,8 +35,12 @@ def reduce_structure(
     damping: ModalDamping or RayleighDamping; none when left out.
     strain: "nonlinear" keeps the cubic and quartic tensors too; its set wants shapes that can stretch
     (`with_derivatives`, and `stretching` for a check).
+    turning: markers whose rotation will be used; a warning tells of those that show none. Left out: all.
+    Warns when linear strain meets an initial stress that the supports do not hold.
     Raises ValueError when a group is unknown, or the shapes depend on each other or hold a rigid motion.
     """
+    if strain == "linear":
+        warn_if_slack(structure, modes)
     phi = modes.phi
     check_no_rigid_motion(rigid_shapes(structure), phi, dof_weight(structure))
     places = {**{group: group for group in modes.groups}, **(markers or {})}
@@ -45,7 +51,10 @@ def reduce_structure(
         moments=moments,
         strain=linear if strain == "linear" else strain_tensors(structure, phi),
         damping=(damping or ModalDamping(0.0)).matrix(moments.elastic_mass(), V1),
-        markers={name: marker(marker_rows(structure, group), phi, name) for name, group in places.items()},
+        markers={
+            name: marker(marker_rows(structure, group), phi, name, turning is None or name in turning)
+            for name, group in places.items()
+        },
         skin=_skin(structure, phi),
         kinds=modes.kinds,
         omega=modes.omega,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -98,6 +98,7 @@ class BeamFunctions:
     y, z, axial, torsion   how many functions for v(x), w(x), u(x), theta(x)
     family                 "characteristic": vibration shapes; "polynomial": Jacobi polynomials that meet the supports
     ends                   supports of root and tip, of "free", "pinned", "clamped", in the body frame
+    followers              axial polynomials that follow bending, after all others (beam_body, strain "condensed")
     static                 the last two of y and z, and the last of axial and torsion, are the static shapes of an
                            accelerated root (characteristic, "clamped-free"): converges far faster beside a light hub
     """
@@ -109,6 +110,7 @@ class BeamFunctions:
     family: Literal["characteristic", "polynomial"] = "characteristic"
     ends: str = "clamped-free"
     static: bool = False
+    followers: int = 0
 
     def __post_init__(self) -> None:
         ends_of(self.ends)
@@ -133,7 +135,22 @@ class BeamFunctions:
     @property
     def count(self) -> int:
         """Number of functions in all."""
+        return self.own + self.followers
+
+    @property
+    def own(self) -> int:
+        """Number of functions that do not follow others."""
         return self.y + self.z + self.axial + self.torsion
+
+    @property
+    def most(self) -> int:
+        """The largest number of functions of one field."""
+        return max(self.y, self.z, self.axial, self.torsion, self.followers)
+
+    def with_followers(self) -> BeamFunctions:
+        """The same with as many followers as hold all products of two slopes: exactly for polynomials."""
+        n = 2 * max(self.y, self.z)
+        return replace(self, followers=n + 4 if self.family == "polynomial" else n + 14)
 
     def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
         """Derivative by x of u, v, w, theta (len(xi), 4, count) at x = xi length."""
@@ -144,6 +161,9 @@ class BeamFunctions:
                 functions = self._bending(n) if bends else self._axial(n)
                 found[:, row, at : at + n] = functions(xi, derivative) / length**derivative
             at += n
+        if self.followers:
+            functions = self._polynomials(self.followers)
+            found[:, 0, at:] = functions(xi, derivative) / length**derivative
         return found
 
     def _bending(self, n: int) -> FunctionSet:
@@ -156,8 +176,11 @@ class BeamFunctions:
 
     def _axial(self, n: int) -> FunctionSet:
         if self.family == "polynomial":
-            root, tip = (min(BENDING_ORDER[support], 1) for support in ends_of(self.ends))
-            return polynomials(root, tip, n, rigid=1)
+            return self._polynomials(n)
         if self.static:
             return with_static_axial(axial_characteristic(self.ends, n - 1), n)
         return axial_characteristic(self.ends, n)
+
+    def _polynomials(self, n: int) -> FunctionSet:
+        root, tip = (min(BENDING_ORDER[support], 1) for support in ends_of(self.ends))
+        return polynomials(root, tip, n, rigid=1)

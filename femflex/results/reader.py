@@ -38,7 +38,7 @@ def open_file(path: Path) -> h5py.File:
         raise FileNotFoundError(f"result file {path} does not exist")
     if not h5py.is_hdf5(path):
         raise ValueError(f"{path} is not a result file: it is not in the HDF5 format")
-    file = h5py.File(path, "r", locking=False)
+    file = open_hdf5(path)
     if file.attrs.get("format") != FORMAT or "progress" not in file:
         file.close()
         raise ValueError(f"{path} is an HDF5 file, but not a result file: its attribute `format` is not {FORMAT!r}")
@@ -49,6 +49,14 @@ def open_file(path: Path) -> h5py.File:
             f"{path} has layout {found}, written by femflex {writer}; this version reads layouts up to {LAYOUT}"
         )
     return file
+
+
+def open_hdf5(path: Path) -> h5py.File:
+    """Any HDF5 file open for reading. Raises ValueError for one that is cut short or damaged."""
+    try:
+        return h5py.File(path, "r", locking=False)
+    except OSError as error:
+        raise ValueError(f"{path} is cut short or damaged, as after an incomplete copy ({error})") from error
 
 
 class Run:

@@ -13,6 +13,7 @@ from femflex.body import FlexibleBody
 from femflex.case import Case, CaseError
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
 from femflex.case.builders import build_body, build_mesh, build_modes, build_part, build_structure_of
+from femflex.case.reduction import Stretchable
 from femflex.case.run import StudyTable
 from femflex.fem import Structure
 from femflex.fem.canonical import whole_clusters
@@ -176,7 +177,9 @@ def _truncates(table: BodyTable) -> bool:
         r = table.reduction
         if r is None:
             return False
-        return r.method == "free_free" or (r.method == "cantilever" and not r.attachment)
+        if isinstance(r, Stretchable) and r.derivatives not in (None, "none", 0):
+            return False
+        return r.method == "free_free" or (r.method == "cantilever" and not (r.attachment or r.loads))
     return isinstance(table, FileTable)
 
 

@@ -2,6 +2,7 @@
 
 from femflex.system.ball import ball_coordinates
 from femflex.system.channel import Channel
+from femflex.system.constraint import Nonholonomic, knife_edge, rolling_disc, velocity_rows
 from femflex.system.joint import (
     JOINTS,
     Joint,
@@ -16,38 +17,48 @@ from femflex.system.joint import (
 )
 from femflex.system.law import Friction, Latch, Law, Stop, TabulatedDamper, TabulatedSpring
 from femflex.system.load import Load
+from femflex.system.loop import Closure, closure
 from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
 from femflex.system.profile import Profile
 from femflex.system.segments import Part, Segments
-from femflex.system.system import System, assembled
+from femflex.system.spring import Spring
+from femflex.system.system import System, assembled, started
 
 __all__ = [
     "EARTH_RADIUS",
     "JOINTS",
     "MU_EARTH",
     "Channel",
+    "Closure",
     "Frame",
     "Friction",
     "Joint",
     "Latch",
     "Law",
     "Load",
+    "Nonholonomic",
     "Orbit",
     "Part",
     "Profile",
     "Segments",
+    "Spring",
     "Stop",
     "System",
     "TabulatedDamper",
     "TabulatedSpring",
     "assembled",
     "ball_coordinates",
+    "closure",
     "cylindrical",
     "free",
+    "knife_edge",
     "prismatic",
     "revolute",
+    "rolling_disc",
     "spherical",
+    "started",
     "turns",
     "universal",
+    "velocity_rows",
     "weld",
 ]

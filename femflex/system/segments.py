@@ -8,13 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Marker
+from femflex.system.constraint import Nonholonomic
 from femflex.system.joint import Joint, weld
 from femflex.system.load import Load
+from femflex.system.spring import Spring
 
 Array = NDArray[np.float64]
 
@@ -65,6 +68,7 @@ class Segments:
 
 
 Part = FlexibleBody | Segments
+Tie = TypeVar("Tie", Joint, Nonholonomic, Spring)
 
 
 def segment_name(body: str, j: int) -> str:
@@ -114,6 +118,17 @@ def expanded(
         for load in loads
     )
     return bodies, tuple(found), acting, names
+
+
+def at_segments(tie: Tie, parts: Mapping[str, Part]) -> Tie:
+    """A loop, constraint or spring with the segments that hold its markers in place of cut bodies."""
+    moved: dict[str, Any] = {"name": tie.label} if isinstance(tie, Joint) else {}
+    body = ("child", "child_marker") if isinstance(tie, Joint) else ("body", "marker")
+    for key, marker in (body, ("parent", "parent_marker")):
+        name = getattr(tie, key)
+        if isinstance(part := parts.get(name), Segments):
+            moved[key] = segment_name(name, part.holder(getattr(tie, marker)))
+    return replace(tie, **moved)
 
 
 def welds(names: Sequence[str], held: int) -> list[Joint]:

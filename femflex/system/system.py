@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -11,10 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
+from femflex.system.constraint import Nonholonomic
 from femflex.system.joint import Joint
 from femflex.system.load import Load
 from femflex.system.orbit import Frame, Orbit
-from femflex.system.segments import Part, expanded
+from femflex.system.segments import Part, at_segments, expanded
+from femflex.system.spring import Spring
+from femflex.system.ties import tie_places, tie_problems
 
 Array = NDArray[np.float64]
 
@@ -30,6 +33,9 @@ class System:
     delta0   body name -> initial elastic coordinates (n,);  ddelta0 their rates
     libration_sequence  angles reported of the libration axes L relative to F, such as "xzy" or "extrinsic xzy"
     libration_axes      (3, 3) C_QL: libration axes in components of the root joint's marker Q on the root body
+    loops        joints cut out of the tree: each closes a loop between two bodies, or to the base frame
+    constraints  on velocities: rolling, knife edges, general rows
+    springs      between two markers
     segments  body cut into segments -> names of the bodies that are its segments, near to far (see `assembled`)
 
     With a specified orbit O is the centre of mass: the root joint's translation is eliminated, so the root joint must
@@ -47,9 +53,13 @@ class System:
     libration_sequence: str = "xzy"
     libration_axes: Array = field(default_factory=lambda: np.eye(3))
     segments: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    loops: tuple[Joint, ...] = ()
+    constraints: tuple[Nonholonomic, ...] = ()
+    springs: tuple[Spring, ...] = ()
 
     def __post_init__(self) -> None:
         problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems()]
+        problems += tie_problems(self.loops, self.constraints, self.springs, self.orbit)
         if problems:
             raise ValueError("\n".join(problems))
 
@@ -159,6 +169,7 @@ class System:
             if b in self.bodies
         ]
         places += [(f"load {load.name!r}", load.body, load.marker) for load in self.loads]
+        places += tie_places(self.loops, self.constraints, self.springs)
         for who, body, marker in places:
             if body not in self.bodies:
                 out.append(f"body {body!r} of {who} does not exist; bodies are {sorted(self.bodies)}")
@@ -173,7 +184,21 @@ class System:
         return out
 
 
+def started(system: System, x: Array) -> System:
+    """The system with the initial state x = (q, u)."""
+    q, u = np.split(np.asarray(x, float), [len(system.coordinate_names())])
+    joints, delta, ddelta = {}, {}, {}
+    for name in system.order:
+        joint, n = system.joint_of(name), system.bodies[name].n_modes
+        joints[name] = joint.with_initial(q[: joint.n_q], u[: joint.n_u])
+        delta[name], ddelta[name] = q[joint.n_q : joint.n_q + n], u[joint.n_u : joint.n_u + n]
+        q, u = q[joint.n_q + n :], u[joint.n_u + n :]
+    return replace(system, joints=tuple(joints[joint.child] for joint in system.joints), delta0=delta, ddelta0=ddelta)
+
+
 def assembled(parts: Mapping[str, Part], joints: Sequence[Joint], loads: Sequence[Load] = (), **more: Any) -> System:
-    """The System of bodies some of which are cut into Segments; joints and loads name these as one body."""
+    """The System of bodies some of which are cut into Segments; what acts on them names these as one body."""
     bodies, all_joints, acting, segments = expanded(parts, joints, loads)
+    for key in ("loops", "constraints", "springs"):
+        more[key] = tuple(at_segments(tie, parts) for tie in more.get(key, ()))
     return System(bodies, all_joints, acting, segments=segments, **more)

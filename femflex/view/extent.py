@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from femflex.body import Skin
 from femflex.results import Run, RunBody
-from femflex.view.motion import Motion
+from femflex.view.motion import Motion, motion
 from femflex.view.units import round_below
 
 Array = NDArray[np.float64]
@@ -45,11 +45,11 @@ def displacement(run: Run, skins: dict[str, Skin]) -> tuple[Array, Array]:
     """Instants (k,) spread over the run, and the largest elastic displacement of thinned skins at each [m]."""
     rows = some_rows(run)
     largest = np.zeros(len(rows))
+    deltas = motion(run, run.time[rows]).delta
     for name, skin in skins.items():
-        path = f"bodies/{name}/delta"
-        if path in run and len(skin.shapes):
+        if name in deltas and len(skin.shapes):
             n = len(skin.shapes)
-            moved = (run[path][rows] @ skin.shapes.reshape(n, -1)).reshape(len(rows), -1, 3)
+            moved = (deltas[name] @ skin.shapes.reshape(n, -1)).reshape(len(rows), -1, 3)
             largest = np.maximum(largest, np.linalg.norm(moved, axis=2).max(axis=1))
     return run.time[rows], largest
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TypedDict
 
@@ -68,6 +69,8 @@ class Look:
             raise ValueError(f"fit {self.fit!r} is not known; known are {list(FITS)}")
         if self.scale != "auto" if isinstance(self.scale, str) else not self.scale > 0:
             raise ValueError(f"scale {self.scale!r} of the deformation is neither a positive number nor 'auto'")
+        if self.view is not None and not all(math.isfinite(part) for part in self.view):
+            raise ValueError(f"the view direction {tuple(self.view)} is not finite; give three numbers, as 1,-2,0.5")
         if self.view is not None and not any(self.view):
             raise ValueError("the view direction (0, 0, 0) has no direction; give one from the scene to the camera")
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.results import Run, RunBody
+from femflex.view.segments import whole_of, widened_coordinates
 
 Array = NDArray[np.float64]
 
@@ -81,6 +82,11 @@ def motion(
     position = {name: at(f"bodies/{name}/position") for name in names}
     attitude = {name: at.dcm(f"bodies/{name}/attitude") for name in names}
     delta = {name: at(f"bodies/{name}/delta") for name in names if f"bodies/{name}/delta" in run}
+    for name in names:  # a segment is drawn as a deformation of the whole body
+        if (whole := whole_of(name, names)) is not None:
+            pose = position[whole], attitude[whole]
+            delta[name] = widened_coordinates(position[name], attitude[name], delta[name], pose)
+            position[name], attitude[name] = pose
     orbital = at.dcm("orbit/attitude") if "orbit/attitude" in run else None
     place, C_NV = np.zeros((len(times), 3)), np.broadcast_to(np.eye(3), (len(times), 3, 3))
     if camera == "follow":

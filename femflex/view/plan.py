@@ -13,6 +13,7 @@ from femflex.view.extent import automatic_scale, cloud, displacement, skins_of, 
 from femflex.view.framing import Margins, View, best_direction, framed
 from femflex.view.look import Look
 from femflex.view.motion import chosen_camera, motion
+from femflex.view.segments import cut_bodies, whole_of, widened
 from femflex.view.units import Bar, colour_bar
 
 Array = NDArray[np.float64]
@@ -58,7 +59,9 @@ def planned(run: Run, look: Look, time: float | None = None) -> Plan:
         raise ValueError(f"{run.path} holds no instants, so there is nothing to draw")
     _check_traces(run, look)
     bodies = run.bodies()
-    skins = skins_of(bodies)
+    skins = {
+        name: widened(skin) if whole_of(name, cut_bodies(run)) else skin for name, skin in skins_of(bodies).items()
+    }
     thin = thinned(skins)
     times, displaced = displacement(run, thin)
     largest = float(displaced.max())
@@ -67,7 +70,8 @@ def planned(run: Run, look: Look, time: float | None = None) -> Plan:
     size = float(np.linalg.norm(np.ptp(first, axis=0)))
     scale = automatic_scale(largest, size) if isinstance(look.scale, str) else float(look.scale)
     camera, body = chosen_camera(run, bodies, look.camera, size)
-    arms = {name: _arms(skin, size) for name, skin in thin.items()} if look.triads else {}
+    arms = {whole_of(name, cut_bodies(run)) or name: _arms(skin, size) for name, skin in thin.items()}
+    arms = arms if look.triads else {}
     instants = np.union1d(_spread(times), [peak])
     if look.fit == "picture":
         instants = np.array([peak if time is None else time])

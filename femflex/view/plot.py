@@ -72,6 +72,8 @@ def plot_spectra(
     A sine of amplitude a makes a peak of height a. highest is the last frequency shown [Hz]; by default every pair of
     axes goes a little beyond its last peak. other: a second run, laid over the first in thin dashed lines.
     """
+    if highest is not None and not highest > 0:
+        raise ValueError(f"the last frequency shown is {highest:g} Hz; give one above 0")
     colours = theme_of(theme)
     groups = curves_of(run, channels, degrees, other)
     if channels is None:
@@ -83,15 +85,19 @@ def plot_spectra(
         nyquist = float(spectra[0].frequency[-1])
         last = highest or min(nyquist, 1.3 * max((frequency for frequency, _ in peaks), default=nyquist))
         factor, unit = (1e3, "mHz") if last < 0.5 else (1.0, "Hz")
-        for (_, style), spectrum in zip(_styled(group, colours), spectra, strict=True):
-            ax.semilogy(spectrum.frequency * factor, np.maximum(spectrum.amplitude, 1e-300), **style)
         top = max(float(spectrum.amplitude.max()) for spectrum in spectra) or 1.0
+        seen = []
+        for (curve, style), spectrum in zip(_styled(group, colours), spectra, strict=True):
+            if spectrum.amplitude[spectrum.frequency <= last].max(initial=0.0) < DEPTH * top and len(group) > 1:
+                continue  # below the axes, as a motion that is not excited
+            ax.semilogy(spectrum.frequency * factor, np.maximum(spectrum.amplitude, 1e-300), **style)
+            seen.append(curve)
         ax.set_ylim(DEPTH * top, 10 * top)
         ax.set_xlim(0, last * factor)
         _name_peaks(ax, [(frequency * factor, amplitude) for frequency, amplitude in peaks], colours)
         ax.set_ylabel("amplitude of\n" + _ordinate(group))
         ax.set_xlabel(f"frequency [{unit}]")
-        finish(ax, group, colours)
+        finish(ax, seen, colours)
     axes[-1].set_xlabel(f"{axes[-1].get_xlabel()}   ({WINDOW}, trend removed)")
     return saved(figure, path, dpi, force)
 

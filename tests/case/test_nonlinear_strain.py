@@ -90,6 +90,10 @@ def test_the_verbs_show_the_derivatives_and_store_the_tensors(write_case, craft,
     assert "7 elastic coordinates, nonlinear strain" in told("body", path, "boom", "-o", target)
     body = load_body(target)
     assert body.strain.V3.shape == (210,) and body.kinds.count("derivative") == 3
+    text = craft.replace('kind = "flexible"', f'kind = "file"\nfile = "{target.name}"\nmodes = 5')
+    lines = [line for line in text.splitlines() if not line.startswith(("mesh", "members", "reduction", "markers.tip"))]
+    with pytest.raises(CaseError, match=r"boom.modes: found 5, which leaves out 2 of the derivative shapes"):
+        build_body(read_case(write_case("\n".join(lines))), "boom")
 
 
 def test_segments_take_nonlinear_strain_with_derivatives_of_their_own(write_case, craft):
@@ -100,3 +104,12 @@ def test_segments_take_nonlinear_strain_with_derivatives_of_their_own(write_case
     assert len(segments.bodies) == 2
     for body in segments.bodies:
         assert not body.strain.is_linear and {"craig-bampton", "derivative"} == set(body.kinds)
+
+
+@pytest.mark.parametrize("strain", ["linear", "nonlinear"])
+def test_heat_that_nothing_holds_changes_no_frequency(write_case, craft, strain):
+    line = reduction(', derivatives = "auto"', strain)
+    hot = craft.replace('material = "aluminium" }', 'material = "aluminium", options = { thermal_strain = 1e-3 } }')
+    found, cold = build(write_case, hot, line), build(write_case, craft, line)
+    assert found.omega[:4] == pytest.approx(cold.omega[:4], rel=1e-9)
+    assert np.abs(found.strain.f0).max() < 1e-9 * np.abs(found.strain.V1).max()

@@ -103,6 +103,11 @@ def refusal(path: Path) -> str:
             "found reduction method 'lumped' and segments",
         ),
         ("refine = 1", "damping = { ratio = 0.01 }", "damping by ratio or mass on a body cut into segments"),
+        (
+            "refine = 1",
+            "reduction = { method = 'cantilever', clamp = 'ROOT', modes = 4, loads = { TIP = ['y'] } }",
+            "found loads in the reduction of a body cut into segments",
+        ),
         ("refine = 1", "initial = { amplitudes = [1] }", "found initial on a body cut into segments"),
         (
             "markers.root = { group",

@@ -10,27 +10,11 @@ import h5py
 import numpy as np
 import pytest
 from PIL import Image
-from typer.testing import CliRunner
 
 from femflex import view
-from femflex.cli.app import app
 from femflex.results import open_run
 
 VERBS = ("run", "modes", "body", "render", "plot", "check", "info", "schema")
-
-
-@pytest.fixture
-def femflex(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., tuple[int, str, str]]:
-    """Runs the command line in a folder of its own; returns exit code, standard output and standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments: object) -> tuple[int, str, str]:
-        done = CliRunner().invoke(app, [str(argument) for argument in arguments])
-        if done.exception is not None and not isinstance(done.exception, SystemExit):
-            raise done.exception
-        return done.exit_code, done.stdout, done.stderr
-
-    return call
 
 
 @pytest.mark.parametrize("verb", VERBS)
@@ -221,14 +205,56 @@ def test_info_tells_meshes_cases_runs_and_refuses_the_rest(
     assert "neither a run nor a body" in femflex("info", "other.h5")[2]
 
 
-def test_a_complete_run_or_another_case_is_not_resumed(
-    femflex: Callable[..., tuple[int, str, str]], craft: str, write_case: Callable[..., Path]
+def test_a_complete_run_is_said_to_be_one_and_left_alone(
+    femflex: Callable[..., tuple[int, str, str]], write_case: Callable[..., Path], tmp_path: Path
 ):
     case = write_case()
     assert "result file run.h5 does not exist" in femflex("run", case, "--resume")[2]
     assert femflex("run", case)[0] == 0
+    before = (tmp_path / "run.h5").read_bytes()
+    told = "done        run.h5 is complete already; there is nothing to resume (--force runs it anew)\n"
+    assert femflex("run", case, "--resume") == (0, told, "")
+    assert (tmp_path / "run.h5").read_bytes() == before
+
+
+def test_a_changed_case_is_not_resumed_and_the_changes_are_named(
+    femflex: Callable[..., tuple[int, str, str]], craft: str, write_case: Callable[..., Path]
+):
+    assert femflex("run", write_case())[0] == 0
+    words = craft.replace("hub with a boom", "another title") + "# a remark\n[pictures]\npicture = false\n"
+    assert femflex("run", write_case(words), "--resume")[0] == 0  # what is integrated is the same
+    other = craft.replace("mass = 200", "mass = 250").replace('damping = { ratio = "0.5 %" }', "")
+    code, out, err = femflex("run", write_case(other), "--resume")
+    assert (code, out) == (2, "")
+    assert "bodies.hub.mass was 200, now 250; bodies.boom.damping is no longer there. Undo the change" in err
+
+
+def test_a_changed_mesh_is_not_resumed(
+    femflex: Callable[..., tuple[int, str, str]], write_case: Callable[..., Path], tmp_path: Path
+):
+    case = write_case()
+    assert femflex("run", case)[0] == 0
+    with h5py.File(tmp_path / "run.h5", "r+") as file:
+        file.attrs["complete"] = False
+    assert femflex("run", case, "--resume")[0] == 0
+    with h5py.File(tmp_path / "run.h5", "r+") as file:
+        file.attrs["complete"] = False
+    mesh = tmp_path / "boom.inp"
+    mesh.write_text(mesh.read_text().replace("3.0, 0.0", "3.5, 0.0"))
     code, _, err = femflex("run", case, "--resume")
-    assert code == 2 and "run.h5 is complete" in err
+    assert code == 2 and "is not the one that made it: its meshes" in err
+
+
+def test_alike_bodies_are_told_once(
+    femflex: Callable[..., tuple[int, str, str]], craft: str, write_case: Callable[..., Path]
+):
+    boom = craft[craft.index("[bodies.boom]") : craft.index("[[joints]]")]
+    second = boom.replace("[bodies.boom]", "[bodies.mast]")
+    joint = '[[joints]]\nkind = "weld"\nparent = "hub"\nchild = "mast"\nchild_marker = "ROOT"\n'
+    code, out, _ = femflex("modes", write_case(craft + second + joint))
+    assert code == 0 and out.count("effective mass") == 1 and out.startswith("boom, mast: ")
+    code, out, _ = femflex("modes", write_case(craft + second.replace("modes = 4", "modes = 3") + joint))
+    assert code == 0 and out.count("effective mass") == 2
 
 
 @pytest.mark.parametrize(

@@ -105,6 +105,7 @@ class Tree:
             r_i = r_P + C_NP @ t - C_Ni @ own_r
             frames[name] = (C_Ni, r_i)
             self.attitude[name] = C_Ni
+            self.frames = frames
             mass, rho, phi = self.clouds[name]
             for m, x, f in zip(mass, rho, phi, strict=True):
                 out.append((m, r_i + C_Ni @ (const(x) + const(f) @ self.delta[name])))
@@ -124,9 +125,15 @@ class Tree:
         return Rotation.from_euler(kind.upper(), q).as_matrix()
 
 
-def equations(tree, q, u, udot, base, force, hidden=False):
+def partial_velocities(tree, q, n, base):
+    """Velocity of every point per unit of every quasi-velocity, (n, n_points, 3)."""
+    return np.array([[p[1].d for p in tree.points(q, unit, np.zeros(n), base(False))] for unit in np.eye(n)])
+
+
+def equations(tree, q, u, udot, base, force, hidden=False, partial=None):
     """sum over points of (partial velocity) . (m a - force), eq. (9) without elastic and joint forces.
 
+    partial: as partial_velocities gives it, where it is known already
     base(d) gives the jet of C_NF at rest order: base(True) moves, base(False) is frozen for partial velocities.
     hidden: three root translations are eliminated.
     """
@@ -139,7 +146,7 @@ def equations(tree, q, u, udot, base, force, hidden=False):
         c = m @ r / m.sum()
         r = r - c
     load = m[:, None] * a - force(m, r)
-    partial = np.array([[p[1].d for p in tree.points(q, unit, np.zeros(n), base(False))] for unit in np.eye(n)])
+    partial = partial_velocities(tree, q, n, base) if partial is None else partial
     residual = np.einsum("kpa,pa->k", partial, load)
     if hidden:
         M_v = np.einsum("kpa,p->ka", partial, m)

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from femflex.body import Marker, rigid_body
 from femflex.dynamics.equilibrium import EquilibriumError, equilibrium
 from femflex.rotations import dcm_from_angles, quaternion_from_dcm
-from femflex.system import Frame, Load, Orbit, System, assembled, free, prismatic, revolute, spherical, weld
+from femflex.system import Frame, Load, Orbit, Profile, System, assembled, free, prismatic, revolute, spherical, weld
 
 
 def tip(found) -> np.ndarray:
@@ -146,3 +146,17 @@ def test_forces_that_change_over_time_are_told():
     assert "which gravity turns around" in refusal(System(body, (spherical("craft"),), orbit=round_))
     oval = Orbit.from_perigee(400e3, 0.1)
     assert "eccentricity is 0.1" in refusal(System(body, (spherical("craft"),), orbit=oval, frame=Frame("orbital")))
+
+
+def test_held_freedoms_are_not_sought():
+    arm = rigid_body(1.0, np.eye(3), [1.0, 0, 0])
+    joints = (
+        revolute("first", motion=(0.3,)),
+        revolute("second", "first", stiffness=[5.0], rest=[0.2]),
+        revolute("third", "second", motion=(Profile.polynomial(0.1, 0.5),)),
+    )
+    system = System({"first": arm, "second": arm, "third": arm}, joints)
+    assert "'second-third.angle' changes over time" in refusal(system)
+    found = equilibrium(system, at=2.0)
+    assert found.x[:3] == pytest.approx([0.3, 0.2, 1.1]) and not found.neutral and found.stable
+    assert len(found.eigenvalues) == 2

@@ -54,6 +54,40 @@ def test_torque_free_tumbling_follows_jacobis_elliptic_functions():
     assert model.observe(times, run.states)["bodies/body/rate"] == pytest.approx(expected, abs=1e-10)
 
 
+def test_a_spin_about_the_middle_axis_grows_exponentially():
+    """Small rates across the spin follow the two exponentials of Euler's linearised equations."""
+    I1, I2, I3 = 2.0, 3.0, 4.5
+    spin, small = 1.2, 1e-5
+    rate = spin * np.sqrt((I2 - I1) * (I3 - I2) / (I1 * I3))
+    other = (I2 - I1) * spin / (I3 * rate)  # d w3/dt = -(I2 - I1)/I3 w1 w2
+    body = rigid_body(5.0, np.diag([I1, I2, I3]))
+    model = compile_system(System({"body": body}, (free("body", u0=[0, 0, 0, small, spin, -other * small]),)))
+    times = np.linspace(0.0, 8.0, 17)
+    found = model.observe(times, TIGHT.solve(model, times, model.x0).states)["bodies/body/rate"]
+    grown = small * np.exp(rate * times)
+    assert grown[-1] / small > 40
+    assert found[:, 0] == pytest.approx(grown, abs=1e-8)  # what is left out is of the third order, 1e-10
+    assert found[:, 2] == pytest.approx(-other * grown, abs=1e-8)
+
+
+def test_a_chain_of_rods_keeps_its_energy_and_its_momenta():
+    """Ten rods on ball joints, thrown: energy and momenta to ten digits although they tangle."""
+    n, half = 10, 0.5
+    thin = np.diag([1e-3, 1 / 12, 1 / 12])
+    ends = {"head": Marker.rigid([-half, 0, 0]), "tail": Marker.rigid([half, 0, 0])}
+    bodies = {f"rod{k}": rigid_body(1.0, thin, markers=ends) for k in range(n)}
+    joints = [free("rod0", u0=[0.1, 0.2, -0.1, 0.0, 0.4, -0.3])]
+    for k in range(1, n):
+        where = {"parent_marker": "tail", "child_marker": "head"}
+        joints.append(spherical(f"rod{k}", f"rod{k - 1}", u0=[0.2, (-1) ** k * 0.8, 0.5], **where))
+    model = compile_system(System(bodies, tuple(joints)))
+    times = np.linspace(0.0, 20.0, 41)
+    out = model.observe(times, TIGHT.solve(model, times, model.x0).states)
+    for name in ("energy", "momentum", "angular_momentum"):
+        values = out[f"monitors/{name}"]
+        assert values == pytest.approx(np.broadcast_to(values[0], values.shape), abs=1e-9 * np.abs(values[0]).max())
+
+
 @pytest.mark.parametrize("rotation", ["euler_parameters", "xyz"])
 def test_flexible_tumbling_keeps_energy_and_both_momenta(rotation):
     model = craft(free("hub", u0=[0.2, -0.1, 0.3, 0.5, -0.4, 0.6], rotation=rotation))

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from random_systems import random_tree
+from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from femflex.body import Marker, rigid_body
@@ -138,3 +139,23 @@ def test_energy_changes_by_the_power_of_loads_less_that_of_dampers(seed):
     expected = load_power(model, x) - damping_power(system, x)
     scale = np.abs(energy).max() + np.abs(expected)
     assert np.diff(energy)[0] / (2 * h) == pytest.approx(expected, abs=1e-7 * scale)
+
+
+def test_a_specified_orbit_takes_up_the_momentum_that_the_loads_bring():
+    """The same body tumbling far from any orbit gains momentum at the rate that the orbit's force takes away."""
+    loads = (Load("jet", "block", "pad", "marker", force=[0.3, 0.1, -0.2]), Load("twist", "block", torque=[0, 0.2, 0]))
+    u0, times = [0.3, -0.4, 0.2], np.linspace(0.0, 8.0, 161)
+    craft = block(*loads, joint=spherical("block", u0=u0), orbit=Orbit(7e6, 0.1), frame=Frame("inertial"))
+    craft = craft.without("gravity_gradient")
+    alone = block(*loads, joint=free("block", u0=[0, 0, 0, *u0]))
+    force = craft.observe(times, Dop853().solve(craft, times, craft.x0).states)["orbit/force"]
+    momentum = alone.observe(times, Dop853().solve(alone, times, alone.x0).states)["monitors/momentum"]
+    assert np.linalg.norm(force, axis=1) == pytest.approx(np.full(161, np.linalg.norm([0.3, 0.1, -0.2])))
+    gained = CubicSpline(times, -force).antiderivative()(times)
+    assert gained == pytest.approx(momentum - momentum[0], abs=2e-8)
+    assert np.ptp(gained, axis=0).min() > 0.3
+
+
+def test_an_orbit_without_pushing_loads_reports_no_force():
+    held = block(Load("twist", "block", torque=[0, 0.2, 0]), joint=spherical("block"), orbit=Orbit(7e6, 0.1))
+    assert "orbit/force" not in held.channels

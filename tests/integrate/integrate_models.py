@@ -39,6 +39,7 @@ class Compiled:
     renormalise: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     breaks: Array = field(default_factory=lambda: np.zeros(0))
     switch: Callable[..., Any] | None = None
+    project: Callable[..., Any] | None = None
     second_order: Second | None = None
 
 

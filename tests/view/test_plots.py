@@ -92,6 +92,12 @@ def test_peaks_of_a_spectrum_carry_the_natural_frequencies(tmp_path, run, figure
     assert heights == pytest.approx([0.25, 0.15, 0.05], rel=0.02)  # amplitudes of the made-up motion
 
 
+def test_a_spectrum_names_only_the_curves_that_are_seen(tmp_path, run, figure):
+    plot_spectra(run, tmp_path / "a.png", channels=["markers/panel.corner/deflection"])
+    (ax,) = figure().axes
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["panel.corner z"]  # in plane it does not move
+
+
 def test_slow_spectra_are_in_millihertz(tmp_path, orbiting, figure):
     plot_spectra(orbiting, tmp_path / "a.png", channels=["attitude/angles:pitch"], highest=0.01)
     (ax,) = figure().axes

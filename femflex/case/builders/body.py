@@ -13,6 +13,7 @@ from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
 from femflex.case.builders.structure import PLACE, build_mesh, build_modes, build_structure_of
 from femflex.case.case import Case
+from femflex.case.load import LoadTable
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.reduction import DampingTable, Stretchable
 from femflex.reduction import (
@@ -40,7 +41,8 @@ def build_bodies(case: Case, modes: int | None = None, refine: int = 0, told: To
     alike: dict[str, Part] = {}
     problems: list[Problem] = []
     for name, table in case.bodies.items():
-        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})}"
+        turning = sorted(turning_markers(case, name))  # decides what is warned of
+        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {turning}"
         if key in alike:
             bodies[name] = alike[key]
             continue
@@ -94,11 +96,24 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
     structure, modeset = build_modes(
         build_structure_of(case, name, table, build_mesh(case, name, table, refine)), table, modes
     )
-    body = reduce_structure(structure, modeset, marker_groups(table), _damping(table.damping), table.strain)
+    groups, turning = marker_groups(table), turning_markers(case, name)
+    body = reduce_structure(structure, modeset, groups, _damping(table.damping), table.strain, turning)
     r = table.reduction
     if table.strain != "linear" and isinstance(r, Stretchable) and r.derivatives != "none" and body.n_modes:
         require_stretch(structure, modeset, body.strain)
     return body
+
+
+def turning_markers(case: Case, name: str) -> set[str]:
+    """Markers of a body whose rotation something uses: joints, torques, and the attitude."""
+    used = {joint.child_marker for joint in case.joints if joint.child == name}
+    used |= {joint.parent_marker for joint in case.joints if joint.parent == name}
+    used |= {load.marker for load in case.loads if load.body == name and _turns(load)}
+    return used | ({case.attitude.marker} if case.attitude.marker else set())
+
+
+def _turns(load: LoadTable) -> bool:
+    return load.torque is not None or load.table is not None or load.frame == "marker"
 
 
 def _segments(case: Case, name: str, table: FlexibleTable, other: tuple[int | None, int, int | None]) -> Segments:
@@ -149,6 +164,13 @@ def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> Fl
     if n is not None:
         if n > body.n_modes:
             text = f"found {n}; {table.file} holds {body.n_modes} elastic coordinates"
+            raise CaseError(case.path.name, [Problem(f"bodies.{name}.modes", text)])
+        lost = body.kinds[n : body.n_modes].count("derivative")
+        if lost and not body.strain.is_linear:
+            text = (
+                f"found {n}, which leaves out {lost} of the derivative shapes that {table.file} needs for its "
+                f"nonlinear strain; keep all {body.n_modes}, or make the body with fewer modes"
+            )
             raise CaseError(case.path.name, [Problem(f"bodies.{name}.modes", text)])
         body = body.truncated(n)
     damping = _damping(table.damping)

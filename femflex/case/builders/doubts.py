@@ -9,28 +9,27 @@ from collections.abc import Mapping
 import numpy as np
 
 from femflex.body import FlexibleBody
+from femflex.case.body import FlexibleTable
+from femflex.case.builders.extents import warn_of_doubtful_extents
+from femflex.case.builders.held import warn_of_bodies_held_elsewhere
 from femflex.case.case import Case
 from femflex.warning import PhysicsWarning
 
-LARGE = 1000.0  # m; meshes beyond it are more often in millimetres than of that size
 CARRIED = 0.75  # of the mass; one bending mode of a uniform cantilever carries 61 %, two 80 %
 
 
 def warn_of_doubtful_bodies(case: Case, bodies: Mapping[str, FlexibleBody], output_step: float) -> None:
-    """Warn of meshes in the wrong unit, mode sets that carry little of the mass, and modes too fast for the output."""
+    """Warn of meshes in the wrong unit, mode sets that carry little of the mass or are held elsewhere than they
+    are clamped, and modes too fast for the output."""
+    warn_of_bodies_held_elsewhere(case, bodies)
     looked_at: set[int] = set()
     for name, body in bodies.items():
         if name not in case.bodies or id(body) in looked_at:  # a segment, or shared by alike tables
             continue
         looked_at.add(id(body))
         table = case.bodies[name]
-        if body.skin is not None and getattr(table, "mesh_unit", "") == "m":
-            size = float(np.ptp(body.skin.points, axis=0).max())
-            if size > LARGE:
-                _warn(
-                    f"bodies.{name}: the mesh spans {size:.4g} m, over {LARGE:g} m; if its unit is millimetres, "
-                    f"set mesh_unit = 'mm'"
-                )
+        if isinstance(table, FlexibleTable):
+            warn_of_doubtful_extents(case, name, table, body)
         if set(body.kinds) == {"vibration"}:
             carried = carried_mass(body)
             if carried < CARRIED:

@@ -51,6 +51,11 @@ def channel_problems(case: Case, channels: Mapping[str, Channel]) -> Iterator[Pr
             yield Problem(
                 f"pictures.plots[{k}]", f"found {path!r}, which the run will not report; {_near_path(path, channels)}"
             )
+        elif component.isdigit() and not 1 <= int(component) <= _entries(channels[path]):
+            yield Problem(
+                f"pictures.plots[{k}]",
+                f"found entry {component} of {path}, which has {_entries(channels[path])}, counted from 1",
+            )
         elif component and not component.isdigit() and component not in channels[path].names:
             yield Problem(
                 f"pictures.plots[{k}]",

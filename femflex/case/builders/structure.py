@@ -31,6 +31,7 @@ from femflex.reduction import (
     lumped,
     nodal,
     nodal_translations,
+    relaxed,
     rigid_set,
     with_attachment,
     with_derivatives,
@@ -89,8 +90,12 @@ def point_masses_of(table: FlexibleTable) -> list[PointMass]:
 
 
 def build_modes(structure: Structure, table: FlexibleTable, modes: int | None = None) -> tuple[Structure, ModeSet]:
-    """The structure a body's reduction works on and its mode set, of `modes` modes instead of the case's if given."""
+    """The structure a body's reduction works on and its mode set, of `modes` modes instead of the case's if given.
+
+    Initial stress is first let go where the clamps do not hold it (`relaxed`).
+    """
     r = table.reduction
+    structure = relaxed(structure, clamp_of(getattr(r, "clamp", {})))
     if isinstance(r, Stretchable):
         found = _vibrating(structure, r, modes)
         keep = r.derivatives

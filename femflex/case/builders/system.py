@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.case.builders.body import build_bodies
+from femflex.case.builders.closed import build_constraint, build_loops, build_spring
 from femflex.case.builders.initial import initial_shape
 from femflex.case.builders.joints import build_joints, held_attitude, root_joint
 from femflex.case.builders.loads import build_loads
 from femflex.case.builders.references import channel_problems, motion_problems, size_problems
+from femflex.case.builders.start import placed
 from femflex.case.case import Case
 from femflex.case.orbit import OrbitTable
 from femflex.case.problems import CaseError, Problem
@@ -40,18 +42,21 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
             orbit=orbit,
             libration_sequence=case.attitude.sequence,
             libration_axes=held_attitude(case.attitude),
+            loops=build_loops(case),
+            constraints=tuple(build_constraint(table) for table in case.constraints),
+            springs=tuple(build_spring(table) for table in case.springs),
         )
     except CaseError:
         raise
     except (ValueError, KeyError) as error:
         problems = [Problem("", line) for line in str(error.args[0]).splitlines()]
         raise CaseError(case.path.name, problems) from error
-    _check_references(case, system)
     system = _with_initial(case, system)
-    placed = case.attitude.position is not None, case.attitude.velocity is not None
-    if orbit is not None and orbit.free and joint is not None and not all(placed):
-        return centred(system, *placed)
-    return system
+    _check_references(case, system)
+    given = case.attitude.position is not None, case.attitude.velocity is not None
+    if orbit is not None and orbit.free and joint is not None and not all(given):
+        system = centred(system, *given)
+    return placed(case, system)
 
 
 def _bodies_and_loads(case: Case, bodies: Mapping[str, Part] | None) -> tuple[dict[str, Part], tuple[Load, ...]]:
@@ -75,7 +80,10 @@ def _bodies_and_loads(case: Case, bodies: Mapping[str, Part] | None) -> tuple[di
 def _check_references(case: Case, system: System) -> None:
     from femflex.dynamics import compile_system
 
-    channels = compile_system(system).channels
+    try:
+        channels = compile_system(system).channels
+    except ValueError as error:  # a loop that cannot close
+        raise CaseError(case.path.name, [Problem("", str(error.args[0]))]) from error
     problems = [*channel_problems(case, channels), *motion_problems(case, system)]
     problems += size_problems(case, system, channels, Path.cwd())
     if problems:

@@ -1,0 +1,52 @@
+"""Bodies whose shapes are clamped at one place while a joint holds them at another."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping
+
+import numpy as np
+
+from femflex.body import FlexibleBody
+from femflex.case.body import FlexibleTable
+from femflex.case.case import Case
+from femflex.case.reduction import CantileverTable
+from femflex.warning import PhysicsWarning
+
+
+def warn_of_bodies_held_elsewhere(case: Case, bodies: Mapping[str, FlexibleBody]) -> None:
+    """Warn of a joint that holds a body at a place that moves in its shapes, with nothing at their clamp.
+
+    Shapes clamped at X and held at Y make a right model, but a stiff one: they know of no bending between the two
+    but what a free end at Y does. Static shapes of loads at Y, or a joint at X, make it sound.
+    """
+    used: set[tuple[str | None, str]] = {(joint.child, joint.child_marker) for joint in case.joints}
+    used |= {(joint.parent, joint.parent_marker) for joint in case.joints}
+    for joint in case.joints:
+        table, body = case.bodies.get(joint.child), bodies.get(joint.child)
+        if not isinstance(table, FlexibleTable) or body is None or not isinstance(table.reduction, CantileverTable):
+            continue
+        clamps = list(table.reduction.clamp)
+        held, clamp = body.markers.get(joint.child_marker), body.markers.get(clamps[0])
+        at_clamp = any((joint.child, group) in used for group in clamps)
+        if held is None or clamp is None or at_clamp or _group(table, joint.child_marker) in table.reduction.loads:
+            continue
+        distance = float(np.linalg.norm(held.position - clamp.position))
+        if np.abs(held.phi).max(initial=0.0) == 0.0:
+            continue
+        omega = body.omega[np.isfinite(body.omega)]
+        first = f"; its first frequency of {omega[0] / (2 * math.pi):.4g} Hz is that of the clamp" if len(omega) else ""
+        warnings.warn(
+            f"bodies.{joint.child}: its shapes are clamped at {clamps[0]!r}, but joint "
+            f"{joint.name or f'{joint.parent}-{joint.child}'!r} holds it at {joint.child_marker!r}, {distance:.4g} m "
+            f"away, and nothing is attached to {clamps[0]!r}{first}. Clamp {joint.child_marker!r}, or add its static "
+            f"shapes (loads = {{ {_group(table, joint.child_marker)} = [...] }})",
+            PhysicsWarning,
+            stacklevel=3,
+        )
+
+
+def _group(table: FlexibleTable, marker: str) -> str:
+    entry = table.markers.get(marker)
+    return marker if entry is None or entry.group is None else entry.group

@@ -1,0 +1,131 @@
+"""`femflex equilibrium`: where a craft is at rest under its loads, in steady spin, or in orbit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from femflex.cli.progress import Patience
+from femflex.cli.tables import print_json, print_table
+from femflex.cli.verb import verb
+
+if TYPE_CHECKING:
+    from femflex.dynamics.equilibrium import Equilibrium
+
+SHOWN = 24  # coordinates printed; all are in the file and in --json
+XYZ = ("x", "y", "z")
+
+
+@verb("femflex equilibrium cases/elastica.toml -o eq.h5")
+def equilibrium(
+    case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Result file (HDF5) to draw, or to start a run from.")
+    ] = None,
+    at: Annotated[
+        float | None, typer.Option("--at", help="Time in s whose loads are meant, where they change over time.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
+) -> None:
+    """Find the equilibrium nearest to a case's initial state, damping left out, and say whether it is stable.
+
+    At rest on the ground, in a spinning frame (steady spin), or in the orbital frame of a circular orbit. A run starts
+    from it with [initial] from = "eq.h5", or "equilibrium". Exit code 3: none was found; the last state in balance,
+    under the share of the forces that is told, is kept in the output file.
+    """
+    from femflex.results.place import check_place
+
+    if output is not None:
+        check_place(output, force)
+    with Patience("building bodies and compiling the equations of motion"):
+        from femflex.case import read_case
+        from femflex.dynamics.equilibrium import EquilibriumError
+        from femflex.pipeline.balanced import balanced, keep
+
+        read = read_case(case)
+        try:
+            found = balanced(read, at)
+        except EquilibriumError as error:
+            if output is not None:
+                keep(error.last, read, output, force=force, ended=str(error))
+                raise type(error)(
+                    f"{error} {output} keeps the last state, and is marked incomplete.", error.last
+                ) from None
+            raise
+    if output is not None:
+        keep(found, read, output, force=force)
+    if as_json:
+        print_json(equilibrium_data(found))
+        return
+    print(read.title or case.name)
+    print_equilibrium(found)
+    if output is not None:
+        print(f"kept        {output}")
+
+
+def print_equilibrium(found: Equilibrium) -> None:
+    """Print coordinates, marker positions, residual and stability."""
+    system = found.model.system
+    names = [(name, unit) for name, unit in system.coordinate_names()]
+    rows = [[name, f"{value:.10g}", unit] for (name, unit), value in zip(names, found.q, strict=True)]
+    if len(rows) > SHOWN:
+        parts = {piece for pieces in system.segments.values() for piece in pieces}
+        rows = [row for row in rows if row[0].rpartition(".delta")[0] not in parts][:SHOWN]
+    if rows:
+        print_table(["coordinate", "value", "unit"], rows)
+    if len(rows) < len(names):
+        print(f"and {len(names) - len(rows)} elastic coordinates, which --json and the result file hold\n")
+    print_table(
+        ["marker", *(f"{a}, m" for a in XYZ), *(f"deflection {a}, m" for a in XYZ)],
+        [
+            [label, *(f"{v:.9g}" for v in (*place["position"], *place["deflection"]))]
+            for label, place in markers(found).items()
+        ],
+    )
+    print(f"frame       {frame_text(found)}")
+    print(f"residual    {found.residual:.2e} of the largest force, after {found.iterations} iterations")
+    print(f"stability   {found.verdict}")
+
+
+def markers(found: Equilibrium) -> dict[str, dict[str, Any]]:
+    """Position and deflection (3,) of every marker by its label; no rounding noise."""
+    seen = found.model.observe([0.0], found.x[None])  # type: ignore[arg-type]
+    size = max((abs(seen[path][0]).max() for path in seen if path.startswith("markers/")), default=0.0)
+    out: dict[str, dict[str, Any]] = {}
+    for path, values in seen.items():
+        head, _, key = path.rpartition("/")
+        if head.startswith("markers/") and key in ("position", "deflection"):
+            row = values[0]
+            out.setdefault(head.removeprefix("markers/"), {})[key] = [
+                0.0 if abs(v) < 1e-13 * size else float(v) for v in row
+            ]
+    return out
+
+
+def frame_text(found: Equilibrium) -> str:
+    """In which frame the craft is at rest."""
+    frame = found.model.system.frame
+    if frame.kind == "spinning":
+        return f"at rest in the frame that spins at [{', '.join(f'{v:.6g}' for v in frame.rate)}] rad/s"
+    if frame.kind == "orbital" and found.model.system.orbit is not None:
+        return f"at rest in the orbital frame, period {found.model.system.orbit.period:.6g} s"
+    return "at rest in the inertial frame"
+
+
+def equilibrium_data(found: Equilibrium) -> dict[str, Any]:
+    """What --json prints."""
+    names = [name for name, _ in found.model.system.coordinate_names()]
+    return {
+        "coordinates": dict(zip(names, found.q, strict=True)),
+        "markers": markers(found),
+        "frame": found.model.system.frame.kind,
+        "residual": found.residual,
+        "iterations": found.iterations,
+        "neutral": list(found.neutral),
+        "stable": found.stable,
+        "growth": found.growth,
+        "eigenvalues": [[float(v.real), float(v.imag)] for v in found.eigenvalues],
+    }

@@ -1,0 +1,94 @@
+"""Strain blocks whose initial stress has settled: what the supports do not hold is gone from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.assembly import Part
+from femflex.fem.internal_force import InternalForce
+from femflex.fem.structure import Structure
+from femflex.fem.tables import StrainBlock
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+DUST = 1e-8  # of the initial stress, below which what is left of it is rounding
+
+
+@dataclass(frozen=True, eq=False)
+class RelaxedStrain:
+    """A strain block with the stress C L G x of a displacement x (n_raw,) added to its initial one."""
+
+    block: Any  # a StrainBlock that is a dataclass with the field stress
+    x: Array
+
+    @property
+    def dofs(self) -> Index:
+        """See StrainBlock."""
+        return self.block.dofs
+
+    @property
+    def weight(self) -> Array:
+        """See StrainBlock."""
+        return self.block.weight
+
+    @property
+    def elastic(self) -> Array:
+        """See StrainBlock."""
+        return self.block.elastic
+
+    @property
+    def stress(self) -> Array:
+        """See StrainBlock."""
+        return settled_stress(self.block, self.x)
+
+    @property
+    def linear_map(self) -> Array:
+        """See StrainBlock."""
+        return self.block.linear_map
+
+    @property
+    def quadratic_map(self) -> Array:
+        """See StrainBlock."""
+        return self.block.quadratic_map
+
+    def gradients(self, phi: Array, elements: slice) -> Array:
+        """See StrainBlock."""
+        return self.block.gradients(phi, elements)
+
+    def rows(self, elements: slice) -> Array:
+        """See StrainBlock."""
+        return self.block.rows(elements)
+
+    def quartic(self, elements: slice) -> StrainBlock:
+        """See StrainBlock."""
+        part = self.block.quartic(elements)
+        return replace(part, stress=settled_stress(part, self.x))
+
+    def stiffness(self) -> Array:
+        """See StrainBlock."""
+        return self.block.stiffness()
+
+    def parts(self) -> tuple[Part, ...]:
+        """See StrainBlock."""
+        return self.block.parts()
+
+
+def settled_stress(block: StrainBlock, x: Array) -> Array:
+    """Initial stress and that of the linear strain of x (n_raw,), (e, q, s); what is but rounding of it is none."""
+    strain = block.linear_map @ block.gradients(x[:, None], slice(None))
+    stress = block.stress + np.matmul(block.elastic, strain)[..., 0]
+    unit = np.sqrt(np.diagonal(block.elastic, axis1=2, axis2=3))  # stresses over it compare by their energy
+    return np.where(np.abs(stress) > DUST * unit * np.abs(block.stress / unit).max(), stress, 0.0)
+
+
+def settled(structure: Structure, x: Array) -> Structure:
+    """The structure with the stress of a small displacement x (n_dof,) added to its initial one; the mesh stays."""
+    raw = structure.T @ x
+    strain = tuple(RelaxedStrain(block, raw) for block in structure.strain)
+    elastic, rest = InternalForce(strain, structure.T), np.zeros(structure.n_dof)
+    return replace(structure, strain=strain, K=elastic.tangent(rest), f0=elastic.force(rest))

@@ -1,0 +1,54 @@
+"""Buckling under initial stress."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, sparse
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from femflex.fem.eigen import factorised
+from femflex.fem.structure import Structure
+from femflex.fem.tables import assemble_blocks
+from femflex.reduction.clamps import free_dofs
+
+Index = NDArray[np.int64]
+
+SMALL = 400  # dofs up to which a dense solution is cheaper
+
+
+def critical_factor(structure: Structure, held: Index) -> float:
+    """Times the initial stress at which the structure with these dofs held buckles, inf where it never does.
+
+    Also inf where the structure has no stiffness of its own against some motion (a mechanism, a membrane, a tether).
+    Least lambda > 0 with det(K0 + lambda K_sigma) = 0, from K_sigma x = mu K0 x: lambda = -1 / mu.
+    """
+    free = free_dofs(structure, held)
+    K0 = assemble_blocks(structure.strain, structure.T)[free][:, free]
+    K_sigma = structure.K[free][:, free] - K0
+    try:
+        lowest = _lowest_ratio(K_sigma, K0)
+    except (np.linalg.LinAlgError, RuntimeError):
+        return np.inf
+    return -1.0 / lowest if lowest < 0 else np.inf
+
+
+def _lowest_ratio(K_sigma: sparse.csr_array, K0: sparse.csr_array) -> float:
+    """Lowest mu of K_sigma x = mu K0 x."""
+    if K0.shape[0] <= SMALL:
+        return float(linalg.eigh(K_sigma.toarray(), K0.toarray(), eigvals_only=True, subset_by_index=[0, 0])[0])
+    solve = LinearOperator(K0.shape, matvec=factorised(K0).solve, dtype=float)
+    start = np.random.default_rng(0).standard_normal(K0.shape[0])
+    return float(eigsh(K_sigma, 1, K0, Minv=solve, which="SA", v0=start, return_eigenvectors=False)[0])
+
+
+def refuse_buckled(structure: Structure, held: Index) -> None:
+    """Raise ValueError when the initial stress is more than the structure with these dofs held can bear."""
+    if not structure.stressed:
+        return
+    factor = critical_factor(structure, held)
+    if factor <= 1.0:
+        raise ValueError(
+            f"the initial stress buckles the structure: it bears {factor:.4g} times the stress given. Lower the "
+            "prestress or the thermal strain, hold more of its groups, or give the mesh the buckled shape."
+        )

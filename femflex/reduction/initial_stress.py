@@ -1,0 +1,73 @@
+"""Initial stress and what supports hold of it."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from femflex.fem.eigen import factorised
+from femflex.fem.relaxed import settled
+from femflex.fem.structure import Structure
+from femflex.fem.tables import assemble_blocks
+from femflex.reduction.clamps import Groups, free_dofs, held_dofs
+from femflex.reduction.modeset import ModeSet
+from femflex.reduction.rigid import independent_columns, rigid_shapes
+from femflex.warning import PhysicsWarning
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+SLACK = 0.01  # share of the stress's energy that supports may let go before linear strain is doubtful
+
+
+def relaxed(structure: Structure, clamp: Groups = ()) -> Structure:
+    """The structure in equilibrium with its initial stress, the clamp groups held: the stress that is left.
+
+    A heated cantilever has none left, a beam heated between two walls all of it. The small displacement in which the
+    rest went is not kept: the mesh is the shape at equilibrium. Without a clamp the structure is free. A structure
+    without initial stress comes back as it is.
+    """
+    if not structure.stressed:
+        return structure
+    return settled(structure, relaxation(structure, held_dofs(structure, clamp)))
+
+
+def relaxation(structure: Structure, held: Index) -> Array:
+    """Linear static answer (n_dof,) to what the initial stress leaves unbalanced, with these dofs held."""
+    if not held.size:  # internal forces balance each other, so any statically determinate support will do
+        R = rigid_shapes(structure)
+        R = R[:, independent_columns(R)]
+        held = np.sort(linalg.qr(R.T, mode="r", pivoting=True)[1][: R.shape[1]])
+    free = free_dofs(structure, held)
+    x = np.zeros(structure.n_dof)
+    K = assemble_blocks(structure.strain, structure.T)[free][:, free]
+    x[free] = factorised(K).solve(-structure.f0[free])
+    return x
+
+
+def warn_if_slack(structure: Structure, modes: ModeSet) -> None:
+    """Warn when supports do not hold the initial stress, so that linear strain keeps stiffness that would go."""
+    if not (structure.stressed and structure.f0.any() and modes.n_modes):
+        return
+    released = float(-structure.f0 @ relaxation(structure, modes.held)) / 2
+    share = released / stress_energy(structure)
+    if share > SLACK:
+        warnings.warn(
+            f"supports do not hold the initial stress: static motion would release {share:.0%} of its energy, over "
+            f"{SLACK:.0%}, and linear strain keeps the stiffening of all of it; reduce the relaxed structure instead",
+            PhysicsWarning,
+            stacklevel=4,
+        )
+
+
+def stress_energy(structure: Structure) -> float:
+    """Energy that the initial stress stores, int sigma0.C^-1 sigma0 / 2 [J]."""
+    total = 0.0
+    for block in structure.strain:
+        stress = np.broadcast_to(block.stress, (*block.weight.shape, block.linear_map.shape[0]))
+        strain = np.linalg.solve(block.elastic, stress[..., None])[..., 0]
+        total += float(np.sum(block.weight[..., None] * stress * strain)) / 2
+    return total

@@ -1,0 +1,76 @@
+"""Loops: joints cut out of the tree. Only what a cut joint locks is used: slides, and turns as pairs of directions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.system.joint import Joint
+
+Array = NDArray[np.float64]
+
+PARALLEL = 1e-9  # sine of the angle below which two axes count as one
+
+
+@dataclass(frozen=True, eq=False)
+class Closure:
+    """What a cut joint between marker P of the parent and marker Q of the child locks.
+
+    slides  (n_s, 3)  unit directions e, fixed in P, along which Q must not leave P: e . r_QP_P = 0
+    pairs   (n_d, 7)  directions p fixed in P, s fixed in Q and their cosine c: p . C_PQ s = c
+    """
+
+    slides: Array
+    pairs: Array
+
+    @property
+    def n_rows(self) -> int:
+        """Number of constraints."""
+        return len(self.slides) + len(self.pairs)
+
+
+def closure(joint: Joint) -> Closure:
+    """The constraints that close a cut joint.
+
+    No turn: three pairs hold the axes of P and Q together; one turn about a: a stays on itself (two pairs); two turns
+    about a and b: their angle stays (one pair, since a . R(a) R(b) b = a . b); a ball locks no turn.
+    """
+    _, _, rest = np.linalg.svd(np.vstack([joint.translations, np.zeros((3, 3))]))
+    slides = rest[len(joint.translations) :]
+    turns = joint.rotations
+    if joint.ball is not None or len(turns) == 3:
+        pairs: list[tuple[Array, Array]] = []
+    elif len(turns) == 2:
+        pairs = [(turns[0], turns[1])]
+    else:
+        a = turns[0] if len(turns) else np.array([0.0, 0.0, 1.0])
+        b = np.cross(a, np.eye(3)[np.argmin(np.abs(a))])
+        b /= np.linalg.norm(b)
+        c = np.cross(a, b)
+        pairs = [(b, a), (c, a)] if len(turns) else [(b, a), (c, a), (b, c)]
+    rows = [np.concatenate([p, s, [p @ s]]) for p, s in pairs]
+    return Closure(slides, np.array(rows).reshape(-1, 7))
+
+
+def closure_problems(joint: Joint) -> list[str]:
+    """Sentences on what a joint says that a cut joint cannot do."""
+    out = []
+    if joint.stiffness.any() or joint.damping.any():
+        out.append(
+            f"loop {joint.label!r} has a spring or a damper; a cut joint has no coordinates of its own: "
+            "cut the loop at another joint"
+        )
+    if joint.held:
+        out.append(
+            f"loop {joint.label!r} has a locked or specified freedom; a cut joint has no coordinates of its own: "
+            "cut the loop at another joint"
+        )
+    if len(joint.rotations) == 2 and np.linalg.norm(np.cross(*joint.rotations)) < PARALLEL:
+        out.append(
+            f"the two axes of loop {joint.label!r} are parallel: {joint.rotations.tolist()}; use a revolute joint"
+        )
+    if joint.n_u == 6:
+        out.append(f"loop {joint.label!r} is free in all six motions and closes nothing; leave it out")
+    return out

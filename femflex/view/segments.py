@@ -1,0 +1,50 @@
+"""Bodies cut into segments, drawn as one: every segment as a deformation of the undeformed whole body.
+
+A point p of a segment at (r, C) with displacement S delta lies, seen from the whole body, at d + C (p + S delta). This
+is linear in the numbers d, C - 1 and C delta, which stand for elastic coordinates of wider shapes; so a bent boom is
+coloured and magnified by how far it is from the straight one, not by what remains inside each segment.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import Skin
+from femflex.results import Run
+
+Array = NDArray[np.float64]
+
+
+def whole_of(name: str, names: Collection[str]) -> str | None:
+    """Name of the body of which `name` is a segment ("boom" of "boom.3"), None when it is none."""
+    stem, dot, number = name.rpartition(".")
+    return stem if dot and number.isdigit() and stem in names else None
+
+
+def cut_bodies(run: Run) -> set[str]:
+    """Names of the bodies of a run that are cut into segments."""
+    names = {path.split("/")[1] for path in run if path.startswith("bodies/") and path.endswith("/position")}
+    return {whole for name in names if (whole := whole_of(name, names)) is not None}
+
+
+def widened(skin: Skin) -> Skin:
+    """The skin with shapes for d (3), C - 1 (3 x 3) and C delta (n x 3 x 3) in place of its own n."""
+    n_points = len(skin.points)
+    axes = np.broadcast_to(np.eye(3)[:, None], (3, n_points, 3))
+    turned = np.einsum("ac,pb->abpc", np.eye(3), skin.points).reshape(9, n_points, 3)
+    bent = np.einsum("ac,kpb->kabpc", np.eye(3), skin.shapes).reshape(-1, n_points, 3)
+    return Skin(skin.points, skin.cells, np.concatenate([axes, turned, bent]))
+
+
+def widened_coordinates(position: Array, attitude: Array, delta: Array, whole: tuple[Array, Array]) -> Array:
+    """Coordinates (n_t, 12 + 9 n) of the widened shapes of a segment, from its pose, delta and the whole's pose."""
+    r, C = whole
+    relative = np.einsum("tji,tjk->tik", C, attitude)
+    d = np.einsum("tji,tj->ti", C, position - r)
+    products = np.einsum("tab,tk->tkab", relative, delta)
+    count = len(position)
+    turn = (relative - np.eye(3)).reshape(count, 9)
+    return np.concatenate([d, turn, products.reshape(count, 9 * delta.shape[1])], axis=1)

@@ -1,0 +1,164 @@
+"""`femflex equilibrium`, and runs that start from one: what they print, write, and answer to mistakes."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from femflex.cli.app import app
+from femflex.results import open_run
+
+SPUN = """
+title = "sprung rod on a spinning hub"
+
+[run]
+duration = "2 s"
+samples = 21
+rtol = 1e-9
+
+[attitude]
+frame = "spinning"
+spin = [0, 0, "3 rad/s"]
+root = "hub"
+held = true
+
+[bodies.hub]
+kind = "rigid"
+mass = 10
+inertia = [1, 1, 1]
+markers.rim = { position = [0.7, 0, 0] }
+
+[bodies.rod]
+kind = "rigid"
+mass = 2
+inertia = [0.02, 0.5, 0.5]
+center_of_mass = [1.2, 0, 0]
+markers.end = { position = [2.4, 0, 0] }
+
+[[joints]]
+kind = "revolute"
+parent = "hub"
+parent_marker = "rim"
+child = "rod"
+name = "hinge"
+axis = [0, 1, 0]
+stiffness = 40
+damping = 3
+rest = -0.6
+"""
+START = '\n[initial]\nfrom = "{}"\n'
+PUSH = '\n[[loads]]\nname = "push"\nbody = "rod"\nmarker = "end"\nframe = "{}"\nforce = {}\n'
+
+
+def told(*words):
+    """Exit code, standard output and standard error of a command."""
+    done = CliRunner().invoke(app, [str(word) for word in words])
+    return done.exit_code, done.stdout, done.stderr
+
+
+@pytest.fixture
+def case(tmp_path):
+    """Writes the spinning rod's case, with more text, beside what else there is."""
+
+    def write(more: str = "", name: str = "spun.toml"):
+        path = tmp_path / name
+        path.write_text(SPUN + more)
+        return path
+
+    return write
+
+
+def test_the_screen_tells_coordinates_markers_residual_and_stability(case):
+    code, said, _ = told("equilibrium", case())
+    assert code == 0
+    for word in (
+        "sprung rod",
+        "hinge.angle",
+        "rod.end",
+        "spins at [0, 0, 3] rad/s",
+        "residual",
+        "iterations",
+        "stable",
+    ):
+        assert word in said
+
+
+def test_json_and_the_result_file_hold_the_same_state(case, tmp_path):
+    code, said, _ = told("equilibrium", case(), "--json", "-o", tmp_path / "eq.h5")
+    assert code == 0
+    data = json.loads(said)
+    assert data["stable"] is True and data["residual"] < 1e-9 and data["frame"] == "spinning"
+    with open_run(tmp_path / "eq.h5") as run:
+        assert run.complete and "stable" in run.ended and len(run) == 1
+        assert run["q"][0] == pytest.approx(list(data["coordinates"].values()), abs=1e-15)
+        assert run["markers/rod.end/position"][0] == pytest.approx(data["markers"]["rod.end"]["position"], abs=1e-12)
+    code, _, wrong = told("equilibrium", case(), "-o", tmp_path / "eq.h5")
+    assert code == 2 and "exists" in wrong
+
+
+@pytest.mark.parametrize("source", ["equilibrium", "eq.h5"])
+def test_a_run_that_starts_in_equilibrium_stays_there(source, case, tmp_path):
+    found = json.loads(told("equilibrium", case(), "--json", "-o", tmp_path / "eq.h5")[1])
+    moving = case(START.format(source), "run.toml")
+    assert told("run", moving, "-o", tmp_path / "run.h5")[0] == 0
+    with open_run(tmp_path / "run.h5") as run:
+        assert run["q"][:, 0] == pytest.approx(found["coordinates"]["hinge.angle"], abs=1e-7)
+    from_rest = case("", "free.toml")
+    assert told("run", from_rest, "-o", tmp_path / "free.h5")[0] == 0
+    with open_run(tmp_path / "free.h5") as run:
+        assert np.ptp(run["q"][:, 0]) > 0.1
+
+
+def test_a_craft_that_finds_no_rest_keeps_what_was_reached_and_exits_with_3(case, tmp_path):
+    path = case(PUSH.format("body", "[0, 0, 100]"))
+    path.write_text(
+        path.read_text()
+        .replace("stiffness = 40\n", "")
+        .replace("rest = -0.6\n", "")
+        .replace('[0, 0, "3 rad/s"]', "[0, 0, 0]")
+    )
+    code, _, wrong = told("equilibrium", path, "-o", tmp_path / "eq.h5")
+    assert code == 3
+    assert "no equilibrium was found beyond 0 of the loads" in wrong and "nothing resists hinge.angle" in wrong
+    assert "keeps the last state, and is marked incomplete" in wrong
+    with open_run(tmp_path / "eq.h5") as run:
+        assert not run.complete and "no equilibrium" in run.ended and len(run) == 1
+
+
+def test_mistakes_are_told(case, tmp_path):
+    code, _, wrong = told("equilibrium", case(PUSH.format("inertial", "[0, 0, 1]")))
+    assert code == 2 and "load 'push' keeps its direction in the inertial frame" in wrong
+    ramp = PUSH.format("body", "[[0, 0, 0], [0, 0, 2]]") + "times = [0, 1]\n"
+    code, _, wrong = told("equilibrium", case(ramp))
+    assert code == 2 and "load 'push' changes over time" in wrong and "--at" in wrong
+    assert told("equilibrium", case(ramp), "--at", "0.5")[0] == 0
+    code, _, wrong = told("run", case(START.format("none.h5")))
+    assert code == 2 and "initial.from" in wrong and "does not exist" in wrong
+    code, _, wrong = told("run", case("\n[initial]\nform = 'eq.h5'\n"))
+    assert code == 2 and "initial.form" in wrong and "from" in wrong
+    assert told("equilibrium", case("", "other.toml"), "-o", tmp_path / "eq.h5")[0] == 0
+    other = case(START.format("eq.h5"))
+    other.write_text(other.read_text().replace('name = "hinge"', 'name = "axle"'))
+    code, _, wrong = told("run", other)
+    assert code == 2 and "which is of another craft" in wrong
+    assert "hinge.angle is only there, axle.angle only here" in wrong
+
+
+def test_a_body_is_not_started_twice(craft, write_case, tmp_path):
+    path = write_case(craft + START.format("eq.h5"))
+    (tmp_path / "eq.h5").write_bytes(b"")
+    code, _, wrong = told("run", path)
+    assert code == 2 and "found a start of the body beside [initial] from = 'eq.h5'" in wrong
+    assert (
+        "is not a result file"
+        in told(
+            "run",
+            write_case(
+                craft.replace('initial = { marker = "tip", displacement = [0, "10 mm", 0] }\n', "")
+                + START.format("eq.h5")
+            ),
+        )[2]
+    )

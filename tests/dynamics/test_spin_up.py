@@ -1,0 +1,58 @@
+"""Rows A, A': beams spun up, one condensed body against converged segments, the steady stretch, and linear strain."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from spin_up import KANE, TIMES, WU_HAUG
+
+
+def converged(case, times):
+    """Tip history of the segmented model, extrapolated from 16 and 32 segments (its error falls as 1/k^2)."""
+    coarse, fine = case.segmented(16, times), case.segmented(32, times)
+    assert np.abs(fine - coarse).max() < 2e-3 * np.abs(fine).max()
+    return fine + (fine - coarse) / 3
+
+
+CASES = {"Kane": KANE, "Wu and Haug": WU_HAUG, "inclined": replace(KANE, tilt=0.06)}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CASES)
+def test_one_condensed_body_follows_the_segmented_beam_through_its_spin_up(name):
+    case = CASES[name]
+    reference = converged(case, TIMES)
+    peak = np.abs(reference).max()
+    assert 0.02 < peak / case.length < 0.1
+    tip = case.one("condensed", y=3, z=5 if case.tilt else 0)
+    assert np.abs(tip - reference).max() < 3e-3 * peak
+
+
+@pytest.mark.slow
+def test_stretching_coordinates_in_place_of_the_condensed_form_do_so_too():
+    reference = converged(KANE, TIMES)
+    tip = KANE.one("nonlinear", y=3, axial=10)
+    assert np.abs(tip - reference).max() < 3e-3 * np.abs(reference).max()
+
+
+def test_a_few_segments_already_bracket_the_condensed_beam():
+    times = np.linspace(0, 9, 91)
+    coarse, fine = KANE.segmented(4, times), KANE.segmented(8, times)
+    reference = fine + (fine - coarse) / 3
+    tip = KANE.one("condensed", times, y=3)
+    assert np.abs(tip - reference).max() < 3e-3 * np.abs(reference).max()
+
+
+def test_the_spun_beam_keeps_its_steady_stretch():
+    tip = KANE.one("condensed", y=2, axial=3)
+    late = TIMES > 15.0
+    assert tip[late, 0].mean() == pytest.approx(KANE.stretch, rel=5e-3)
+    assert KANE.stretch == pytest.approx(5.143e-4, rel=1e-4)
+
+
+def test_the_linear_beam_runs_away():
+    times = np.linspace(0, 11, 56)
+    linear, condensed = (np.abs(KANE.one(strain, times, y=3)[:, 1]) for strain in ("linear", "condensed"))
+    assert condensed.max() < 0.06 * KANE.length
+    assert linear[-1] > 0.3 * KANE.length
+    assert np.all(np.diff(linear[-15:]) > 0)

@@ -1,0 +1,133 @@
+"""Pretension, heat and buckling of reduced bodies: closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from full_solution import Reduced, static_path
+from nonlinear_models import METAL
+from scipy.linalg import eigh
+
+from femflex.fem import Member, build_structure
+from femflex.fem.sections import Rectangle
+from femflex.mesh import line, rectangle
+from femflex.reduction import (
+    cantilever_modes,
+    critical_factor,
+    reduce_structure,
+    relaxed,
+    strain_tensors,
+    with_attachment,
+    with_derivatives,
+)
+from femflex.reduction.clamps import held_dofs
+from femflex.reduction.initial_stress import stress_energy
+from femflex.warning import PhysicsWarning
+
+WIDTH, H = 0.05, 0.01
+A, EI = WIDTH * H, METAL.E * WIDTH * H**3 / 12
+EULER = np.pi**2 * EI  # of a pinned beam of unit length [N]
+PINS = dict.fromkeys(("start", "end"), ("x", "y", "z", "rx"))
+
+
+def beam(n=4, order=6, **options):
+    mesh = line([[0, 0, 0], [1.0, 0, 0]], n)
+    own = {"order": order, "orientation": (0, 1, 0), "rotary_inertia": False, **options}
+    return build_structure(mesh, [Member("line", "beam", Rectangle(WIDTH, H), METAL, own)])
+
+
+def omega_1(pull):
+    """First frequency of a pinned beam under an axial force [rad/s]."""
+    return np.pi**2 * np.sqrt(EI / (METAL.density * A) * (1 + pull / EULER))
+
+
+@pytest.mark.parametrize("pull", [0.0, 3.0, -0.5, -0.99])
+def test_pretension_stiffens_a_beam_as_the_closed_form_says(pull):
+    structure = beam(prestress=pull * EULER)
+    found = cantilever_modes(structure, PINS, 1).omega[0]
+    assert found == pytest.approx(omega_1(pull * EULER), rel=1e-6)
+
+
+def test_a_clamped_panel_pulled_along_its_length_is_stiffened_by_its_own_strip():
+    """A plate between two edges, nu = 0 by a narrow strip: omega^2 grows by N pi^2 / m for a pinned strip."""
+    pull = 2e4  # N/m
+    strip = rectangle(1.0, 0.05, 16, 1, "quad")
+    ends = {"left": ("x", "y", "z"), "right": ("x", "y", "z")}
+    found = []
+    for prestress in (None, (pull, 0.0, 0.0)):
+        member = Member("surface", "plate_bfs", H, METAL, {"prestress": prestress})
+        found.append(cantilever_modes(build_structure(strip, [member]), ends, 1).omega[0])
+    assert found[1] ** 2 - found[0] ** 2 == pytest.approx(pull * np.pi**2 / (METAL.density * H), rel=5e-3)
+
+
+@pytest.mark.parametrize(("n", "order"), [(4, 6), (120, 3)])
+def test_the_critical_factor_is_eulers(n, order):
+    structure = beam(n, order, prestress=-0.4 * EULER)
+    assert critical_factor(structure, held_dofs(structure, PINS)) == pytest.approx(2.5, rel=1e-6)
+    pulled = beam(prestress=EULER)
+    assert critical_factor(pulled, held_dofs(pulled, PINS)) == np.inf
+
+
+def test_a_buckled_structure_is_refused_with_the_factor_it_bears():
+    structure = beam(thermal_strain=2 * EULER / (METAL.E * A))
+    with pytest.raises(ValueError, match=r"buckles the structure: it bears 0.5 times the stress given. Lower the"):
+        cantilever_modes(structure, PINS, 2)
+    with pytest.raises(ValueError, match=r"clamped at .'start'., has 1 rigid motion without"):
+        cantilever_modes(beam(prestress=EULER), {"start": ("x", "y", "z")}, 2)
+
+
+def test_linear_strain_warns_of_stress_that_no_support_holds():
+    structure = beam(thermal_strain=-1e-4)
+    modes = cantilever_modes(structure, "start", 3)
+    with pytest.warns(PhysicsWarning, match=r"static motion would release 100% of its energy, over 1%, and linear"):
+        reduce_structure(structure, modes)
+    held = cantilever_modes(structure, PINS, 3)
+    assert reduce_structure(structure, held).strain.f0 == pytest.approx(0.0, abs=1e-6)  # and no warning
+
+
+def test_stress_that_no_support_holds_goes_and_what_is_held_stays():
+    structure = beam(thermal_strain=1e-3)  # enough to buckle it, were it held
+    for clamp in ("start", ()):
+        loose = relaxed(structure, clamp)
+        scale = np.abs(structure.f0).max()
+        assert np.abs(loose.f0).max() < 1e-9 * scale
+        assert abs(loose.K - beam().K).max() < 1e-9 * abs(loose.K).max()
+    assert cantilever_modes(relaxed(structure, "start"), "start", 2).omega == pytest.approx(
+        cantilever_modes(beam(), "start", 2).omega, rel=1e-9
+    )
+    held = beam(thermal_strain=-1e-3)
+    np.testing.assert_allclose(relaxed(held, PINS).K.toarray(), held.K.toarray(), rtol=1e-9, atol=1e-3)
+    assert relaxed(beam(), "start").stressed is False
+
+
+@pytest.mark.parametrize(("family", "cell"), [("plate", "triangle"), ("plate_bfs", "quad")])
+def test_a_pulled_plate_held_on_two_sides_keeps_a_stress_in_equilibrium(family, cell):
+    """Cooled between two edges, free on the others: what is left varies, balances, and its energy has fallen."""
+    mesh = rectangle(1.0, 0.6, 6, 4, cell)
+    member = Member("surface", family, H, METAL, {"thermal_strain": -1e-3})
+    structure = build_structure(mesh, [member])
+    left = relaxed(structure, ["left", "right"])
+    free = np.setdiff1d(np.arange(structure.n_dof), held_dofs(structure, ["left", "right"]))
+    assert np.abs(left.f0[free]).max() < 1e-9 * np.abs(structure.f0[free]).max()
+    assert 0.3 < stress_energy(left) / stress_energy(structure) < 0.9
+    middle = left.strain[0].stress.reshape(-1, left.strain[0].linear_map.shape[0]).mean(axis=0)
+    pull = METAL.E * H * 1e-3
+    assert pull < middle[0] < pull / (1 - METAL.nu**2)  # between a strip free to narrow and one held
+    stiff = cantilever_modes(left, ["left", "right"], 1)
+    tensors = strain_tensors(left, stiff.phi)
+    assert tensors.V1[0, 0] == pytest.approx(stiff.omega[0] ** 2, rel=1e-9)
+    assert np.abs(tensors.f0).max() < 1e-9 * np.abs(stiff.phi.T @ structure.f0).max() + 1e-6
+
+
+def test_a_heated_cantilever_finds_its_new_length_and_keeps_its_frequencies():
+    """Reduced as it was given, by shapes that can stretch: f0 drives it to where no stress is left."""
+    strain = 1e-3
+    structure, cold = beam(thermal_strain=strain), cantilever_modes(beam(), "start", 2)
+    modes = with_derivatives(beam(), with_attachment(beam(), cold, [], {"end": ["x"]}))
+    body = reduce_structure(structure, modes, {"tip": "end"}, strain="nonlinear")
+    (d,) = static_path(Reduced(body.strain), np.full(modes.n_modes, 1e-30), [1.0])
+    tip = body.markers["tip"].phi @ d
+    assert tip == pytest.approx([np.sqrt(1 + 2 * strain) - 1, 0, 0], abs=1e-9)
+    hot = np.sqrt(eigh(body.strain.tangent(d), eigvals_only=True)[:2])
+    np.testing.assert_allclose(hot, cold.omega, rtol=3e-3)  # stretched by a thousandth
+    assert np.linalg.eigvalsh(body.strain.V1)[0] < 0  # with the stress held it would have buckled

@@ -1,0 +1,199 @@
+"""Reduced bodies under large static loads: closed forms, Levy's plate, snap-through against full finite elements."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from full_solution import Full, Reduced, arc_length, held_at, static_path
+from nonlinear_models import METAL
+from scipy.interpolate import CubicSpline
+
+from femflex.fem import Material, Member, build_structure
+from femflex.fem.sections import Rectangle
+from femflex.mesh import line, rectangle
+from femflex.reduction import cantilever_modes, strain_tensors, with_attachment, with_derivatives
+from femflex.reduction.clamps import held_dofs
+from femflex.reduction.rigid import rigid_shapes
+from femflex.symmetric import unpacked
+
+H = 0.01  # thickness of everything here [m]
+EDGES = ("left", "right", "bottom", "top")
+
+
+def duffing(structure, clamp):
+    """c of x'' + x + c x^3 for the lowest shape, x its largest displacement over H, all else relaxed statically."""
+    modes = cantilever_modes(structure, clamp, 1).picked([0])
+    full = with_derivatives(structure, modes, "all")
+    tensors, n = strain_tensors(structure, full.phi), full.n_modes
+    amplitude = np.abs(structure.translation @ full.phi[:, 0]).max()
+    pull = 3 * unpacked(tensors.V2, n, 3)[0, 0, 1:]  # elastic force on the others, per q^2
+    relaxed = pull @ np.linalg.solve(tensors.V1[1:, 1:], pull)
+    quartic = (unpacked(tensors.V3, n, 4)[0, 0, 0, 0] - relaxed) / 2
+    return 4 * quartic / tensors.V1[0, 0] * (H / amplitude) ** 2
+
+
+def pinned_beam(n, order):
+    mesh = line([[0, 0, 0], [1.0, 0, 0]], n)
+    options = {"order": order, "orientation": (0, 1, 0)}
+    return build_structure(mesh, [Member("line", "beam", Rectangle(0.05, H), METAL, options)])
+
+
+def test_a_beam_between_immovable_pins_hardens_as_woinowsky_krieger_found():
+    """q'' + w0^2 (q + q^3 / 4 r^2) = 0, r the radius of gyration (1950)."""
+    exact = 3.0  # (H / r)^2 / 4 with r^2 = H^2 / 12
+    pins = dict.fromkeys(("start", "end"), ("x", "y", "z", "rx"))
+    assert duffing(pinned_beam(4, 6), pins) == pytest.approx(exact, rel=1e-7)
+    errors = [duffing(pinned_beam(n, 3), pins) / exact - 1 for n in (4, 8, 16)]
+    assert errors[2] < 2e-5
+    assert np.log2(np.array(errors[:-1]) / errors[1:]) == pytest.approx([4, 4], abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("family", "counts", "order", "bound"), [("plate_bfs", (4, 8), 3.5, 5e-5), ("plate", (6, 12), 1.7, 6e-3)]
+)
+def test_a_plate_between_immovable_edges_hardens_as_chu_and_herrmann_found(family, counts, order, bound):
+    """Simply supported, edges held against normal motion in the plane, free along themselves (1956)."""
+    nu = METAL.nu
+    exact = 3 * (2 * (3 - nu**2) + 4 * nu) / 16
+    along_y, along_x = ("x", "z", "rx"), ("y", "z", "ry")
+    edges = {"left": along_y, "right": along_y, "bottom": along_x, "top": along_x}
+    errors = []
+    for n in counts:
+        mesh = rectangle(1.0, 1.0, n, n, "quad" if family == "plate_bfs" else "triangle")
+        structure = build_structure(mesh, [Member("surface", family, H, METAL)])
+        errors.append(duffing(structure, edges) / exact - 1)
+    assert 0 < errors[1] < bound
+    assert np.log2(errors[0] / errors[1]) > order
+
+
+LEVY_LOADS = np.array([17.79, 38.3, 63.4, 95.0, 134.9, 184.0, 245.0, 318.0, 402.0])  # p a^4 / E h^4
+LEVY = np.array([0.237, 0.471, 0.695, 0.912, 1.121, 1.323, 1.521, 1.714, 1.902])  # of the centre, over h
+GLASS = Material(1e7, 0.316, 1.0)
+
+
+def clamped_plate(n, family="plate_bfs"):
+    """Structure, held dofs, unit load p a^4 = E h^4 and the row of the centre's deflection over h."""
+    mesh = rectangle(1.0, 1.0, n, n, "quad" if family == "plate_bfs" else "triangle")
+    structure = build_structure(mesh, [Member("surface", family, H, GLASS)])
+    load = structure.M @ rigid_shapes(structure)[:, 2] * GLASS.E * H**3 / GLASS.density
+    centre = structure.translation[[3 * mesh.nearest_point([0.5, 0.5, 0]) + 2]].toarray()[0] / H
+    return structure, held_dofs(structure, EDGES), load, centre
+
+
+def loaded_shapes(modes, load, n):
+    """The n shapes with the largest static amplitudes under the load, in their order."""
+    amplitude = np.abs(modes.phi.T @ load) / modes.omega**2
+    return modes.picked(np.sort(np.argsort(-amplitude)[:n]))
+
+
+@pytest.mark.parametrize(("family", "n"), [("plate_bfs", 6), ("plate", 8)])
+def test_a_clamped_plate_under_pressure_bends_as_the_full_finite_elements_do(family, n):
+    """Two modes, the load's own shape and six derivatives follow the full solution over all of Levy's loads."""
+    structure, held, load, centre = clamped_plate(n, family)
+    full = Full(structure, held)
+    loads = LEVY_LOADS[[0, 2, 5, 8]]
+    exact = static_path(full, load[full.free], loads) @ centre[full.free]
+    modes = loaded_shapes(cantilever_modes(structure, EDGES, 6), load, 2)
+    shapes = with_derivatives(structure, with_attachment(structure, modes, ["z"]))
+    assert shapes.kinds.count("derivative") == 6
+    d = static_path(Reduced(strain_tensors(structure, shapes.phi)), shapes.phi.T @ load, loads)
+    np.testing.assert_allclose(d @ (shapes.phi.T @ centre), exact, rtol=2e-3)
+    alone = strain_tensors(structure, modes.phi)
+    stiff = static_path(Reduced(alone), modes.phi.T @ load, loads) @ (modes.phi.T @ centre)
+    assert stiff[-1] < 0.9 * exact[-1]  # without derivatives the plate is far too stiff
+
+
+@pytest.mark.slow
+def test_the_full_solution_of_levys_plate_converges_below_his_few_terms():
+    found = []
+    for n in (4, 8, 16):
+        structure, held, load, centre = clamped_plate(n)
+        full = Full(structure, held)
+        found.append(static_path(full, load[full.free], LEVY_LOADS) @ centre[full.free])
+    assert np.abs(found[2] / found[1] - 1).max() < 3e-3
+    assert np.abs(found[2] / found[1] - 1).max() < 0.2 * np.abs(found[1] / found[0] - 1).max()
+    assert np.all(found[2] < LEVY) and np.all(found[2] > 0.97 * LEVY)
+    np.testing.assert_allclose(found[2][:3], LEVY[:3], rtol=8e-3)
+
+
+def arch(rise, n=12):
+    """A circular arch of unit span from straight elements, group "CROWN" at its middle."""
+    radius = (0.25 + rise**2) / (2 * rise)
+    half = np.arcsin(0.5 / radius)
+
+    def place(t):
+        angle = (2 * t - 1) * half
+        return [0.5 + radius * np.sin(angle), 0.0, radius * (np.cos(angle) - np.cos(half))]
+
+    mesh = line(place, n)
+    return build_structure(mesh, [Member("line", "beam", Rectangle(0.03, H), METAL, {"extent": 1.0})])
+
+
+def panel(rise, n=8):
+    """A cylindrical panel of unit span and half that length from flat triangles, straight edges "left" and "right"."""
+    mesh = rectangle(1.0, 0.5, n, n // 2, "triangle")
+    radius = (0.25 + rise**2) / (2 * rise)
+    half = np.arcsin(0.5 / radius)
+    angle = (2 * mesh.points[:, 0] - 1) * half
+    points = np.stack(
+        [0.5 + radius * np.sin(angle), mesh.points[:, 1], radius * (np.cos(angle) - np.cos(half))], axis=1
+    )
+    return build_structure(replace(mesh, points=points), [Member("surface", "plate", H, METAL)])
+
+
+def snapped(structure, clamp, where, step):
+    """Full model, load, row of the deflection of the crown over H, path of load factors and of deflections."""
+    full = Full(structure, held_dofs(structure, clamp))
+    load = -(structure.M @ rigid_shapes(structure)[:, 2])
+    node = structure.mesh.nearest_point(where)
+    row = -structure.translation[[3 * node + 2]].toarray()[0] / H
+    inside = structure.translation.tocsc()[:, full.free]
+    weight = np.asarray(inside.multiply(inside).sum(axis=0)).ravel()
+    factors, x = arc_length(full, load[full.free], step, 80, weight, lambda _, x: row[full.free] @ x > 4.0)
+    return load, row, factors, x @ row[full.free]
+
+
+def greatest_distance(structure, shapes, case):
+    """Largest distance of the full path from the reduced one, loads over the largest, deflections over four H."""
+    load, row, factors, deflections = case
+    at = np.linspace(0, 1.01 * deflections[-1], 120)[1:]
+    model = Reduced(strain_tensors(structure, shapes.phi))
+    found = held_at(model, shapes.phi.T @ load, shapes.phi.T @ row, at)
+    dense = np.linspace(at[0], at[-1], 3000)
+    found = np.stack([CubicSpline(at, found)(dense) / factors.max(), dense / 4], axis=1)
+    full = np.stack([factors / factors.max(), deflections / 4], axis=1)
+    return np.linalg.norm(full[:, None] - found, axis=2).min(axis=1).max()
+
+
+@pytest.mark.parametrize(
+    ("rise", "support"), [(1.5 * H, "pinned"), (2 * H, "clamped"), (3 * H, "pinned"), (3 * H, "clamped")]
+)
+def test_a_shallow_arch_snaps_through_as_the_full_finite_elements_do(rise, support):
+    """Three symmetric modes and their six derivatives, to a deflection of four thicknesses."""
+    structure = arch(rise)
+    held = ("x", "y", "z", "rx", "rz") + (("ry",) if support == "clamped" else ())
+    clamp = {"start": held, "end": held}
+    case = snapped(structure, clamp, [0.5, 0, 1], 0.5 * H)
+    load, _, factors, deflections = case
+    assert np.any(np.diff(factors) < 0) and deflections[-1] > 4.0
+    modes = loaded_shapes(cantilever_modes(structure, clamp, 12), load, 3)
+    shapes = with_derivatives(structure, modes)
+    assert shapes.n_modes == 9
+    assert greatest_distance(structure, shapes, case) < 0.01
+    if rise == 2 * H:
+        assert greatest_distance(structure, modes, case) > 0.1  # the same modes without derivatives
+
+
+def test_a_curved_panel_of_flat_facets_snaps_through_as_the_full_finite_elements_do():
+    """Three modes, the load's own shape and six derivatives: ten coordinates, no split of bending and membrane."""
+    structure = panel(2 * H)
+    clamp = ("left", "right")
+    case = snapped(structure, clamp, [0.5, 0.25, 1], 1.5 * H)
+    load, _, factors, deflections = case
+    assert np.any(np.diff(factors) < 0) and deflections[-1] > 4.0
+    modes = loaded_shapes(cantilever_modes(structure, clamp, 16), load, 3)
+    shapes = with_derivatives(structure, with_attachment(structure, modes, ["z"]), 6)
+    assert shapes.n_modes == 10
+    assert greatest_distance(structure, shapes, case) < 0.01
