@@ -177,6 +177,9 @@ class FlexibleBody:
     omega    natural frequency of each shape where it means something, else nan [rad/s]
     slaves   (n_s, n, n)  A_s, symmetric: the last n_s shapes follow the first n, y_s = 1/2 delta.A_s delta
              (condensed form, THEORY section 3); none where every shape is a coordinate of its own
+    note     what should be said of how the body was made; nothing if empty
+    ignored  (4, 3) G of reduction.foreshortening where linear strain leaves it out: fields of acceleration -(b + W r)
+             would stiffen the lowest shape by the part b . G[0] + W : G[1:] of its stiffness [s^2/m, s^2]; or None
     """
 
     moments: MassMoments
@@ -187,6 +190,8 @@ class FlexibleBody:
     kinds: tuple[str, ...] = ()
     omega: Array = field(default_factory=lambda: np.zeros(0))
     slaves: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    note: str = ""
+    ignored: Array | None = None
 
     def __post_init__(self) -> None:
         n, n_shapes = self.n_modes, self.n_shapes

@@ -92,3 +92,16 @@ def unpacked(values: Array, n: int, degree: int) -> Array:
 def truncated(values: Array, n: int, keep: int, degree: int) -> Array:
     """The packed values of the tensor confined to its first `keep` of n coordinates."""
     return values[packed_indices(n, degree)[:, -1] < keep]
+
+
+def picked(values: Array, n: int, chosen: Index, degree: int) -> Array:
+    """The packed values of the tensor confined to the chosen of n coordinates, in their order."""
+    rows = np.sort(chosen[packed_indices(len(chosen), degree)], axis=1)
+    place = np.zeros(len(rows), np.int64)
+    first = np.zeros(len(rows), np.int64)
+    for a in range(degree):  # count the packed rows before each: those whose entry a is smaller, after equal ones
+        left = degree - 1 - a
+        below = np.array([0, *np.cumsum([comb(n - v + left - 1, left) if left else 1 for v in range(n)])], np.int64)
+        place += below[rows[:, a]] - below[first]
+        first = rows[:, a]
+    return values[place]

@@ -106,4 +106,4 @@ def test_modes_of_bodies_alike_are_printed_once(tmp_path):
     done = CliRunner().invoke(app, ["run", str(tmp_path / "star.toml"), "-o", str(tmp_path / "run.h5")])
     assert done.exit_code == 0
     assert done.stdout.count("effective mass") == 1
-    assert "boom1, boom2, boom3: " in done.stdout
+    assert "boom0 to boom3, 4 bodies: 0.5 kg each" in done.stdout

@@ -13,6 +13,8 @@ from femflex.case.reduction import DampingTable, FunctionsTable, Reduction
 from femflex.case.shape import MarkerTable, Shape
 from femflex.case.values import Count, Direction, Mass, Position, PositiveLength, Quantity
 
+Strain = Literal["linear", "nonlinear", "condensed"]
+
 
 class BodyTable(Table):
     """What every body may say."""
@@ -90,8 +92,10 @@ class FlexibleTable(BodyTable):
     point_masses: list[PointMassTable] = Field(default_factory=list)
     reduction: Reduction | None = None
     """Left out only with segments: static shapes of each, and no modes between its ends."""
-    strain: Literal["linear", "nonlinear"] = "linear"
-    """nonlinear: stiffening and large deflections by the cubic and quartic strain tensors; wants derivatives."""
+    strain: Strain | None = None
+    """nonlinear: stiffening and large deflections by the cubic and quartic strain tensors; wants derivatives.
+    condensed: the same with the derivatives following bending, so that no stiff coordinate is left. Left out:
+    condensed where the case's spin or initial bend call for it, else linear; `run` says which and why."""
     damping: DampingTable | None = None
 
     @property
@@ -162,6 +166,8 @@ class AnalyticTable(BodyTable):
     radius: PositiveLength | None = None
     """Of the tube that is drawn; left out, a line."""
     functions: FunctionsTable
+    strain: Strain | None = None
+    """As for meshed bodies; nonlinear wants axial functions, condensed brings its own."""
     damping: DampingTable | None = None
 
     @model_validator(mode="after")

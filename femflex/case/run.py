@@ -134,7 +134,9 @@ class StudyTable(Table):
     """Numbers of modes tried; left out, chosen from the case."""
     refinements: Annotated[list[Annotated[int, Count(0)]] | None, Field(min_length=2)] = None
     """Mesh refinements tried; left out, 0 to 4, as far as the mesh stays small."""
+    segments: Annotated[list[Whole] | None, Field(min_length=3)] = None
+    """Numbers of segments tried; left out, from a quarter of the case's own to four times it."""
     body: str | None = None
-    """Whose modes and mesh are varied; left out, all flexible bodies."""
+    """Whose modes, mesh or segments are varied; left out, all flexible bodies."""
     tolerance: Annotated[float, Quantity("", above=0.0)] = 1e-3
     """Relative change below which the quantity counts as converged."""

@@ -25,11 +25,14 @@ BEAT = 0.5  # seconds
 @verb("femflex converge cases/orbiter_beam.toml --over modes --tolerance 1e-6 -o convergence.png")
 def converge(
     case: Annotated[Path, typer.Argument(help="Case file (TOML) with a [study].", show_default=False)],
-    over: Annotated[str, typer.Option("--over", help="What is varied: modes or mesh.")] = "modes",
+    over: Annotated[
+        str, typer.Option("--over", help="What is varied: modes, mesh, derivatives or segments.")
+    ] = "modes",
     levels: Annotated[
         str | None,
         typer.Option(
-            "--levels", help="Numbers of modes (1,2,4,8) or of mesh refinements (0,1,2) instead of the case's."
+            "--levels",
+            help="Numbers of modes or segments (1,2,4), mesh refinements or derivative shapes (0,1,2), not the case's.",
         ),
     ] = None,
     tolerance: Annotated[
@@ -40,7 +43,7 @@ def converge(
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing picture.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
 ) -> None:
-    """Vary the modes or the mesh of a case, watch the quantity its [study] names, and judge.
+    """Vary modes, mesh, derivative shapes or segments of a case, watch the quantity its [study] names, and judge.
 
     Prints a table, the observed order, the extrapolated limit, and a verdict with a recommended number. Modes: the
     case runs with more and more modes. Mesh: every cell is divided in two along each edge, again and again. Ctrl-C
@@ -153,13 +156,15 @@ def print_study(found: Convergence) -> None:
     from textwrap import fill
 
     print(f"{found.title} [{found.unit}]" if found.unit not in ("", "1") else found.title)
-    rows = []
+    rows, split = [], found.over == "modes" and bool(found.derivatives.any())
     for k, level in enumerate(found.levels):
         change, error = found.changes[k], found.errors[k]
         told = [f"{change:.3e}" if isfinite(change) else "", f"{error:.2e}" if isfinite(error) else ""]
         mark = "<-" if level == found.recommended else ""
-        rows.append([str(level), str(found.counts[k]), f"{found.values[k]:.12g}", *told, mark])
-    heads = ["modes", "coordinates"] if found.over == "modes" else ["refined", "dofs"]
+        apart = [str(found.derivatives[k])] if split else []
+        rows.append([str(level), str(found.counts[k]), *apart, f"{found.values[k]:.12g}", *told, mark])
+    heads = ["refined", "dofs"] if found.over == "mesh" else [found.over, "coordinates"]
+    heads += ["of them derivatives"] if split else []
     print_table([*heads, "value", "change", "error", ""], rows)
     for text in found.left_out:
         print(fill(f"left out    {text}", 110, subsequent_indent=" " * 12))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -33,6 +34,18 @@ def compilation_seen() -> Iterator[Callable[[], bool]]:
 
 def _kept(dispatcher: Any) -> bool:
     return hasattr(getattr(dispatcher, "_cache", None), "cache_path")
+
+
+@contextmanager
+def warnings_told_after() -> Iterator[None]:
+    """Keep warnings back until what is inside is done, so that a process that begins again tells them once."""
+    caught: list[warnings.WarningMessage] = []
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            yield
+    finally:
+        for found in caught:
+            warnings.showwarning(found.message, found.category, found.filename, found.lineno)
 
 
 def load_kernels(prepared: Prepared) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from femflex.cli.fresh import begin_again, compilation_seen, load_kernels
+from femflex.cli.fresh import begin_again, compilation_seen, load_kernels, warnings_told_after
 from femflex.cli.progress import Bar, Patience
 from femflex.cli.verb import complain, verb
 
@@ -50,11 +50,11 @@ def run(
             "building bodies and compiling the equations of motion (the first run of an installation takes about a "
             "minute)"
         )
-        with compilation_seen() as compiled:
+        with warnings_told_after(), compilation_seen() as compiled:
             prepared = pipeline.prepare(read, output, force=force, resume=resume, without=named(without))
             load_kernels(prepared)
-        if compiled():
-            begin_again()
+            if compiled():
+                begin_again()
     say_what_runs(prepared)
     with Bar("integrating", float(prepared.times[-1])) as bar:
         pipeline.integrate(prepared, output, force=force, resume=resume, progress=bar)
@@ -94,6 +94,9 @@ def say_what_runs(prepared: Prepared) -> None:
     for name, parts in system.segments.items():
         each = system.bodies[parts[0]].n_modes
         print(f"body        {name} is cut into {len(parts)} segments of {each} elastic coordinates each")
+    for name, body in system.bodies.items():
+        if body.note and name not in pieces:
+            print(f"body        {name}: {body.note}")
     for line in (*_orbit_lines(prepared), _attitude_line(prepared)):
         print(line)
     step = f"{len(prepared.times)} rows to {prepared.times[-1]:.6g} s"

@@ -152,7 +152,7 @@ def add_elastic_forces(b: Record, pool: Array, work: Array) -> None:
         put(work, b["pn"] + k, force)
     if b["nonlinear"]:
         write_varying_stiffness(b, pool, work, 3.0, 2.0)
-        add_varying_force(b, work, work, b["pn"])
+        add_varying_force(b, work, work, b["delta"], 1.0, work, b["pn"], 1)
 
 
 @inner

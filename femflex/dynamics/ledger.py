@@ -167,9 +167,9 @@ def write_elastic_rows(q: Array, u: Array, rows: Array, table: Table, pool: Arra
             rows[PRESTRESS * n_u + b["ue"] + k] = pool[b["f0"] + k]
         if b["nonlinear"]:
             write_varying_stiffness(b, pool, work, 3.0, 0.0)
-            add_varying_force(b, work, rows, QUADRATIC_STRAIN * n_u + b["ue"])
+            add_varying_force(b, work, work, b["delta"], 1.0, rows, QUADRATIC_STRAIN * n_u + b["ue"], 1)
             write_varying_stiffness(b, pool, work, 0.0, 2.0)
-            add_varying_force(b, work, rows, CUBIC_STRAIN * n_u + b["ue"])
+            add_varying_force(b, work, work, b["delta"], 1.0, rows, CUBIC_STRAIN * n_u + b["ue"], 1)
 
 
 @inner

@@ -77,11 +77,7 @@ class Model:
         """The calls of implicit integrators on the tree, without the forces of constraints."""
         from femflex.dynamics.second_order import SecondOrderCalls
 
-        if not self.reduced:
-            return SecondOrderCalls(self.n_q, self.n_u)
-        from femflex.dynamics.reduced import reduced_residual
-
-        return SecondOrderCalls(self.n_q, self.n_u, reduced_residual)
+        return SecondOrderCalls(self.n_q, self.n_u, self.reduced)
 
     @property
     def reduced(self) -> bool:

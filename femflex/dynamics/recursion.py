@@ -34,11 +34,16 @@ Record = np.void
 @inner
 def reduce_to_root(table: Table, pool: Array, work: Array, c_d: float, c_k: float, forced: bool) -> None:
     """Tips to root: eliminate every body's elastic block and joint; forced: there are forces on free root joints."""
-    n_bodies = header_of(table)["n_bodies"]
-    for i in range(1, n_bodies):
+    for i in range(1, header_of(table)["n_bodies"]):
         write_rows(body_of(table, i), pool, work)
         write_elastic_block(body_of(table, i), pool, work, c_d, c_k)
-    for i in range(n_bodies - 1, 0, -1):
+    reduce_written(table, pool, work, c_d, c_k, forced)
+
+
+@inner
+def reduce_written(table: Table, pool: Array, work: Array, c_d: float, c_k: float, forced: bool) -> None:
+    """Tips to root, from rows and elastic blocks that are written already."""
+    for i in range(header_of(table)["n_bodies"] - 1, 0, -1):
         b = body_of(table, i)
         if b["own_bends"]:
             refer_to_hinge(b, work)

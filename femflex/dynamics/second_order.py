@@ -1,6 +1,8 @@
-"""The equations of motion (9) as implicit integrators and studies ask for them: residual, linear solve, kinematics.
+"""The equations of motion (9) as implicit integrators and studies ask for them, each call compiled when first used.
 
-Compiled apart from `rate`, and only when first asked for.
+RESIDUAL   residual(t, q, u, udot, out, table, pool, work): out = M udot + h - Q
+SOLVE      solve(t, q, rhs, out, c_m, c_d, c_k, table, pool, work): out = (c_m M + c_d D + c_k K)^-1 rhs
+CORRECT, KINEMATIC, ADVANCE    see femflex.integrate.protocol
 """
 
 from __future__ import annotations
@@ -13,7 +15,6 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.compiled import kernel
 from femflex.dynamics.coordinates import advance_coordinates, coordinate_rates
-from femflex.dynamics.gathering import write_residual, write_solution
 from femflex.dynamics.lanes import start
 from femflex.dynamics.layout import body_of, header_of
 from femflex.dynamics.symbols import types
@@ -25,6 +26,7 @@ _vector = types.float64[::1]
 _own = (types.int64[::1], _vector, _vector)  # table, pool, work
 RESIDUAL = types.void(types.float64, _vector, _vector, _vector, _vector, *_own)
 SOLVE = types.void(types.float64, _vector, _vector, _vector, types.float64, types.float64, types.float64, *_own)
+CORRECT = types.void(types.float64, _vector, _vector, _vector, _vector, types.float64, types.float64, *_own)
 KINEMATIC = types.void(types.float64, _vector, _vector, _vector, *_own)
 ADVANCE = types.void(_vector, _vector, _vector, *_own)
 
@@ -45,59 +47,44 @@ def advance(q: Array, increment: Array, out: Array, table: Table, pool: Array, w
         advance_coordinates(body_of(records, i), start(q), start(increment), start(out), start(pool))
 
 
-@kernel(RESIDUAL)
-def residual(t: float, q: Array, u: Array, udot: Array, out: Array, table: Table, pool: Array, work: Array) -> None:
-    """out = M(q, t) udot + h(q, u, t) - Q of eq. (9), in O(n).
-
-    With an eliminated root translation M is M - M_v^T M_vv^-1 M_v and forces work through displacements relative to O.
-    """
-    write_residual(
-        t,
-        start(q),
-        start(u),
-        start(udot),
-        start(out),
-        start(table),
-        start(pool),
-        start(work),
-    )
-
-
-@kernel(SOLVE)
-def solve(
-    t: float,
-    q: Array,
-    rhs: Array,
-    out: Array,
-    c_m: float,
-    c_d: float,
-    c_k: float,
-    table: Table,
-    pool: Array,
-    work: Array,
-) -> None:
-    """out = (c_m M + c_d D + c_k K)^-1 rhs with M at q, D and K of shapes, springs and dampers; O(n)."""
-    write_solution(
-        t,
-        start(q),
-        start(rhs),
-        start(out),
-        c_m,
-        c_d,
-        c_k,
-        start(table),
-        start(pool),
-        start(work),
-    )
-
-
 @dataclass(frozen=True)
 class SecondOrderCalls:
-    """The calls that implicit integrators use, over the model's own arrays."""
+    """The second-order calls over a model's own arrays.
+
+    reduced  whether terms of the ledger are left out (see femflex.dynamics.reduced)
+    """
 
     n_q: int
     n_u: int
-    residual: Any = field(default=residual)
-    solve: Any = field(default=solve)
+    reduced: bool = False
     kinematic: Any = field(default=kinematic)
     advance: Any = field(default=advance)
+
+    @property
+    def residual(self) -> Any:
+        """The call of signature RESIDUAL."""
+        if self.reduced:
+            from femflex.dynamics.reduced import reduced_residual
+
+            return reduced_residual
+        from femflex.dynamics.residual import residual
+
+        return residual
+
+    @property
+    def correct(self) -> Any:
+        """The call of signature CORRECT."""
+        if self.reduced:
+            from femflex.dynamics.reduced_correction import reduced_correct
+
+            return reduced_correct
+        from femflex.dynamics.correction import correct
+
+        return correct
+
+    @property
+    def solve(self) -> Any:
+        """The call of signature SOLVE."""
+        from femflex.dynamics.residual import solve
+
+        return solve

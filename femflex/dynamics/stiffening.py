@@ -78,17 +78,17 @@ def write_varying_stiffness(b: Record, pool: Array, work: Array, c2: float, c3: 
 
 
 @inner
-def add_varying_force(b: Record, work: Array, out: Array, at: int) -> None:
-    """Add the written matrix times the elastic coordinates to out[at:]."""
-    n, delta, entry = b["n"], b["delta"], b["varying"]
+def add_varying_force(b: Record, work: Array, x: Array, first: int, c: float, out: Array, at: int, step: int) -> None:
+    """Add c times the written matrix times the numbers at x[first:] to out[at], out[at + step] and so on."""
+    n, entry = b["n"], b["varying"]
     for k in range(n):
-        d = work[delta + k]
+        d = c * x[first + k]
         force = work[entry] * d
         for l in range(k + 1, n):
             K = work[entry + l - k]
-            force += K * work[delta + l]
-            out[at + l] += K * d
-        out[at + k] += force
+            force += c * K * x[first + l]
+            out[at + step * l] += K * d
+        out[at + step * k] += force
         entry += n - k
 
 

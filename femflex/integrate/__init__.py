@@ -12,10 +12,9 @@ from femflex.integrate.generalized_alpha import GeneralizedAlpha
 from femflex.integrate.outcome import Block, IntegrationError, Interrupted, Solution, Steps
 from femflex.integrate.protocol import (
     ADVANCE,
+    CORRECT,
     KINEMATIC,
     RATE,
-    RESIDUAL,
-    SOLVE,
     Integrator,
     Model,
     SecondOrder,
@@ -25,11 +24,10 @@ from femflex.integrate.scipy_check import Scipy
 
 __all__ = [
     "ADVANCE",
+    "CORRECT",
     "INTEGRATORS",
     "KINEMATIC",
     "RATE",
-    "RESIDUAL",
-    "SOLVE",
     "Block",
     "Choice",
     "Dop853",

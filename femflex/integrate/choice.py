@@ -10,7 +10,7 @@ KINDS = {EXPLICIT: "explicit, order 8", IMPLICIT: "implicit, order 4"}
 STABLE = 5.5  # omega h up to which dop853 is stable on the imaginary axis (it ends at 5.9)
 RESOLVED = 0.6  # omega h at which dop853 follows a mode to about 1e-9 a step
 FOLLOWED = 0.2  # omega h at which esdirk4 follows a mode to about 1e-6 a step
-EXPLICIT_COST, IMPLICIT_COST = 12, 25  # rates a step; implicit: 5 stages, about 2.5 iterations, 2 rates each
+EXPLICIT_COST, IMPLICIT_COST = 12, 17  # rates a step; implicit: 5 stages, about 2.5 corrections, 1.4 rates each
 WORTH = 1e7  # explicit rates (about ten seconds of work) below which stiffness is no reason to leave order 8
 
 

@@ -36,7 +36,7 @@ class Esdirk4(Implicit):
         from femflex.integrate.switching import switch_of
 
         offered, own = self.calls(model), (model.table, model.pool, model.work)
-        calls = (offered.residual, offered.solve, offered.kinematic, switch_of(model))
+        calls = (offered.correct, offered.kinematic, switch_of(model))
         renormalise = np.ascontiguousarray(model.renormalise, np.int64)
         settings = (float(self.step or 0.0), self.rtol, self.absolute(model.n_x), self.max_step)
         k, scratch = np.zeros((N_STAGES, model.n_x)), np.zeros((N_SCRATCH, model.n_x))

@@ -29,7 +29,7 @@ from femflex.integrate.hermite import (
     reject,
     scaled_norm,
 )
-from femflex.integrate.protocol import KINEMATIC, OWN, RESIDUAL, SOLVE, SWITCH, Call, Own
+from femflex.integrate.protocol import CORRECT, KINEMATIC, OWN, SWITCH, Call, Own
 from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, normalise, put
 
 Array = NDArray[np.float64]
@@ -38,8 +38,8 @@ Span = tuple[float, float, float]
 
 N_STAGES = 6
 # rows of the scratch vectors: the stage, what is known of it beforehand, error, a correction in x; the rest (n_u,)
-Y, BASE, E, CHANGE, RIGHT, DELTA = 0, 1, 2, 3, 4, 5
-N_SCRATCH = 6
+Y, BASE, E, CHANGE, DELTA = 0, 1, 2, 3, 4
+N_SCRATCH = 5
 SAFETY, SHRINK, GROW = 0.9, 0.25, 4.0
 
 
@@ -62,8 +62,7 @@ def begin_stage(
 
 @part
 def stage(
-    residual: Call,
-    solve: Call,
+    correct: Call,
     kinematic: Call,
     own: Own,
     s: int,
@@ -82,15 +81,12 @@ def stage(
     y, base, change = scratch[Y], scratch[BASE], scratch[CHANGE]
     n_u = x.size - n_q
     q, u, qdot, udot = y[:n_q], y[n_q:], k[s][:n_q], k[s][n_q:]
-    right, delta = scratch[RIGHT][:n_u], scratch[DELTA][:n_u]
+    delta = scratch[DELTA][:n_u]
     g = GAMMA * h
     before = 0.0
     for iteration in range(MAX_ITERATIONS):
-        residual(t, q, u, udot, right, *own)
+        correct(t, q, u, udot, delta, g, g**2, *own)
         state[head.EVALUATIONS] += 1
-        for i in range(n_u):
-            right[i] = -right[i]
-        solve(t, q, right, delta, 1.0, g, g**2, *own)
         for i in range(n_u):
             udot[i] += delta[i]
             change[n_q + i] = g * delta[i]
@@ -113,8 +109,7 @@ def stage(
 
 @part
 def stages(
-    residual: Call,
-    solve: Call,
+    correct: Call,
     kinematic: Call,
     own: Own,
     span: Span,
@@ -132,7 +127,7 @@ def stages(
     put(vectors[XDOT], k[0])
     for s in range(1, N_STAGES):
         t = clipped(state[head.T] + C[s] * h, span[1], span[2])
-        if not stage(residual, solve, kinematic, own, s, t, h, n_q, rtol, atol, state, x, k, scratch):
+        if not stage(correct, kinematic, own, s, t, h, n_q, rtol, atol, state, x, k, scratch):
             return False
     for i in range(x.size):
         scratch[E, i] = 0.0
@@ -141,7 +136,7 @@ def stages(
     return True
 
 
-_CALLS = tuple(types.FunctionType(call) for call in (RESIDUAL, SOLVE, KINEMATIC, SWITCH))
+_CALLS = tuple(types.FunctionType(call) for call in (CORRECT, KINEMATIC, SWITCH))
 _SETTINGS = (REAL, REAL, VECTOR, REAL)  # fixed, rtol, atol, max_step
 _KEPT = (VECTOR, TABLE, TABLE, TABLE)  # state, vectors, k, scratch
 _SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, INTEGER, *_SETTINGS, *_KEPT, *(VECTOR, TABLE), INTEGER)
@@ -149,8 +144,7 @@ _SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, INTEGER, *_SETTINGS, *_KEPT, *(V
 
 @kernel(_SIGNATURE)
 def fill(
-    residual: Call,
-    solve: Call,
+    correct: Call,
     kinematic: Call,
     switch: Call,
     own: Own,
@@ -192,7 +186,7 @@ def fill(
             kinematic(clipped(t, span[1], span[2]), x[:n_q], x[n_q:], vectors[XDOT][:n_q], *own)
             state[head.DENSE] = 0.0
         h = cut(t, wanted, span[0])
-        if not stages(residual, solve, kinematic, own, span, h, n_q, rtol, atol, state, vectors, k, scratch):
+        if not stages(correct, kinematic, own, span, h, n_q, rtol, atol, state, vectors, k, scratch):
             reject(head.NEWTON, 0.5 * h, scratch[CHANGE], x, scratch[CHANGE], rtol, atol, state)
             continue
         t_new = span[0] if h == span[0] - t else t + h

@@ -57,7 +57,7 @@ class GeneralizedAlpha(Implicit):
         from femflex.integrate.switching import switch_of
 
         offered, own = self.calls(model), (model.table, model.pool, model.work)
-        calls = (offered.residual, offered.solve, offered.kinematic, offered.advance, switch_of(model))
+        calls = (offered.correct, offered.kinematic, offered.advance, switch_of(model))
         renormalise = np.ascontiguousarray(model.renormalise, np.int64)
         settings = (float(self.rho), float(self.step or 0.0), self.rtol, self.absolute(model.n_x), self.max_step)
         scratch = np.zeros((N_SCRATCH, model.n_x))

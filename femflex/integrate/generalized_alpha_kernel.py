@@ -28,7 +28,7 @@ from femflex.integrate.hermite import (
     reject,
     scaled_norm,
 )
-from femflex.integrate.protocol import ADVANCE, KINEMATIC, OWN, RESIDUAL, SOLVE, SWITCH, Call, Own
+from femflex.integrate.protocol import ADVANCE, CORRECT, KINEMATIC, OWN, SWITCH, Call, Own
 from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, normalise, put
 
 Array = NDArray[np.float64]
@@ -37,8 +37,8 @@ Span = tuple[float, float, float]
 
 SLOPES = 4  # row of the kept vectors, beside the four of `hermite`
 # rows of the scratch vectors: end of the trial step, its rate, error, a correction in x; the rest are (n_u,)
-Y, YDOT, E, CHANGE, INCREMENT, A_NEW, RIGHT, DELTA, VELOCITY = 0, 1, 2, 3, 4, 5, 6, 7, 8
-N_SCRATCH = 9
+Y, YDOT, E, CHANGE, INCREMENT, A_NEW, DELTA, VELOCITY = 0, 1, 2, 3, 4, 5, 6, 7
+N_SCRATCH = 8
 SAFETY, SHRINK, GROW = 0.9, 0.3, 3.0
 
 
@@ -75,8 +75,7 @@ def update(advance: Call, own: Own, h: float, rho: float, n_q: int, vectors: Arr
 
 @part
 def newton(
-    residual: Call,
-    solve: Call,
+    correct: Call,
     kinematic: Call,
     advance: Call,
     own: Own,
@@ -96,17 +95,14 @@ def newton(
     c_damp, c_stiff = gamma * ratio * h, beta * ratio * h**2
     n_u = vectors.shape[1] - n_q
     q, u, w = scratch[Y][:n_q], scratch[Y][n_q:], scratch[YDOT][n_q:]
-    right, delta, velocity = scratch[RIGHT][:n_u], scratch[DELTA][:n_u], scratch[VELOCITY][:n_u]
+    delta, velocity = scratch[DELTA][:n_u], scratch[VELOCITY][:n_u]
     for i in range(n_u):
         w[i] = vectors[XDOT, n_q + i] + h * vectors[SLOPES, n_u + i]
     update(advance, own, h, rho, n_q, vectors, scratch)
     before = 0.0
     for iteration in range(MAX_ITERATIONS):
-        residual(t, q, u, w, right, *own)
+        correct(t, q, u, w, delta, c_damp, c_stiff, *own)
         state[head.EVALUATIONS] += 1
-        for i in range(n_u):
-            right[i] = -right[i]
-        solve(t, q, right, delta, 1.0, c_damp, c_stiff, *own)
         for i in range(n_u):
             w[i] += delta[i]
             velocity[i] = c_stiff * delta[i]
@@ -154,7 +150,7 @@ def move_on(h: float, n_q: int, vectors: Array, scratch: Array) -> None:
         vectors[SLOPES, n_u + i] = (scratch[YDOT, n_q + i] - vectors[XDOT_OLD, n_q + i]) / h
 
 
-_CALLS = tuple(types.FunctionType(call) for call in (RESIDUAL, SOLVE, KINEMATIC, ADVANCE, SWITCH))
+_CALLS = tuple(types.FunctionType(call) for call in (CORRECT, KINEMATIC, ADVANCE, SWITCH))
 _SETTINGS = (REAL, REAL, REAL, VECTOR, REAL)  # rho, fixed, rtol, atol, max_step
 _KEPT = (VECTOR, TABLE, TABLE)  # state, vectors, scratch
 _SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, INTEGER, *_SETTINGS, *_KEPT, *(VECTOR, TABLE), INTEGER)
@@ -162,8 +158,7 @@ _SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, INTEGER, *_SETTINGS, *_KEPT, *(V
 
 @kernel(_SIGNATURE)
 def fill(
-    residual: Call,
-    solve: Call,
+    correct: Call,
     kinematic: Call,
     advance: Call,
     switch: Call,
@@ -208,9 +203,7 @@ def fill(
         h = cut(t, wanted, span[0])
         t_new = span[0] if h == span[0] - t else t + h
         asked = clipped(t_new, span[1], span[2])
-        if not newton(
-            residual, solve, kinematic, advance, own, asked, h, rho, n_q, rtol, atol, state, vectors, scratch
-        ):
+        if not newton(correct, kinematic, advance, own, asked, h, rho, n_q, rtol, atol, state, vectors, scratch):
             reject(head.NEWTON, 0.5 * h, scratch[CHANGE], x, scratch[CHANGE], rtol, atol, state)
             continue
         normalise(y, renormalise)

@@ -36,7 +36,7 @@ class Implicit(Adaptive):
         offered = model.second_order
         if offered is None:
             raise ValueError(
-                f"the integrator {self.name!r} needs a model with second-order calls (residual, solve, kinematic, "
+                f"the integrator {self.name!r} needs a model with second-order calls (correct, kinematic, "
                 "advance), and this one has only its rate. Choose 'dop853'."
             )
         if offered.n_q + offered.n_u != model.n_x or offered.n_u > offered.n_q:

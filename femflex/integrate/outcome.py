@@ -18,7 +18,7 @@ class Steps:
     """Step statistics of a run, counted over all its parts if it was resumed.
 
     accepted, rejected  steps; a rejected one failed its error test, its Newton iteration, or was not finite
-    evaluations         calls of the rate (explicit) or of the residual (implicit)
+    evaluations         calls of the rate (explicit) or of Newton's correction (implicit)
     smallest, largest   accepted step sizes [s]; inf and 0 before the first
     ended               "running", "finished", "stopped", "interrupted", or "failed: ..."
     """

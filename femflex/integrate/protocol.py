@@ -26,12 +26,11 @@ CHANGE OF COORDINATES (models whose rotation sets need one)
 SECOND-ORDER CALLS (models that offer the implicit methods). There x = (q, u) with q (n_q,) and u (n_u,),
 n_x = n_q + n_u; n_q may exceed n_u (Euler parameters). Quasi-coordinate increments are (n_u,), like u.
 
-    RESIDUAL   residual(t, q, u, udot, out, table, pool, work)
-               out = M(q, t) udot + h(q, u, t) - Q(q, u, t), (n_u,); zero along the motion.
-    SOLVE      solve(t, q, rhs, out, c_mass, c_damp, c_stiff, table, pool, work)
-               (c_mass M(q, t) + c_damp D + c_stiff K) out = rhs, both (n_u,). D and K: the linear dampers and
-               springs of modes and joints, in quasi-coordinates; an approximation of -dQ/du and -dQ/dq is enough
-               (it sets the speed of Newton's method, never the answer). rhs is not changed.
+    CORRECT    correct(t, q, u, udot, out, c_damp, c_stiff, table, pool, work)
+               out = -(M(q, t) + c_damp D + c_stiff K)^-1 (M udot + h(q, u, t) - Q(q, u, t)), (n_u,): what Newton's
+               method adds to udot; zero along the motion. D and K: the linear dampers and springs of modes and joints,
+               in quasi-coordinates; an approximation of -dQ/du and -dQ/dq is enough (it sets the speed of Newton's
+               method, never the answer).
     KINEMATIC  kinematic(t, q, u, qdot, table, pool, work)
                qdot = N(q) u, (n_q,), linear in u.
     ADVANCE    advance(q, increment, out, table, pool, work)
@@ -63,8 +62,7 @@ _OWN = (INDICES, VECTOR, VECTOR)  # table, pool, work
 
 RATE = types.void(REAL, VECTOR, VECTOR, *_OWN)
 PROJECT = REAL(REAL, VECTOR, *_OWN)
-RESIDUAL = types.void(REAL, VECTOR, VECTOR, VECTOR, VECTOR, *_OWN)
-SOLVE = types.void(REAL, VECTOR, VECTOR, VECTOR, REAL, REAL, REAL, *_OWN)
+CORRECT = types.void(REAL, VECTOR, VECTOR, VECTOR, VECTOR, REAL, REAL, *_OWN)
 KINEMATIC = types.void(REAL, VECTOR, VECTOR, VECTOR, *_OWN)
 ADVANCE = types.void(VECTOR, VECTOR, VECTOR, *_OWN)
 SWITCH = INTEGER(VECTOR, *_OWN)
@@ -83,12 +81,8 @@ class SecondOrder(Protocol):
         """Number of quasi-velocities u."""
 
     @property
-    def residual(self) -> Call:
-        """First-class function of signature RESIDUAL."""
-
-    @property
-    def solve(self) -> Call:
-        """First-class function of signature SOLVE."""
+    def correct(self) -> Call:
+        """First-class function of signature CORRECT."""
 
     @property
     def kinematic(self) -> Call:

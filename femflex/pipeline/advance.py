@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from femflex.pipeline.guard import Runaway, Singularities, first_overflow
+from femflex.pipeline.stiffening import Stiffening
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
@@ -33,6 +34,7 @@ def integrate(
     from femflex.results.keeping import undisturbed
 
     model, runaway, singularities = prepared.model, Runaway(prepared.model), Singularities(prepared.model)
+    stiffening = Stiffening(model)
     with _writer(prepared, Path(output), force, resume) as (writer, state, written):
         last = None
         try:
@@ -52,6 +54,7 @@ def integrate(
                     with undisturbed():
                         writer.write_block(times, seen, after)
                     singularities.watch(times, seen)
+                    stiffening.watch(seen)
                     written = float(times[-1])
                 if error is not None:
                     raise error
@@ -64,6 +67,7 @@ def integrate(
         writer.finish(True, "reached the end", _statistics(last))
     runaway.warn()
     singularities.warn()
+    stiffening.warn()
 
 
 @contextmanager

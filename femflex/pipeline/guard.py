@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 BENT = 0.1  # elastic displacement over the body's size up to which linear strain is taken to hold
+SWUNG = 0.2  # the same for nonlinear strain: curvature is linear still, 3 % off in the tip of a cantilever there
 CLOSE = 0.05  # rad; angle left to the singularity of a rotation set below which a run warns of it
 FASTEST = {"rad/s": 1e5, "m/s": 3e6}  # ten times what flywheels reach; a hundredth of the speed of light
 FAR = 100.0  # elastic displacement over the body's size beyond which the motion has run away
@@ -33,6 +34,7 @@ class Runaway:
 
     def __init__(self, model: Model) -> None:
         self._worst: dict[str, float] = {}
+        self._nonlinear: set[str] = set()
         self._reach: list[tuple[str, int, Array, float]] = []
         units = [unit for _, unit in model.system.velocity_names()]
         self._names = [name for name, _ in model.system.velocity_names()]
@@ -44,6 +46,8 @@ class Runaway:
             at += model.system.joint_of(name).n_q
             if body.n_modes:
                 self._reach.append((name, at, *_reach(body)))
+                if not body.strain.is_linear or len(body.slaves):
+                    self._nonlinear.add(name)
             at += body.n_modes
 
     def found(self, block: Block) -> IntegrationError | None:
@@ -89,13 +93,16 @@ class Runaway:
         return IntegrationError(text, block.times[row], block.states[row], column, block.steps)
 
     def warn(self) -> None:
-        """Warn of bodies that were bent by more than linear strain is good for, with both numbers."""
+        """Warn of bodies that were bent by more than their strain is good for, with both numbers."""
         for name, _, _, size in self._reach:
-            if self._worst.get(name, 0.0) > BENT * size:
+            strain, bound, way = ("linear", BENT, "choose strain = 'condensed', ")
+            if name in self._nonlinear:
+                strain, bound, way = ("nonlinear", SWUNG, "cut the member into segments, ")
+            if self._worst.get(name, 0.0) > bound * size:
                 warnings.warn(
                     f"body {name!r} was displaced by {self._worst[name]:.3g} m in one of its shapes, "
-                    f"{self._worst[name] / size:.0%} of its size of {size:.3g} m; linear strain holds up to about "
-                    f"{BENT:.0%}. Check stiffness, loads and units, or read the run as an indication.",
+                    f"{self._worst[name] / size:.0%} of its size of {size:.3g} m; {strain} strain holds up to about "
+                    f"{bound:.0%}. Check stiffness, loads and units, {way}or read the run as an indication.",
                     PhysicsWarning,
                     stacklevel=2,
                 )

@@ -9,6 +9,7 @@ from femflex.reduction.craig_bampton import craig_bampton
 from femflex.reduction.damping import Damping, ModalDamping, RayleighDamping
 from femflex.reduction.derivatives import with_derivatives
 from femflex.reduction.effective_mass import EffectiveMass, effective_mass, mac, mac_of_bodies
+from femflex.reduction.foreshortening import foreshortening, foreshortening_of
 from femflex.reduction.initial_stress import relaxed
 from femflex.reduction.matrices import body_from_matrices
 from femflex.reduction.modes import cantilever_modes, free_free_modes, with_attachment
@@ -39,6 +40,8 @@ __all__ = [
     "craig_bampton",
     "critical_factor",
     "effective_mass",
+    "foreshortening",
+    "foreshortening_of",
     "free_free_modes",
     "load_body",
     "lumped",

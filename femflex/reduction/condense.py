@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, MassMoments, StrainTensors
-from femflex.symmetric import packed, unpacked
+from femflex.symmetric import packed, picked, unpacked
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 DEPENDENT = 1e-12  # of the largest eigenvalue of V1 over the slaved shapes; below it a combination carries no strain
+UNCOUPLED = 1e-12  # of the two shapes' stiffness: what couples them below it is rounding
 BALANCED = 1e-9  # initial force on a slaved shape, against its stiffness times a unit amplitude
 
 
@@ -40,7 +41,9 @@ def condense(body: FlexibleBody, slaved: Sequence[int] | Index) -> FlexibleBody:
     X = np.zeros((n, n))
     X[free, np.arange(len(free))] = 1.0
     X[slaved, len(free) + np.arange(len(slaved))] = 1.0
-    X[slaved, : len(free)] = -np.linalg.solve(stiffness, V1_sf)
+    size = np.sqrt(np.outer(np.diag(stiffness), np.diag(V1)[free]))
+    if np.any(np.abs(V1_sf) > UNCOUPLED * size):
+        X[slaved, : len(free)] = -np.linalg.solve(stiffness, V1_sf)
     strain, slaves = _condensed_strain(body.strain, X, len(free), stiffness)
     order = np.concatenate([free, slaved])
     return replace(
@@ -70,11 +73,15 @@ def recombined(body: FlexibleBody, X: Array) -> dict[str, Any]:
 def _condensed_strain(strain: StrainTensors, X: Array, n: int, stiffness: Array) -> tuple[StrainTensors, Array]:
     """Strain tensors over the first n of the shapes phi X with the others relaxed, and A (n_s, n, n)."""
     size, F, S = len(X), X[:, :n], X[:, n:]
+    mixed = np.count_nonzero(F) > n
     V2 = unpacked(strain.V2, size, 3) if strain.V2.size else np.zeros((size,) * 3)
     V2_F = np.einsum("ijk,ja,kb->iab", V2, F, F, optimize=True)
     A = -6.0 * np.linalg.solve(stiffness, np.tensordot(S.T, V2_F, axes=1).reshape(X.shape[1] - n, -1)).reshape(-1, n, n)
     V3 = np.zeros((n,) * 4)
-    if strain.V3.size:
+    if strain.V3.size and not mixed:
+        at = np.argmax(F, axis=0)
+        V3 = unpacked(picked(strain.V3, size, at, 4), n, 4)
+    elif strain.V3.size:
         V3 = np.einsum("ijkl,ia,jb,kc,ld->abcd", unpacked(strain.V3, size, 4), F, F, F, F, optimize=True)
     V3 = V3 - 0.25 * np.einsum("sij,st,tkl->ijkl", A, stiffness, A, optimize=True)
     V1 = F.T @ strain.V1 @ F

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Skin, StrainTensors
 from femflex.fem.structure import Structure
+from femflex.reduction.condense import condense
 from femflex.reduction.damping import Damping, ModalDamping
 from femflex.reduction.initial_stress import warn_if_slack
 from femflex.reduction.markers import marker, marker_rows
@@ -26,7 +27,7 @@ def reduce_structure(
     modes: ModeSet,
     markers: Mapping[str, str] | None = None,
     damping: Damping | None = None,
-    strain: Literal["linear", "nonlinear"] = "linear",
+    strain: Literal["linear", "nonlinear", "condensed"] = "linear",
     turning: Container[str] | None = None,
 ) -> FlexibleBody:
     """The FlexibleBody of a structure that moves in these shapes; the body frame is the mesh's coordinates.
@@ -34,7 +35,7 @@ def reduce_structure(
     markers: name -> mesh group; the set's own groups (clamps, interfaces) are markers under their own names.
     damping: ModalDamping or RayleighDamping; none when left out.
     strain: "nonlinear" keeps the cubic and quartic tensors too; its set wants shapes that can stretch
-    (`with_derivatives`, and `stretching` for a check).
+    (`with_derivatives`, and `stretching` for a check); "condensed" lets the set's derivatives follow (`condense`).
     turning: markers whose rotation will be used; a warning tells of those that show none. Left out: all.
     Warns when linear strain meets an initial stress that the supports do not hold.
     Raises ValueError when a group is unknown, or the shapes depend on each other or hold a rigid motion.
@@ -47,7 +48,7 @@ def reduce_structure(
     moments = mass_moments(structure.inertia, structure.T @ phi)
     V1 = linear_stiffness(structure.K, phi)
     linear = StrainTensors(V1, phi.T @ structure.f0)
-    return FlexibleBody(
+    body = FlexibleBody(
         moments=moments,
         strain=linear if strain == "linear" else strain_tensors(structure, phi),
         damping=(damping or ModalDamping(0.0)).matrix(moments.elastic_mass(), V1),
@@ -59,6 +60,19 @@ def reduce_structure(
         kinds=modes.kinds,
         omega=modes.omega,
     )
+    return condense(body, _derivatives(modes)) if strain == "condensed" else body
+
+
+def _derivatives(modes: ModeSet) -> NDArray[np.int64]:
+    """Numbers of the derivatives among the shapes."""
+    found = np.flatnonzero([kind == "derivative" for kind in modes.kinds])
+    if not len(found):
+        kinds = ", ".join(dict.fromkeys(modes.kinds)) or "none"
+        raise ValueError(
+            f"the condensed form lets static derivatives follow the other shapes, and the set has none ({kinds}); add "
+            "them (derivatives = 'auto')."
+        )
+    return found
 
 
 def dof_weight(structure: Structure) -> Array:

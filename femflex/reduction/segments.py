@@ -35,7 +35,7 @@ def reduce_segments(
     markers: Mapping[str, str] | None = None,
     modes: Callable[[Structure], ModeSet] = chord_modes,
     damping: Damping | None = None,
-    strain: Literal["linear", "nonlinear"] = "linear",
+    strain: Literal["linear", "nonlinear", "condensed"] = "linear",
 ) -> tuple[FlexibleBody, ...]:
     """One FlexibleBody per segment, in the frame of the whole mesh, with markers NEAR and FAR at its ends.
 

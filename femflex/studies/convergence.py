@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,8 @@ class Convergence:
     """What a convergence study found; the arrays run over its levels, coarse to fine.
 
     title, unit   the quantity in words and its unit
-    over          "modes": levels are modes a body, counts elastic coordinates; "mesh": refinements and dofs
+    over          "modes": levels are modes a body, counts elastic coordinates; "mesh": refinements and dofs;
+                  "derivatives", "segments": derivative shapes or segments a body, and elastic coordinates
     levels, counts (n,)
     values  (n,)  the quantity
     changes (n,)  from the level before, nan first
@@ -37,6 +38,7 @@ class Convergence:
     simulated     the quantity is that of a run, not of a body
     left_out      levels too coarse for the case, each with the reason
     complete      False when the study was broken off
+    derivatives   (n,) how many of the counted coordinates are derivative shapes
     """
 
     title: str
@@ -52,6 +54,7 @@ class Convergence:
     simulated: bool
     left_out: tuple[str, ...] = ()
     complete: bool = True
+    derivatives: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
     @property
     def changes(self) -> Array:
@@ -93,7 +96,7 @@ class Convergence:
 
     @property
     def x(self) -> Array:
-        """What the law is in, (n,): number of elastic coordinates, or cells along an edge of the case's own."""
+        """What the law is in, (n,): elastic coordinates, segments, or cells along an edge of the case's own."""
         return resolution(self.over, self.levels, self.counts)
 
     @property
@@ -114,7 +117,8 @@ class Convergence:
     def to_dict(self) -> dict[str, Any]:
         """Everything in plain numbers, lists and text."""
         law = self.trend.law
-        arrays = {key: getattr(self, key).tolist() for key in ("levels", "counts", "values", "changes", "errors")}
+        names = ("levels", "counts", "derivatives", "values", "changes", "errors")
+        arrays = {key: getattr(self, key).tolist() for key in names}
         return {
             "quantity": self.title,
             "unit": self.unit,
@@ -165,7 +169,7 @@ def assessed(
         raise ValueError(f"tolerance is {tolerance}; it must be above 0")
     levels, counts = (np.array([getattr(point, key) for point in kept], np.int64) for key in ("level", "count"))
     values, noise = (np.array([getattr(point, key) for point in kept]) for key in ("value", "noise"))
-    follow = mode_trend if study.over == "modes" else mesh_trend
+    follow = mesh_trend if study.over in ("mesh", "segments") else mode_trend
     trend = follow(resolution(study.over, levels, counts), values, noise)
     return Convergence(
         title=described(study.quantity),
@@ -181,6 +185,7 @@ def assessed(
         simulated=study.quantity.channel is not None,
         left_out=tuple(f"{point.level}: {point.problem}" for point in points if point.problem),
         complete=complete,
+        derivatives=np.array([point.derivatives for point in kept], np.int64),
     )
 
 
@@ -195,5 +200,7 @@ def errors(trend: Trend, values: Array, noise: Array) -> Array:
 
 
 def resolution(over: Over, levels: NDArray[np.int64], counts: NDArray[np.int64]) -> Array:
-    """What errors fall with, (n,): number of elastic coordinates, or cells along an edge of the case's own."""
-    return counts.astype(float) if over == "modes" else np.exp2(levels.astype(float))
+    """What errors fall with, (n,): elastic coordinates, segments, or cells along an edge of the case's own."""
+    if over == "segments":
+        return levels.astype(float)
+    return np.exp2(levels.astype(float)) if over == "mesh" else counts.astype(float)

@@ -35,6 +35,11 @@ class Built:
     count: int
     rounding: float = 0.0
 
+    @property
+    def derivatives(self) -> int:
+        """How many of the coordinates of all bodies are derivative shapes."""
+        return sum(getattr(body, "kinds", ()).count("derivative") for body in self.bodies.values())
+
 
 @dataclass(frozen=True, eq=False)
 class Rung:
@@ -66,7 +71,7 @@ def mode_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder:
 
     Raises ValueError when no body keeps a number of modes, CaseError when a body cannot have so many.
     """
-    names = _varied(case, lambda table: _own_count(case, table) is not None, "modes to vary")
+    names = varied(case, lambda table: _own_count(case, table) is not None, "modes to vary")
     owns = {_own_count(case, case.bodies[name]) or 0 for name in names}
     own, wanted = max(1, *owns), levels or _study(case).modes
     counts = sorted({*wanted} if wanted else {*(k for k in COUNTS if k < 2 * own), own, 2 * own})
@@ -103,7 +108,7 @@ def _with_modes(case: Case, largest: dict[str, FlexibleBody], n: int, last: int)
 
 def mesh_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder:
     """The ladder over refinements of the meshes. Raises ValueError when no body has a mesh."""
-    names = _varied(case, lambda table: isinstance(table, FlexibleTable), "mesh to refine")
+    names = varied(case, lambda table: isinstance(table, FlexibleTable), "mesh to refine")
     wanted = levels or _study(case).refinements
     meshes = {name: build_mesh(case, name, _flexible(case, name)) for name in names}
     sizes = np.array([len(mesh.points) for mesh in meshes.values()], float)
@@ -134,7 +139,7 @@ def _structure(case: Case, name: str, r: int) -> Structure:
     return build_structure_of(case, name, table, build_mesh(case, name, table, r))
 
 
-def _varied(case: Case, can: Callable[[BodyTable], bool], what: str) -> list[str]:
+def varied(case: Case, can: Callable[[BodyTable], bool], what: str) -> list[str]:
     """Names of the bodies a study varies: that of the quantity, that of [study], or all that can."""
     study = _study(case)
     named = study.quantity.body if study.quantity.channel is None else study.body
@@ -143,7 +148,8 @@ def _varied(case: Case, can: Callable[[BodyTable], bool], what: str) -> list[str
         told = ", ".join(f"{name} ({_described(table)})" for name, table in case.bodies.items())
         about = f"there is no {what}" if named is None else f"body {named!r}, which the study is about, has no {what}"
         raise ValueError(
-            f"{case.path.name}: {about}; its bodies are {told}. Vary the other, modes or mesh, or another body."
+            f"{case.path.name}: {about}; its bodies are {told}. Vary something else (modes, mesh, "
+            "derivatives, segments), or another body."
         )
     return names
 

@@ -19,15 +19,28 @@ from femflex.case.builders import build_part
 from femflex.case.evaluate import measured, measured_unit
 from femflex.case.measure import MeasureTable
 from femflex.pipeline import Prepared, prepare
+from femflex.studies.derivative_ladder import derivative_ladder
 from femflex.studies.ladder import Built, Ladder, Rung, mesh_ladder, mode_ladder
+from femflex.studies.segment_ladder import segment_ladder
 from femflex.system import Channel, Part
 from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
-Over = Literal["modes", "mesh"]
+Over = Literal["modes", "mesh", "derivatives", "segments"]
 Progress = Callable[[float], object]  # called with the part of the work done
 
-LADDERS: dict[str, Callable[[Case, Sequence[int] | None], Ladder]] = {"modes": mode_ladder, "mesh": mesh_ladder}
+LADDERS: dict[str, Callable[[Case, Sequence[int] | None], Ladder]] = {
+    "modes": mode_ladder,
+    "mesh": mesh_ladder,
+    "derivatives": derivative_ladder,
+    "segments": segment_ladder,
+}
+LEVELS = {  # what levels are, and the least
+    "modes": ("numbers of modes", 1),
+    "mesh": ("numbers of refinements", 0),
+    "derivatives": ("numbers of derivative shapes", 0),
+    "segments": ("numbers of segments", 1),
+}
 STEPS = 10.0  # a run's error over its relative tolerance, by experience: errors of many steps add up
 EPS = 1e-14  # rounding of any number, relative
 EXAMPLE = '[study]\nquantity = { of = "peak", channel = "markers/beam.tip/deflection" }'
@@ -37,7 +50,8 @@ EXAMPLE = '[study]\nquantity = { of = "peak", channel = "markers/beam.tip/deflec
 class Point:
     """A level with its count of elastic coordinates or dofs, the value there, the value's own rounding, and their unit.
 
-    problem says why a level too coarse for the case has no value (nan).
+    derivatives says how many of the coordinates are derivative shapes; problem, why a level too coarse for the case has
+    no value (nan).
     """
 
     level: int
@@ -46,6 +60,7 @@ class Point:
     noise: float
     unit: str = ""
     problem: str = ""
+    derivatives: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +141,8 @@ class Study:
             text = str(error).removeprefix(f"{self.case.path.name}: ")
             return Point(rung.level, built.count, math.nan, math.nan, problem=text)
         noise = max(built.rounding, STEPS * seen.rtol, EPS) * abs(value)
-        return Point(rung.level, built.count, value, noise, measured_unit(self.quantity, seen))
+        unit = measured_unit(self.quantity, seen)
+        return Point(rung.level, built.count, value, noise, unit, derivatives=built.derivatives)
 
     def _is_coarse(self, error: ValueError) -> bool:
         """Whether the trouble is one that more modes may end."""
@@ -153,21 +169,20 @@ def _tell(progress: Progress | None, start: float, share: float, part: float) ->
 
 
 def planned(case: Case, over: Over = "modes", levels: Sequence[int] | None = None) -> Study:
-    """The study of a case's [study] quantity over its modes or its meshes.
+    """The study of a case's [study] quantity over its modes, its meshes or its derivative shapes.
 
     levels: numbers of modes (from 1) or refinements (from 0) to try; left out, those of the case, or a usual ladder.
     Raises ValueError when the case has no [study], nothing to vary, or the levels make no ladder.
     """
     if over not in LADDERS:
-        raise ValueError(f"a study varies {' or '.join(LADDERS)}; found {over!r}.")
+        raise ValueError(f"a study varies {', '.join(list(LADDERS)[:-1])} or {list(LADDERS)[-1]}; found {over!r}.")
     if case.study is None:
         raise ValueError(
             f"{case.path.name} has no [study] to say which quantity is watched; add one, such as\n{EXAMPLE}"
         )
-    least = 1 if over == "modes" else 0
+    what, least = LEVELS[over]
     if levels is not None and (len(set(levels)) < 2 or min(levels) < least):
-        found = ", ".join(map(str, levels)) or "none"
-        what = "numbers of modes, each at least 1" if over == "modes" else "numbers of refinements, each at least 0"
+        found, what = ", ".join(map(str, levels)) or "none", f"{what}, each at least {least}"
         raise ValueError(f"found levels {found}; give at least two different {what} (an order needs three).")
     return Study(case, over, LADDERS[over](case, levels))
 

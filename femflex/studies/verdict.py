@@ -11,6 +11,15 @@ if TYPE_CHECKING:
     from femflex.studies.convergence import Convergence
 
 
+NOUNS = {"modes": "mode", "derivatives": "derivative shape", "segments": "segment"}
+VARIED = {
+    "modes": "number of modes",
+    "mesh": "fineness of the mesh",
+    "derivatives": "number of derivative shapes",
+    "segments": "number of segments",
+}
+
+
 def verdict(found: Convergence) -> str:
     """The sentences on a study."""
     said = {"one": _one, "few": _few, "constant": _constant, "unsettled": _unsettled}.get(found.trend.state, _judged)
@@ -24,8 +33,12 @@ def level_text(found: Convergence, level: int) -> str:
     if found.over == "mesh":
         told = "the mesh as it is" if level == 0 else f"{level} refinement{'s' * (level != 1)}"
         return told if count is None else f"{told} ({count} dofs)"
-    told = f"{level} mode{'s' * (level != 1)}"
-    return told if count in (None, level) else f"{told} a body ({count} elastic coordinates)"
+    told = f"{level} {NOUNS[found.over]}{'s' * (level != 1)}"
+    apart = int(found.derivatives[at[0]]) if at.size and found.derivatives.size else 0
+    if count is None or (count == level and not apart):
+        return told
+    of_them = f", {apart} of them derivative shapes" if apart else ""
+    return f"{told} a body ({count} elastic coordinates{of_them})"
 
 
 def law_text(found: Convergence) -> str:
@@ -34,8 +47,8 @@ def law_text(found: Convergence) -> str:
     if law is None:
         return ""
     sure = math.isfinite(scatter)
-    if found.over == "mesh":
-        told = f"with order {law.rate:.2f} in the cell size"
+    if found.over in ("mesh", "segments"):
+        told = f"with order {law.rate:.2f} in the {'cell size' if found.over == 'mesh' else 'length of a segment'}"
         return told + (f", +- {scatter:.2g} over the levels" if sure else ", seen once")
     told = (
         f"like n^-{law.rate:.2f}"
@@ -57,7 +70,7 @@ def _few(found: Convergence) -> str:
 
 
 def _constant(found: Convergence) -> str:
-    varied = "number of modes" if found.over == "modes" else "fineness of the mesh"
+    varied = VARIED[found.over]
     most = _relative(found, float(np.abs(found.values - found.values[-1]).max()))
     if found.recommended is None:
         return (
@@ -89,7 +102,7 @@ def _reached(found: Convergence) -> str:
         error = _relative(found, float(found.errors[found.told - 1]))
         return f"Not converged to {found.tolerance:g}: with {last}, the estimated relative error is {error}."
     error = _relative(found, float(found.errors[found.levels == level][0]))
-    enough = "suffices" if level == (1 if found.over == "modes" else 0) else "suffice"
+    enough = "suffices" if level == (0 if found.over == "mesh" else 1) else "suffice"
     told = f"{level_text(found, level)} {enough}, with an estimated relative error of {error}"
     return f"Converged to {found.tolerance:g}: {told}."
 
@@ -118,6 +131,8 @@ def _needed(found: Convergence) -> str:
     x = law.reaches(found.tolerance * found.scale)
     if found.over == "mesh":
         return f"If this goes on, {math.ceil(math.log2(x) - 1e-9)} refinements would do."
+    if found.over == "segments":
+        return f"If this goes on, {math.ceil(x - 1e-9)} segments would do."
     return f"If this goes on, about {math.ceil(x)} elastic coordinates would do."
 
 
@@ -143,7 +158,7 @@ def _rounding(found: Convergence) -> str:
 
 def _span(found: Convergence) -> str:
     first, last = int(found.levels[0]), int(found.levels[-1])
-    return f"{first} to {last} {'modes' if found.over == 'modes' else 'refinements'}"
+    return f"{first} to {last} {NOUNS.get(found.over, 'refinement')}s"
 
 
 def _relative(found: Convergence, error: float) -> str:

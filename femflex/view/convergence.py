@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+VARIED = {"mesh": "finer meshes", "derivatives": "derivative shapes"}  # else as the study calls it
 SIZE = (9.0, 7.2)  # inches
 WIDTH = 126  # letters of a line of the verdict
 
@@ -37,10 +38,7 @@ def plot_convergence(
     colours = theme_of(theme)
     figure = Figure(figsize=SIZE, layout="constrained", facecolor=colours.background)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 3))
-    heading = (
-        title
-        or f"{study.title[0].upper()}{study.title[1:]} over {'modes' if study.over == 'modes' else 'finer meshes'}"
-    )
+    heading = title or f"{study.title[0].upper()}{study.title[1:]} over {VARIED.get(study.over, study.over)}"
     figure.suptitle(heading, color=colours.text, fontsize=12, fontweight="bold")
     _values(above, study, colours)
     _errors(below, study, colours)
@@ -116,7 +114,7 @@ def _errors(ax: Axes, study: Studied, colours: Theme) -> None:
     ax.margins(y=0.12)
     ax.set_ylabel("estimated relative error")
     what = "degrees of freedom" if study.over == "mesh" else "elastic coordinates"
-    numbers = "refinements of the mesh" if study.over == "mesh" else "modes a body"
+    numbers = "refinements of the mesh" if study.over == "mesh" else f"{VARIED.get(study.over, study.over)} a body"
     ax.set_xlabel(f"{what}   (at a point: {numbers})" if named else what)
     _count_ticks(ax, study)
 

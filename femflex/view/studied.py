@@ -30,7 +30,7 @@ class Studied(Protocol):
 
     @property
     def over(self) -> str:
-        """What is varied: modes or mesh."""
+        """What is varied: modes, mesh or derivatives."""
 
     @property
     def levels(self) -> NDArray[np.int64]:

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from femflex.integrate.protocol import ADVANCE, KINEMATIC, RATE, RESIDUAL, SOLVE
+from femflex.integrate.protocol import ADVANCE, CORRECT, KINEMATIC, RATE
 
 Array = NDArray[np.float64]
 
@@ -21,10 +21,23 @@ class Second:
 
     n_q: int
     n_u: int
-    residual: Callable[..., Any]
-    solve: Callable[..., Any]
+    correct: Callable[..., Any]
     kinematic: Callable[..., Any]
     advance: Callable[..., Any]
+
+
+def correcting(residual: Callable[..., Any], solve: Callable[..., Any]) -> Callable[..., Any]:
+    """Newton's correction from a residual and the solution with c_mass M + c_damp D + c_stiff K."""
+
+    @njit(CORRECT)
+    def correct(t, q, u, udot, out, c_damp, c_stiff, table, pool, work):
+        right = np.empty(u.size)
+        residual(t, q, u, udot, right, table, pool, work)
+        for i in range(u.size):
+            right[i] = -right[i]
+        solve(t, q, right, out, 1.0, c_damp, c_stiff, table, pool, work)
+
+    return correct
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,14 +160,14 @@ def chain_rate(t, x, dxdt, table, pool, work):
         dxdt[n + i] = chain_force(t, x[:n], x[n:], i, table, pool) / pool[3 + i]
 
 
-@njit(RESIDUAL, cache=True)
+@njit
 def chain_residual(t, q, u, udot, out, table, pool, work):
     """M udot - forces."""
     for i in range(table[0]):
         out[i] = pool[3 + i] * udot[i] - chain_force(t, q, u, i, table, pool)
 
 
-@njit(SOLVE, cache=True)
+@njit
 def chain_solve(t, q, rhs, out, c_mass, c_damp, c_stiff, table, pool, work):
     """Elimination in the tridiagonal c_mass M + c_damp D + c_stiff K."""
     n = table[0]
@@ -184,13 +197,16 @@ def plain_advance(q, increment, out, table, pool, work):
         out[i] = q[i] + increment[i]
 
 
+chain_correct = correcting(chain_residual, chain_solve)
+
+
 def chain(
     masses: Array, springs: Array, dampers: Array | None = None, cubic: float = 0.0, force: float = 0.0, w: float = 1.0
 ) -> Compiled:
     """The chain of masses (n,), springs (n + 1,) and dampers (n + 1,), with force * sin(w t) on the last mass."""
     n = len(masses)
     dampers = np.zeros(n + 1) if dampers is None else dampers
-    second = Second(n, n, chain_residual, chain_solve, plain_kinematic, plain_advance)
+    second = Second(n, n, chain_correct, plain_kinematic, plain_advance)
     pool = np.concatenate([[cubic, force, w], masses, springs, dampers])
     return Compiled(2 * n, chain_rate, pool, np.array([n]), np.zeros(2 * n), second_order=second)
 
@@ -254,23 +270,26 @@ def body_rate(t, x, dxdt, table, pool, work):
         dxdt[4 + i] = body_torque(q, u, i, pool) / pool[i]
 
 
-@njit(RESIDUAL, cache=True)
+@njit
 def body_residual(t, q, u, udot, out, table, pool, work):
     """J udot - torques."""
     for i in range(3):
         out[i] = pool[i] * udot[i] - body_torque(q, u, i, pool)
 
 
-@njit(SOLVE, cache=True)
+@njit
 def body_solve(t, q, rhs, out, c_mass, c_damp, c_stiff, table, pool, work):
     """(c_mass J) out = rhs: the spring is left to Newton's iteration."""
     for i in range(3):
         out[i] = rhs[i] / (c_mass * pool[i])
 
 
+body_correct = correcting(body_residual, body_solve)
+
+
 def rigid_body(inertia: tuple[float, float, float] = (1.0, 2.0, 2.5), spring: float = 0.0) -> Compiled:
     """A rigid body that turns freely or under the spring; its Euler parameters are kept at unit length."""
-    second = Second(4, 3, body_residual, body_solve, body_kinematic, body_advance)
+    second = Second(4, 3, body_correct, body_kinematic, body_advance)
     return Compiled(7, body_rate, np.array([*inertia, spring]), renormalise=np.array([0]), second_order=second)
 
 
@@ -298,13 +317,13 @@ def spun(model: Compiled, x0: Array, t: float) -> Array:
     return np.concatenate([q, [c * x0[4] + s * x0[5], c * x0[5] - s * x0[4], x0[6]]])
 
 
-@njit(RESIDUAL, cache=True)
+@njit
 def free_residual(t, q, u, udot, out, table, pool, work):
     """udot - 1 from pool[0] on."""
     out[0] = udot[0] - (1.0 if t >= pool[0] else 0.0)
 
 
-@njit(SOLVE, cache=True)
+@njit
 def free_solve(t, q, rhs, out, c_mass, c_damp, c_stiff, table, pool, work):
     """A unit mass."""
     out[0] = rhs[0] / c_mass
@@ -316,7 +335,7 @@ def free_kinematic(t, q, u, qdot, table, pool, work):
     qdot[0] = u[0]
 
 
-@njit(SOLVE, cache=True)
+@njit
 def contrary_solve(t, q, rhs, out, c_mass, c_damp, c_stiff, table, pool, work):
     """A solve with the wrong sign."""
     for i in range(out.size):

@@ -10,7 +10,9 @@ from integrate_models import (
     Second,
     chain,
     chain_matrices,
+    chain_residual,
     contrary_solve,
+    correcting,
     free_kinematic,
     free_residual,
     free_solve,
@@ -189,7 +191,7 @@ def test_agreement_with_the_explicit_method_on_a_nonlinear_chain(method):
 def test_jumps_of_the_load_at_breaks_cost_no_accuracy(method):
     """A mass under a constant force that changes at a break: both methods integrate parabolas exactly."""
     given = pulse(0.31, 5.0)
-    second = Second(1, 1, free_residual, free_solve, free_kinematic, plain_advance)
+    second = Second(1, 1, correcting(free_residual, free_solve), free_kinematic, plain_advance)
     model = Compiled(2, given.rate, given.pool, breaks=given.breaks, second_order=second)
     times = np.linspace(0, 2, 21)
     x = like(method, rtol=1e-6, atol=1e-6).solve(model, times, [0.0, 0.0])
@@ -205,7 +207,7 @@ def test_error_constants_of_the_trapezoidal_rule():
 def test_newton_that_cannot_converge_ends_the_run_with_a_sentence(method):
     """A solve of the wrong sign sends every iteration away from the answer."""
     good = chain(np.ones(2), np.full(3, 4.0))
-    second = Second(2, 2, good.second_order.residual, contrary_solve, good.second_order.kinematic, plain_advance)
+    second = Second(2, 2, correcting(chain_residual, contrary_solve), good.second_order.kinematic, plain_advance)
     model = Compiled(4, good.rate, good.pool, good.table, good.work, second_order=second)
     with pytest.raises(IntegrationError, match="Newton's iteration does not converge") as caught:
         method.solve(model, np.array([0.0, 1.0]), np.array([1.0, 0.0, 0.0, 0.0]))

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from full_solution import Full, Reduced, arc_length, held_at, static_path
+from full_solution import Full, Reduced, arc_length, free_motion, held_at, static_path
 from nonlinear_models import METAL
 from scipy.interpolate import CubicSpline
+from scipy.special import ellipk
 
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import Rectangle
@@ -197,3 +198,36 @@ def test_a_curved_panel_of_flat_facets_snaps_through_as_the_full_finite_elements
     shapes = with_derivatives(structure, with_attachment(structure, modes, ["z"]), 6)
     assert shapes.n_modes == 10
     assert greatest_distance(structure, shapes, case) < 0.01
+
+
+def test_a_pinned_beam_swings_as_the_full_finite_elements_do_and_faster_than_it_would_by_small_motion():
+    """Started at w = 1.5 H in its first shape: w / w0 of Woinowsky-Krieger's oscillator, by Duffing's period."""
+    structure = pinned_beam(8, 3)
+    pins = dict.fromkeys(("start", "end"), ("x", "y", "z", "rx"))
+    full = Full(structure, held_dofs(structure, pins))
+    modes = loaded_shapes(cantilever_modes(structure, pins, 12), structure.M @ rigid_shapes(structure)[:, 2], 2)
+    row = structure.translation[[3 * structure.mesh.nearest_point([0.5, 0, 0]) + 2]].toarray()[0]
+    shapes = with_derivatives(structure, modes)
+    M = structure.M[full.free][:, full.free]
+    q = np.zeros(shapes.n_modes)
+    q[0] = 1.5 * H / (row @ shapes.phi[:, 0])
+    q = settled(Reduced(strain_tensors(structure, shapes.phi)), q)
+    dt, count = 2 * np.pi / modes.omega[0] / 200, 150
+    x = free_motion(full, M, (shapes.phi @ q)[full.free], np.zeros(len(full.free)), dt, count)
+    reduced = Reduced(strain_tensors(structure, shapes.phi))
+    d = free_motion(reduced, np.eye(len(q)), q, np.zeros(len(q)), dt, count)
+    w, w_reduced = x @ row[full.free], d @ (row @ shapes.phi)
+    np.testing.assert_allclose(w_reduced, w, atol=5e-3 * H)
+    stiffer = 3 * 1.5**2  # c of x'' + x + c x^3, x from -1 to 1
+    quarter = ellipk(stiffer / (2 * (1 + stiffer))) / np.sqrt(1 + stiffer)  # omega_0 times a quarter period
+    crossing = np.flatnonzero(np.diff(np.sign(w)))[0]
+    time = dt * (crossing + w[crossing] / (w[crossing] - w[crossing + 1]))
+    assert time * modes.omega[0] == pytest.approx(quarter, rel=0.02)
+
+
+def settled(model, q):
+    """The state with the same first coordinate and all others in equilibrium."""
+    q = q.copy()
+    for _ in range(20):
+        q[1:] -= np.linalg.solve(model.tangent(q)[1:, 1:], model.force(q)[1:])
+    return q

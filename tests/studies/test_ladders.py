@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -87,3 +88,13 @@ def test_two_bodies_are_varied_together_or_one_alone(built: Built):
 def test_large_meshes_are_refined_twice_at_most_unless_more_is_asked_for(built: Built):
     assert [rung.level for rung in planned(built(FREQUENCY, cells=4000), "mesh").ladder.rungs] == [0, 1, 2]
     assert [rung.level for rung in planned(built(FREQUENCY, cells=4000), "mesh", [0, 3]).ladder.rungs] == [0, 3]
+
+
+def test_segments_are_a_ladder_of_their_own():
+    cases = Path(__file__).resolve().parents[2] / "cases"
+    found = convergence(cases / "elastica.toml", "segments", [2, 4, 8])
+    assert list(found.levels) == [2, 4, 8] and list(found.counts) == [12, 24, 48]
+    assert found.order == pytest.approx(2.0, abs=0.3)
+    assert "with order" in found.verdict and "in the length of a segment" in found.verdict
+    with pytest.raises(ValueError, match="there is no line cut into segments"):
+        convergence(cases / "panel_slew.toml", "segments")

@@ -10,7 +10,6 @@ from itertools import pairwise
 import imageio_ffmpeg
 import numpy as np
 import pytest
-from made_runs import write_run
 from PIL import Image
 
 import femflex.view.overlay
@@ -22,26 +21,6 @@ from femflex.view.motion import motion
 from femflex.view.plan import planned
 
 SMALL = {"size": (320, 180), "samples": 1}
-
-
-@pytest.fixture(scope="module")
-def tumbling(tmp_path_factory):
-    """Path of a run of 20 s without an orbit."""
-    return write_run(tmp_path_factory.mktemp("runs") / "tumbling.h5", np.linspace(0, 20, 401))
-
-
-@pytest.fixture
-def run(tumbling):
-    with open_run(tumbling) as opened:
-        yield opened
-
-
-@pytest.fixture(scope="module")
-def orbiting(tmp_path_factory):
-    """A run of one orbit."""
-    path = write_run(tmp_path_factory.mktemp("runs") / "librating.h5", np.linspace(0, 5400, 1201), orbital=True)
-    with open_run(path) as opened:
-        yield opened
 
 
 def read(path):

@@ -6,7 +6,6 @@ import xml.etree.ElementTree
 
 import numpy as np
 import pytest
-from made_runs import write_run
 from PIL import Image
 
 import femflex.view.plot
@@ -14,26 +13,6 @@ from femflex.results import RunWriter, open_run
 from femflex.system import Channel
 from femflex.view import plot_histories, plot_spectra
 from femflex.view.curves import curves_of
-
-
-@pytest.fixture(scope="module")
-def tumbling(tmp_path_factory):
-    """Path of a run of 20 s without an orbit."""
-    return write_run(tmp_path_factory.mktemp("runs") / "tumbling.h5", np.linspace(0, 20, 401))
-
-
-@pytest.fixture
-def run(tumbling):
-    with open_run(tumbling) as opened:
-        yield opened
-
-
-@pytest.fixture(scope="module")
-def orbiting(tmp_path_factory):
-    """A run of one orbit."""
-    path = write_run(tmp_path_factory.mktemp("runs") / "librating.h5", np.linspace(0, 5400, 1201), orbital=True)
-    with open_run(path) as opened:
-        yield opened
 
 
 @pytest.fixture

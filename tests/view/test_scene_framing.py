@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from made_runs import box_skin, flexible, write_run
+from made_runs import box_skin, flexible
 
 from femflex.body import Skin, rigid_body
 from femflex.results import RunWriter, open_run
@@ -15,26 +15,6 @@ from femflex.view.motion import motion
 from femflex.view.plan import planned
 from femflex.view.render import render_picture
 from femflex.view.scene import Scene
-
-
-@pytest.fixture(scope="module")
-def tumbling(tmp_path_factory):
-    """Path of a run of 20 s without an orbit."""
-    return write_run(tmp_path_factory.mktemp("runs") / "tumbling.h5", np.linspace(0, 20, 401))
-
-
-@pytest.fixture
-def run(tumbling):
-    with open_run(tumbling) as opened:
-        yield opened
-
-
-@pytest.fixture(scope="module")
-def orbiting(tmp_path_factory):
-    """A run of one orbit."""
-    path = write_run(tmp_path_factory.mktemp("runs") / "librating.h5", np.linspace(0, 5400, 1201), orbital=True)
-    with open_run(path) as opened:
-        yield opened
 
 
 def on_screen(points, view, aspect):

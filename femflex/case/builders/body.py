@@ -11,20 +11,26 @@ from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
+from femflex.case.builders.strain import chosen_strain
 from femflex.case.builders.structure import PLACE, build_mesh, build_modes, build_structure_of
 from femflex.case.case import Case
 from femflex.case.load import LoadTable
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.reduction import DampingTable, Stretchable
+from femflex.fem.structure import Structure
 from femflex.reduction import (
     ModalDamping,
     RayleighDamping,
     UniformBeam,
     beam_body,
+    foreshortening,
+    foreshortening_of,
     load_body,
     reduce_structure,
     require_stretch,
+    with_derivatives,
 )
+from femflex.reduction.modeset import ModeSet
 from femflex.reduction.uniform_beam import BeamFunctions
 from femflex.system import Part, Segments
 
@@ -89,19 +95,32 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
     if isinstance(table, RigidTable):
         return _rigid(case, table)
     if isinstance(table, AnalyticTable):
-        return _analytic(table, modes)
+        return _analytic(case, table, modes)
     if isinstance(table, FileTable):
         return _from_file(case, name, table, modes)
     assert isinstance(table, FlexibleTable)
     structure, modeset = build_modes(
         build_structure_of(case, name, table, build_mesh(case, name, table, refine)), table, modes
     )
+    return _meshed(case, name, table, structure, modeset)
+
+
+def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, modeset: ModeSet) -> FlexibleBody:
+    """The body of a structure and its set, with the strain that the case says or calls for."""
+    r, strain, note = table.reduction, table.strain, ""
+    keep = r.derivatives if isinstance(r, Stretchable) else "none"
+    stretches = isinstance(r, Stretchable) and modeset.n_modes > 0
+    ignored = foreshortening(structure, modeset) if stretches and strain in (None, "linear") else None
+    if strain is None:
+        stressed = bool(np.any(structure.f0))  # what stress does to slaved shapes is for the case to decide
+        strain, note = ("linear", "") if ignored is None or stressed else chosen_strain(case, table, ignored)
+    if strain == "condensed" and keep is None:
+        modeset = with_derivatives(structure, modeset)
     groups, turning = marker_groups(table), turning_markers(case, name)
-    body = reduce_structure(structure, modeset, groups, _damping(table.damping), table.strain, turning)
-    r = table.reduction
-    if table.strain != "linear" and isinstance(r, Stretchable) and r.derivatives != "none" and body.n_modes:
+    body = reduce_structure(structure, modeset, groups, _damping(table.damping), strain, turning)
+    if strain == "nonlinear" and isinstance(r, Stretchable) and keep != "none" and body.n_modes:
         require_stretch(structure, modeset, body.strain)
-    return body
+    return replace(body, note=note, ignored=ignored if strain == "linear" else None)
 
 
 def turning_markers(case: Case, name: str) -> set[str]:
@@ -148,14 +167,21 @@ def _rigid(case: Case, table: RigidTable) -> FlexibleBody:
     return rigid_body(table.mass, J, centre, markers, rigid_skin(case, table))
 
 
-def _analytic(table: AnalyticTable, modes: int | None) -> FlexibleBody:
+def _analytic(case: Case, table: AnalyticTable, modes: int | None) -> FlexibleBody:
     values = table.model_dump(include=set(UniformBeam.__dataclass_fields__) - {"mass_per_length"})
     mass = table.mass_per_length if table.mass is None else table.mass / table.length
     assert mass is not None
     functions = table.functions.model_dump()
     if modes is not None:
         functions |= {key: modes for key in ("y", "z", "axial", "torsion") if functions[key]}
-    return beam_body(UniformBeam(mass_per_length=mass, **values), BeamFunctions(**functions), _damping(table.damping))
+    beam, chosen = UniformBeam(mass_per_length=mass, **values), BeamFunctions(**functions)
+    strain, note, ignored = table.strain, "", None
+    if strain in (None, "linear") and (chosen.y or chosen.z):
+        ignored = foreshortening_of(beam_body(beam, chosen, strain="condensed"))
+        if strain is None:
+            strain, note = chosen_strain(case, table, ignored)
+    body = beam_body(beam, chosen, _damping(table.damping), strain=strain or "linear")
+    return replace(body, note=note, ignored=ignored if body.strain.is_linear else None)
 
 
 def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> FlexibleBody:

@@ -56,7 +56,7 @@ def build_segments(
         where = f"bodies.{name}.members[{member.group}].segments"
         raise CaseError(case.path.name, [Problem(where, str(error))]) from error
     places = {**{group: group for group in groups}, **markers}
-    return Segments(reduce_segments(pieces, places, _shapes(table, modes), damping, table.strain))
+    return Segments(reduce_segments(pieces, places, _shapes(table, modes), damping, table.strain or "linear"))
 
 
 def _end_among(mesh: Mesh, line: str, groups: list[str]) -> str | None:
@@ -69,7 +69,7 @@ def _end_among(mesh: Mesh, line: str, groups: list[str]) -> str | None:
 def _shapes(table: FlexibleTable, modes: int | None) -> Callable[[Structure], ModeSet]:
     """What makes the shapes of a segment; with nonlinear strain their derivatives too, unless the case says none."""
     plain, keep = _plain_shapes(table, modes), getattr(table.reduction, "derivatives", None)
-    if keep is None and table.strain != "linear":
+    if keep is None and table.strain not in (None, "linear"):
         keep = "auto"
     return plain if keep in (None, "none", 0) else lambda s: with_derivatives(s, plain(s), keep)
 

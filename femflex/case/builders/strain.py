@@ -1,0 +1,82 @@
+"""Which strain a flexible body of a case gets: what it says, or the one its spin and bend call for."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.case.body import AnalyticTable, FlexibleTable
+from femflex.case.case import Case
+from femflex.case.reduction import Stretchable
+
+Strain = Literal["linear", "nonlinear", "condensed"]
+
+STIFFENED = 0.01  # of the first frequency: spins that would stiffen a body by more get condensed strain
+BENT = 0.05  # initial displacement over length from which on strain is condensed
+LONG = 1e4  # s, looked at of a specified motion where the duration is given in orbits
+SAMPLES = 400  # of a specified motion, for its largest rate
+
+
+def chosen_strain(case: Case, table: FlexibleTable | AnalyticTable, ignored: NDArray[np.float64]) -> tuple[Strain, str]:
+    """Strain of a body that does not say, and the reason; ignored (4, 3): see `reduction.foreshortening`."""
+    r = getattr(table, "reduction", None)
+    if isinstance(table, FlexibleTable) and (
+        not isinstance(r, Stretchable) or getattr(r, "derivatives", None) in ("none", 0)
+    ):
+        return "linear", ""
+    spin = fastest_turn(case)
+    gain = np.sqrt(1.0 + largest_stiffening(ignored, spin)) - 1.0
+    if gain > STIFFENED:
+        return "condensed", (
+            f"strain is condensed: turning at {spin:.4g} rad/s may stiffen the first shape by {gain:.1%} in frequency, "
+            f"which linear strain leaves out (strain = 'linear' would keep it so)"
+        )
+    bent = initial_bend(table)
+    if bent > BENT:
+        return "condensed", (
+            f"strain is condensed: the body starts bent by {bent:.0%} of its length, and linear strain holds up to "
+            f"about {BENT:.0%} (strain = 'linear' would keep it so)"
+        )
+    return (
+        "linear",
+        f"strain is linear: turning at {spin:.4g} rad/s stiffens the first shape by {gain:.2%} in frequency",
+    )
+
+
+def largest_stiffening(ignored: NDArray[np.float64], spin: float) -> float:
+    """The largest part of its own stiffness that a spin about any axis through the origin adds to the first shape."""
+    g = ignored[1:]
+    return max(float(spin**2 * (np.linalg.eigvalsh((g + g.T) / 2)[-1] - np.trace(g))), 0.0)
+
+
+def fastest_turn(case: Case) -> float:
+    """What the case says of how fast anything turns [rad/s]: the attitude's rates, and those of joints, added up."""
+    attitude = case.attitude
+    total = sum(float(np.linalg.norm(rate)) for rate in (attitude.spin, attitude.rates) if rate is not None)
+    until = float(case.run.duration or LONG)
+    for joint in case.joints:
+        for key in ("rate", "rates"):
+            given = getattr(joint, key, None)
+            total += float(np.linalg.norm(given)) if given is not None else 0.0
+        for key in ("angle", "angles"):
+            for motion in joint.motions(key):
+                if motion is not None and motion.profile is not None:
+                    profile = motion.profile(case.path.parent)
+                    times = np.linspace(max(profile.first, 0.0), min(profile.last, until), SAMPLES)
+                    total += float(np.abs(profile(times)[1]).max())
+    return total
+
+
+def initial_bend(table: FlexibleTable | AnalyticTable) -> float:
+    """Initial displacement over the body's length, where the case tells both."""
+    start = table.initial
+    if start is None:
+        return 0.0
+    if start.relative is not None:
+        return float(np.linalg.norm(start.relative))
+    length = start.length or getattr(table, "length", None)
+    if start.displacement is None or not length:
+        return 0.0
+    return float(np.linalg.norm(start.displacement)) / float(length)

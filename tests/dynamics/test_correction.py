@@ -1,0 +1,86 @@
+"""Newton's correction in one pass of the recursion against the residual and the linear solve, two other ways."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from held_systems import held_tree
+from random_systems import random_tree
+from test_condensed import random_condensed
+from test_curved_strain import curved
+
+from femflex.dynamics import compile_system
+from femflex.system import Frame, Load, Orbit, universal
+
+ORBIT = Orbit(7e6, 0.3, inclination=0.4, node=0.2, perigee=1.0, true_anomaly=0.7, mu=5e20)
+NOW, C_D, C_K = 0.3, 0.2, 0.5
+
+
+def sprung(seed):
+    """A random tree with springs and dampers at every joint, and a load."""
+    system, _, state = random_tree(seed, n_bodies=6)
+    rng = np.random.default_rng(seed)
+    joints = tuple(
+        replace(j, stiffness=rng.uniform(0, 5, j.n_u), damping=rng.uniform(0, 2, j.n_u)) for j in system.joints
+    )
+    load = Load("push", system.order[-1], "a", force=rng.normal(size=3), torque=rng.normal(size=3))
+    return replace(system, joints=joints, loads=(load,)), state
+
+
+def nonlinear(seed):
+    """A random tree with nonlinear strain."""
+    system, _, state = random_tree(seed, n_bodies=5)
+    return curved(system, np.random.default_rng(seed), 0.1), state
+
+
+def orbiting(seed):
+    """A random tree whose root translation is eliminated."""
+    system, _, state = random_tree(seed, root=universal, orbit=ORBIT, frame=Frame("orbital"))
+    return system, state
+
+
+def held(seed):
+    """A random tree with held freedoms."""
+    system, _, state = held_tree(seed, n_bodies=6)
+    return system, state
+
+
+def condensed(seed):
+    """A random tree of bodies with slaves."""
+    system, _, state = random_condensed(seed, n_bodies=5)
+    return system, state
+
+
+@pytest.mark.parametrize("make", [sprung, nonlinear, orbiting, held, condensed], ids=lambda make: make.__name__)
+@pytest.mark.parametrize("seed", range(5))
+def test_correction_is_that_of_residual_and_solve(make, seed):
+    system, (q, u) = make(seed)
+    model = compile_system(system)
+    own, calls = (model.table, model.pool, model.work), model.second_order
+    udot = np.random.default_rng(seed).normal(size=model.n_u)
+    r, expected, found = np.empty(model.n_u), np.empty(model.n_u), np.empty(model.n_u)
+    calls.residual(NOW, q, u, udot, r, *own)
+    calls.solve(NOW, q, -r, expected, 1.0, C_D, C_K, *own)
+    calls.correct(NOW, q, u, udot, found, C_D, C_K, *own)
+    assert found == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+
+
+def test_correction_without_damping_and_stiffness_leads_to_the_accelerations():
+    system, (q, u) = sprung(1)
+    model = compile_system(system)
+    udot, out = np.ones(model.n_u), np.empty(model.n_u)
+    model.second_order.correct(0.0, q, u, udot, out, 0.0, 0.0, model.table, model.pool, model.work)
+    expected = model.state_rate(0.0, np.concatenate([q, u]))[model.n_q :]
+    assert udot + out == pytest.approx(expected, abs=1e-10 * np.abs(expected).max())
+
+
+def test_correction_of_equations_without_a_term_is_that_of_their_residual():
+    system, (q, u) = orbiting(2)
+    model = compile_system(system).without("gyroscopic")
+    own, calls = (model.table, model.pool, model.work), model.second_order
+    udot = np.random.default_rng(0).normal(size=model.n_u)
+    r, expected, found = np.empty(model.n_u), np.empty(model.n_u), np.empty(model.n_u)
+    calls.residual(NOW, q, u, udot, r, *own)
+    calls.solve(NOW, q, -r, expected, 1.0, C_D, C_K, *own)
+    calls.correct(NOW, q, u, udot, found, C_D, C_K, *own)
+    assert found == pytest.approx(expected, abs=1e-10 * np.abs(expected).max())
