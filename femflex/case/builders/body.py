@@ -180,7 +180,8 @@ def _analytic(case: Case, table: AnalyticTable, modes: int | None) -> FlexibleBo
     beam, chosen = UniformBeam(mass_per_length=mass, **values), BeamFunctions(**functions)
     strain, note, ignored = table.strain, "", None
     if strain in (None, "linear") and (chosen.y or chosen.z):
-        ignored = foreshortening_of(beam_body(beam, chosen, strain="condensed"))
+        bending = replace(chosen, axial=0, torsion=0)
+        ignored = foreshortening_of(beam_body(beam, bending, strain="condensed"))
         if strain is None:
             strain, note = chosen_strain(case, table, ignored)
     body = beam_body(beam, chosen, _damping(table.damping), strain=strain or "linear")
