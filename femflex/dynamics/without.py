@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.body import FlexibleBody
-from femflex.dynamics.terms import DRIVES, LOADS, SPRINGS_OF, SWITCHED, TERMS, all_rows, term_names
-from femflex.system import Joint, System
+from femflex.dynamics.law_report import law_places
+from femflex.dynamics.terms import DRIVES, LAWS, LOADS, SPRINGS_OF, SWITCHED, TERMS, all_rows, term_names
+from femflex.system import Joint, Latch, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 FLEXIBILITY = "flexibility"
 
 LOOPS, CONSTRAINTS = "loops/", "constraints/"
-FOLDERS = (LOADS, SPRINGS_OF, LOOPS, CONSTRAINTS)  # whose parts may go by their own name alone
+FOLDERS = (LOADS, LAWS, SPRINGS_OF, LOOPS, CONSTRAINTS)  # whose parts may go by their own name alone
 SHORT = {"K1": "elastic", "K2": "elastic_K2", "K3": "elastic_K3"}
 
 
@@ -64,7 +65,10 @@ def switchable(model: Model) -> list[str]:
     """Everything that can be switched off in the model."""
     system = model.system
     flexible = [name for name in system.order if system.bodies[name].n_modes]
-    fixed = ("inertia", *(name for name in term_names(system) if name.startswith(DRIVES)))
+    pieces = {piece for parts in system.segments.values() for piece in parts}
+    flexible = [*(name for name in flexible if name not in pieces), *system.segments]
+    latches = [LAWS + place.name for place in law_places(system) if isinstance(place.of, Latch)]
+    fixed = ("inertia", *latches, *(name for name in term_names(system) if name.startswith(DRIVES)))
     names = [name for name in term_names(system) if name not in fixed and name not in model.omitted]
     if model.constraints is not None:
         names += model.constraints.paths
@@ -98,6 +102,8 @@ def changed(system: System, name: str) -> System:
         return replace(system, bodies={key: BODY_CHANGES[name](body) for key, body in system.bodies.items()})
     if name in JOINT_CHANGES:
         return replace(system, joints=tuple(JOINT_CHANGES[name](joint) for joint in system.joints))
+    if name.startswith(LAWS):
+        return replace(system, joints=tuple(without_law(joint, name.removeprefix(LAWS)) for joint in system.joints))
     if name.startswith(LOADS):
         return replace(system, loads=tuple(load for load in system.loads if LOADS + load.name != name))
     if name.startswith(SPRINGS_OF):
@@ -107,8 +113,17 @@ def changed(system: System, name: str) -> System:
     if name.startswith(CONSTRAINTS):
         return replace(system, constraints=tuple(c for c in system.constraints if CONSTRAINTS + c.name != name))
     if name.partition("/")[0] == FLEXIBILITY:
-        return stiffened(system, set(system.bodies) if name == FLEXIBILITY else {name.partition("/")[2]})
+        body = name.partition("/")[2]
+        return stiffened(system, set(system.segments.get(body, (body,))) if body else set(system.bodies))
     return system
+
+
+def without_law(joint: Joint, name: str) -> Joint:
+    """The joint without the law of that name; itself when it has none."""
+    laws = [
+        replace(law, name=own) for law, own in zip(joint.laws, joint.law_names(), strict=True) if own != name
+    ]  # the others keep their names
+    return replace(joint, laws=tuple(laws)) if len(laws) < len(joint.laws) else joint
 
 
 def stiffened(system: System, names: set[str]) -> System:
