@@ -41,7 +41,7 @@ def with_derivatives_of(case: Case, names: Sequence[str], n: int) -> Case:
 
 
 def _can(table: BodyTable) -> bool:
-    if not isinstance(table, FlexibleTable) or table.cut is not None or table.strain == "linear":
+    if not isinstance(table, FlexibleTable) or table.cut is not None or table.strain in (None, "linear"):
         return False
     return isinstance(table.reduction, Stretchable)
 
