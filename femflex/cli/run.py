@@ -142,6 +142,8 @@ def say_what_came_out(run: Run, system: System, output: Path) -> None:
         f"done        {output}: {s.get('accepted', 0)} steps, {s.get('rejected', 0)} rejected, "
         f"{s.get('evaluations', 0)} evaluations"
     )
+    for line in latch_lines(run):
+        print(line)
     for path in conserved(run, system):
         value = run[path]
         change = float(np.abs(value - value[0]).max())
@@ -154,6 +156,19 @@ def say_what_came_out(run: Run, system: System, output: Path) -> None:
     print(f"monitor     Euler parameters off unit length by up to {np.abs(run['monitors/quaternion_norm']).max():.2e}")
 
 
+def latch_lines(run: Run) -> list[str]:
+    """A line per latch: when it locked and what was lost."""
+    out = []
+    for path in sorted(name for name in run if name.startswith("latches/") and name.endswith("/time")):
+        name, at = path.split("/")[1], float(run[path][-1])
+        if at < 0:
+            out.append(f"latch       {name} did not lock")
+        else:
+            loss = float(run[f"latches/{name}/loss"][-1])
+            out.append(f"latch       {name} locked at t = {at:.9g} s, {loss:.6g} J lost")
+    return out
+
+
 def conserved(run: Run, system: System) -> list[str]:
     """The monitors that ought to be constant: none under loads and damping, for these do work.
 
@@ -162,8 +177,10 @@ def conserved(run: Run, system: System) -> list[str]:
     """
     import numpy as np
 
-    damped = any(joint.damping.any() for joint in system.joints) or any(b.damping.any() for b in system.bodies.values())
-    if system.loads or damped:
+    from femflex.dynamics.law_report import is_damped
+
+    led = any(profile.moves for joint in system.joints for profile in joint.held.values())
+    if system.loads or led or is_damped(system):
         return []
     if set(run.without) & {"coriolis_centrifugal", "gyroscopic", "specified_motion", "gravity_gradient"}:
         return []

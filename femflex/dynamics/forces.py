@@ -9,6 +9,7 @@ from femflex.dynamics.compiled import inner
 from femflex.dynamics.gravity import find_center_of_mass, gravity_field, local_field
 from femflex.dynamics.inertia import add_elastic_forces, write_velocity_forces, zero_forces
 from femflex.dynamics.joint_forces import write_spring_forces
+from femflex.dynamics.laws import add_law_forces
 from femflex.dynamics.layout import ORBIT_NONE, W_BIAS, W_TAU, body_of, header_of, load_of
 from femflex.dynamics.loads import apply_load
 from femflex.dynamics.pairs import nothing_pair, put_pair
@@ -22,6 +23,14 @@ Record = np.void
 
 @inner
 def write_forces(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
+    """Write all forces at the placed state, those of joint laws among them."""
+    write_plain_forces(t, q, u, table, pool, work)
+    if header_of(table)["n_laws"] > 0:
+        add_law_forces(q, u, table, pool, work)
+
+
+@inner
+def write_plain_forces(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
     """Write every body's bias wrench and elastic bias, and the spring forces of sprung joints, at the placed state."""
     head = header_of(table)
     l, strength = ZERO, 0.0

@@ -14,6 +14,7 @@ from femflex.dynamics.channels import channels_of, row_length, row_places
 from femflex.dynamics.drive_report import observe_held, specified_states
 from femflex.dynamics.frequency import highest_frequency
 from femflex.dynamics.joint_channels import observe_balls
+from femflex.dynamics.law_report import observe_laws
 from femflex.dynamics.layout import BALL_MODIFIED, BALL_QUATERNION, body_records
 from femflex.dynamics.lower import lower
 from femflex.dynamics.lower_constraints import characteristic_length
@@ -26,6 +27,7 @@ from femflex.system import Channel, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.constrained import Constraints
+    from femflex.dynamics.latches import Latches
     from femflex.dynamics.second_order import SecondOrderCalls
 
 Array = NDArray[np.float64]
@@ -92,6 +94,15 @@ class Model:
 
         return switch
 
+    @property
+    def events(self) -> Latches | None:
+        """The latches of the joints, or None where there are none."""
+        if not any(joint.latches for joint in self.system.joints):
+            return None
+        from femflex.dynamics.latches import Latches
+
+        return Latches(self)
+
     @cached_property
     def max_frequency(self) -> float:
         """Highest natural frequency of shapes and springs at the initial configuration [rad/s]."""
@@ -143,7 +154,7 @@ class Model:
         }
         states = specified_states(self, times, states)
         out["q"], out["u"] = states[:, : self.n_q], states[:, self.n_q :]
-        out |= observe_held(self, times, states)
+        out |= observe_held(self, times, states) | observe_laws(self, states)
         out |= observe_balls(self.system, states)
         out |= observe_orbit_force(self.system, out)
         if is_extrinsic(self.system.libration_sequence):
@@ -184,8 +195,18 @@ def compile_system(system: System) -> Model:
         breaks=np.unique(np.concatenate(knots)) if knots else np.zeros(0),
         renormalise=np.array(quadruples, np.int64),
         channels=channels_of(system),
+        rate=rate_of(system),
     )
     return constrained(tree) if system.loops or system.constraints else tree
+
+
+def rate_of(system: System) -> Any:
+    """The compiled rate of a tree: the plain one, or that with held freedoms and laws."""
+    if not any(joint.held or joint.laws or joint.latches for joint in system.joints):
+        return equations.rate
+    from femflex.dynamics.led_equations import led_rate
+
+    return led_rate
 
 
 def constrained(tree: Model) -> Model:

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.body import FlexibleBody
-from femflex.dynamics.terms import DRIVES, LOADS, SWITCHED, TERMS, all_rows, term_names
-from femflex.system import Joint, System
+from femflex.dynamics.law_report import law_places
+from femflex.dynamics.terms import DRIVES, LAWS, LOADS, SWITCHED, TERMS, all_rows, term_names
+from femflex.system import Joint, Latch, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
@@ -59,7 +60,10 @@ def switchable(model: Model) -> list[str]:
     """Everything that can be switched off in the model."""
     system = model.system
     flexible = [name for name in system.order if system.bodies[name].n_modes]
-    fixed = ("inertia", *(name for name in term_names(system) if name.startswith(DRIVES)))
+    pieces = {piece for parts in system.segments.values() for piece in parts}
+    flexible = [*(name for name in flexible if name not in pieces), *system.segments]
+    latches = [LAWS + place.name for place in law_places(system) if isinstance(place.of, Latch)]
+    fixed = ("inertia", *latches, *(name for name in term_names(system) if name.startswith(DRIVES)))
     names = [name for name in term_names(system) if name not in fixed and name not in model.omitted]
     return [*names, *([FLEXIBILITY] if flexible else []), *(f"{FLEXIBILITY}/{name}" for name in flexible)]
 
@@ -68,7 +72,7 @@ def resolved(model: Model, name: str) -> str:
     """The full name of something that can be switched off; a load may go by its own name alone, stiffness by K1."""
     known = switchable(model)
     name = SHORT.get(name, name)
-    for full in (name, LOADS + name):
+    for full in (name, LOADS + name, LAWS + name):
         if full in known:
             return full
     if name == "inertia":
@@ -91,11 +95,22 @@ def changed(system: System, name: str) -> System:
         return replace(system, bodies={key: BODY_CHANGES[name](body) for key, body in system.bodies.items()})
     if name in JOINT_CHANGES:
         return replace(system, joints=tuple(JOINT_CHANGES[name](joint) for joint in system.joints))
+    if name.startswith(LAWS):
+        return replace(system, joints=tuple(without_law(joint, name.removeprefix(LAWS)) for joint in system.joints))
     if name.startswith(LOADS):
         return replace(system, loads=tuple(load for load in system.loads if LOADS + load.name != name))
     if name.partition("/")[0] == FLEXIBILITY:
-        return stiffened(system, set(system.bodies) if name == FLEXIBILITY else {name.partition("/")[2]})
+        body = name.partition("/")[2]
+        return stiffened(system, set(system.segments.get(body, (body,))) if body else set(system.bodies))
     return system
+
+
+def without_law(joint: Joint, name: str) -> Joint:
+    """The joint without the law of that name; itself when it has none."""
+    laws = [
+        replace(law, name=own) for law, own in zip(joint.laws, joint.law_names(), strict=True) if own != name
+    ]  # the others keep their names
+    return replace(joint, laws=tuple(laws)) if len(laws) < len(joint.laws) else joint
 
 
 def stiffened(system: System, names: set[str]) -> System:

@@ -136,6 +136,8 @@ class Model(Protocol):
     def second_order(self) -> SecondOrder | None:
         """The second-order calls, or None if the model has only its rate."""
 
+    # A model may also have `events` (see femflex.integrate.events): instants at which its state jumps.
+
 
 Progress = Callable[[float], object]  # called with the time reached; a true answer stops the run
 
