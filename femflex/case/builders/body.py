@@ -67,7 +67,10 @@ def build_body(case: Case, name: str, modes: int | None = None, refine: int = 0)
     """The body of that name, in one piece. Raises CaseError with what is wrong with it."""
     part = build_part(case, name, modes, refine)
     if isinstance(part, Segments):
-        text = f"found a body cut into {len(part.bodies)} segments, which is not one body; leave out segments for that"
+        text = (
+            f"found a body cut into {len(part.bodies)} segments, which has no one set of modes; leave out "
+            "segments, in a copy of the case, to see the whole"
+        )
         raise CaseError(case.path.name, [Problem(f"bodies.{name}", text)])
     return part
 
