@@ -60,6 +60,8 @@ def switchable(model: Model) -> list[str]:
     """Everything that can be switched off in the model."""
     system = model.system
     flexible = [name for name in system.order if system.bodies[name].n_modes]
+    pieces = {piece for parts in system.segments.values() for piece in parts}
+    flexible = [*(name for name in flexible if name not in pieces), *system.segments]
     latches = [LAWS + place.name for place in law_places(system) if isinstance(place.of, Latch)]
     fixed = ("inertia", *latches, *(name for name in term_names(system) if name.startswith(DRIVES)))
     names = [name for name in term_names(system) if name not in fixed and name not in model.omitted]
@@ -98,7 +100,8 @@ def changed(system: System, name: str) -> System:
     if name.startswith(LOADS):
         return replace(system, loads=tuple(load for load in system.loads if LOADS + load.name != name))
     if name.partition("/")[0] == FLEXIBILITY:
-        return stiffened(system, set(system.bodies) if name == FLEXIBILITY else {name.partition("/")[2]})
+        body = name.partition("/")[2]
+        return stiffened(system, set(system.segments.get(body, (body,))) if body else set(system.bodies))
     return system
 
 

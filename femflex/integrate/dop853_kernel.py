@@ -17,7 +17,7 @@ from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABL
 from femflex.integrate.dop853_table import A, C, D, E
 from femflex.integrate.holding import HOLD, Hold
 from femflex.integrate.protocol import OWN, RATE, SWITCH, Call, Own
-from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, normalise, put
+from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, normalise, put, standing
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -191,14 +191,9 @@ def fill(
     while True:
         row = hand_out(times, rows, row, state, vectors, renormalise, hold, own)
         t, wanted = state[head.T], min(state[head.H], max_step)
-        if row == rows.shape[0]:
-            return head.FULL, row
-        if t >= span[0]:
-            return head.END, row
-        if budget == 0:
-            return head.PAUSE, row
-        if wanted < head.TINY * abs(t) or wanted < head.TINIEST * abs(span[0]):
-            return head.STUCK, row
+        status = standing(row, rows.shape[0], wanted, span[0], budget, state)
+        if status != head.GO_ON:
+            return status, row
         budget -= 1
 
         if switch(x, *own) > 0:  # every row of the last step is handed out

@@ -26,10 +26,13 @@ from femflex.integrate.hermite import (
     converged,
     hand_out,
     reject,
+    renew_coordinates,
     scaled_norm,
+    shorter,
+    step_accepted,
 )
 from femflex.integrate.protocol import ADVANCE, CORRECT, KINEMATIC, OWN, SWITCH, Call, Own
-from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, normalise, put
+from femflex.integrate.vectors import clipped, cut, first_not_finite, normalise, put, standing
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -39,7 +42,7 @@ SLOPES = 4  # row of the kept vectors, beside the four of `hermite`
 # rows of the scratch vectors: end of the trial step, its rate, error, a correction in x; the rest are (n_u,)
 Y, YDOT, E, CHANGE, INCREMENT, A_NEW, DELTA, VELOCITY = 0, 1, 2, 3, 4, 5, 6, 7
 N_SCRATCH = 8
-SAFETY, SHRINK, GROW = 0.9, 0.3, 3.0
+SHRINK, GROW = 0.3, 3.0
 
 
 @part
@@ -187,19 +190,12 @@ def fill(
     while True:
         row = hand_out(times, rows, row, state, vectors, renormalise)
         t, wanted = state[head.T], min(state[head.H], max_step)
-        if row == rows.shape[0]:
-            return head.FULL, row
-        if t >= span[0]:
-            return head.END, row
-        if budget == 0:
-            return head.PAUSE, row
-        if wanted < head.TINY * abs(t) or wanted < head.TINIEST * abs(span[0]):
-            return head.STUCK, row
+        status = standing(row, rows.shape[0], wanted, span[0], budget, state)
+        if status != head.GO_ON:
+            return status, row
         budget -= 1
 
-        if switch(x, *own) > 0:  # every row of the last step is handed out; its polynomial holds no longer
-            kinematic(clipped(t, span[1], span[2]), x[:n_q], x[n_q:], vectors[XDOT][:n_q], *own)
-            state[head.DENSE] = 0.0
+        renew_coordinates(switch, kinematic, own, span, n_q, state, vectors)
         h = cut(t, wanted, span[0])
         t_new = span[0] if h == span[0] - t else t + h
         asked = clipped(t_new, span[1], span[2])
@@ -213,11 +209,7 @@ def fill(
         if fixed > 0.0 and math.isfinite(error):
             error = 0.0
         if not error <= 1.0 or first_not_finite(scratch[YDOT]) >= 0:
-            factor = max(SHRINK, SAFETY * error ** (-1 / 3)) if math.isfinite(error) else SHRINK
-            reject(head.ERROR_TEST, h * factor, scratch[E], x, scratch[YDOT], rtol, atol, state)
+            reject(head.ERROR_TEST, h * shorter(error, 3, SHRINK), scratch[E], x, scratch[YDOT], rtol, atol, state)
             continue
         move_on(h, n_q, vectors, scratch)
-        factor = SAFETY * error ** (-0.7 / 3) * state[head.ERROR] ** (0.4 / 3) if error > 0.0 else GROW
-        accept(t_new, h, wanted, min(GROW, max(SHRINK, factor)), error, True, state)
-        if fixed > 0.0:
-            state[head.H] = min(fixed, 2.0 * h)  # back to it by doubling after a failure
+        step_accepted(t_new, h, wanted, fixed, error, 3, SHRINK, GROW, state)

@@ -79,7 +79,7 @@ def test_small_motions_are_those_of_the_whole_boom(craft: str, cut: str, write_c
 def test_a_cut_body_has_no_one_set_of_modes(cut: str, write_case: Callable[..., Path]):
     case = read_case(write_case(cut))
     assert len(build_bodies(case)["boom"].bodies) == 3  # type: ignore[union-attr]
-    with pytest.raises(CaseError, match="found a body cut into 3 segments, which is not one body"):
+    with pytest.raises(CaseError, match="found a body cut into 3 segments, which has no one set of modes"):
         build_body(case, "boom")
 
 
