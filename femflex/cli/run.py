@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from femflex.cli.fresh import begin_again, compilation_seen, load_kernels, warnings_told_after
 from femflex.cli.progress import Bar, Patience
 from femflex.cli.verb import complain, verb
 
@@ -50,11 +49,8 @@ def run(
             "building bodies and compiling the equations of motion (the first run of an installation takes about a "
             "minute)"
         )
-        with warnings_told_after(), compilation_seen() as compiled:
-            prepared = pipeline.prepare(read, output, force=force, resume=resume, without=named(without))
-            load_kernels(prepared)
-            if compiled():
-                begin_again()
+        prepared = pipeline.prepare(read, output, force=force, resume=resume, without=named(without))
+        prepared.load_kernels()
     say_what_runs(prepared)
     with Bar("integrating", float(prepared.times[-1])) as bar:
         pipeline.integrate(prepared, output, force=force, resume=resume, progress=bar)

@@ -125,7 +125,8 @@ def refuse_bent(constraints: Constraints, x0: Array, x: Array, size: float) -> N
         body, n_q = constraints.system.bodies[name], constraints.system.joint_of(name).n_q
         shape = slice(at + n_q, at + n_q + body.n_modes)
         at += n_q + body.n_modes
-        far = max(float(np.linalg.norm(marker.phi @ (x[shape] - x0[shape]))) for marker in body.markers.values())
+        moved = body.amplitudes(x[shape]) - body.amplitudes(x0[shape])
+        far = max(float(np.linalg.norm(marker.phi @ moved)) for marker in body.markers.values())
         if far > BENT * size:
             raise ValueError(
                 f"the loops of body {name!r} cannot close: the joints alone do not reach, and bending would move it by "

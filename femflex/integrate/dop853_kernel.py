@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.integrate import resume as head
-from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABLE, VECTOR, kernel, njit, part, types
+from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABLE, VECTOR, kernel, part, summing, types
 from femflex.integrate.dop853_table import A, C, D, E
 from femflex.integrate.holding import HOLD, Hold
 from femflex.integrate.protocol import OWN, RATE, SWITCH, Call, Own
@@ -51,7 +51,7 @@ def stages(rate: Call, own: Own, span: Span, which: range, t: float, h: float, x
         rate(clipped(t + C[s] * h, span[1], span[2]), y, k[s], *own)
 
 
-@njit(fastmath={"contract", "reassoc"}, error_model="numpy")
+@summing
 def scaled_error(h: float, x: Array, scratch: Array, rtol: float, atol: Array) -> float:
     """Error of the step in units of the tolerance, orders 5 and 3 blended (II.10)."""
     sum3, sum5 = 0.0, 0.0

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.integrate import resume as head
-from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABLE, VECTOR, kernel, part, types
+from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABLE, VECTOR, kernel, part, shared, types
 from femflex.integrate.hermite import (
     KAPPA,
     MAX_ITERATIONS,
@@ -45,14 +45,14 @@ N_SCRATCH = 8
 SHRINK, GROW = 0.3, 3.0
 
 
-@part
+@shared
 def parameters(rho: float) -> tuple[float, float, float, float]:
     """alpha_m, alpha_f, beta, gamma for the spectral radius rho at infinite frequency (Chung & Hulbert 1993)."""
     alpha_m, alpha_f = (2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)
     return alpha_m, alpha_f, 0.25 * (1.0 - alpha_m + alpha_f) ** 2, 0.5 - alpha_m + alpha_f
 
 
-@part
+@shared
 def error_constants(rho: float) -> tuple[float, float]:
     """Leading errors of a step, C_q h^3 u'' in q and C_u h^3 u''' in u, by Taylor series; a leads w by d h."""
     alpha_m, alpha_f, beta, gamma = parameters(rho)

@@ -58,7 +58,7 @@ class System:
     springs: tuple[Spring, ...] = ()
 
     def __post_init__(self) -> None:
-        problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems(), *self._freedom_problems()]
+        problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems(), *self._latch_problems()]
         problems += tie_problems(self.loops, self.constraints, self.springs, self.orbit)
         if problems:
             raise ValueError("\n".join(problems))
@@ -160,22 +160,16 @@ class System:
             ]
         return []
 
-    def _freedom_problems(self) -> list[str]:
-        """Motions, laws and latches where they would do nothing, or what they do is not known."""
-        out = [
-            f"joint {j.label!r} closes a loop, and has a motion, laws or latches of its own; give these to a joint of the "
-            "tree, and cut the loop elsewhere"
-            for j in self.loops
-            if j.held or j.laws or j.latches
+    def _latch_problems(self) -> list[str]:
+        """Latches where what an impact does is not known."""
+        if not (self.loops or self.constraints):
+            return []
+        return [
+            f"joint {j.label!r} has a latch in a system with closed loops or constraints; what an impact does to their "
+            "multipliers is not known here, so take a stop for the latch, or open the loop"
+            for j in self.joints
+            if j.latches
         ]
-        if self.loops or self.constraints:
-            out += [
-                f"joint {j.label!r} has a latch in a system with closed loops or constraints; what an impact does to "
-                "their multipliers is not known here, so take a stop for the latch, or open the loop"
-                for j in self.joints
-                if j.latches
-            ]
-        return out
 
     def _name_problems(self) -> list[str]:
         out = []
