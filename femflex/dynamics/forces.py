@@ -57,6 +57,13 @@ def release_joint(b: Record, work: Array) -> None:
 
 
 @inner
+def release_joints(table: Table, work: Array) -> None:
+    """Clear the joint forces of all bodies."""
+    for i in range(1, header_of(table)["n_bodies"]):
+        release_joint(body_of(table, i), work)
+
+
+@inner
 def clear(table: Table, work: Array) -> None:
     """Leave the placed bodies without forces, joint forces and bias accelerations."""
     for i in range(1, header_of(table)["n_bodies"]):

@@ -36,6 +36,7 @@ class System:
     loops        joints cut out of the tree: each closes a loop between two bodies, or to the base frame
     constraints  on velocities: rolling, knife edges, general rows
     springs      between two markers
+    reactions    whether runs report what the joints carry
     segments  body cut into segments -> names of the bodies that are its segments, near to far (see `assembled`)
 
     With a specified orbit O is the centre of mass: the root joint's translation is eliminated, so the root joint must
@@ -56,6 +57,7 @@ class System:
     loops: tuple[Joint, ...] = ()
     constraints: tuple[Nonholonomic, ...] = ()
     springs: tuple[Spring, ...] = ()
+    reactions: bool = False
 
     def __post_init__(self) -> None:
         problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems(), *self._latch_problems()]
