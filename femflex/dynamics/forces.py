@@ -23,10 +23,11 @@ Record = np.void
 
 @inner
 def write_forces(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
-    """Write all forces at the placed state, those of joint laws among them."""
+    """Write all forces at the placed state, those of joint laws and of springs between markers among them."""
     write_plain_forces(t, q, u, table, pool, work)
     if header_of(table)["n_laws"] > 0:
         add_law_forces(q, u, table, pool, work)
+    apply_springs(table, pool, work)
 
 
 @inner
@@ -46,7 +47,6 @@ def write_plain_forces(t: float, q: Array, u: Array, table: Table, pool: Array, 
             write_spring_forces(b, q, u, pool, work)
     for j in range(head["n_loads"]):
         apply_load(t, load_of(table, j), table, pool, work)
-    apply_springs(table, pool, work)
 
 
 @inner

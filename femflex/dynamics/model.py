@@ -214,8 +214,8 @@ def compile_system(system: System) -> Model:
 
 
 def rate_of(system: System) -> Any:
-    """The compiled rate of a tree: the plain one, or that with held freedoms and laws."""
-    if not any(joint.held or joint.laws or joint.latches for joint in system.joints):
+    """The compiled rate of a tree: the plain one, or that with held freedoms, laws and springs between markers."""
+    if not (system.springs or any(joint.held or joint.laws or joint.latches for joint in system.joints)):
         return equations.rate
     from femflex.dynamics.led_equations import led_rate
 
