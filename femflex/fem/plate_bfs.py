@@ -74,7 +74,7 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     return Contribution(
         inertia=(PlateInertia(dm, rho, dof_map, axes, heights, place, partial(of, rows)),),
         strain=(rectangle_strain(a, b, elastic, stress, dof_map, (_POINTS, _WEIGHTS)),),
-        skin=plate_skin(mesh.points, corners, axes, section.thickness, dof_map),
+        skin=partial(plate_skin, mesh.points, corners, axes, section.thickness, dof_map),
     )
 
 

@@ -1,7 +1,7 @@
 """Assembly of M and K against plain scikit-fem forms, as CPU-time ratios in one run on one thread.
 
-Counted on both sides: everything from the mesh to sparse M and K (bases and forms there; element geometry, numbering,
-the drawn skin and reduction to independent dofs here). Ratios are medians of interleaved pairs.
+Counted on both sides: everything from the mesh to sparse M and K (bases and forms there; element geometry, numbering
+and reduction to independent dofs here). Ratios are medians of interleaved pairs.
 """
 
 from __future__ import annotations
