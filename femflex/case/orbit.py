@@ -120,6 +120,8 @@ class AttitudeTable(Table):
         moving = [key for key in ("rates", "velocity") if getattr(self, key) is not None and any(getattr(self, key))]
         if self.held and moving:
             refuse(f"found held = true together with {' and '.join(moving)}; a held attitude is at rest in its frame")
+        if self.held and self.rebase:
+            refuse("found held = true together with rebase; a held attitude has no coordinates to be re-based")
         return self
 
     def turns(self) -> tuple[float, float, float]:

@@ -31,11 +31,6 @@ def answer_at_once() -> None:
     threading.Thread(target=_wait, args=(reader, writer), daemon=True).start()
 
 
-def answering() -> bool:
-    """Whether this process is the command line's own."""
-    return signal.getsignal(signal.SIGINT) is _asked
-
-
 def leave() -> NoReturn:
     """End the process as interrupted, without the tenth of a second that unloading compiled code takes."""
     keeping = sys.modules.get("femflex.results.keeping")

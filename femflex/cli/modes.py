@@ -30,12 +30,18 @@ def modes(
     ] = None,
     picture: Annotated[Path | None, typer.Option("--picture", help="Draw the modes as a montage (PNG).")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing picture.")] = False,
+    backbone: Annotated[
+        str | None,
+        typer.Option("--backbone", help='Rising amplitudes, "1 mm, 5 mm": frequency of the lowest mode at each.'),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
 ) -> None:
     """Print natural frequencies, participation and effective mass per direction with the running sum.
 
-    Effective masses are in per cent of the body's mass and of its inertia about the origin of its frame.
+    Effective masses are in per cent of the body's mass and of its inertia about the origin of its frame. With nonlinear
+    strain --backbone tells how the lowest frequency changes with the amplitude, the frame held.
     """
+    amplitudes = None if backbone is None else read_lengths(backbone)
     with Patience("solving for the modes"):
         bodies = flexible_bodies(file, body, number)
         other = None if mac is None else _body_file(mac)
@@ -46,13 +52,19 @@ def modes(
 
         mode_montage(next(iter(bodies.values())), picture, title=f"modes of {next(iter(bodies))}", force=force)
     if as_json:
-        print_json({name: modes_data(found, other) for name, found in bodies.items()})
+        data = {name: modes_data(found, other) for name, found in bodies.items()}
+        if amplitudes is not None:
+            for name, found in bodies.items():
+                data[name]["backbone"] = backbone_data(found, amplitudes)
+        print_json(data)
         return
     for k, (names, found) in enumerate(alike(bodies)):
         print("\n" * (k > 0), end="")
         print_modes(names, found)
         if other is not None:
             print_mac(found, other, str(mac))
+        if amplitudes is not None:
+            print_backbone(found, amplitudes)
     if picture is not None:
         print(f"picture     {picture}")
 
@@ -145,6 +157,54 @@ def print_mac(body: FlexibleBody, other: FlexibleBody, title: str) -> None:
     rows = [[str(k + 1), *(f"{value:.4f}" for value in row)] for k, row in enumerate(table)]
     print(f"modal assurance against {title}")
     print_table(["mode", *(str(k + 1) for k in range(table.shape[1]))], rows)
+
+
+def read_lengths(text: str) -> list[float]:
+    """Lengths [m] of a list such as "1 mm, 0.5 cm"; plain numbers are metres.
+
+    >>> read_lengths("1 mm, 0.02")
+    [0.001, 0.02]
+    """
+    from femflex.case.units import UnitError, to_si
+
+    found = []
+    for part in text.split(","):
+        try:
+            found.append(float(part))
+        except ValueError:
+            try:
+                found.append(to_si(part.strip(), "m"))
+            except UnitError as error:
+                raise ValueError(f"--backbone: {error}") from None
+    return found
+
+
+def print_backbone(body: FlexibleBody, amplitudes: list[float]) -> None:
+    """Print the frequency of the lowest mode at these amplitudes [m]."""
+    data = backbone_data(body, amplitudes)
+    place = ", ".join(f"{x:.4g}" for x in data["place_m"])
+    print(f"free vibration in mode 1 by its amplitude at ({place}) m, frame held")
+    rows = [
+        [f"{a:.6g}", f"{f:.6g}", f"{f / data['small_hz']:.5f}"]
+        for a, f in zip(data["amplitude_m"], data["frequency_hz"], strict=True)
+    ]
+    print_table(["amplitude m", "Hz", "over small motion"], rows)
+
+
+def backbone_data(body: FlexibleBody, amplitudes: list[float]) -> dict[str, Any]:
+    """What --json prints of a backbone curve."""
+    from math import pi
+
+    from femflex.studies import backbone
+
+    found = backbone(body, 1, amplitudes)
+    return {
+        "place_m": found.place,
+        "direction": found.direction,
+        "amplitude_m": found.amplitudes,
+        "frequency_hz": found.omega / (2 * pi),
+        "small_hz": found.small / (2 * pi),
+    }
 
 
 def modes_data(body: FlexibleBody, other: FlexibleBody | None) -> dict[str, Any]:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from femflex.cli.fresh import begin_again, compilation_seen, load_kernels, warnings_told_after
 from femflex.cli.progress import Bar, Patience
 from femflex.cli.verb import complain, verb
 
@@ -50,11 +49,8 @@ def run(
             "building bodies and compiling the equations of motion (the first run of an installation takes about a "
             "minute)"
         )
-        with warnings_told_after(), compilation_seen() as compiled:
-            prepared = pipeline.prepare(read, output, force=force, resume=resume, without=named(without))
-            load_kernels(prepared)
-            if compiled():
-                begin_again()
+        prepared = pipeline.prepare(read, output, force=force, resume=resume, without=named(without))
+        prepared.load_kernels()
     say_what_runs(prepared)
     with Bar("integrating", float(prepared.times[-1])) as bar:
         pipeline.integrate(prepared, output, force=force, resume=resume, progress=bar)
@@ -146,6 +142,8 @@ def say_what_came_out(run: Run, system: System, output: Path) -> None:
         f"done        {output}: {s.get('accepted', 0)} steps, {s.get('rejected', 0)} rejected, "
         f"{s.get('evaluations', 0)} evaluations"
     )
+    for line in latch_lines(run):
+        print(line)
     for path in conserved(run, system):
         value = run[path]
         change = float(np.abs(value - value[0]).max())
@@ -158,6 +156,19 @@ def say_what_came_out(run: Run, system: System, output: Path) -> None:
     print(f"monitor     Euler parameters off unit length by up to {np.abs(run['monitors/quaternion_norm']).max():.2e}")
 
 
+def latch_lines(run: Run) -> list[str]:
+    """A line per latch: when it locked and what was lost."""
+    out = []
+    for path in sorted(name for name in run if name.startswith("latches/") and name.endswith("/time")):
+        name, at = path.split("/")[1], float(run[path][-1])
+        if at < 0:
+            out.append(f"latch       {name} did not lock")
+        else:
+            loss = float(run[f"latches/{name}/loss"][-1])
+            out.append(f"latch       {name} locked at t = {at:.9g} s, {loss:.6g} J lost")
+    return out
+
+
 def conserved(run: Run, system: System) -> list[str]:
     """The monitors that ought to be constant: none under loads and damping, for these do work.
 
@@ -166,14 +177,19 @@ def conserved(run: Run, system: System) -> list[str]:
     """
     import numpy as np
 
-    damped = any(joint.damping.any() for joint in system.joints) or any(b.damping.any() for b in system.bodies.values())
-    if system.loads or damped:
+    from femflex.dynamics.law_report import is_damped
+
+    led = any(profile.moves for joint in system.joints for profile in joint.held.values())
+    working = any(spring.damping for spring in system.springs) or any(c.function for c in system.constraints)
+    if system.loads or led or working or is_damped(system):
         return []
     if set(run.without) & {"coriolis_centrifugal", "gyroscopic", "specified_motion", "gravity_gradient"}:
         return []
     if "orbit/radius" not in run:
         roots = [joint for joint in system.joints if joint.parent is None]
-        adrift = len(roots) == 1 and roots[0].n_u == 6 and not roots[0].stiffness.any()
+        parents = [tie.parent for ties in (system.loops, system.constraints, system.springs) for tie in ties]
+        tied = None in parents
+        adrift = len(roots) == 1 and roots[0].n_u == 6 and not roots[0].stiffness.any() and not tied
         fixed = system.frame.kind == "inertial"
         return ["monitors/energy"] * fixed + ["monitors/angular_momentum"] * adrift
     if system.orbit is not None and system.orbit.free:

@@ -65,7 +65,7 @@ def joints_nearest(constraints: Constraints, mass_matrix: MassMatrix) -> Nearest
     at = 0
     for name in constraints.system.order:
         joint, n = constraints.system.joint_of(name), constraints.system.bodies[name].n_modes
-        free += range(at, at + joint.n_u)
+        free += [at + k for k in range(joint.n_u) if k not in joint.held]
         at += joint.n_u + n
 
     def nearest(t: float, x: Array, targets: Array) -> tuple[Array, int]:
@@ -125,7 +125,8 @@ def refuse_bent(constraints: Constraints, x0: Array, x: Array, size: float) -> N
         body, n_q = constraints.system.bodies[name], constraints.system.joint_of(name).n_q
         shape = slice(at + n_q, at + n_q + body.n_modes)
         at += n_q + body.n_modes
-        far = max(float(np.linalg.norm(marker.phi @ (x[shape] - x0[shape]))) for marker in body.markers.values())
+        moved = body.amplitudes(x[shape]) - body.amplitudes(x0[shape])
+        far = max(float(np.linalg.norm(marker.phi @ moved)) for marker in body.markers.values())
         if far > BENT * size:
             raise ValueError(
                 f"the loops of body {name!r} cannot close: the joints alone do not reach, and bending would move it by "

@@ -10,13 +10,21 @@ from typing import Any
 
 import numba
 
+from femflex.kernel_linking import KernelCompiler, PartCompiler
+
 njit: Any = numba.njit  # numba's own annotations do not cover all of it
 
 FAST = {"contract", "arcp", "nsz", "reassoc"}  # everything that keeps NaN and infinity honest
 
-inner = njit(fastmath=FAST, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)  # a part
+inner = njit(  # a part
+    fastmath=FAST,
+    error_model="numpy",
+    no_cpython_wrapper=True,
+    no_cfunc_wrapper=True,
+    pipeline_class=PartCompiler,
+)
 
 
 def kernel(signature: Any) -> Any:
     """Decorator of a kernel: compiled for this one signature and kept on disk."""
-    return njit(signature, error_model="numpy", cache=True)
+    return njit(signature, error_model="numpy", cache=True, pipeline_class=KernelCompiler)

@@ -21,9 +21,10 @@ def held_channels(system: System) -> dict[str, Channel]:
     """Path, unit and meaning of what joints with held freedoms report; nothing for a system without any."""
     out = {}
     for joint in (system.joint_of(name) for name in system.order):
-        if joint.held:
-            names = [joint.freedom_names()[k] for k in joint.held]
-            units = [FORCES[joint.velocity_names()[k][1]] for k in joint.held]
+        held = held_freedoms(joint)
+        if held:
+            names = [joint.freedom_names()[k] for k in held]
+            units = [FORCES[joint.velocity_names()[k][1]] for k in held]
             short = tuple(name.removeprefix(joint.label + ".") for name in names)
             out[f"joints/{joint.label}/drive"] = Channel(
                 ", ".join(dict.fromkeys(units)),
@@ -36,19 +37,24 @@ def held_channels(system: System) -> dict[str, Channel]:
     return out
 
 
+def held_freedoms(joint: Joint) -> list[int]:
+    """Freedoms of a joint that are held throughout or once they latch, in the model's order."""
+    return [*joint.held, *(latch.freedom for latch in joint.locking)]
+
+
 def held_places(system: System) -> list[tuple[Joint, int, int, int]]:
-    """(joint, its freedom, place in q, place in u) of every held freedom."""
+    """(joint, its freedom, place in q, place in u) of every freedom that is held, or may be."""
     found, iq, iu = [], 0, 0
     for name in system.order:
         joint, n = system.joint_of(name), system.bodies[name].n_modes
-        found += [(joint, k, iq + k, iu + k) for k in joint.held]
+        found += [(joint, k, iq + k, iu + k) for k in held_freedoms(joint)]
         iq, iu = iq + joint.n_q + n, iu + joint.n_u + n
     return found
 
 
 def specified_states(model: Model, times: Array, states: Array) -> Array:
     """The states (n_t, n_x) with held freedoms where they are held."""
-    places = held_places(model.system)
+    places = [place for place in held_places(model.system) if place[1] in place[0].held]
     if not places:
         return states
     states = states.copy()
@@ -61,7 +67,7 @@ def drives(model: Model, times: Array, states: Array) -> Array:
     """Generalised forces (n_t, n_u) that hold the held freedoms [N, N m]; zero on the others."""
     from femflex.dynamics.drives import observe_drives
 
-    if model.reduced:
+    if model.reduced or model.constraints is not None:
         from femflex.dynamics.terms import DRIVES, terms
 
         found = [row for name, row in terms(model, times, states).items() if name.startswith(DRIVES)]

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.compiled import inner, kernel
-from femflex.dynamics.equations import write_accelerations
 from femflex.dynamics.held import held_state
 from femflex.dynamics.lanes import beyond, start
 from femflex.dynamics.layout import header_of
+from femflex.dynamics.led_equations import write_accelerations
 from femflex.dynamics.observe import OBSERVE
 
 Array = NDArray[np.float64]

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from femflex.dynamics.base import move_base
 from femflex.dynamics.compiled import inner, kernel
 from femflex.dynamics.coordinates import coordinate_rates
-from femflex.dynamics.forces import write_forces
-from femflex.dynamics.held import add_known_accelerations, held_state
+from femflex.dynamics.forces import write_plain_forces
 from femflex.dynamics.inertia import deform
 from femflex.dynamics.kinematics import place_body
 from femflex.dynamics.lanes import beyond, start
@@ -37,25 +36,15 @@ def place(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) 
         deform(b, pool, work)
 
 
-@inner
-def write_accelerations(t: float, q: Array, u: Array, udot: Array, table: Table, pool: Array, work: Array) -> None:
-    """udot of M udot = Q - h at the state (q, u), held freedoms where they are held."""
-    place(t, q, u, table, pool, work)
-    write_forces(t, q, u, table, pool, work)
-    if header_of(table)["n_holds"] > 0:
-        add_known_accelerations(table, work)
-    reduce_to_root(table, pool, work, 0.0, 0.0, False)
-    accelerate(table, work, udot, False)
-
-
 @kernel(RATE)
 def rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
-    """dx/dt of the state x = (q, u): qdot = N(q) u and M udot = Q - h, in O(n); held freedoms have (sdot, sddot)."""
+    """dx/dt of the state x = (q, u): qdot = N(q) u and M udot = Q - h, in O(n); without holds, laws, springs."""
     records, numbers, scratch = start(table), start(pool), start(work)
     head = header_of(records)
     q, u, dq, udot = start(x), beyond(x, head["n_q"]), start(dx), beyond(dx, head["n_q"])
-    if head["n_holds"] > 0:
-        q, u = held_state(t, q, u, records, numbers, scratch)
-    write_accelerations(t, q, u, udot, records, numbers, scratch)
+    place(t, q, u, records, numbers, scratch)
+    write_plain_forces(t, q, u, records, numbers, scratch)
+    reduce_to_root(records, numbers, scratch, 0.0, 0.0, False)
+    accelerate(records, scratch, udot, False)
     for i in range(1, head["n_bodies"]):
         coordinate_rates(body_of(records, i), q, u, dq, numbers)

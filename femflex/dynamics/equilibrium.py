@@ -154,7 +154,7 @@ def balance(problem: Steady, q: Array, share: float) -> Balance:
         inner, outer = problem.forces(q)
         g = inner + share * outer
         worst = int(np.argmax(np.abs(g))) if g.size else 0
-        size = max(np.abs(inner).max(initial=0.0), share * np.abs(outer).max(initial=0.0))
+        size = problem.largest(q, share)
         try:
             move, neutral, held = newton_step(problem, problem.stiffness(q, share), g, size)
         except np.linalg.LinAlgError:

@@ -9,6 +9,7 @@ from femflex.dynamics.compiled import inner
 from femflex.dynamics.gravity import find_center_of_mass, gravity_field, local_field
 from femflex.dynamics.inertia import add_elastic_forces, write_velocity_forces, zero_forces
 from femflex.dynamics.joint_forces import write_spring_forces
+from femflex.dynamics.laws import add_law_forces
 from femflex.dynamics.layout import ORBIT_NONE, W_BIAS, W_TAU, body_of, header_of, load_of
 from femflex.dynamics.loads import apply_load
 from femflex.dynamics.pairs import nothing_pair, put_pair
@@ -22,6 +23,15 @@ Record = np.void
 
 @inner
 def write_forces(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
+    """Write all forces at the placed state, those of joint laws and of springs between markers among them."""
+    write_plain_forces(t, q, u, table, pool, work)
+    if header_of(table)["n_laws"] > 0:
+        add_law_forces(q, u, table, pool, work)
+    apply_springs(table, pool, work)
+
+
+@inner
+def write_plain_forces(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
     """Write every body's bias wrench and elastic bias, and the spring forces of sprung joints, at the placed state."""
     head = header_of(table)
     l, strength = ZERO, 0.0
@@ -37,7 +47,6 @@ def write_forces(t: float, q: Array, u: Array, table: Table, pool: Array, work: 
             write_spring_forces(b, q, u, pool, work)
     for j in range(head["n_loads"]):
         apply_load(t, load_of(table, j), table, pool, work)
-    apply_springs(table, pool, work)
 
 
 @inner
@@ -45,6 +54,13 @@ def release_joint(b: Record, work: Array) -> None:
     """Clear the joint forces."""
     for k in range(6):
         work[b["work"] + W_TAU + k] = 0.0
+
+
+@inner
+def release_joints(table: Table, work: Array) -> None:
+    """Clear the joint forces of all bodies."""
+    for i in range(1, header_of(table)["n_bodies"]):
+        release_joint(body_of(table, i), work)
 
 
 @inner

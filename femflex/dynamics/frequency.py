@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.law_report import law_places
 from femflex.dynamics.layout import body_records
+from femflex.system import Law
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
@@ -24,7 +26,31 @@ def highest_frequency(model: Model) -> float:
     The largest eigenvalue of M^-1 K, which turns displacements of the elastic, sliding and turning coordinates that
     have stiffness into the accelerations that they call up.
     """
+    return max(linear_frequency(model), law_frequency(model))
+
+
+def law_frequency(model: Model) -> float:
+    """Highest frequency that stops, tabulated springs and latches can reach where they are stiffest [rad/s]."""
+    squares = [0.0]
+    for place in law_places(model.system):
+        unit, out = np.zeros(model.n_u), np.empty(model.n_u)
+        unit[place.u] = 1.0
+        stiffest = place.of.stiffest if isinstance(place.of, Law) else place.of.stiffness
+        if stiffest > 0:
+            q = np.ascontiguousarray(model.x0[: model.n_q])
+            model.tree.solve(0.0, q, unit, out, 1.0, 0.0, 0.0, model.table, model.pool, model.work)
+            squares.append(stiffest * out[place.u])
+    return float(np.sqrt(max(squares)))
+
+
+def linear_frequency(model: Model) -> float:
+    """Highest natural frequency of shapes and springs at the initial configuration, at rest [rad/s].
+
+    M^-1 K column by column: the accelerations that a unit of each elastic, sliding or turning coordinate calls up.
+    """
     pairs = [pair for record in body_records(model.table)[1:] for pair in stiff_coordinates(record)]
+    if model.system.springs:  # these may act on any coordinate
+        pairs = [(-1, k) for k in range(model.n_u)]
     if not pairs:
         return 0.0
     q, u = (np.array(side) for side in zip(*pairs, strict=True))
@@ -33,10 +59,14 @@ def highest_frequency(model: Model) -> float:
 
     def called_up(displacement: Array) -> Array:
         moved = rest.copy()
-        moved[q] += STEP * np.ravel(displacement)
+        if model.system.springs:
+            step, start = STEP * np.ravel(displacement), rest[: model.n_q].copy()
+            model.tree.advance(start, step, moved[: model.n_q], model.table, model.pool, model.work)
+        else:
+            moved[q] += STEP * np.ravel(displacement)
         return np.asarray((base - model.state_rate(0.0, moved)[model.n_q :][u]) / STEP)
 
-    n = len(pairs)
+    n = len(u)
     if n <= MANY:
         values = np.linalg.eigvals(np.column_stack([called_up(unit) for unit in np.eye(n)]))
     else:

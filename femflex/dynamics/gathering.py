@@ -11,9 +11,10 @@ from femflex.dynamics.elastic import write_rows
 from femflex.dynamics.equations import place
 from femflex.dynamics.forces import write_forces
 from femflex.dynamics.formula import formula
-from femflex.dynamics.held import add_known_accelerations, held_state, hold_rows
+from femflex.dynamics.held import add_known_accelerations, held_state, hold_rows, is_held
 from femflex.dynamics.inertia import accelerate_uniformly, zero_forces
 from femflex.dynamics.lanes import lane, nothing, plus, put, totals
+from femflex.dynamics.laws import write_law_stiffness
 from femflex.dynamics.layout import W_ACC, W_BIAS, W_CIN, W_CIP, W_H, W_M, W_P, W_R, W_TAU, body_of, header_of
 from femflex.dynamics.pairs import Pair, along_four, at_origin, dot_pair, nothing_pair, pair, pair_of, put_pair
 from femflex.dynamics.recursion import accelerate, carry_acceleration, reduce_to_root
@@ -164,13 +165,16 @@ def write_solution(
         for k in range(head["n_u"]):
             work[head["known"] + k] = work[head["flags"] + k] * rhs[k] / c_m
     place(t, q, rhs, table, pool, work)
+    if head["n_laws"] > 0:
+        write_law_stiffness(q, table, pool, work)
     for i in range(1, head["n_bodies"]):
         b = body_of(table, i)
         w = b["work"]
         zero_forces(b, work)
         put_pair(work, w + W_BIAS, nothing_pair())
         for k in range(b["n_h"] - (3 if b["hidden"] else 0)):
-            work[w + W_TAU + k] = rhs[b["u"] + k] / c_m
+            held = b["held"] and is_held(b, k, work)
+            work[w + W_TAU + k] = 0.0 if held else rhs[b["u"] + k] / c_m
         for k in range(b["n"]):
             work[b["pn"] + k] = -rhs[b["ue"] + k] / c_m
     if head["n_holds"] > 0:

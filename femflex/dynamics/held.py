@@ -1,4 +1,4 @@
-"""Held freedoms: joint coordinates that follow a specified motion, and the forces that make them.
+"""Held freedoms: joint coordinates that follow a specified motion or have latched, and the forces that make them.
 
 The state keeps their places, so nothing is renumbered. Before anything is computed the state is copied with s(t) and
 sdot(t) in it; sddot enters the recursion as a known acceleration (eq. 5), and the force that the specification needs
@@ -34,9 +34,13 @@ def held_state(t: float, q: Array, u: Array, table: Table, pool: Array, work: Ar
         work[head["flags"] + k] = work[head["known"] + k] = work[head["drives"] + k] = 0.0
     for j in range(head["n_holds"]):
         hold = hold_of(table, j)
-        s, ds, dds = profile_at(t, hold["profile"], pool)
+        s, ds, dds, flag = q[hold["q"]], 0.0, 0.0, 1.0
+        if hold["latch"] == 0:
+            s, ds, dds = profile_at(t, hold["profile"], pool)
+        elif q[hold["latch"]] < 0.0:
+            ds, flag = u[hold["u"]], 0.0
         own_q[hold["q"]], own_u[hold["u"]] = s, ds
-        work[head["flags"] + hold["u"]], work[head["known"] + hold["u"]] = 1.0, dds
+        work[head["flags"] + hold["u"]], work[head["known"] + hold["u"]] = flag, dds
     return own_q, own_u
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.compiled import inner
 from femflex.dynamics.lanes import last, plus, reciprocal, with_last
-from femflex.dynamics.layout import W_ACC, W_BIAS, W_H, W_M, W_PIVOT, W_TAU, W_U
+from femflex.dynamics.layout import W_ACC, W_BIAS, W_H, W_M, W_PIVOT, W_STIFF, W_TAU, W_U
 from femflex.dynamics.pairs import dot_pair, pair, put_pair
 from femflex.dynamics.spatial import free_motion, less_outer, pulled, put_six_rows, six_rows, with_bias
 from femflex.dynamics.vectors import dot, load3, scale, store_lane, sub
@@ -37,6 +37,8 @@ def eliminate_joint(b: Record, pool: Array, work: Array, c_d: float, c_k: float,
                 force -= work[w + W_TAU + k - hidden]
             if b["sprung"]:
                 d += c_d * pool[b["damper"] + k - hidden] + c_k * pool[b["spring"] + k - hidden]
+                if b["lawful"]:
+                    d += c_k * work[w + W_STIFF + k - hidden]
         d = reciprocal(d)
         U = (U[0], with_last(U[1], force))
         put_pair(work, w + W_U + 8 * k, U)

@@ -1,7 +1,7 @@
 """Flat arrays of a compiled system: one integer table of records, one pool of numbers, one scratch array.
 
 table  header record, then one BODY record per body (record 0 is the base frame), then one LOAD record per load, the
-       reported markers, the freedoms that are held, and what `constraint_layout` describes
+       reported markers, the freedoms that are held, the laws of joint freedoms, and what `constraint_layout` describes
 pool   constants: moments, shapes at markers, axes, springs, load tables, orbit
 work   scratch, one block per body: the offsets W_* below, then arrays whose place the record holds
 
@@ -42,6 +42,7 @@ HEADER = np.dtype(
             "total",  # work: centre of mass (3), uniform field (3)
             "kept",  # pool: 1 or 0 for every term of femflex.dynamics.ledger; read by reduced models alone
             "n_holds", "holds",  # HOLD records and where in the table they begin
+            "n_laws", "laws", "law_rows",  # LAW records, where they begin, and how many laws are reported
             "held_q", "held_u",  # work (n_q,), (n_u,): the state with held freedoms where they are held
             "known", "flags", "drives",  # work (n_u,): their accelerations; 1 where held; forces that hold them
             "n_springs",  # between markers
@@ -70,7 +71,9 @@ BODY = np.dtype(
             "axes",  # pool: slides then turns (3 each); for an angle set: intrinsic axis numbers (3)
             "reference",  # of a re-based ball: place in q of its reference's Euler parameters (4); else 0
             "spring", "damper", "rest",  # pool (n_slide + n_turn | 3)
-            "sprung",  # 1: the joint has springs or dampers
+            "sprung",  # 1: the joint has springs, dampers or laws
+            "lawful",  # 1: it has laws
+            "latched", "n_latched",  # q: first number of the joint's latches, and how many numbers they have
             "held",  # 1: some of the joint's freedoms are held, now or at times
             "known", "flags", "drives",  # work (n_u of the joint): the header's, from this joint on
             "mass",  # pool: m, s (3) and Q (9) of the undeformed body
@@ -129,6 +132,20 @@ HOLD = np.dtype(
         for name in (
             "q", "u",  # the freedom's place in the state
             "profile",  # pool: its motion (see profiles)
+            "latch",  # 0, or q of a latch's time: the freedom stays where it is from then on
+        )
+    ]
+)  # fmt: skip
+
+LAW = np.dtype(
+    [
+        (name, "i8")
+        for name in (
+            "body", "freedom",  # whose joint, and which freedom of it
+            "q", "u",  # the freedom's place in the state
+            "kind", "numbers",  # LAW_*; pool (see laws)
+            "latch",  # q of a latch's time: acts from then on
+            "row",  # number among the reported laws
         )
     ]
 )  # fmt: skip
@@ -157,11 +174,14 @@ W_VEL = 216  # velocity of the origin, body components (3)
 W_OMEGA = 219  # rate of the body, body components (3)
 W_S = 222  # first moment s y (3)
 W_Q = 225  # second moment Q_ab (9)
-W_FIXED = 236  # first of the arrays whose place the record holds
+W_STIFF = 234  # stiffness of laws along the joint's freedoms (6)
+W_FIXED = 240  # first of the arrays whose place the record holds
 
 SLOTS = (0, 1, 2, 4, 5, 6)  # where the components of force and couple stand among the eight of a row
 
-N_HEADER, N_BODY, N_LOAD, N_MARKER, N_HOLD = (len(record.names or ()) for record in (HEADER, BODY, LOAD, MARKER, HOLD))
+N_HEADER, N_BODY, N_LOAD, N_MARKER, N_HOLD, N_LAW = (
+    len(record.names or ()) for record in (HEADER, BODY, LOAD, MARKER, HOLD, LAW)
+)
 
 
 def body_records(table: Table) -> NDArray[np.void]:
@@ -187,7 +207,9 @@ def record_reader(record: np.dtype[Any]) -> Callable[[Table, int], np.void]:
     return read
 
 
-_header, _body, _load, _marker, _hold = (record_reader(record) for record in (HEADER, BODY, LOAD, MARKER, HOLD))
+_header, _body, _load, _marker, _hold, _law = (
+    record_reader(record) for record in (HEADER, BODY, LOAD, MARKER, HOLD, LAW)
+)
 
 
 @inner
@@ -218,3 +240,9 @@ def marker_of(table: Table, i: int) -> np.void:
 def hold_of(table: Table, i: int) -> np.void:
     """Record i of the freedoms that are held."""
     return _hold(table, header_of(table)["holds"] + N_HOLD * i)
+
+
+@inner
+def law_of(table: Table, i: int) -> np.void:
+    """Record i of the laws of joint freedoms."""
+    return _law(table, header_of(table)["laws"] + N_LAW * i)

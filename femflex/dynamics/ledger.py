@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.compiled import inner, kernel
-from femflex.dynamics.equations import place, write_accelerations
+from femflex.dynamics.constraint_layout import spring_of
+from femflex.dynamics.equations import place
 from femflex.dynamics.forces import clear, release_joint
 from femflex.dynamics.gathering import gather_residual
 from femflex.dynamics.gravity import NO_GRADIENT, find_center_of_mass, gravity_field, local_field
@@ -25,8 +26,11 @@ from femflex.dynamics.held import held_state
 from femflex.dynamics.inertia import write_velocity_forces
 from femflex.dynamics.joint_forces import write_spring_forces
 from femflex.dynamics.lanes import beyond, start
+from femflex.dynamics.laws import write_law_rows
 from femflex.dynamics.layout import BALL_NONE, ORBIT_NONE, W_OMEGA, W_TAU, body_of, header_of, hold_of, load_of
+from femflex.dynamics.led_equations import write_accelerations
 from femflex.dynamics.loads import apply_load
+from femflex.dynamics.springs import apply_spring
 from femflex.dynamics.stiffening import add_varying_force, write_varying_stiffness
 from femflex.dynamics.symbols import types
 from femflex.dynamics.vectors import ZERO, store3
@@ -200,6 +204,19 @@ def write_gravity_row(still: Array, row: Array, table: Table, pool: Array, work:
 
 
 @inner
+def write_spring_rows(
+    t: float, q: Array, u: Array, rows: Array, still: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """Rows of springs between markers, one each, behind all others."""
+    head = header_of(table)
+    place(t, q, u, table, pool, work)
+    for i in range(head["n_springs"]):
+        clear(table, work)
+        apply_spring(spring_of(table, i), table, pool, work)
+        gather_residual(still, beyond(rows, (n_rows(table) - head["n_springs"] + i) * head["n_u"]), table, pool, work)
+
+
+@inner
 def write_terms(
     t: float, q: Array, u: Array, udot: Array, rows: Array, spare: Array, table: Table, pool: Array, work: Array
 ) -> None:
@@ -213,6 +230,8 @@ def write_terms(
     split_held(u, udot, spare, table, work)
     if head["n_holds"] > 0:
         write_drive_rows(t, q, u, rows, spare, table, pool, work)
+    if head["n_springs"] > 0:
+        write_spring_rows(t, q, u, rows, spare, table, pool, work)
     write_velocity_rows(t, q, u, rows, spare, table, pool, work)
     write_elastic_rows(q, u, rows, table, pool, work)
     write_joint_rows(q, u, rows, spare, table, pool, work)
@@ -224,6 +243,9 @@ def write_terms(
         gather_residual(spare, beyond(rows, (FIRST_LOAD + j) * n_u), table, pool, work)
     if head["orbit"] != ORBIT_NONE:
         write_gravity_row(spare, beyond(rows, GRAVITY * n_u), table, pool, work)
+    laws = FIRST_LOAD + head["n_loads"] + head["n_holds"]
+    if head["n_laws"] > 0:
+        write_law_rows(q, u, beyond(rows, laws * n_u), table, pool)
     if head["n_holds"] > 0:
         split_moving_mass(t, q, u, rows, spare, table, pool, work)
 
@@ -231,7 +253,9 @@ def write_terms(
 @inner
 def n_rows(table: Table) -> int:
     """Number of rows of the ledger."""
-    return FIRST_LOAD + int(header_of(table)["n_loads"]) + int(header_of(table)["n_holds"])
+    head = header_of(table)
+    behind = int(head["n_holds"]) + int(head["law_rows"]) + int(head["n_springs"])
+    return FIRST_LOAD + int(head["n_loads"]) + behind
 
 
 @inner

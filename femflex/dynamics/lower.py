@@ -13,6 +13,7 @@ from femflex.dynamics.pool import Pool, Scratch, length_of, put_marker
 from femflex.dynamics.stiffening import monomial_table
 from femflex.rotations import EULER_PARAMETERS, MODIFIED, NAMED_SEQUENCES, RODRIGUES, is_extrinsic, letters_of
 from femflex.system import Joint, Load, System
+from femflex.system.law import LATCHED
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -55,6 +56,8 @@ def lower(system: System) -> tuple[Table, Array, int]:
     holds = lower_holds(head[0], bodies, system, pool, scratch)
     head[0]["holds"] = length_of(parts)
     parts.append(holds)
+    head[0]["laws"] = length_of(parts)
+    parts.append(lower_laws(head[0], bodies, system, pool))
     head[0]["springs"] = length_of(parts)
     parts.append(lower_springs(head[0], system, pool))
     head[0]["closing"] = length_of(parts)
@@ -103,11 +106,15 @@ def lower_holds(
     """One HOLD record per held freedom, and where the model keeps what it holds."""
     found = []
     for record, name in zip(bodies[1:], system.order, strict=True):
-        for k, profile in system.joint_of(name).held.items():
-            place = (int(record["q"]) + k, int(record["u"]) + k, pool.put(profile.numbers))
-            found.append(place)
-            record["held"] = 1
-            record["full"] = 0
+        joint = system.joint_of(name)
+        for k, profile in joint.held.items():
+            found.append((int(record["q"]) + k, int(record["u"]) + k, pool.put(profile.numbers), 0))
+        for latch, place in zip(joint.latches, joint.latch_places(), strict=True):
+            k = latch.freedom
+            if latch.rigid:
+                found.append((int(record["q"]) + k, int(record["u"]) + k, 0, int(record["q"]) + place))
+        if joint.held or joint.locking:
+            record["held"], record["full"] = 1, 0
     head["n_holds"] = len(found)
     if found:
         head["held_q"] = scratch.take(int(head["n_q"]))
@@ -116,6 +123,30 @@ def lower_holds(
         for key in ("known", "flags", "drives"):
             bodies[key] = head[key] + bodies["u"]
     return np.array(found, at.HOLD)
+
+
+def lower_laws(head: np.void, bodies: NDArray[np.void], system: System, pool: Pool) -> NDArray[np.void]:
+    """LAW records: the pieces of every law, then the springs and dampers of elastic latches."""
+    found: list[tuple[int, ...]] = []
+    row = 0
+    for i, name in enumerate(system.order, start=1):
+        record, joint = bodies[i], system.joint_of(name)
+        q, u = int(record["q"]), int(record["u"])
+        for law in joint.laws:
+            k = law.freedom
+            found += [(i, k, q + k, u + k, kind, pool.put(numbers), 0, row) for kind, numbers in law.pieces()]
+            row += 1
+        for latch, place in zip(joint.latches, joint.latch_places(), strict=True):
+            if not latch.rigid:
+                k, numbers = latch.freedom, pool.put([latch.stiffness, latch.damping, latch.at])
+                found.append((i, k, q + k, u + k, LATCHED, numbers, q + place, row))
+                row += 1
+        record["n_latched"] = 2 * len(joint.latches)
+        record["latched"] = q + joint.n_q - record["n_latched"]
+        if joint.laws or any(not latch.rigid for latch in joint.latches):
+            record["sprung"], record["lawful"], record["full"] = 1, 1, 0
+    head["n_laws"], head["law_rows"] = len(found), row
+    return np.array(found, at.LAW)
 
 
 def lower_body(record: np.void, body: FlexibleBody, pool: Pool, scratch: Scratch) -> None:

@@ -14,6 +14,8 @@ from femflex.dynamics.channels import channels_of, row_length, row_places
 from femflex.dynamics.drive_report import observe_held, specified_states
 from femflex.dynamics.frequency import highest_frequency
 from femflex.dynamics.joint_channels import observe_balls
+from femflex.dynamics.joint_reactions import observe_reactions
+from femflex.dynamics.law_report import observe_laws
 from femflex.dynamics.layout import BALL_MODIFIED, BALL_QUATERNION, body_records
 from femflex.dynamics.lower import lower
 from femflex.dynamics.lower_constraints import characteristic_length
@@ -26,6 +28,7 @@ from femflex.system import Channel, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.constrained import Constraints
+    from femflex.dynamics.latches import Latches
     from femflex.dynamics.second_order import SecondOrderCalls
 
 Array = NDArray[np.float64]
@@ -66,9 +69,13 @@ class Model:
         return self.n_q + self.n_u
 
     @property
-    def second_order(self) -> SecondOrderCalls | None:
-        """The calls of implicit integrators, compiled when first asked for; None with constraints."""
-        return self.tree if self.constraints is None else None
+    def second_order(self) -> SecondOrderCalls:
+        """The calls of implicit integrators, compiled when first asked for."""
+        if self.constraints is None:
+            return self.tree
+        from femflex.dynamics.second_order import ConstrainedCalls
+
+        return ConstrainedCalls(self.n_q, self.n_u)
 
     @property
     def tree(self) -> SecondOrderCalls:
@@ -92,6 +99,15 @@ class Model:
 
         return switch
 
+    @property
+    def events(self) -> Latches | None:
+        """The latches of the joints, or None where there are none."""
+        if not any(joint.latches for joint in self.system.joints):
+            return None
+        from femflex.dynamics.latches import Latches
+
+        return Latches(self)
+
     @cached_property
     def max_frequency(self) -> float:
         """Highest natural frequency of shapes and springs at the initial configuration [rad/s]."""
@@ -109,6 +125,12 @@ class Model:
         q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
         self.tree.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, self.table, self.pool, self.work)
         return out
+
+    def gather(self, t: float, x: Array, udot: Array) -> None:
+        """Leave in the work array what every joint carries (W_P) when the state x moves on with udot (n_u,)."""
+        q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
+        out, own = np.empty(self.n_u), (self.table, self.pool, self.work)
+        self.second_order.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, *own)
 
     def bias(self, t: float, x: Array) -> Array:
         """h - Q of eq. (9), (n_u,)."""
@@ -143,7 +165,7 @@ class Model:
         }
         states = specified_states(self, times, states)
         out["q"], out["u"] = states[:, : self.n_q], states[:, self.n_q :]
-        out |= observe_held(self, times, states)
+        out |= observe_held(self, times, states) | observe_laws(self, states)
         out |= observe_balls(self.system, states)
         out |= observe_orbit_force(self.system, out)
         if is_extrinsic(self.system.libration_sequence):
@@ -155,6 +177,8 @@ class Model:
             out[f"bodies/{name}/delta"] = body.amplitudes(states[:, first : first + body.n_modes])
         if self.constraints is not None:
             out |= self.constraints.observe(times, states)
+        if self.system.reactions:
+            out |= observe_reactions(self, times, states)
         if self.system.segments:
             from femflex.dynamics.segmented import observe_segmented
 
@@ -184,8 +208,18 @@ def compile_system(system: System) -> Model:
         breaks=np.unique(np.concatenate(knots)) if knots else np.zeros(0),
         renormalise=np.array(quadruples, np.int64),
         channels=channels_of(system),
+        rate=rate_of(system),
     )
     return constrained(tree) if system.loops or system.constraints else tree
+
+
+def rate_of(system: System) -> Any:
+    """The compiled rate of a tree: the plain one, or that with held freedoms, laws and springs between markers."""
+    if not (system.springs or any(joint.held or joint.laws or joint.latches for joint in system.joints)):
+        return equations.rate
+    from femflex.dynamics.led_equations import led_rate
+
+    return led_rate
 
 
 def constrained(tree: Model) -> Model:

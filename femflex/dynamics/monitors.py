@@ -11,6 +11,7 @@ from femflex.dynamics.compiled import inner
 from femflex.dynamics.gravity import find_center_of_mass, gravity_field, inertia_along
 from femflex.dynamics.joint_forces import spring_energy
 from femflex.dynamics.lanes import lane, nothing, plus, total
+from femflex.dynamics.laws import law_energy
 from femflex.dynamics.layout import (
     BALL_QUATERNION,
     ORBIT_FREE,
@@ -91,6 +92,8 @@ def observe_energies(
             w2, x2, y2, z2 = q[j] * q[j], q[j + 1] * q[j + 1], q[j + 2] * q[j + 2], q[j + 3] * q[j + 3]
             norm = max(norm, abs(math.sqrt(w2 + x2 + y2 + z2) - 1.0))
     spring += energy_of_springs(table, pool, work)
+    if head["n_laws"] > 0:
+        spring += law_energy(q, table, pool)
     center = scale(1.0 / mass, center)
     row[ROW_KINETIC], row[ROW_ELASTIC], row[ROW_SPRING] = kinetic, elastic, spring
     store3(row, ROW_MOMENTUM, momentum)

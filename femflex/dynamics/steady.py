@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.layout import body_records
-from femflex.dynamics.linearised import held_freedoms, stiffness, usual_sizes
+from femflex.dynamics.linearised import held_freedoms, linear_stiffness, stiffness, usual_sizes
 from femflex.dynamics.model import Model, compile_system
 from femflex.system import Frame, Joint, Load, Profile, System
 
@@ -40,6 +41,18 @@ class Steady:
         x = np.concatenate([q, np.zeros(self.full.n_u)])
         inner, full = (np.where(self.held, 0.0, model.bias(0.0, x)) for model in (self.inner, self.full))
         return inner * self.sizes, (full - inner) * self.sizes
+
+    def largest(self, q: Array, share: float) -> float:
+        """Size of the forces [J]: the largest of inner, outer, and elastic ones of shapes alone, which may cancel."""
+        inner, outer = self.forces(q)
+        K, at = self.own_stiffness
+        elastic = (K @ np.where(at >= 0, q[at], 0.0)) * self.sizes if len(at) else np.zeros(1)
+        return float(max(np.abs(part).max(initial=0.0) for part in (inner, share * outer, elastic)))
+
+    @cached_property
+    def own_stiffness(self) -> tuple[Array, NDArray[np.int64]]:
+        """Stiffness of shapes and springs on slides and turns, and the coordinates it multiplies."""
+        return linear_stiffness(self.full)
 
     def stiffness(self, q: Array, share: float) -> Array:
         """Derivative (n_u, n_u) of the forces by increments of the coordinates in their sizes [J]."""

@@ -11,6 +11,8 @@ from typing import Any
 import numba
 import numba.types
 
+from femflex.kernel_linking import KernelCompiler, PartCompiler
+
 types: Any = numba.types  # numba's own annotations do not cover its types and first-class functions
 njit: Any = numba.njit
 
@@ -20,9 +22,13 @@ REAL, INTEGER = types.float64, types.int64
 SPAN = types.UniTuple(REAL, 3)  # end of a smooth interval, and the limits within which the model may be asked
 ENDED = types.UniTuple(INTEGER, 2)  # how a kernel call ended, and the number of rows it wrote
 
-part: Any = njit(error_model="numpy", fastmath={"contract"})  # of a kernel; compiled with each kernel that uses it
+shared: Any = njit(error_model="numpy", fastmath={"contract"})  # a part that Python calls as well
+_PART = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": PartCompiler}
+part: Any = njit(error_model="numpy", fastmath={"contract"}, **_PART)  # of a kernel; only other kernels call it
+summing: Any = njit(error_model="numpy", fastmath={"contract", "reassoc"}, **_PART)  # a part that may reorder its sums
 
 
 def kernel(signature: Any) -> Any:
     """Decorator of a kernel: compiled for this one signature, kept on disk, and free of the interpreter's lock."""
-    return njit(signature, error_model="numpy", fastmath={"contract"}, cache=True, nogil=True)
+    how = {"fastmath": {"contract"}, "cache": True, "nogil": True, "pipeline_class": KernelCompiler}
+    return njit(signature, error_model="numpy", **how)

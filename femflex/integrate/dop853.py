@@ -41,6 +41,13 @@ class Dop853(Adaptive):
         x, k1 = vectors[0], vectors[1]
         return first_step(model, self.order, t, span, x, k1, self.rtol, self.absolute(model.n_x)), 2
 
+    def dense(self, theta: float, h: float, vectors: Array) -> Array:
+        """The interpolant of order 7 (as in `dop853_kernel.interpolate`)."""
+        rest, F = 1.0 - theta, vectors[3:]
+        inner = F[3] + theta * (F[4] + rest * (F[5] + theta * F[6]))
+        state: Array = vectors[2] + theta * (F[0] + rest * (F[1] + theta * (F[2] + rest * inner)))
+        return state
+
     def filler(self, model: Model) -> Fill:
         """The compiled loop of `dop853_kernel` (compiled on first use in a fresh installation, else read from disk)."""
         from femflex.integrate.dop853_kernel import N_SCRATCH, N_STAGES, fill

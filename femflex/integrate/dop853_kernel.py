@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.integrate import resume as head
-from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABLE, VECTOR, kernel, njit, part, types
+from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABLE, VECTOR, kernel, part, summing, types
 from femflex.integrate.dop853_table import A, C, D, E
 from femflex.integrate.holding import HOLD, Hold
 from femflex.integrate.protocol import OWN, RATE, SWITCH, Call, Own
-from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, normalise, put
+from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, normalise, put, standing
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -51,7 +51,7 @@ def stages(rate: Call, own: Own, span: Span, which: range, t: float, h: float, x
         rate(clipped(t + C[s] * h, span[1], span[2]), y, k[s], *own)
 
 
-@njit(fastmath={"contract", "reassoc"}, error_model="numpy")
+@summing
 def scaled_error(h: float, x: Array, scratch: Array, rtol: float, atol: Array) -> float:
     """Error of the step in units of the tolerance, orders 5 and 3 blended (II.10)."""
     sum3, sum5 = 0.0, 0.0
@@ -191,14 +191,9 @@ def fill(
     while True:
         row = hand_out(times, rows, row, state, vectors, renormalise, hold, own)
         t, wanted = state[head.T], min(state[head.H], max_step)
-        if row == rows.shape[0]:
-            return head.FULL, row
-        if t >= span[0]:
-            return head.END, row
-        if budget == 0:
-            return head.PAUSE, row
-        if wanted < head.TINY * abs(t) or wanted < head.TINIEST * abs(span[0]):
-            return head.STUCK, row
+        status = standing(row, rows.shape[0], wanted, span[0], budget, state)
+        if status != head.GO_ON:
+            return status, row
         budget -= 1
 
         if switch(x, *own) > 0:  # every row of the last step is handed out

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.integrate import resume as head
+from femflex.integrate.events import eventful_blocks
 from femflex.integrate.outcome import Block, IntegrationError, Interrupted, Solution, Steps, joined
 from femflex.integrate.protocol import Model, Progress
 
@@ -61,6 +62,10 @@ class Adaptive(ABC):
     def filler(self, model: Model) -> Fill:
         """The compiled loop, bound to the model, this method's settings and scratch of its own."""
 
+    @abstractmethod
+    def dense(self, theta: float, h: float, vectors: Array) -> Array:
+        """The state (n_x,) at the fraction theta of the last step of size h, from what the method keeps of it."""
+
     def absolute(self, n_x: int) -> Array:
         """Absolute tolerance of every state, (n_x,)."""
         return np.broadcast_to(np.asarray(self.atol, float), (n_x,)).copy()
@@ -92,10 +97,11 @@ class Adaptive(ABC):
         resume[head.T], resume[head.T_OLD], resume[head.LAST_OUT] = times[0], times[0], -math.inf
         resume[head.ERROR], resume[head.SMALLEST] = 1e-4, math.inf
         resume[head.HEAD : head.HEAD + model.n_x] = x0
-        self._restart(model, resume, interval(times[0], times[-1], breaks))
+        self.start_anew(model, resume, interval(times[0], times[-1], breaks))
         return resume
 
-    def _restart(self, model: Model, resume: Array, span: Span) -> None:
+    def start_anew(self, model: Model, resume: Array, span: Span) -> None:
+        """Begin a smooth interval at the time and state in `resume`."""
         vectors = resume[head.HEAD :].reshape(self.n_vectors, -1)
         h, calls = self.restart(model, vectors, resume[head.T], span)
         resume[head.H], resume[head.ERROR], resume[head.REJECTED_LAST] = min(h, self.max_step), 1e-4, 0.0
@@ -120,6 +126,9 @@ class Adaptive(ABC):
         return resume
 
     def _blocks(self, model: Model, todo: Array, breaks: Array, resume: Array) -> Iterator[Block]:
+        if getattr(model, "events", None) is not None:
+            yield from eventful_blocks(self, model, todo, breaks, resume)
+            return
         fill, budget = self.filler(model), FIRST_BUDGET
         vectors = resume[head.HEAD :].reshape(self.n_vectors, -1)
         while todo.size:
@@ -134,7 +143,7 @@ class Adaptive(ABC):
                     if status == head.PAUSE:
                         budget = adapted(budget, perf_counter() - called)
                     elif status == head.END:
-                        self._restart(model, resume, interval(resume[head.T], todo[-1], breaks))
+                        self.start_anew(model, resume, interval(resume[head.T], todo[-1], breaks))
                     kept = count + written, resume.copy()
             except KeyboardInterrupt:
                 yield Block(todo[: kept[0]], rows[: kept[0]], kept[1])

@@ -27,10 +27,14 @@ from femflex.integrate.hermite import (
     converged,
     hand_out,
     reject,
+    renew_coordinates,
     scaled_norm,
+    shorter,
+    step_accepted,
 )
-from femflex.integrate.protocol import CORRECT, KINEMATIC, OWN, SWITCH, Call, Own
-from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, normalise, put
+from femflex.integrate.holding import HOLD, Hold
+from femflex.integrate.protocol import CORRECT, KINEMATIC, OWN, RATE, SWITCH, Call, Own
+from femflex.integrate.vectors import clipped, cut, first_not_finite, normalise, put, standing
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -40,7 +44,7 @@ N_STAGES = 6
 # rows of the scratch vectors: the stage, what is known of it beforehand, error, a correction in x; the rest (n_u,)
 Y, BASE, E, CHANGE, DELTA = 0, 1, 2, 3, 4
 N_SCRATCH = 5
-SAFETY, SHRINK, GROW = 0.9, 0.25, 4.0
+SHRINK, GROW = 0.25, 4.0
 
 
 @part
@@ -136,7 +140,7 @@ def stages(
     return True
 
 
-_CALLS = tuple(types.FunctionType(call) for call in (CORRECT, KINEMATIC, SWITCH))
+_CALLS = (*(types.FunctionType(call) for call in (RATE, CORRECT, KINEMATIC, SWITCH)), HOLD)
 _SETTINGS = (REAL, REAL, VECTOR, REAL)  # fixed, rtol, atol, max_step
 _KEPT = (VECTOR, TABLE, TABLE, TABLE)  # state, vectors, k, scratch
 _SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, INTEGER, *_SETTINGS, *_KEPT, *(VECTOR, TABLE), INTEGER)
@@ -144,9 +148,11 @@ _SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, INTEGER, *_SETTINGS, *_KEPT, *(V
 
 @kernel(_SIGNATURE)
 def fill(
+    rate: Call,
     correct: Call,
     kinematic: Call,
     switch: Call,
+    hold: Hold,
     own: Own,
     span: Span,
     renormalise: IntArray,
@@ -170,40 +176,34 @@ def fill(
     row = 0
     x, y = vectors[X], scratch[Y]
     while True:
-        row = hand_out(times, rows, row, state, vectors, renormalise)
+        row = hand_out(times, rows, row, state, vectors, renormalise, hold, own)
         t, wanted = state[head.T], min(state[head.H], max_step)
-        if row == rows.shape[0]:
-            return head.FULL, row
-        if t >= span[0]:
-            return head.END, row
-        if budget == 0:
-            return head.PAUSE, row
-        if wanted < head.TINY * abs(t) or wanted < head.TINIEST * abs(span[0]):
-            return head.STUCK, row
+        status = standing(row, rows.shape[0], wanted, span[0], budget, state)
+        if status != head.GO_ON:
+            return status, row
         budget -= 1
 
-        if switch(x, *own) > 0:  # every row of the last step is handed out; its polynomial holds no longer
-            kinematic(clipped(t, span[1], span[2]), x[:n_q], x[n_q:], vectors[XDOT][:n_q], *own)
-            state[head.DENSE] = 0.0
+        renew_coordinates(switch, kinematic, own, span, n_q, state, vectors)
         h = cut(t, wanted, span[0])
         if not stages(correct, kinematic, own, span, h, n_q, rtol, atol, state, vectors, k, scratch):
             reject(head.NEWTON, 0.5 * h, scratch[CHANGE], x, scratch[CHANGE], rtol, atol, state)
             continue
         t_new = span[0] if h == span[0] - t else t + h
         normalise(y, renormalise)
-        kinematic(clipped(t_new, span[1], span[2]), y[:n_q], y[n_q:], k[5][:n_q], *own)
+        asked = clipped(t_new, span[1], span[2])
+        if hold[0]:
+            hold[1](asked, y, *own)
+            rate(asked, y, k[5], *own)
+        else:
+            kinematic(asked, y[:n_q], y[n_q:], k[5][:n_q], *own)
         error = scaled_norm(scratch[E], x, y, rtol, atol)
         if fixed > 0.0 and math.isfinite(error):
             error = 0.0
         if not error <= 1.0 or first_not_finite(k[5]) >= 0:
-            factor = max(SHRINK, SAFETY * error ** (-1 / 4)) if math.isfinite(error) else SHRINK
-            reject(head.ERROR_TEST, h * factor, scratch[E], x, k[5], rtol, atol, state)
+            reject(head.ERROR_TEST, h * shorter(error, 4, SHRINK), scratch[E], x, k[5], rtol, atol, state)
             continue
         put(x, vectors[X_OLD])
         put(vectors[XDOT], vectors[XDOT_OLD])
         put(y, x)
         put(k[5], vectors[XDOT])
-        factor = SAFETY * error ** (-0.7 / 4) * state[head.ERROR] ** (0.4 / 4) if error > 0.0 else GROW
-        accept(t_new, h, wanted, min(GROW, max(SHRINK, factor)), error, True, state)
-        if fixed > 0.0:
-            state[head.H] = min(fixed, 2.0 * h)  # back to it by doubling after a failure
+        step_accepted(t_new, h, wanted, fixed, error, 4, SHRINK, GROW, state)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.integrate import resume as head
-from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABLE, VECTOR, kernel, part, types
+from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABLE, VECTOR, kernel, part, shared, types
 from femflex.integrate.hermite import (
     KAPPA,
     MAX_ITERATIONS,
@@ -26,10 +26,14 @@ from femflex.integrate.hermite import (
     converged,
     hand_out,
     reject,
+    renew_coordinates,
     scaled_norm,
+    shorter,
+    step_accepted,
 )
-from femflex.integrate.protocol import ADVANCE, CORRECT, KINEMATIC, OWN, SWITCH, Call, Own
-from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, normalise, put
+from femflex.integrate.holding import HOLD, Hold
+from femflex.integrate.protocol import ADVANCE, CORRECT, KINEMATIC, OWN, RATE, SWITCH, Call, Own
+from femflex.integrate.vectors import clipped, cut, first_not_finite, normalise, put, standing
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -39,17 +43,17 @@ SLOPES = 4  # row of the kept vectors, beside the four of `hermite`
 # rows of the scratch vectors: end of the trial step, its rate, error, a correction in x; the rest are (n_u,)
 Y, YDOT, E, CHANGE, INCREMENT, A_NEW, DELTA, VELOCITY = 0, 1, 2, 3, 4, 5, 6, 7
 N_SCRATCH = 8
-SAFETY, SHRINK, GROW = 0.9, 0.3, 3.0
+SHRINK, GROW = 0.3, 3.0
 
 
-@part
+@shared
 def parameters(rho: float) -> tuple[float, float, float, float]:
     """alpha_m, alpha_f, beta, gamma for the spectral radius rho at infinite frequency (Chung & Hulbert 1993)."""
     alpha_m, alpha_f = (2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)
     return alpha_m, alpha_f, 0.25 * (1.0 - alpha_m + alpha_f) ** 2, 0.5 - alpha_m + alpha_f
 
 
-@part
+@shared
 def error_constants(rho: float) -> tuple[float, float]:
     """Leading errors of a step, C_q h^3 u'' in q and C_u h^3 u''' in u, by Taylor series; a leads w by d h."""
     alpha_m, alpha_f, beta, gamma = parameters(rho)
@@ -150,7 +154,7 @@ def move_on(h: float, n_q: int, vectors: Array, scratch: Array) -> None:
         vectors[SLOPES, n_u + i] = (scratch[YDOT, n_q + i] - vectors[XDOT_OLD, n_q + i]) / h
 
 
-_CALLS = tuple(types.FunctionType(call) for call in (CORRECT, KINEMATIC, ADVANCE, SWITCH))
+_CALLS = (*(types.FunctionType(call) for call in (RATE, CORRECT, KINEMATIC, ADVANCE, SWITCH)), HOLD)
 _SETTINGS = (REAL, REAL, REAL, VECTOR, REAL)  # rho, fixed, rtol, atol, max_step
 _KEPT = (VECTOR, TABLE, TABLE)  # state, vectors, scratch
 _SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, INTEGER, *_SETTINGS, *_KEPT, *(VECTOR, TABLE), INTEGER)
@@ -158,10 +162,12 @@ _SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, INTEGER, *_SETTINGS, *_KEPT, *(V
 
 @kernel(_SIGNATURE)
 def fill(
+    rate: Call,
     correct: Call,
     kinematic: Call,
     advance: Call,
     switch: Call,
+    hold: Hold,
     own: Own,
     span: Span,
     renormalise: IntArray,
@@ -185,21 +191,14 @@ def fill(
     row = 0
     x, y = vectors[X], scratch[Y]
     while True:
-        row = hand_out(times, rows, row, state, vectors, renormalise)
+        row = hand_out(times, rows, row, state, vectors, renormalise, hold, own)
         t, wanted = state[head.T], min(state[head.H], max_step)
-        if row == rows.shape[0]:
-            return head.FULL, row
-        if t >= span[0]:
-            return head.END, row
-        if budget == 0:
-            return head.PAUSE, row
-        if wanted < head.TINY * abs(t) or wanted < head.TINIEST * abs(span[0]):
-            return head.STUCK, row
+        status = standing(row, rows.shape[0], wanted, span[0], budget, state)
+        if status != head.GO_ON:
+            return status, row
         budget -= 1
 
-        if switch(x, *own) > 0:  # every row of the last step is handed out; its polynomial holds no longer
-            kinematic(clipped(t, span[1], span[2]), x[:n_q], x[n_q:], vectors[XDOT][:n_q], *own)
-            state[head.DENSE] = 0.0
+        renew_coordinates(switch, kinematic, own, span, n_q, state, vectors)
         h = cut(t, wanted, span[0])
         t_new = span[0] if h == span[0] - t else t + h
         asked = clipped(t_new, span[1], span[2])
@@ -207,17 +206,17 @@ def fill(
             reject(head.NEWTON, 0.5 * h, scratch[CHANGE], x, scratch[CHANGE], rtol, atol, state)
             continue
         normalise(y, renormalise)
-        kinematic(asked, y[:n_q], y[n_q:], scratch[YDOT][:n_q], *own)
+        if hold[0]:
+            hold[1](asked, y, *own)
+            rate(asked, y, scratch[YDOT], *own)
+        else:
+            kinematic(asked, y[:n_q], y[n_q:], scratch[YDOT][:n_q], *own)
         set_error(kinematic, own, asked, h, rho, n_q, state, vectors, scratch)
         error = scaled_norm(scratch[E], x, y, rtol, atol)
         if fixed > 0.0 and math.isfinite(error):
             error = 0.0
         if not error <= 1.0 or first_not_finite(scratch[YDOT]) >= 0:
-            factor = max(SHRINK, SAFETY * error ** (-1 / 3)) if math.isfinite(error) else SHRINK
-            reject(head.ERROR_TEST, h * factor, scratch[E], x, scratch[YDOT], rtol, atol, state)
+            reject(head.ERROR_TEST, h * shorter(error, 3, SHRINK), scratch[E], x, scratch[YDOT], rtol, atol, state)
             continue
         move_on(h, n_q, vectors, scratch)
-        factor = SAFETY * error ** (-0.7 / 3) * state[head.ERROR] ** (0.4 / 3) if error > 0.0 else GROW
-        accept(t_new, h, wanted, min(GROW, max(SHRINK, factor)), error, True, state)
-        if fixed > 0.0:
-            state[head.H] = min(fixed, 2.0 * h)  # back to it by doubling after a failure
+        step_accepted(t_new, h, wanted, fixed, error, 3, SHRINK, GROW, state)

@@ -1,4 +1,4 @@
-"""Compiled parts shared by the implicit methods: output by cubic Hermite polynomials, Newton's verdict, rejection.
+"""Compiled parts shared by the implicit methods: output by cubic Hermite polynomials, Newton's verdict, step sizes.
 
 The vectors kept between calls begin with the four rows x, dx/dt at the end of the last step and at its beginning. As
 in `vectors`, touch the kernels' files after an edit here.
@@ -13,14 +13,18 @@ from numpy.typing import NDArray
 
 from femflex.integrate import resume as head
 from femflex.integrate.compiled import part
-from femflex.integrate.vectors import first_not_finite, normalise, put
+from femflex.integrate.holding import Hold
+from femflex.integrate.protocol import Call, Own
+from femflex.integrate.vectors import accept, clipped, first_not_finite, normalise, put
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Span = tuple[float, float, float]
 
 X, XDOT, X_OLD, XDOT_OLD = 0, 1, 2, 3
 KAPPA = 0.01  # Newton's error at the end of an iteration, in units of the tolerance
 MAX_ITERATIONS, SLOWEST = 10, 0.8  # an iteration that contracts less is given up
+SAFETY = 0.9
 DOUBT = 0.5  # contraction assumed where none is known
 
 
@@ -35,7 +39,9 @@ def interpolate(theta: float, h: float, vectors: Array, row: Array) -> None:
 
 
 @part
-def hand_out(times: Array, rows: Array, row: int, state: Array, vectors: Array, renormalise: IntArray) -> int:
+def hand_out(
+    times: Array, rows: Array, row: int, state: Array, vectors: Array, renormalise: IntArray, hold: Hold, own: Own
+) -> int:
     """Number of rows written in all, after those whose times the steps have reached."""
     t, t_old = state[head.T], state[head.T_OLD]
     while row < rows.shape[0] and times[row] <= t:
@@ -44,6 +50,8 @@ def hand_out(times: Array, rows: Array, row: int, state: Array, vectors: Array, 
         else:
             interpolate((times[row] - t_old) / (t - t_old), t - t_old, vectors, rows[row])
             normalise(rows[row], renormalise)
+            if hold[0]:
+                hold[1](times[row], rows[row], *own)
         state[head.LAST_OUT] = times[row]
         row += 1
     return row
@@ -90,3 +98,40 @@ def reject(cause: int, h_new: float, e: Array, x: Array, bad: Array, rtol: float
         if scaled > largest:
             largest, index = scaled, i
     state[head.COORDINATE] = max(index, 0)
+
+
+@part
+def renew_coordinates(
+    switch: Call, kinematic: Call, own: Own, span: Span, n_q: int, state: Array, vectors: Array
+) -> None:
+    """Change coordinates that are about to fail, once every row of the last step is handed out."""
+    x = vectors[X]
+    if switch(x, *own) > 0:
+        t = clipped(state[head.T], span[1], span[2])
+        kinematic(t, x[:n_q], x[n_q:], vectors[XDOT][:n_q], *own)
+        state[head.DENSE] = 0.0  # the polynomial of the last step holds no longer
+
+
+@part
+def shorter(error: float, order: int, shrink: float) -> float:
+    """Factor on a step that failed its error test, for an error of h^order."""
+    return float(max(shrink, SAFETY * error ** (-1 / order))) if math.isfinite(error) else shrink
+
+
+@part
+def step_accepted(
+    t_new: float,
+    h: float,
+    wanted: float,
+    fixed: float,
+    error: float,
+    order: int,
+    shrink: float,
+    grow: float,
+    state: Array,
+) -> None:
+    """Note an accepted step, and the next step by a controller with memory; a fixed one is kept."""
+    factor = SAFETY * error ** (-0.7 / order) * state[head.ERROR] ** (0.4 / order) if error > 0.0 else grow
+    accept(t_new, h, wanted, min(grow, max(shrink, factor)), error, True, state)
+    if fixed > 0.0:
+        state[head.H] = min(fixed, 2.0 * h)  # back to it by doubling after a failure

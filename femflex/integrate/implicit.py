@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.integrate.driver import Adaptive, Span
+from femflex.integrate.hermite import X_OLD, XDOT, XDOT_OLD, X
 from femflex.integrate.protocol import Model, SecondOrder
 from femflex.integrate.starting import asked, first_step
 
@@ -53,6 +54,13 @@ class Implicit(Adaptive):
         h = min(h if self.step is None else self.step, self.max_step)
         self.set_slopes(model, vectors, t, h, span)
         return h, 3
+
+    def dense(self, theta: float, h: float, vectors: Array) -> Array:
+        """The cubic through both ends of the step and their rates (as in `hermite.interpolate`)."""
+        x1, v1, x0, v0 = vectors[X], vectors[XDOT], vectors[X_OLD], vectors[XDOT_OLD]
+        rest, rise = 1.0 - theta, x1 - x0
+        state: Array = rest * x0 + theta * x1 + theta * rest * (rest * (h * v0 - rise) - theta * (h * v1 - rise))
+        return state
 
     def set_slopes(self, model: Model, vectors: Array, t: float, h: float, span: Span) -> None:
         """Set what the method keeps of the past beside dx/dt; nothing by default."""

@@ -16,7 +16,8 @@ CONSTRAINTS (models that have them; the others offer None)
 
     PROJECT    project(t, x, table, pool, work) -> float
                Brings x (n_x,) onto the constraints, in place, by the shortest way; the gap left. Called on every
-               accepted step and on every row handed out: a change of the size of the local error.
+               accepted step and on every row handed out: a change of the size of the local error. The rate of such a
+               model, and its residual, give the motion of the constrained system on and off the constraints.
 CHANGE OF COORDINATES (models whose rotation sets need one)
 
     SWITCH     switch(x, table, pool, work) -> number of changes
@@ -135,6 +136,8 @@ class Model(Protocol):
     @property
     def second_order(self) -> SecondOrder | None:
         """The second-order calls, or None if the model has only its rate."""
+
+    # A model may also have `events` (see femflex.integrate.events): instants at which its state jumps.
 
 
 Progress = Callable[[float], object]  # called with the time reached; a true answer stops the run

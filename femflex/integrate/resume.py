@@ -25,4 +25,5 @@ HEAD = 17
 
 ERROR_TEST, NOT_FINITE, NEWTON = 0, 1, 2  # values of CAUSE
 FULL, END, PAUSE, STUCK = 0, 1, 2, 3  # what a kernel answers: rows full, interval done, budget used up, step too small
+GO_ON = 4  # none of these: the next trial step is taken
 TINY, TINIEST = 1e-15, 1e-20  # the smallest step, relative to the time reached and to the end of the smooth interval

@@ -57,6 +57,8 @@ class Scipy:
     def blocks(self, model: Model, times: Array, x0: Array, state: Array | None = None) -> Iterator[Block]:
         """Blocks of the states at `times` (n_t,), ascending [s]; x0 (n_x,) is the state at times[0]."""
         times, x0 = checked(times, x0, model.n_x)
+        if getattr(model, "events", None) is not None:
+            raise ValueError(f"{self.name} does not follow latches; choose 'dop853', 'esdirk4' or 'generalized_alpha'.")
         if state is None:
             resume = np.concatenate([np.zeros(head.HEAD), x0])
             resume[head.METHOD], resume[head.N_X] = NUMBER, model.n_x

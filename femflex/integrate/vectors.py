@@ -40,6 +40,21 @@ def cut(t: float, h: float, end: float) -> float:
 
 
 @part
+def standing(row: int, n_rows: int, wanted: float, end: float, budget: int, state: Array) -> int:
+    """How a kernel call ends before the next trial step of size `wanted`: FULL, END, PAUSE, STUCK, or GO_ON."""
+    t = state[head.T]
+    if row == n_rows:
+        return head.FULL
+    if t >= end:
+        return head.END
+    if budget == 0:
+        return head.PAUSE
+    if wanted < head.TINY * abs(t) or wanted < head.TINIEST * abs(end):
+        return head.STUCK
+    return head.GO_ON
+
+
+@part
 def normalise(x: Array, renormalise: IntArray) -> None:
     """Bring the four Euler parameters at each position of `renormalise` to unit length, in place."""
     for start in renormalise:

@@ -27,6 +27,11 @@ class Prepared:
     reason: str
     times: NDArray[Any]
 
+    def load_kernels(self) -> None:
+        """Have everything compiled, or read from disk, that the run will call."""
+        self.model.observe(self.times[:1], self.model.x0[None])
+        getattr(self.integrator, "filler", lambda model: None)(self.model)
+
 
 def prepare(
     case: Case | str | Path,

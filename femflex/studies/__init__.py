@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from femflex.studies.convergence import Convergence, assessed, convergence
 from femflex.studies.decay import mode_trend
+from femflex.studies.harmonic_balance import Backbone, backbone
 from femflex.studies.law import Law, Trend
 from femflex.studies.richardson import extrapolated, mesh_trend, observed_order
 from femflex.studies.study import Point, Study, planned
 
 __all__ = [
+    "Backbone",
     "Convergence",
     "Law",
     "Point",
     "Study",
     "Trend",
     "assessed",
+    "backbone",
     "convergence",
     "extrapolated",
     "mesh_trend",

@@ -15,6 +15,7 @@ from femflex.system.joint import (
     universal,
     weld,
 )
+from femflex.system.law import Friction, Latch, Law, Stop, TabulatedDamper, TabulatedSpring
 from femflex.system.load import Load
 from femflex.system.loop import Closure, closure
 from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
@@ -30,7 +31,10 @@ __all__ = [
     "Channel",
     "Closure",
     "Frame",
+    "Friction",
     "Joint",
+    "Latch",
+    "Law",
     "Load",
     "Nonholonomic",
     "Orbit",
@@ -38,7 +42,10 @@ __all__ = [
     "Profile",
     "Segments",
     "Spring",
+    "Stop",
     "System",
+    "TabulatedDamper",
+    "TabulatedSpring",
     "assembled",
     "ball_coordinates",
     "closure",

@@ -11,6 +11,7 @@ the four Euler parameters of C_PR, constant between changes, follow its coordina
 
 from __future__ import annotations
 
+from collections.abc import Sized
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,6 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from femflex.rotations import EULER_PARAMETERS, letters_of
 from femflex.system.ball import ball_coordinates, ball_names, check_ball, singular_start
+from femflex.system.freedoms import OPEN, check_laws, started_motion
+from femflex.system.law import Latch, Law
 from femflex.system.profile import Profile
 
 Array = NDArray[np.float64]
@@ -38,6 +41,8 @@ class Joint:
     stiffness    (n_u,)    spring per quasi-coordinate, translations first [N/m, N m/rad]
     damping      (n_u,)    damper per quasi-coordinate [N s/m, N m s/rad]
     rest         (n_u,)    coordinate at which the spring is free (for a ball: rotation vector)
+    laws         nonlinear springs, dampers, stops and friction of single slides and turns
+    latches      what locks single slides and turns when they reach a place
     motion       (n_u,)    per freedom None (free), a number (locked there) or a Profile (specified); () all free
     q0, u0       initial coordinates (n_q,) and quasi-velocities (n_u,); the reference of a ball may be
                            left out, and those of held freedoms are their motion's
@@ -58,6 +63,8 @@ class Joint:
     damping: Array = field(default_factory=lambda: np.zeros(0))
     rest: Array = field(default_factory=lambda: np.zeros(0))
     motion: tuple[Profile | float | None, ...] = ()
+    laws: tuple[Law, ...] = ()
+    latches: tuple[Latch, ...] = ()
     q0: Array = field(default_factory=lambda: np.zeros(0))
     u0: Array = field(default_factory=lambda: np.zeros(0))
     kind: str = "weld"
@@ -81,13 +88,21 @@ class Joint:
         for key, size in (("stiffness", self.n_u), ("damping", self.n_u), ("rest", self.n_u), ("u0", self.n_u)):
             set_(self, key, _sized(getattr(self, key), size, key, self.label))
         q0 = np.asarray(self.q0, float)
-        if self.rebase and q0.shape == (self.n_q - 4,):
+        latches = np.tile(OPEN, len(self.latches))
+        if self.rebase and q0.shape == (self.n_q - 4 - len(latches),):
             q0 = np.concatenate([q0, [1.0, 0.0, 0.0, 0.0]])
+        if len(latches) and q0.shape == (self.n_q - len(latches),):
+            q0 = np.concatenate([q0, latches])
         set_(self, "q0", self._rest_coordinates() if q0.size == 0 else _sized(q0, self.n_q, "q0", self.label))
         for key in ("stiffness", "damping"):
             if np.any(getattr(self, key) < 0):
                 raise ValueError(f"{key} of joint {self.label!r} is negative: {getattr(self, key).tolist()}")
-        self._hold()
+        motion = tuple(Profile.constant(m) if isinstance(m, int | float) else m for m in self.motion)
+        set_(self, "motion", motion)
+        q0, u0 = started_motion(self)
+        set_(self, "q0", q0)
+        set_(self, "u0", u0)
+        check_laws(self)
 
     @property
     def label(self) -> str:
@@ -98,7 +113,7 @@ class Joint:
     def n_q(self) -> int:
         """Number of coordinates."""
         turns = len(self.rotations) if self.ball is None else (4 if self.ball == EULER_PARAMETERS else 3)
-        return len(self.translations) + turns + (4 if self.rebase else 0)
+        return len(self.translations) + turns + (4 if self.rebase else 0) + 2 * len(self.latches)
 
     @property
     def n_u(self) -> int:
@@ -110,48 +125,34 @@ class Joint:
         """The freedoms that are locked or specified, by number, with their motion."""
         return {k: profile for k, profile in enumerate(self.motion) if isinstance(profile, Profile)}
 
+    @property
+    def locking(self) -> tuple[Latch, ...]:
+        """The latches that lock by an impact."""
+        return tuple(latch for latch in self.latches if latch.rigid)
+
+    def law_names(self) -> list[str]:
+        """Name of each law: its own, or as in "hinge.stop", numbered when there are several."""
+        plain = [law.name or f"{self.label}.{law.kind}" for law in self.laws]
+        return [f"{n}{plain[: k + 1].count(n)}" if plain.count(n) > 1 else n for k, n in enumerate(plain)]
+
+    def latch_places(self) -> list[int]:
+        """Where each latch's time stands in q of the joint; its loss follows."""
+        first = self.n_q - 2 * len(self.latches)
+        return [first + 2 * k for k in range(len(self.latches))]
+
     def freedom_names(self) -> list[str]:
         """Name of each quasi-coordinate, as in "hinge.angle"; a ball's are those of its rates."""
         return [name.removesuffix("_rate") for name, _ in self.velocity_names()]
 
-    def _hold(self) -> None:
-        """Check the motion, and start held freedoms where it starts."""
-        motion = tuple(Profile.constant(m) if isinstance(m, int | float) else m for m in self.motion)
-        object.__setattr__(self, "motion", motion)
-        if motion and len(motion) != self.n_u:
-            raise ValueError(f"motion of joint {self.label!r} has {len(motion)} entries; the joint needs {self.n_u}")
-        q0, u0 = self.q0.copy(), self.u0.copy()
-        for k, profile in self.held.items():
-            name = self.freedom_names()[k]
-            if self.ball is not None and k >= len(self.translations):
-                raise ValueError(
-                    f"rotation {name!r} of a ball cannot be held by itself; give joint {self.label!r} turns about the "
-                    "axes of an angle sequence instead"
-                )
-            for key in ("stiffness", "damping"):
-                if getattr(self, key)[k]:
-                    raise ValueError(
-                        f"{name!r} has a {key} of {getattr(self, key)[k]:g} and a specified motion; a spring or damper "
-                        "does nothing to it, so leave one of them out"
-                    )
-            s, rate, _ = (float(value) for value in profile(0.0))
-            if not np.isfinite(s):
-                raise ValueError(
-                    f"the motion of {name!r} is known from {profile.first:g} s to {profile.last:g} s; it must begin at "
-                    "or before 0 s"
-                )
-            for key, given, begins in (("q0", q0, s), ("u0", u0, rate)):
-                if given[k] and not np.isclose(given[k], begins, rtol=1e-9, atol=1e-12):
-                    raise ValueError(
-                        f"{key} of {name!r} is {given[k]:g}, but its motion is specified and begins with {begins:g}; "
-                        "leave the initial value out"
-                    )
-            q0[k], u0[k] = s, rate
-        object.__setattr__(self, "q0", q0)
-        object.__setattr__(self, "u0", u0)
-
     def coordinate_names(self) -> list[tuple[str, str]]:
         """Name and unit of each coordinate."""
+        found = self._freedoms()
+        for k in range(len(self.latches)):
+            name = f"{self.label}.latch{_number(k, self.latches)}"
+            found += [(f"{name}_time", "s"), (f"{name}_loss", "J")]
+        return found
+
+    def _freedoms(self) -> list[tuple[str, str]]:
         slides = [(f"{self.label}.slide{_number(j, self.translations)}", "m") for j in range(len(self.translations))]
         if self.ball is None:
             return slides + [
@@ -165,8 +166,8 @@ class Joint:
     def velocity_names(self) -> list[tuple[str, str]]:
         """Name and unit of each quasi-velocity."""
         if self.ball is None:
-            return [(f"{name}_rate", unit + "/s") for name, unit in self.coordinate_names()]
-        slides = self.coordinate_names()[: len(self.translations)]
+            return [(f"{name}_rate", unit + "/s") for name, unit in self._freedoms()]
+        slides = self._freedoms()[: len(self.translations)]
         return [(f"{n}_rate", u + "/s") for n, u in slides] + [(f"{self.label}.omega_{a}", "rad/s") for a in "xyz"]
 
     def with_initial(self, q0: Array | None = None, u0: Array | None = None) -> Joint:
@@ -189,10 +190,10 @@ class Joint:
         return singular_start(self.ball, self.q0[self.ball_places()], self.label)
 
     def _rest_coordinates(self) -> Array:
-        ball = np.zeros(self.n_q - len(self.translations))
+        ball = np.zeros(len(self.rotations))
         if self.ball is not None:
             ball = ball_coordinates(self.ball, "xyz", np.zeros(3), self.rebase)
-        return np.concatenate([np.zeros(len(self.translations)), ball])
+        return np.concatenate([np.zeros(len(self.translations)), ball, np.tile(OPEN, len(self.latches))])
 
 
 def weld(child: str, parent: str | None = None, **where: object) -> Joint:
@@ -267,5 +268,5 @@ def _sized(value: Array, size: int, key: str, label: str) -> Array:
     return value
 
 
-def _number(j: int, axes: Array) -> str:
+def _number(j: int, axes: Sized) -> str:
     return "" if len(axes) == 1 else str(j + 1)

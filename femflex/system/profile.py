@@ -61,10 +61,10 @@ class Profile:
     def _check_jumps(self) -> None:
         gaps = np.diff(self.knots)
         for order, name in ((0, "s"), (1, "its rate")):
-            before = _powers(self.coefficients[:-1], gaps, order)
+            before = powers(self.coefficients[:-1], gaps, order)
             after = self.coefficients[1:, order] if self.coefficients.shape[1] > order else np.zeros(len(gaps))
             size = np.abs(self.coefficients[:-1]) @ np.ones(self.coefficients.shape[1])
-            size = np.maximum(size, _powers(np.abs(self.coefficients[:-1]), gaps, order))
+            size = np.maximum(size, powers(np.abs(self.coefficients[:-1]), gaps, order))
             jumps = np.abs(after - before) > JUMP * np.maximum(size, 1e-300)
             if np.any(jumps):
                 k = int(np.argmax(jumps))
@@ -78,7 +78,7 @@ class Profile:
         t = np.asarray(t, float)
         piece = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, None)
         c, tau = self.coefficients[piece], t - self.knots[piece]
-        out = [_powers(c, tau, order) for order in range(3)]
+        out = [powers(c, tau, order) for order in range(3)]
         for amplitude, omega, phase in self.sines:
             for order, value in enumerate(out):
                 out[order] = value + amplitude * omega**order * np.sin(omega * t + phase + order * np.pi / 2)
@@ -173,7 +173,7 @@ def _check_table(times: Array, values: Array, degree: int, ends: str) -> None:
         raise ValueError(f"time {times[k + 1]:g} s of a spline follows {times[k]:g} s; times must ascend")
 
 
-def _powers(c: Array, tau: Array, order: int) -> Array:
+def powers(c: Array, tau: Array, order: int) -> Array:
     """Derivative of that order of sum_k c[..., k] tau^k."""
     value = np.zeros(np.broadcast_shapes(c.shape[:-1], tau.shape))
     for k in range(c.shape[-1] - 1, order - 1, -1):
@@ -187,5 +187,5 @@ def _referred(profile: Profile, knots: Array, order: int) -> Array:
     c, shift = profile.coefficients[piece], knots - profile.knots[piece]
     out = np.zeros((len(knots), order))
     for k in range(c.shape[1]):
-        out[:, k] = _powers(c, shift, k) / math.factorial(k)
+        out[:, k] = powers(c, shift, k) / math.factorial(k)
     return out

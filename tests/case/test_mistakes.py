@@ -120,6 +120,7 @@ IN_THE_TEXT = [
     ("[attitude]", "[attitude]\nrotation = 3", "known are 'euler_parameters', 'modified_rodrigues'", "'extrinsic xyz'"),
     ("[attitude]", "[attitude]\nrebase = true", "'euler_parameters' has no singularity", "leave `rebase` out"),
     ("[attitude]", "[attitude]\nrebase = 1", "attitude.rebase", "true or false"),
+    (RATE, "held = true\nrebase = true", "held = true together with rebase"),
     ("[attitude]", "[attitude]\nrotation = 'zxz'", "joint 'base-hub' starts at the singularity", "'zxz'", "rebase"),
     ("[attitude]", "[attitude]\nyaw = '90 deg'\nrotation = 'xyz'", "singularity of its rotation set 'xyz'"),
     (

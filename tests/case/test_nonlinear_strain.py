@@ -86,6 +86,13 @@ def test_the_verbs_show_the_derivatives_and_store_the_tensors(write_case, craft,
     assert sum(line.rstrip().endswith("derivative") for line in shown.splitlines()) == 3
     data = json.loads(told("modes", path, "--json"))["boom"]
     assert data["strain"] == "nonlinear" and data["mode_kinds"].count("derivative") == 3
+    shown = told("modes", path, "--backbone", "1 mm, 300 mm")
+    assert "free vibration in mode 1 by its amplitude at (3, " in shown
+    small, large = (float(line.split()[-1]) for line in shown.splitlines() if line.split()[:1] in (["0.001"], ["0.3"]))
+    assert small == pytest.approx(1.0, abs=1e-4) and 0.98 < large < 1.02 and large != small
+    assert json.loads(told("modes", path, "--json", "--backbone", "0.01"))["boom"]["backbone"]["amplitude_m"] == [0.01]
+    refused = CliRunner().invoke(app, ["modes", str(path), "--backbone", "1 kg"])
+    assert refused.exit_code == 2 and "--backbone: found '1 kg', which is a mass" in refused.stderr
     target = tmp_path / "stored.h5"
     assert "7 elastic coordinates, nonlinear strain" in told("body", path, "boom", "-o", target)
     body = load_body(target)

@@ -5,11 +5,13 @@ import warnings
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from typer.testing import CliRunner
 
 import femflex
 from femflex import rotations
 from femflex.case import read_case, rotation
 from femflex.case.builders import build_system
+from femflex.cli.app import app
 from femflex.warning import PhysicsWarning
 
 CASE = """
@@ -109,3 +111,28 @@ def test_a_rebased_run_lives_on_without_a_warning(run_of):
         assert run.complete
         assert np.abs((run["bodies/hub/attitude"] * expected).sum(axis=1)) == pytest.approx(np.ones(41), abs=1e-12)
         assert run["joints/base-hub/singularity"].min() > 0.5
+
+
+@pytest.mark.parametrize(
+    ("attitude", "code", "told"),
+    [
+        ("rotation = 'zxz'", 2, ["case.toml: joint 'base-hub' starts at the singularity of its rotation set 'zxz'"]),
+        (
+            "rotation = 'rodrigues'\nrates = [0.3, 1, 0.5]",  # half a turn before the end
+            3,
+            ["base-hub.g", "keeps what was computed", "rad of the singularity of its rotation set", "Ask for rebase"],
+        ),
+        ("rotation = 'rodrigues'\nrates = [0.3, 1, 0.5]\nrebase = true", 0, []),
+    ],
+    ids=["starts there", "gets there", "re-based"],
+)
+def test_the_command_line_tells_of_singularities(attitude, code, told, tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(CASE.replace("ATTITUDE", attitude).replace("JOINT", "kind = 'weld'"))
+    done = CliRunner().invoke(app, ["run", str(path), "-o", str(tmp_path / "run.h5")])
+    assert done.exit_code == code
+    assert "Traceback" not in done.stderr
+    for words in told:
+        assert words in done.stderr
+    if not told:
+        assert "singularity" not in done.stderr

@@ -10,7 +10,20 @@ from scipy.optimize import brentq
 from femflex.body import Marker, rigid_body
 from femflex.dynamics.equilibrium import EquilibriumError, equilibrium
 from femflex.rotations import dcm_from_angles, quaternion_from_dcm
-from femflex.system import Frame, Load, Orbit, Profile, System, assembled, free, prismatic, revolute, spherical, weld
+from femflex.system import (
+    Frame,
+    Load,
+    Orbit,
+    Profile,
+    Spring,
+    System,
+    assembled,
+    free,
+    prismatic,
+    revolute,
+    spherical,
+    weld,
+)
 
 
 def tip(found) -> np.ndarray:
@@ -160,3 +173,15 @@ def test_held_freedoms_are_not_sought():
     found = equilibrium(system, at=2.0)
     assert found.x[:3] == pytest.approx([0.3, 0.2, 1.1]) and not found.neutral and found.stable
     assert len(found.eigenvalues) == 2
+
+
+def test_loops_are_refused_and_springs_between_markers_are_not():
+    bar = rigid_body(1.0, np.eye(3), [0.5, 0, 0], {"end": Marker.rigid([1.0, 0, 0])})
+    hinge = revolute("bar", stiffness=[1.0], axis=[0, 1, 0])
+    closed = System({"bar": bar}, (hinge,), loops=(revolute("bar", child_marker="end", name="closing"),))
+    assert "'closing' constrain the system, and equilibria are found for trees of bodies alone" in refusal(closed)
+    stay = Spring("stay", "beam", marker="tip", stiffness=200.0, length=8.0)  # 400 N, below pi^2 EI / L^2
+    found = equilibrium(assembled({"beam": beam(4)}, [weld("beam", child_marker="root")], springs=[stay]))
+    assert found.model.system.springs[0].body == "beam.4" and found.stable
+    bent = -tip(found)[0]
+    assert bent == pytest.approx(200.0 * (2.0 - bent) * LENGTH / 2.8e9, rel=1e-6)  # EA = 2.8e9 N

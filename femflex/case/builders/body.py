@@ -67,7 +67,10 @@ def build_body(case: Case, name: str, modes: int | None = None, refine: int = 0)
     """The body of that name, in one piece. Raises CaseError with what is wrong with it."""
     part = build_part(case, name, modes, refine)
     if isinstance(part, Segments):
-        text = f"found a body cut into {len(part.bodies)} segments, which is not one body; leave out segments for that"
+        text = (
+            f"found a body cut into {len(part.bodies)} segments, which has no one set of modes; leave out "
+            "segments, in a copy of the case, to see the whole"
+        )
         raise CaseError(case.path.name, [Problem(f"bodies.{name}", text)])
     return part
 
@@ -177,7 +180,8 @@ def _analytic(case: Case, table: AnalyticTable, modes: int | None) -> FlexibleBo
     beam, chosen = UniformBeam(mass_per_length=mass, **values), BeamFunctions(**functions)
     strain, note, ignored = table.strain, "", None
     if strain in (None, "linear") and (chosen.y or chosen.z):
-        ignored = foreshortening_of(beam_body(beam, chosen, strain="condensed"))
+        bending = replace(chosen, axial=0, torsion=0)
+        ignored = foreshortening_of(beam_body(beam, bending, strain="condensed"))
         if strain is None:
             strain, note = chosen_strain(case, table, ignored)
     body = beam_body(beam, chosen, _damping(table.damping), strain=strain or "linear")

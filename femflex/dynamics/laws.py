@@ -1,0 +1,90 @@
+"""Laws of joint freedoms in the compiled model: resisting forces, and the energy they store.
+
+Numbers of a law: a potential V(q), Rayleigh's R(u) or a damping c(q) as piecewise polynomials (see profiles); limit and
+velocity scale of friction; stiffness, damping and place of an elastic latch.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.compiled import inner
+from femflex.dynamics.layout import W_STIFF, W_TAU, body_of, header_of, law_of
+from femflex.dynamics.profiles import profile_at
+from femflex.dynamics.vectors import Vector
+from femflex.system.law import CONTACT, DAMPER, FRICTION, LATCHED, SPRING
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+Record = np.void
+
+
+@inner
+def elastic_law(law: Record, q: Array, pool: Array) -> Vector:
+    """V, V' and V'' of a law's potential at its coordinate; zero for a law without one."""
+    x, at = q[law["q"]], law["numbers"]
+    if law["kind"] == SPRING:
+        return profile_at(x, at, pool)
+    if law["kind"] != LATCHED or q[law["latch"]] < 0.0:
+        return 0.0, 0.0, 0.0
+    k, stretch = pool[at], x - pool[at + 2]
+    return 0.5 * k * stretch * stretch, k * stretch, k
+
+
+@inner
+def law_force(law: Record, q: Array, u: Array, pool: Array) -> float:
+    """Resisting force of a law."""
+    x, rate, at = q[law["q"]], u[law["u"]], law["numbers"]
+    force = elastic_law(law, q, pool)[1]
+    if law["kind"] == DAMPER:
+        force += profile_at(rate, at, pool)[1]
+    elif law["kind"] == CONTACT:
+        force += profile_at(x, at, pool)[0] * rate
+    elif law["kind"] == FRICTION:
+        force += pool[at] * math.tanh(rate / pool[at + 1])
+    elif law["kind"] == LATCHED and q[law["latch"]] >= 0.0:
+        force += pool[at + 1] * rate
+    return force
+
+
+@inner
+def add_law_forces(q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
+    """Take the laws' forces off the joints' forces."""
+    for j in range(header_of(table)["n_laws"]):
+        law = law_of(table, j)
+        tau = body_of(table, law["body"])["work"] + W_TAU + law["freedom"]
+        work[tau] -= law_force(law, q, u, pool)
+
+
+@inner
+def write_law_stiffness(q: Array, table: Table, pool: Array, work: Array) -> None:
+    """Write the laws' stiffness along the freedoms of every joint that has laws, where it is not negative."""
+    head = header_of(table)
+    for i in range(1, head["n_bodies"]):
+        for k in range(6):
+            work[body_of(table, i)["work"] + W_STIFF + k] = 0.0
+    for j in range(head["n_laws"]):
+        law = law_of(table, j)
+        at = body_of(table, law["body"])["work"] + W_STIFF + law["freedom"]
+        work[at] += max(0.0, elastic_law(law, q, pool)[2])
+
+
+@inner
+def law_energy(q: Array, table: Table, pool: Array) -> float:
+    """Energy stored in all laws."""
+    total = 0.0
+    for j in range(header_of(table)["n_laws"]):
+        total += elastic_law(law_of(table, j), q, pool)[0]
+    return total
+
+
+@inner
+def write_law_rows(q: Array, u: Array, rows: Array, table: Table, pool: Array) -> None:
+    """Add every law's resisting force to its row (law_rows, n_u)."""
+    head = header_of(table)
+    for j in range(head["n_laws"]):
+        law = law_of(table, j)
+        rows[law["row"] * head["n_u"] + law["u"]] += law_force(law, q, u, pool)

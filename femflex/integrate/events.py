@@ -1,0 +1,172 @@
+"""Events: instants at which the state jumps, found on the dense output of a step, after which the method starts anew.
+
+A model with events is stepped one step at a time. Whether a run is stopped and resumed between two steps changes
+nothing, for everything an event leaves behind is in the state x.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from time import perf_counter
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.integrate import resume as head
+from femflex.integrate.outcome import Block
+
+if TYPE_CHECKING:
+    from femflex.integrate.driver import Adaptive, Fill
+    from femflex.integrate.protocol import Model
+
+Array = NDArray[np.float64]
+
+SAMPLES = np.array([0.25, 0.5, 0.75, 1.0])  # of a step, at which its events are looked for
+
+
+class Events(Protocol):
+    """What a model says of its events."""
+
+    def values(self, t: float, x: Array) -> Array:
+        """(n,) one number per event: positive before it, and again once it has happened."""
+
+    def happen(self, k: int, t: float, x: Array) -> None:
+        """Change x in place as event k does."""
+
+
+def eventful_blocks(method: Adaptive, model: Model, todo: Array, breaks: Array, resume: Array) -> Iterator[Block]:
+    """Blocks of the states at the times `todo`, as `Adaptive.blocks` gives them, for a model with events."""
+    from femflex.integrate.driver import BLOCK_SECONDS, ROWS, failure
+
+    stepper = Stepper(method, model, breaks, float(todo[-1]) if todo.size else 0.0, resume, method.filler(model))
+    while todo.size:
+        rows: list[Array] = []
+        kept, stuck = (0, resume.copy()), False
+        stop_at = perf_counter() + BLOCK_SECONDS
+        try:
+            while len(rows) < min(ROWS, todo.size) and not stuck and perf_counter() < stop_at:
+                stuck = stepper.advance(todo[len(rows) :], rows)
+                kept = len(rows), resume.copy()
+        except KeyboardInterrupt:
+            yield block(todo, rows[: kept[0]], kept[1], model.n_x)
+            raise
+        yield block(todo, rows, kept[1], model.n_x)
+        if stuck:
+            raise failure(method.name, resume, stepper.vectors[0])
+        todo = todo[len(rows) :]
+
+
+def block(todo: Array, rows: list[Array], resume: Array, n_x: int) -> Block:
+    """The block of these rows."""
+    return Block(todo[: len(rows)], np.array(rows).reshape(len(rows), n_x), resume)
+
+
+@dataclass(frozen=True, eq=False)
+class Stepper:
+    """Single steps of a method over a model with events, to the time `end`, with its memory in `resume`."""
+
+    method: Adaptive
+    model: Model
+    breaks: Array
+    end: float
+    resume: Array
+    fill: Fill
+
+    @property
+    def events(self) -> Events:
+        """The model's events."""
+        found: Events = self.model.events  # type: ignore[attr-defined]
+        return found
+
+    @property
+    def vectors(self) -> Array:
+        """What the method keeps, the state first."""
+        return self.resume[head.HEAD :].reshape(self.method.n_vectors, -1)
+
+    def advance(self, todo: Array, rows: list[Array]) -> bool:
+        """Take a step, or what stands at its beginning; append the rows it reaches. True when the method is stuck."""
+        t, x, resume = float(self.resume[head.T]), self.vectors[0], self.resume
+        due = np.flatnonzero(self.events.values(t, x) <= 0.0)
+        if due.size:
+            self.happen(int(due[0]))
+            return False
+        if todo[0] <= t:
+            rows.append(x.copy())
+            resume[head.LAST_OUT] = todo[0]
+            return False
+        span = self.interval(t)
+        last_out, taken = resume[head.LAST_OUT], resume[head.ACCEPTED]
+        just_after = np.array([np.nextafter(t, math.inf)])  # a row inside the step makes it dense
+        status, _ = self.fill(resume, self.vectors, just_after, np.empty((1, self.model.n_x)), span, 1)
+        resume[head.LAST_OUT] = last_out
+        if resume[head.ACCEPTED] > taken:
+            self.finish(todo, rows)
+        if resume[head.T] >= span[0] and resume[head.T] < self.end and resume[head.DENSE]:
+            self.start_anew()
+        return bool(status == head.STUCK)
+
+    def finish(self, todo: Array, rows: list[Array]) -> None:
+        """Append the rows of the step just taken, up to its first event, which then happens."""
+        found = self.first_event()
+        t = float(self.resume[head.T])
+        for time in todo[todo <= t] if found is None else todo[todo < found[1]]:
+            rows.append(self.state(float(time)))
+            self.resume[head.LAST_OUT] = time
+        if found is not None:
+            self.vectors[0] = self.state(found[1])
+            self.resume[head.T] = found[1]
+            self.happen(found[0])
+
+    def state(self, time: float) -> Array:
+        """The state at a time within the last step."""
+        t_old, t = float(self.resume[head.T_OLD]), float(self.resume[head.T])
+        if time >= t:
+            return self.vectors[0].copy()
+        x = self.method.dense((time - t_old) / (t - t_old), t - t_old, self.vectors)
+        for first in self.model.renormalise:
+            x[first : first + 4] /= math.sqrt(sum(float(e) ** 2 for e in x[first : first + 4]))
+        return x
+
+    def first_event(self) -> tuple[int, float] | None:
+        """Number and time of the first event of the last step, or None."""
+        t_old, t = float(self.resume[head.T_OLD]), float(self.resume[head.T])
+        before = t_old
+        for part in SAMPLES:
+            after = t if part == 1.0 else t_old + part * (t - t_old)
+            due = np.flatnonzero(self.events.values(after, self.state(after)) <= 0.0)
+            if due.size:
+                time, k = min((self.root(int(k), before, after), int(k)) for k in due)
+                return k, time
+            before = after
+        return None
+
+    def root(self, k: int, a: float, b: float) -> float:
+        """The time between a, before event k, and b at which it happens, to rounding."""
+        from scipy.optimize import brentq
+
+        def value(time: float) -> float:
+            return float(self.events.values(time, self.state(time))[k])
+
+        if not value(a) > 0.0:
+            return a
+        return float(brentq(value, a, b, xtol=1e-15 * max(abs(b), 1e-300), rtol=4 * np.finfo(float).eps))
+
+    def happen(self, k: int) -> None:
+        """Let event k change the state, and start the method anew from there."""
+        x = self.vectors[0].copy()
+        self.events.happen(k, float(self.resume[head.T]), x)
+        self.vectors[0] = x
+        self.start_anew()
+
+    def start_anew(self) -> None:
+        """Begin a smooth interval at the time reached."""
+        self.method.start_anew(self.model, self.resume, self.interval(float(self.resume[head.T])))
+
+    def interval(self, t: float) -> tuple[float, float, float]:
+        """The smooth interval that holds t."""
+        from femflex.integrate.driver import interval
+
+        return interval(t, max(self.end, t), self.breaks)

@@ -1,0 +1,77 @@
+"""How kernels and their parts become machine code: every part once, inside the kernels that use it.
+
+Left to itself Numba optimises and emits every function on its own, and again inside each of its callers, up to the
+kernel: most of the time of a first compilation. And what two kernels share is bound to whichever copy was emitted
+first, so that a process which compiles rounds differently from later ones which load. Here a part is only translated;
+a kernel takes its parts in as its own, is optimised as a whole, and means the same in every process.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba.core.codegen
+import numba.core.compiler
+from llvmlite.binding import Linkage
+
+Library: Any = numba.core.codegen.JITCodeLibrary  # numba's own annotations do not cover these
+Compiler: Any = numba.core.compiler.Compiler
+
+
+class _Unbound:
+    """A code generator whose functions are never called from Python, and so have no environment to set."""
+
+    def __init__(self, codegen: Any) -> None:
+        self._codegen = codegen
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._codegen, name)
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """There is none."""
+
+
+class _PartLibrary(Library):  # type: ignore[misc]
+    """Code that is linked into kernels, and neither optimised nor made machine code before."""
+
+    @property
+    def codegen(self) -> Any:
+        return _Unbound(self._codegen)
+
+    def get_pointer_to_function(self, name: str) -> int:
+        return 0
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
+
+
+class _KernelLibrary(Library):  # type: ignore[misc]
+    """Code whose parts belong to it alone."""
+
+    def _optimize_final_module(self) -> None:
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
+                function.linkage = "internal"
+        super()._optimize_final_module()
+
+
+class PartCompiler(Compiler):  # type: ignore[misc]
+    """Pipeline of a function that only other compiled functions call."""
+
+    def define_pipelines(self) -> Any:
+        self.state.library = _PartLibrary(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        return super().define_pipelines()
+
+
+class KernelCompiler(Compiler):  # type: ignore[misc]
+    """Pipeline of a kernel that is kept on disk."""
+
+    def define_pipelines(self) -> Any:
+        self.state.library = _KernelLibrary(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        self.state.library.enable_object_caching()
+        return super().define_pipelines()

@@ -1,0 +1,158 @@
+"""Free vibration at finite amplitude: how the frequency of a mode changes with it, by harmonic balance.
+
+A body whose frame is held moves by Me q'' + f(q) = 0. A motion at rest at t = 0 is even in time,
+q = sum_k c_k cos(k omega t), and every harmonic must balance:
+
+    F_k(c) - (k omega)^2 Me c_k = 0,     F_k = (2 - [k = 0]) / T int f(q(t)) cos(k omega t) dt,
+
+with the displacement of one place at t = 0 given. Newton steps, amplitude after amplitude.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody
+from femflex.fem.eigen import dense_modes
+
+Array = NDArray[np.float64]
+
+HARMONICS = 9
+STEPS = 25
+DEPTH = 5  # times that a step of amplitude is halved
+SINGULAR = 1e-11  # of the largest singular value, rows and columns scaled alike
+CONVERGED = 1e-9  # unbalanced forces over the forces, and error of the amplitude
+
+
+@dataclass(frozen=True, eq=False)
+class Backbone:
+    """Frequencies of free vibration over amplitudes.
+
+    mode        number of the body's own mode, from 1
+    small       its frequency for small amplitudes [rad/s]
+    place       (3,) point of the skin that moves most in it [m, body frame]
+    direction   (3,) unit vector it moves along
+    amplitudes  (k,) its displacement when all is at rest [m]
+    omega       (k,) frequencies [rad/s]
+    harmonics   (k, h, n) coefficients c of the motion
+    """
+
+    mode: int
+    small: float
+    place: Array
+    direction: Array
+    amplitudes: Array
+    omega: Array
+    harmonics: Array
+
+
+def backbone(body: FlexibleBody, mode: int, amplitudes: Sequence[float], harmonics: int = HARMONICS) -> Backbone:
+    """The Backbone of a body's mode (from 1) at rising amplitudes [m], its frame held and its damping left out.
+
+    Raises ValueError when there is no such mode, amplitudes do not rise from above zero, the body has no skin or
+    slaved shapes, or no motion of that amplitude is found.
+    """
+    _check(body, mode, amplitudes)
+    assert body.skin is not None
+    Me = body.moments.elastic_mass()
+    eigenvalues, X = dense_modes(body.strain.tangent(np.zeros(body.n_modes)), Me)
+    small = float(np.sqrt(eigenvalues[mode - 1]))
+    shape = np.einsum("kpa,k->pa", body.skin.shapes, X[:, mode - 1])
+    point = int(np.argmax(np.linalg.norm(shape, axis=1)))
+    direction = shape[point] / np.linalg.norm(shape[point])
+    row = body.skin.shapes[:, point] @ direction
+    c, omega = np.zeros((harmonics + 1, body.n_modes)), small
+    c[1] = X[:, mode - 1] / (row @ X[:, mode - 1])  # per metre of amplitude
+    problem, found, last = _Balance(body, Me, row), [], amplitudes[0]
+    c = c * last
+    for amplitude in amplitudes:
+        c, omega = problem.followed(c, omega, float(last), float(amplitude))
+        found.append((omega, c))
+        last = amplitude
+    frequencies = np.array([omega for omega, _ in found])
+    motions = np.array([c for _, c in found])
+    return Backbone(
+        mode, small, body.skin.points[point], direction, np.asarray(amplitudes, float), frequencies, motions
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Balance:
+    """The equations of a body: elastic mass Me and row that tells the amplitude."""
+
+    body: FlexibleBody
+    Me: Array
+    row: Array
+
+    def followed(self, c: Array, omega: float, last: float, amplitude: float, depth: int = 0) -> tuple[Array, float]:
+        """The motion of an amplitude from that of the last one, by way of others where it lies too far."""
+        order = np.arange(len(c))
+        growth = (amplitude / last) ** np.where(order == 1, 1, np.where(order % 2, 3, 2))
+        found = self.balanced(c * growth[:, None], omega, amplitude)
+        if found is not None:
+            return found
+        if depth == DEPTH or amplitude == last:
+            raise ValueError(
+                f"no free vibration with an amplitude of {amplitude:.4g} m was found near that of {last:.4g} m; take "
+                "smaller steps, or smaller amplitudes"
+            )
+        middle = float(np.sqrt(last * amplitude))
+        return self.followed(*self.followed(c, omega, last, middle, depth + 1), middle, amplitude, depth + 1)
+
+    def balanced(self, c: Array, omega: float, amplitude: float) -> tuple[Array, float] | None:
+        """Coefficients and frequency of the motion of this amplitude, from a start near it; None if none is found."""
+        h, n = c.shape
+        times = np.arange(4 * h) / (4 * h)  # of a period; products of four harmonics below h are told apart
+        cosine = np.cos(2 * np.pi * np.outer(times, np.arange(h)))
+        back = cosine.T * np.where(np.arange(h) == 0, 1.0, 2.0)[:, None] / len(times)
+        order, K = np.arange(h) ** 2.0, self.body.strain.tangent(np.zeros(n))
+        held = np.append(np.tile(self.row, h), 0.0)[None, :]
+        for _ in range(STEPS):
+            q, inertia = cosine @ c, order[:, None] * (c @ self.Me)
+            force = back @ np.stack([self.body.strain.force(at) for at in q])
+            rest, miss = force - omega**2 * inertia, amplitude - self.row @ c.sum(axis=0)
+            if not np.isfinite(rest).all():
+                return None
+            if abs(miss) < CONVERGED * amplitude and _energy(K, rest) < CONVERGED**2 * _energy(K, force):
+                return c, omega
+            tangent = np.stack([self.body.strain.tangent(at) for at in q])
+            J = np.einsum("kt,tij,tl->kilj", back, tangent, cosine, optimize=True).reshape(h * n, h * n)
+            J -= omega**2 * np.kron(np.diag(order), self.Me)
+            whole = np.concatenate([np.column_stack([J, -2 * omega * inertia.reshape(-1, 1)]), held])
+            step = _least_change(whole, np.append(-rest.ravel(), miss))
+            c, omega = c + step[:-1].reshape(h, n), omega + float(step[-1])
+        return None
+
+
+def _energy(K: Array, forces: Array) -> float:
+    """Sum of f.K^-1 f over rows of forces (h, n): weighs soft and stiff coordinates alike."""
+    return float(np.sum(forces * np.linalg.solve(K, forces.T).T))
+
+
+def _least_change(A: Array, b: Array) -> Array:
+    """Least solution of A x = b, rows and columns scaled: modes alike leave the plane of their motion open."""
+    left, right = np.ones(len(A)), np.ones(len(A))
+    for _ in range(3):
+        size = np.abs(A * left[:, None] * right)
+        left /= np.sqrt(size.max(axis=1))
+        right /= np.sqrt(size.max(axis=0))
+    scaled = A * left[:, None] * right
+    return np.asarray(right * np.linalg.lstsq(scaled, left * b, rcond=SINGULAR)[0])
+
+
+def _check(body: FlexibleBody, mode: int, amplitudes: Sequence[float]) -> None:
+    rising = np.asarray(amplitudes, float)
+    if not rising.size or not np.isfinite(rising).all() or rising[0] <= 0 or (np.diff(rising) <= 0).any():
+        raise ValueError(f"amplitudes are {rising.tolist()}; give rising lengths above zero")
+    if not 1 <= mode <= body.n_modes:
+        raise ValueError(f"mode {mode} was asked for; the body has modes 1 to {body.n_modes}")
+    if body.skin is None:
+        raise ValueError("the body has no skin, so that no amplitude can be told in metres; reduce it from a mesh")
+    if len(body.slaves):
+        raise ValueError(
+            "the body's stretch follows its bending (condensed strain); give one with strain = 'nonlinear'"
+        )

@@ -1,0 +1,73 @@
+"""What a joint says of its single freedoms, checked: held motions, laws, latches."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from femflex.system.joint import Joint
+
+Array = NDArray[np.float64]
+
+OPEN = (-1.0, 0.0)  # of a latch, in q: the time at which it locked (-1: it has not), and the energy that was lost
+
+
+def started_motion(joint: Joint) -> tuple[Array, Array]:
+    """q0 and u0 of the joint with held freedoms where their motion begins. Raises ValueError for what does not fit."""
+    if joint.motion and len(joint.motion) != joint.n_u:
+        raise ValueError(
+            f"motion of joint {joint.label!r} has {len(joint.motion)} entries; the joint needs {joint.n_u}"
+        )
+    q0, u0 = joint.q0.copy(), joint.u0.copy()
+    for k, profile in joint.held.items():
+        name = joint.freedom_names()[k]
+        _refuse_ball(joint, k, "be held by itself")
+        for key in ("stiffness", "damping"):
+            if getattr(joint, key)[k]:
+                raise ValueError(
+                    f"{name!r} has a {key} of {getattr(joint, key)[k]:g} and a specified motion; a spring or damper "
+                    "does nothing to it, so leave one of them out"
+                )
+        s, rate, _ = (float(value) for value in profile(0.0))
+        if not np.isfinite(s):
+            raise ValueError(
+                f"the motion of {name!r} is known from {profile.first:g} s to {profile.last:g} s; it must begin at or "
+                "before 0 s"
+            )
+        for key, given, begins in (("q0", q0, s), ("u0", u0, rate)):
+            if given[k] and not np.isclose(given[k], begins, rtol=1e-9, atol=1e-12):
+                raise ValueError(
+                    f"{key} of {name!r} is {given[k]:g}, but its motion is specified and begins with {begins:g}; "
+                    "leave the initial value out"
+                )
+        q0[k], u0[k] = s, rate
+    return q0, u0
+
+
+def check_laws(joint: Joint) -> None:
+    """Raise ValueError for a law or a latch that acts on no freedom of the joint, on a ball or on a held freedom."""
+    latched = [latch.freedom for latch in joint.latches]
+    for what, k in [*((f"a {law.kind}", law.freedom) for law in joint.laws), *(("a latch", k) for k in latched)]:
+        if not 0 <= k < joint.n_u:
+            raise ValueError(f"{what} of joint {joint.label!r} acts on freedom {k}; the joint has {joint.n_u}, from 0")
+        _refuse_ball(joint, k, f"have {what}")
+        if k in joint.held:
+            name = joint.freedom_names()[k]
+            raise ValueError(f"{name!r} has {what} and a specified motion; it does nothing, so leave one of them out")
+    for latch in joint.latches:
+        name = joint.freedom_names()[latch.freedom]
+        if latched.count(latch.freedom) > 1:
+            raise ValueError(f"{name!r} has {latched.count(latch.freedom)} latches; give it one")
+        if joint.q0[latch.freedom] == latch.at:
+            raise ValueError(f"{name!r} starts at {latch.at:g}, where it latches; lock it, or start elsewhere")
+
+
+def _refuse_ball(joint: Joint, k: int, what: str) -> None:
+    if joint.ball is not None and k >= len(joint.translations):
+        raise ValueError(
+            f"rotation {joint.freedom_names()[k]!r} of a ball cannot {what}; give joint {joint.label!r} turns about "
+            "the axes of an angle sequence instead"
+        )

@@ -1,0 +1,170 @@
+"""Latches: momentum before and after, energy lost, closed forms, and runs that are cut and resumed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from random_systems import random_body
+
+from femflex.body import Marker, rigid_body
+from femflex.dynamics import compile_system
+from femflex.dynamics.terms import terms
+from femflex.integrate import integrator
+from femflex.system import Latch, Stop, System, TabulatedSpring, free, prismatic, revolute
+
+TIGHT = {"rtol": 1e-11, "atol": 1e-12}
+
+
+def wing(latches=True, n=3, damping=0.0, **latch):
+    """A free hub with a flexible panel and a second one on its tip, both unfolded by springs up to their latches."""
+    rng = np.random.default_rng(8)
+    panels = []
+    for _ in range(2):
+        body = random_body(rng, n)[0]
+        tip = Marker(np.array([1.0, 0.2, 0.1]), 0.1 * rng.normal(size=(3, n)), 0.1 * rng.normal(size=(3, n)))
+        panels.append(replace(body, damping=0.0 * body.damping, markers={**body.markers, "tip": tip}))
+    hub = rigid_body(
+        30.0, np.diag([20.0, 30.0, 25.0]), [0.1, 0.2, 0.0], {"side": Marker.rigid(np.array([0.5, 0.3, 0.0]))}
+    )
+    at = {"latches": (Latch(0, 0.4, **latch),)} if latches else {}
+    second = {"latches": (Latch(0, -0.3),)} if latches else {}
+    root = free("hub", u0=[0.01, -0.02, 0.03, 0.05, -0.04, 0.02])
+    where = {"axis": (0, 1, 1), "parent_marker": "side", "name": "inner", "damping": damping, **at}
+    inner = revolute("inner", "hub", stiffness=30.0, rest=1.0, **where)
+    where = {"axis": (0, 1, 0), "parent_marker": "tip", "name": "outer", "damping": damping, **second}
+    joints = (root, inner, revolute("outer", "inner", stiffness=40.0, rest=-1.2, **where))
+    return compile_system(System({"hub": hub, "inner": panels[0], "outer": panels[1]}, joints))
+
+
+def run(model, end=3.0, n=301, method="dop853", **settings):
+    times = np.linspace(0.0, end, n)
+    solution = integrator(method, **(settings or TIGHT)).solve(model, times, model.x0)
+    return times, solution, model.observe(times, solution.states)
+
+
+def test_impacts_keep_momentum_and_lose_the_energy_they_report():
+    times, _, seen = run(wing())
+    locked = [seen[f"latches/{name}.angle/time"][-1] for name in ("inner", "outer")]
+    assert all(0 < t < 3 for t in locked)
+    momentum, spin = seen["monitors/momentum"], seen["monitors/angular_momentum"]
+    assert momentum == pytest.approx(np.tile(momentum[0], (len(times), 1)), abs=1e-10 * np.abs(momentum).max())
+    assert spin == pytest.approx(np.tile(spin[0], (len(times), 1)), abs=1e-10 * np.abs(spin).max())
+    loss = sum(seen[f"latches/{name}.angle/loss"] for name in ("inner", "outer"))
+    energy = seen["monitors/energy"] + loss
+    assert loss[-1] > 1.0
+    assert energy == pytest.approx(np.full(len(times), energy[0]), abs=1e-9 * loss[-1])
+    after = times > locked[0]
+    assert seen["q"][after, 7] == pytest.approx(0.4, abs=1e-15) and np.all(seen["u"][after, 6] == 0.0)
+    assert np.all(seen["latches/inner.angle/locked"] == after)
+
+
+def test_the_jump_is_the_one_of_the_dense_equations():
+    model = wing()
+    rng = np.random.default_rng(2)
+    x = model.x0.copy()
+    x[model.n_q :] = rng.normal(size=model.n_u)
+    x[7] = 0.4
+    q, u = x[: model.n_q], x[model.n_q :].copy()
+    open_ = wing(latches=False)  # coordinates without those of latches
+    keep = [k for k, (name, _) in enumerate(model.system.coordinate_names()) if "latch" not in name]
+    M = open_.mass_matrix(0.0, np.concatenate([q[keep], u]))
+    k = 6
+    column = np.linalg.solve(M, np.eye(model.n_u)[k])
+    expected = u - column * u[k] / column[k]
+    model.events.happen(0, 1.5, x)
+    assert x[model.n_q :] == pytest.approx(expected, abs=1e-11)
+    lost = 0.5 * (u @ M @ u - expected @ M @ expected)
+    names = [name for name, _ in model.system.coordinate_names()]
+    assert x[names.index("inner.latch_time")] == 1.5
+    assert x[names.index("inner.latch_loss")] == pytest.approx(lost, rel=1e-11)
+
+
+def test_after_the_latch_the_motion_is_that_of_a_locked_joint():
+    model = wing()
+    _, solution, _ = run(model, end=2.0, n=21)
+    x = solution.states[-1]
+    joints = tuple(
+        j if not j.latches else replace(j, latches=(), motion=(j.latches[0].at,), q0=np.zeros(0), stiffness=np.zeros(1))
+        for j in model.system.joints
+    )
+    welded = compile_system(replace(model.system, joints=joints))
+    keep = [k for k, (name, _) in enumerate(model.system.coordinate_names()) if "latch" not in name]
+    same = np.concatenate([x[keep], x[model.n_q :]])
+    rate = welded.state_rate(0.0, same)
+    assert model.state_rate(2.0, x)[model.n_q :] == pytest.approx(rate[welded.n_q :], abs=1e-9)
+    found = terms(model, np.array([2.0]), x[None])
+    assert np.abs(sum(row[0] for row in found.values())).max() < 1e-10 * max(
+        np.abs(row).max() for row in found.values()
+    )
+    needed = model.observe(np.array([2.0]), x[None])["joints/inner/drive"][0, 0]
+    expected = welded.observe(np.array([2.0]), same[None])["joints/inner/drive"][0, 0]
+    assert needed == pytest.approx(expected - 30.0 * (1.0 - 0.4), rel=1e-9)  # the spring pushes on
+
+
+@pytest.mark.parametrize("method", ["dop853", "esdirk4", "generalized_alpha"])
+def test_a_falling_cart_latches_when_and_as_hard_as_free_fall_says(method):
+    pull = TabulatedSpring(stretch=[-1.0, 1.0], resisting=[-6.0, -6.0])  # a steady pull of 6 N on 2 kg
+    joint = prismatic("cart", laws=(pull,), latches=(Latch(0, 0.5),))
+    model = compile_system(System({"cart": rigid_body(2.0, np.eye(3))}, (joint,)))
+    settings = {"dop853": TIGHT, "esdirk4": {"rtol": 1e-9, "atol": 1e-10}}.get(method, {"rtol": 1e-8, "atol": 1e-9})
+    _, _, seen = run(model, 1.0, 101, method, **settings)
+    error = {"dop853": 1e-12, "esdirk4": 1e-8}.get(method, 1e-6)
+    assert seen["latches/base-cart.slide/time"][-1] == pytest.approx(np.sqrt(2 * 0.5 / 3.0), rel=error)
+    assert seen["latches/base-cart.slide/loss"][-1] == pytest.approx(6.0 * 0.5, rel=2 * error)
+    assert seen["q"][-1, 0] == 0.5 and seen["u"][-1, 0] == 0.0
+    assert seen["joints/base-cart/drive"][-1, 0] == pytest.approx(-6.0, rel=1e-9)
+
+
+def test_an_elastic_latch_loses_nothing_at_once_and_swings_about_its_place():
+    latch = Latch(0, 0.5, stiffness=800.0)
+    joint = prismatic("cart", laws=(Stop(upper=9.0, stiffness=1.0),), latches=(latch,), u0=[1.0])
+    model = compile_system(System({"cart": rigid_body(2.0, np.eye(3))}, (joint,)))
+    times, _, seen = run(model, 1.5, 301)
+    after = times > 0.5
+    swing = 0.5 + np.sin(20.0 * (times - 0.5)) / 20.0
+    assert seen["q"][after, 0] == pytest.approx(swing[after], abs=1e-9)
+    assert seen["monitors/energy"] == pytest.approx(np.ones(301), abs=1e-9)
+    assert seen["latches/base-cart.slide/loss"][-1] == 0.0
+    assert model.max_frequency == pytest.approx(20.0)
+    damped = replace(joint, latches=(replace(latch, damping=4.0),))
+    model = compile_system(System({"cart": rigid_body(2.0, np.eye(3))}, (damped,)))
+    times, _, seen = run(model, 2.0, 41)
+    after, late = times > 0.5, times - 0.5
+    omega = np.sqrt(20.0**2 - 1.0)  # decay 4 / (2 x 2) = 1 per second
+    swing = 0.5 + np.exp(-late) * np.sin(omega * late) / omega
+    assert seen["q"][after, 0] == pytest.approx(swing[after], abs=1e-9)
+    assert seen["monitors/dissipation"] == pytest.approx(4.0 * after * seen["u"][:, 0] ** 2)
+
+
+@pytest.mark.parametrize("method", ["dop853", "esdirk4"])
+def test_a_run_cut_anywhere_and_resumed_is_the_same_bit_for_bit(method, monkeypatch):
+    model = wing()
+    times = np.linspace(0.0, 2.5, 126)
+    solver = integrator(method, rtol=1e-7, atol=1e-8)
+    whole = solver.solve(model, times, model.x0)
+    monkeypatch.setattr("femflex.integrate.driver.ROWS", 7)
+    blocks = list(solver.blocks(model, times, model.x0))
+    assert len(blocks) >= 14
+    for k in range(0, len(blocks) - 1, 3):
+        rest = solver.solve(model, times, model.x0, state=blocks[k].resume)
+        joined = np.concatenate([*(b.states for b in blocks[: k + 1]), rest.states])
+        assert np.array_equal(joined, whole.states)
+
+
+def test_scipys_solvers_say_that_they_do_not_follow_latches():
+    model = wing()
+    with pytest.raises(ValueError, match="does not follow latches; choose 'dop853'"):
+        integrator("scipy_dop853").solve(model, np.linspace(0, 1, 3), model.x0)
+
+
+def test_a_latch_beside_a_constraint_is_refused():
+    from femflex.system import rolling_disc
+
+    disc = rigid_body(1.0, np.eye(3), markers={"rim": Marker.rigid(np.array([0.0, 0.0, -1.0]))})
+    arm = rigid_body(1.0, np.eye(3))
+    joints = (free("disc"), revolute("arm", "disc", latches=(Latch(0, 0.4),)))
+    with pytest.raises(ValueError, match="joint 'disc-arm' has a latch in a system with closed loops or constraints"):
+        System({"disc": disc, "arm": arm}, joints, constraints=(rolling_disc("roll", "disc", 1.0),))
+    cut = revolute("arm", "disc", laws=(Stop(upper=1.0, stiffness=1.0),), name="cut")
+    with pytest.raises(ValueError, match="loop 'cut' has a spring or a damper, a law or a latch; a cut"):
+        System({"disc": disc, "arm": arm}, (free("disc"), revolute("arm", "disc")), loops=(cut,))
