@@ -160,7 +160,7 @@ def test_plate_triangles_are_faster_than_the_cheapest_forms():
     ratio, own, other = triangle_ratio(forms, 7)
     print(f"plate triangles: {own[0].shape[0]} dofs, Morley and membrane forms take {ratio:.1f} times as long")
     assert own[0].shape[0] <= other[0].shape[0] + other[2].shape[0]
-    assert ratio > 1.5
+    assert ratio > 2.2
 
 
 def test_plate_rectangles_are_three_times_faster_than_forms():
