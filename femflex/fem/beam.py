@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -116,7 +117,7 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     blocks = _inertia(elements, member, 2 * order.bending + VARYING_DEGREE * varying, options["rotary_inertia"])
     degree = 4 * (max(order.bending, order.axial) - 1) + VARYING_DEGREE * varying
     strain = _strain(elements, member, degree, options)
-    return Contribution((blocks,), (strain,), swept_outline(elements, member.section))
+    return Contribution((blocks,), (strain,), partial(swept_outline, elements, member.section))
 
 
 def _elements(mesh: Mesh, member: Member, numbering: Numbering, options: dict[str, Any]) -> BeamElements:

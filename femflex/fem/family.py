@@ -41,11 +41,11 @@ class SkinPart:
 
 @dataclass(frozen=True, eq=False)
 class Contribution:
-    """What one member adds to the tables and to the picture."""
+    """What one member adds to the tables and to the picture; skin() makes what is drawn, when it is asked for."""
 
     inertia: tuple[InertiaBlock, ...]
     strain: tuple[StrainBlock, ...]
-    skin: SkinPart | None = None
+    skin: Callable[[], SkinPart] | None = None
 
 
 Family = Callable[["Mesh", "Member", Numbering], Contribution]
