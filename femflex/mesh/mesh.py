@@ -85,6 +85,12 @@ class Mesh:
             )
         return points
 
+    def midside_points(self) -> Index:
+        """Sorted indices of the points that are corners of no cell: the further nodes of cells of second order."""
+        corners = [rows[:, : CELL_TYPES[kind].n_corners].ravel() for kind, rows in self.cells.items()]
+        further = [rows[:, CELL_TYPES[kind].n_corners :].ravel() for kind, rows in self.cells.items()]
+        return np.setdiff1d(np.concatenate([*further, []]), np.concatenate([*corners, []])).astype(np.int64)
+
     def group_cells(self, name: str) -> dict[str, Index]:
         """Connectivity (k, nodes) by cell type of the cell group `name`."""
         if name not in self.cell_groups:

@@ -37,19 +37,14 @@ def marker_rows(structure: Structure, group: str) -> MarkerRows:
 
     One node: its own translation and rotation. Several: the mean displacement and the unweighted least-squares
     rotation of the nodes about their mean position, theta = (sum |d|^2 1 - d d^T)^-1 sum d x u; about an axis they
-    all lie on, the mean of the nodes' own rotations, if they have any.
+    all lie on, the mean of the nodes' own rotations, if they have any. Midside nodes that carry no dofs (plates have
+    theirs at the corners) are left out.
     """
-    nodes = structure.mesh.group_points(group)
+    nodes = attachable_nodes(structure, group)
     position = structure.mesh.points[nodes].mean(axis=0)
     d = structure.mesh.points[nodes] - position
     rows = (3 * nodes[:, None] + np.arange(3)).ravel()
     u, theta = structure.translation[rows], structure.rotation[rows]
-    bare = int((np.diff(u.indptr).reshape(-1, 3).sum(axis=1) == 0).sum())
-    if bare:
-        raise ValueError(
-            f"{bare} of the {len(nodes)} nodes of group {group!r} belong to no member, so nothing can be attached "
-            "there; name a group that lies on a member."
-        )
     fit, hidden = rotation_fit(d)
     own = sparse.csr_array(hidden @ hidden.T @ mean_rows(_turning(theta))) @ theta
     return MarkerRows(
@@ -58,6 +53,20 @@ def marker_rows(structure: Structure, group: str) -> MarkerRows:
         rotation=(sparse.csr_array(fit) @ u + own).tocsr(),
         blind=hidden[:, :0] if theta.nnz else hidden,
     )
+
+
+def attachable_nodes(structure: Structure, group: str) -> NDArray[np.int64]:
+    """Nodes of a group, without midside nodes that carry no dofs; ValueError when others carry none."""
+    named = structure.mesh.group_points(group)
+    carries = np.diff(structure.translation.indptr).reshape(-1, 3).sum(axis=1) > 0
+    nodes = named if carries[named].all() else named[carries[named] | ~np.isin(named, structure.mesh.midside_points())]
+    if not len(nodes) or not carries[nodes].all():
+        raise ValueError(
+            f"{np.count_nonzero(~carries[named])} of the {len(named)} nodes of group {group!r} belong to no member, or "
+            "stand amid the side of a plate's element, so nothing can be attached there; name a group with corners on "
+            "a member."
+        )
+    return nodes
 
 
 def marker(rows: MarkerRows, phi: Array, name: str, turning: bool = True) -> Marker:

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from reduction_examples import bent_boom, frame, slender_beam
 
-from femflex.fem import Member, build_structure
+from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import StiffnessSection
-from femflex.mesh.generators import line
+from femflex.mesh.generators import line, rectangle
 from femflex.reduction import (
     ModalDamping,
     RayleighDamping,
@@ -120,6 +120,28 @@ def test_markers_on_unknown_groups_and_on_bare_nodes_are_refused(boom):
     structure = build_structure(mesh, [Member("boom", "beam", StiffnessSection(1e6, 10, 10, 10, 1.0, 0.01, 0.01))])
     with pytest.raises(ValueError, match="1 of the 1 nodes of group 'camera' belong to no member"):
         reduce_structure(structure, cantilever_modes(structure, "root", 2), {"camera": "camera"})
+
+
+@pytest.mark.parametrize("kind", ["triangle6", "quad9"])
+def test_an_edge_of_second_order_cells_is_a_place_like_that_of_its_corners(kind):
+    mesh, flat = (rectangle(2.0, 1.0, 4, 3, cell) for cell in (kind, {"triangle6": "triangle", "quad9": "quad"}[kind]))
+    assert len(mesh.group_points("right")) == 7 and len(flat.group_points("right")) == 4
+    metal = Material(70e9, 0.3, 2700.0)
+    family = "plate" if kind == "triangle6" else "plate_bfs"
+    second, first = (build_structure(m, [Member("surface", family, 0.01, metal)]) for m in (mesh, flat))
+    bodies = [reduce_structure(s, cantilever_modes(s, "left", 3), {"edge": "right"}) for s in (second, first)]
+    for name in ("position", "phi", "psi"):
+        ours, theirs = (np.abs(getattr(body.markers["edge"], name)) for body in bodies)
+        assert ours == pytest.approx(theirs, abs=1e-7 * theirs.max())
+    middle = np.setdiff1d(mesh.group_points("right"), mesh.group_points("right")[second_corners(mesh)])
+    lone = build_structure(mesh.with_groups(points={"amid": middle[:1]}), [Member("surface", family, 0.01, metal)])
+    with pytest.raises(ValueError, match="1 of the 1 nodes of group 'amid' belong to no member, or stand amid the side"):
+        marker_rows(lone, "amid")
+
+
+def second_corners(mesh):
+    """Which points of the right edge are corners of cells."""
+    return ~np.isin(mesh.group_points("right"), mesh.midside_points())
 
 
 def test_the_skin_moves_with_the_nodes(boom):
