@@ -40,12 +40,21 @@ class SkinPart:
 
 
 @dataclass(frozen=True, eq=False)
+class StrainPlaces:
+    """Where the points of a strain block lie, x (e, q, 3) [m], and of what they are a part: line, plate or solid."""
+
+    kind: str
+    x: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Contribution:
-    """What one member adds to the tables and to the picture."""
+    """What one member adds to the tables and to the picture; places go with the blocks of strain, one by one."""
 
     inertia: tuple[InertiaBlock, ...]
     strain: tuple[StrainBlock, ...]
-    skin: SkinPart | None = None
+    skin: SkinPart | None
+    places: tuple[StrainPlaces, ...]
 
 
 Family = Callable[["Mesh", "Member", Numbering], Contribution]

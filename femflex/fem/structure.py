@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from femflex.fem.family import FAMILIES, Contribution, SkinPart
+from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.materials import Material
 from femflex.fem.numbering import COMPONENTS, Numbering
@@ -61,6 +61,7 @@ class Structure:
     translation  (3 n_points, n_dof)   displacement of the mesh's points, row 3 * point + axis; zero where none
     rotation     (3 n_points, n_dof)   small rotation of the mesh's points, likewise
     skin         StructureSkin or None
+    places       StrainPlaces, ...     where the points of each strain block lie
     f0           (n_dof,)              elastic force that initial stress leaves unbalanced; K holds its stiffening
     """
 
@@ -75,6 +76,7 @@ class Structure:
     skin: StructureSkin | None
     numbering: Numbering
     f0: Array
+    places: tuple[StrainPlaces, ...]
 
     @property
     def stressed(self) -> bool:
@@ -145,6 +147,7 @@ def build_structure(mesh: Mesh, members: Sequence[Member], point_masses: Sequenc
         skin=_merged_skin([part.skin for part in parts if part.skin is not None], T),
         numbering=numbering,
         f0=f0,
+        places=tuple(place for part in parts for place in part.places),
     )
 
 
