@@ -47,6 +47,8 @@ class StrainPart:
     rows       (p, g, n)    generalised gradients per shape, in single precision
     linear     (s, g);  quadratic  (s, g, g)
     elastic    (1|p, s, s);  stress  (1|p, s)  the initial one
+    leading    how many shapes, from the first, enter the quadratic part; those that follow (condensed bodies) are of
+               second order themselves, so that strain is kept to second order in the coordinates, as its energy is
     nonlinear  whether the body's strain keeps the quadratic part; else it meets the initial stress alone
 
     The strains are those of NAMES[kind], in this order; twist is the twist rate times the section's polar radius.
@@ -60,6 +62,7 @@ class StrainPart:
     quadratic: Array
     elastic: Array
     stress: Array
+    leading: int
     nonlinear: bool
 
     @property
@@ -69,32 +72,33 @@ class StrainPart:
 
     def strains(self, y: Array) -> Array:
         """Strains (t, p, s) at amplitudes (t, n) of all shapes."""
-        g = self._gradients(y)
-        linear = g @ self.linear.T
-        return linear + self._quadratic(g) if self.nonlinear else linear
+        linear = self._gradients(y, None) @ self.linear.T
+        return linear + self._quadratic(y) if self.nonlinear else linear
 
     def energy(self, y: Array) -> Array:
         """Strain energy per length, area or volume (t, p), zero at rest: sigma0.eps + 1/2 eps.C eps."""
-        g = self._gradients(y)
-        linear, quadratic = g @ self.linear.T, self._quadratic(g)
+        linear, quadratic = self._gradients(y, None) @ self.linear.T, self._quadratic(y)
         eps = linear + quadratic if self.nonlinear else linear
         stored = np.einsum("tps,tps->tp", eps, np.matmul(eps[:, :, None], self.elastic)[:, :, 0]) / 2
         return np.asarray(stored + np.sum(self.stress * (linear + quadratic), axis=2))
 
-    def mixed(self, X: Array) -> StrainPart:
-        """The same over the shapes phi X, X (n, m)."""
-        return replace(self, rows=(self.rows @ X).astype(np.float32))
+    def mixed(self, X: Array, leading: int) -> StrainPart:
+        """The same over the shapes phi X, X (n, m), of which the first `leading` enter the quadratic part."""
+        return replace(self, rows=(self.rows @ X).astype(np.float32), leading=leading)
 
     def over(self, shapes: NDArray[np.int64]) -> StrainPart:
         """The same over those shapes alone."""
-        return replace(self, rows=self.rows[:, :, shapes])
+        return replace(self, rows=self.rows[:, :, shapes], leading=int(np.count_nonzero(shapes < self.leading)))
 
-    def _gradients(self, y: Array) -> Array:
+    def _gradients(self, y: Array, shapes: int | None) -> Array:
         p, g, n = self.rows.shape
-        y = np.asarray(y, float).reshape(-1, n)
-        return np.asarray((y @ self.rows.reshape(-1, n).T.astype(float)).reshape(len(y), p, g))
+        y = np.asarray(y, float).reshape(-1, n)[:, :shapes]
+        return np.asarray((y @ self.rows.reshape(-1, n)[:, :shapes].T.astype(float)).reshape(len(y), p, g))
 
-    def _quadratic(self, g: Array) -> Array:
+    def _quadratic(self, y: Array) -> Array:
+        if not self.quadratic.any():
+            return np.zeros((1, 1, len(self.linear)))
+        g = self._gradients(y, self.leading)
         out = np.zeros((*g.shape[:2], len(self.linear)))
         for s, i, j in zip(*np.nonzero(self.quadratic), strict=True):
             out[:, :, s] += self.quadratic[s, i, j] / 2 * g[:, :, i] * g[:, :, j]
@@ -105,7 +109,7 @@ def write_field(group: h5py.Group, field: Sequence[StrainPart]) -> None:
     """Write every part as a group of its own, by number."""
     for number, part in enumerate(field):
         own = group.create_group(f"strain_field/{number}")
-        own.attrs["kind"], own.attrs["nonlinear"] = part.kind, part.nonlinear
+        own.attrs["kind"], own.attrs["nonlinear"], own.attrs["leading"] = part.kind, part.nonlinear, part.leading
         for name in ARRAYS:
             own[name] = getattr(part, name)
             own[name].attrs["description"], own[name].attrs["units"] = ARRAYS[name]
@@ -120,6 +124,7 @@ def read_field(group: h5py.Group) -> tuple[StrainPart, ...]:
     return tuple(
         StrainPart(
             kind=str(own.attrs["kind"]),
+            leading=int(own.attrs["leading"]),
             nonlinear=bool(own.attrs["nonlinear"]),
             **{name: own[name][()] for name in ARRAYS},
         )

@@ -87,7 +87,7 @@ def _body(
         skin=_skin(beam, functions, X),
         kinds=("admissible",) * functions.own + ("derivative",) * (X.shape[1] - functions.own),
         omega=omega,
-        strain_field=(beam_field(beam, functions, X, strain != "linear"),),
+        strain_field=(beam_field(beam, functions, X, strain != "linear", strain == "condensed"),),
     )
 
 

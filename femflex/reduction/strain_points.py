@@ -50,6 +50,7 @@ def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool)
         quadratic=block.quadratic_map if whole else np.zeros((s, s, s)),
         elastic=_kept(block.elastic, share, by_element),
         stress=_kept(block.stress, share, by_element),
+        leading=raw.shape[1],
         nonlinear=nonlinear,
     )
 
@@ -64,17 +65,24 @@ def _kept(table: Array, share: Array, by_element: bool) -> Array:
     return every.reshape(-1, *table.shape[2:])
 
 
-def beam_field(beam: UniformBeam, functions: BeamFunctions, X: Array, nonlinear: bool) -> StrainPart:
-    """The part of a beam on admissible functions times X (count, n)."""
+def beam_field(beam: UniformBeam, functions: BeamFunctions, X: Array, nonlinear: bool, following: bool) -> StrainPart:
+    """The part of a beam on admissible functions times X (count, n), with the strains of `beam_strain`.
+
+    Where stretch follows bending, the fourth order of curvature stands as a fifth strain, which has no name.
+    """
     xi, weight = gauss(2 * functions.most + 24)
     slope, curvature = (functions.fields(xi, beam.length, derivative) @ X for derivative in (1, 2))
     polar = np.hypot(beam.ry, beam.rz) or 1.0
     slope[:, 3] *= polar
-    linear, quadratic = np.zeros((4, 6)), np.zeros((4, 6, 6))
+    s = 5 if following else 4
+    linear, quadratic = np.zeros((s, 6)), np.zeros((s, 6, 6))
     linear[[0, 1, 2, 3], [0, 4, 5, 3]] = 1.0, 1.0, -1.0, 1.0
     quadratic[0, range(4), range(4)] = 1.0
+    if following:
+        quadratic[0, 0, 0] = 0.0
+        quadratic[4, [1, 4], [4, 1]], quadratic[4, [2, 5], [5, 2]] = np.sqrt(beam.EIz), np.sqrt(beam.EIy)
     bending, axial = beam.taper.bending(xi), beam.taper.axial(xi)
-    stiffness = [beam.EA * axial, beam.EIz * bending, beam.EIy * bending, beam.GJ / polar**2 * bending]
+    stiffness = [beam.EA * axial, beam.EIz * bending, beam.EIy * bending, beam.GJ / polar**2 * bending, bending][:s]
     rows = np.concatenate([slope, curvature[:, 1:3]], axis=1)
     return StrainPart(
         kind="line",
@@ -83,7 +91,8 @@ def beam_field(beam: UniformBeam, functions: BeamFunctions, X: Array, nonlinear:
         rows=(rows if nonlinear else linear @ rows).astype(np.float32),
         linear=linear if nonlinear else np.eye(4),
         quadratic=quadratic if nonlinear else np.zeros((4, 4, 4)),
-        elastic=np.stack(stiffness, axis=1)[:, :, None] * np.eye(4),
-        stress=np.zeros((1, 4)),
+        elastic=np.stack(stiffness, axis=1)[:, :, None] * np.eye(s),
+        stress=np.zeros((1, len(linear))),
+        leading=X.shape[1],
         nonlinear=nonlinear,
     )

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 UNITS = {"line": "J/m", "plate": "J/m²", "solid": "J/m³"}
 NEAREST = {"line": 2, "plate": 4, "solid": 6}  # points that a place of the skin takes the mean of
-SHARPNESS = 0.05  # the nearer points weigh the more, the smaller this is
+SHARPNESS = 0.02  # the nearer points weigh the more, the smaller this is
 MOST_VALUES = 4e7  # strains that are evaluated to find the range of a run
 NEGATIVE = 1e-3  # of the largest; an energy density below minus this is drawn on a signed bar
 
@@ -150,7 +150,8 @@ def _means(part: StrainPart, points: Array, own: NDArray[np.bool_]) -> sparse.cs
     """Means (n_skin, p) over the points of a part around each of those points of a skin that are its own."""
     k = min(NEAREST[part.kind], len(part.places))
     rows = np.flatnonzero(own)
-    distance, near = cKDTree(part.places).query(points[rows], k=np.arange(1, k + 1))
+    found = cKDTree(part.places).query(points[rows], k=np.arange(1, k + 1))
+    distance, near = np.asarray(found[0], float), np.asarray(found[1], np.int64)
     beyond = distance**2 - distance[:, :1] ** 2
     weight = 1.0 / (beyond + SHARPNESS * beyond[:, -1:] + 1e-300)
     weight /= weight.sum(axis=1, keepdims=True)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 LENGTHS = ((1.0, "m"), (1e-2, "cm"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"))  # metres in one
 ROUND = ((1.0, 5), (1.2, 4), (1.5, 5), (2.0, 4), (2.5, 5), (3.0, 6), (4.0, 4), (5.0, 5), (6.0, 6), (8.0, 4), (10.0, 5))
+PREFIXES = ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+ROUNDING = 1e-9  # strain, curvature [1/m] and energy density [J/m^k] below which there is none to show
 
 
 @dataclass(frozen=True)
@@ -55,8 +57,9 @@ def length_unit(largest: float) -> tuple[float, str]:
 def colour_bar(largest: float) -> Bar:
     """The bar from zero to a round number at or above that length [m].
 
-    >>> colour_bar(0.137)
-    Bar(factor=100.0, unit='cm', top=15.0, parts=5)
+    >>> bar = colour_bar(0.137)
+    >>> bar.factor, bar.unit, bar.top, bar.parts
+    (100.0, 'cm', 15.0, 5)
     """
     factor, unit = length_unit(largest)
     return Bar(factor, unit, *round_above(largest * factor))
@@ -68,11 +71,10 @@ def strain_bar(largest: float, unit: str, signed: bool, title: str) -> Bar:
     >>> strain_bar(3.1e-4, "1", True, "axial strain")
     Bar(factor=1000000.0, unit='µε', top=400.0, parts=4, signed=True, title='axial strain')
     """
-    largest = largest if largest > 0 else 1.0
-    factor, shown = (1e6, "µε") if unit == "1" else (1.0, unit)
+    largest = max(largest, ROUNDING)
+    factor, shown = (1e6, "µε") if unit == "1" else (1.0, unit) if largest >= 0.05 else (1e3, "1/km")
     if unit.startswith("J"):
-        steps = ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
-        one, prefix = next((step for step in steps if largest >= step[0]), steps[-1])
+        one, prefix = next(step for step in PREFIXES if largest >= step[0])
         factor, shown = 1.0 / one, prefix + unit
     top, parts = round_above(largest * factor)
     return Bar(factor, shown, top, 2 if signed and parts % 2 == 0 and parts > 4 else parts, signed, title)
