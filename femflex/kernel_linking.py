@@ -51,12 +51,16 @@ class _PartLibrary(Library):  # type: ignore[misc]
 
 
 class _KernelLibrary(Library):  # type: ignore[misc]
-    """Code whose parts belong to it alone."""
+    """Code whose parts belong to it alone.
+
+    They are private: not even their names leave it, for the linker would bind other code to them, and their arguments
+    are no longer passed as they were declared.
+    """
 
     def _optimize_final_module(self) -> None:
         for function in self._final_module.functions:
             if not function.is_declaration and function.linkage == Linkage.linkonce_odr:
-                function.linkage = "internal"
+                function.linkage = "private"
         super()._optimize_final_module()
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, model_validator
 
 from femflex.case.base import Table, refuse
+from femflex.case.law import Laws, read_laws
 from femflex.case.motion import (
     AngleMotion,
     CylinderMotion,
@@ -89,6 +91,11 @@ HELD_KEYS = (
 RATES = {"angle": "rate", "angles": "rates", "position": "velocity"}
 
 
+def _numbered(name: str, n: int, unit: str) -> dict[str, str]:
+    """Names as a Joint gives them: "angle" for one, "angle1" and so on for several."""
+    return {name + (str(k + 1) if n > 1 else ""): unit for k in range(n)}
+
+
 class JointTable(Table):
     """What every joint says: it leads from a marker of the parent to a marker of the child."""
 
@@ -100,6 +107,26 @@ class JointTable(Table):
     parent_marker: str = "origin"
     name: str = ""
     """Left out: "parent-child"."""
+    laws: Annotated[tuple[Mapping[str, Any], ...], Laws()] = ()
+    """[[joints.laws]]: spring and damper tables, stops, friction and latches of single slides and turns."""
+
+    def coordinates(self) -> dict[str, str]:
+        """Name and unit of every slide and turn that a law may act on."""
+        return {}
+
+    @model_validator(mode="after")
+    def _laws_fit(self) -> JointTable:
+        try:
+            laws, latches = read_laws(self.laws, self.coordinates())
+        except ValueProblem as problem:
+            refuse(str(problem))
+        slides = sum(unit == "m" for unit in self.coordinates().values())
+        held = [*(self.motions("position") or (None,) * slides), *(self.motions("angle") or self.motions("angles"))]
+        names = list(self.coordinates())
+        for kind, k in [*((law.kind, law.freedom) for law in laws), *(("latch", latch.freedom) for latch in latches)]:
+            if k < len(held) and held[k] is not None:
+                refuse(f"found a {kind} on {names[k]!r}, which is held by motion; it would do nothing, so drop it")
+        return self
 
     def motions(self, key: str) -> tuple[Motion | None, ...]:
         """Motion of each coordinate under that key of `motion`; () when all are free."""
@@ -157,6 +184,10 @@ class Revolute(JointTable):
     motion: AngleMotion = AngleMotion()
     """Of a locked or specified angle."""
 
+    def coordinates(self) -> dict[str, str]:
+        """Name and unit of every slide and turn that a law may act on."""
+        return {"angle": "rad"}
+
 
 class Prismatic(JointTable):
     """One slide along an axis of the parent's marker."""
@@ -171,6 +202,10 @@ class Prismatic(JointTable):
     rest: Length = 0.0
     motion: PositionMotion = PositionMotion()
     """Of a locked or specified slide."""
+
+    def coordinates(self) -> dict[str, str]:
+        """Name and unit of every slide and turn that a law may act on."""
+        return {"slide": "m"}
 
     @model_validator(mode="after")
     def _held_slides_have_no_spring(self) -> Prismatic:
@@ -197,6 +232,10 @@ class Cylindrical(JointTable):
     rest: Angle = 0.0
     motion: CylinderMotion = CylinderMotion()
 
+    def coordinates(self) -> dict[str, str]:
+        """Name and unit of every slide and turn that a law may act on."""
+        return {"slide": "m", "angle": "rad"}
+
 
 class Universal(JointTable):
     """Two successive turns, the second about an axis that the first has turned."""
@@ -209,6 +248,10 @@ class Universal(JointTable):
     damping: Annotated[tuple[float, float], Quantity("N m s/rad", (2,), least=0.0)] = (0.0, 0.0)
     rest: Annotated[tuple[float, float], Quantity("rad", (2,))] = (0.0, 0.0)
     motion: TwoAngles = TwoAngles()
+
+    def coordinates(self) -> dict[str, str]:
+        """Name and unit of every slide and turn that a law may act on."""
+        return {"angle1": "rad", "angle2": "rad"}
 
     @model_validator(mode="after")
     def _axes_differ(self) -> Universal:
@@ -241,6 +284,10 @@ class Spherical(JointTable):
     """Rotation vector at which the springs are free."""
     motion: ThreeAngles = ThreeAngles()
     """Of locked or specified angles of the sequence; the coordinates are then these angles."""
+
+    def coordinates(self) -> dict[str, str]:
+        """Name and unit of every slide and turn that a law may act on."""
+        return {f"angle{k}": "rad" for k in (1, 2, 3)} if self.turning else {}
 
     @property
     def turning(self) -> bool:
@@ -276,6 +323,10 @@ class Free(Spherical):
     slide_rest: Position = ZERO
     motion: FreeMotion = FreeMotion()
 
+    def coordinates(self) -> dict[str, str]:
+        """Name and unit of every slide and turn that a law may act on."""
+        return {f"slide{k}": "m" for k in (1, 2, 3)} | super().coordinates()
+
 
 Many = tuple[float, ...]
 Lengths = Annotated[Many, Quantity("m", (None,))]
@@ -305,6 +356,10 @@ class General(JointTable):
     damping: TurnDamperList = ()
     rest: AngleList = ()
     motion: GeneralMotion = GeneralMotion()
+
+    def coordinates(self) -> dict[str, str]:
+        """Name and unit of every slide and turn that a law may act on."""
+        return {**_numbered("slide", len(self.slides), "m"), **_numbered("angle", len(self.turns), "rad")}
 
     @model_validator(mode="after")
     def _as_many_as_axes(self) -> General:

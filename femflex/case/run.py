@@ -26,6 +26,8 @@ class RunTable(Table):
     """Time between rows of the result file."""
     samples: Annotated[int | None, Count(2)] = None
     """Number of rows, first and last included, instead of output_step; 1001 when both are left out."""
+    reactions: StrictBool = False
+    """Report the force and torque that every joint carries."""
     rtol: Annotated[float, Quantity("", above=0.0, most=0.1)] | None = None
     """Relative error tolerance of a step; left out, 1e-11 (dop853) or 1e-9 (esdirk4, generalized_alpha)."""
     atol: Annotated[float, Quantity("", above=0.0)] | None = None

@@ -180,13 +180,16 @@ def conserved(run: Run, system: System) -> list[str]:
     from femflex.dynamics.law_report import is_damped
 
     led = any(profile.moves for joint in system.joints for profile in joint.held.values())
-    if system.loads or led or is_damped(system):
+    working = any(spring.damping for spring in system.springs) or any(c.function for c in system.constraints)
+    if system.loads or led or working or is_damped(system):
         return []
     if set(run.without) & {"coriolis_centrifugal", "gyroscopic", "specified_motion", "gravity_gradient"}:
         return []
     if "orbit/radius" not in run:
         roots = [joint for joint in system.joints if joint.parent is None]
-        adrift = len(roots) == 1 and roots[0].n_u == 6 and not roots[0].stiffness.any()
+        parents = [tie.parent for ties in (system.loops, system.constraints, system.springs) for tie in ties]
+        tied = None in parents
+        adrift = len(roots) == 1 and roots[0].n_u == 6 and not roots[0].stiffness.any() and not tied
         fixed = system.frame.kind == "inertial"
         return ["monitors/energy"] * fixed + ["monitors/angular_momentum"] * adrift
     if system.orbit is not None and system.orbit.free:

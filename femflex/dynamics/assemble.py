@@ -65,7 +65,7 @@ def joints_nearest(constraints: Constraints, mass_matrix: MassMatrix) -> Nearest
     at = 0
     for name in constraints.system.order:
         joint, n = constraints.system.joint_of(name), constraints.system.bodies[name].n_modes
-        free += range(at, at + joint.n_u)
+        free += [at + k for k in range(joint.n_u) if k not in joint.held]
         at += joint.n_u + n
 
     def nearest(t: float, x: Array, targets: Array) -> tuple[Array, int]:

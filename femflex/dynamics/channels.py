@@ -6,6 +6,7 @@ from femflex.dynamics import monitors
 from femflex.dynamics import observe as seen
 from femflex.dynamics.drive_report import held_channels
 from femflex.dynamics.joint_channels import ball_channels
+from femflex.dynamics.joint_reactions import reaction_channels
 from femflex.dynamics.law_report import law_channels
 from femflex.dynamics.lower import reported_markers
 from femflex.dynamics.orbit_force import orbit_channels
@@ -121,7 +122,8 @@ def channels_of(system: System) -> dict[str, Channel]:
             f"loads/{load.name}/force": Channel("N", f"force of {load.name}", (3,), XYZ, "body"),
             f"loads/{load.name}/torque": Channel("N m", f"torque of {load.name}", (3,), XYZ, "body"),
         }
-    return out | held_channels(system) | law_channels(system) | orbit_channels(system) | constraint_channels(system)
+    out |= held_channels(system) | law_channels(system) | orbit_channels(system)
+    return out | constraint_channels(system) | reaction_channels(system)
 
 
 def constraint_channels(system: System) -> dict[str, Channel]:

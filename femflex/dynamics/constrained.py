@@ -133,6 +133,17 @@ class Constraints:
         self._raise_errors()
         return udot, rows, rank, turns
 
+    def forces(self, times: Array, states: Array) -> dict[str, Array]:
+        """-A^T lambda (n_t, n_u) of every loop and constraint by its path, at times (n_t,) and states (n_t, n_x)."""
+        _, rows, _, _ = self.solved(times, states)
+        out = {path: np.empty((len(times), self.n_u)) for path in self.paths}
+        for j in range(len(times)):
+            A = self.matrix(float(times[j]), states[j])
+            for path, name in zip(self.paths, self.names, strict=True):
+                own = self.rows_of(name)
+                out[path][j] = -A[own].T @ rows[j, own, at.R_LAMBDA]
+        return out
+
     def observe(self, times: Array, states: Array) -> dict[str, Array]:
         """Channels of residuals, rank, multipliers and reactions at times (n_t,) and states (n_t, n_x)."""
         _, rows, rank, turns = self.solved(times, states)

@@ -29,6 +29,7 @@ CLOSING = np.dtype(
             "roots",  # work (width): D^-1/2
             "small",  # work: see `multipliers`
             "step",  # work (n_u): a change of u or an increment of q
+            "free",  # work (n_u): accelerations
             "moved",  # work (n_q)
             "marks",  # work (n_bodies): bodies between a row's markers and the root
         )

@@ -15,7 +15,7 @@ from femflex.dynamics.compiled import inner, kernel
 from femflex.dynamics.constraint_layout import closing_of, constraint_of
 from femflex.dynamics.coordinates import advance_coordinates, coordinate_rates
 from femflex.dynamics.equations import RATE, place
-from femflex.dynamics.forces import clear, write_forces
+from femflex.dynamics.forces import clear, release_joints, write_forces
 from femflex.dynamics.held import add_known_accelerations, held_state
 from femflex.dynamics.lanes import beyond, start
 from femflex.dynamics.layout import body_of, header_of, hold_of
@@ -36,37 +36,38 @@ NEWTON_STEPS = 10  # of a projection at most; from an integrator's step one or t
 
 
 @inner
-def reduce_rows(table: Table, pool: Array, work: Array) -> None:
-    """White rows and the factors of their products."""
-    whiten_rows(table, work, False)
-    factorise_products(table, pool, work)
-
-
-@inner
-def answer(table: Table, work: Array) -> Array:
+def answer(table: Table, work: Array, stiff: bool) -> Array:
     """M^-1 A^T lambda for the right sides in the rows, in step."""
     step = beyond(work, closing_of(table)["step"])
     multipliers(table, work)
-    respond(table, work, step, False)
+    respond(table, work, step, stiff)
     return step
 
 
 @inner
 def solve_motion(t: float, q: Array, u: Array, udot: Array, table: Table, pool: Array, work: Array) -> None:
-    """udot and the rows' multipliers: M udot + h = Q + A^T lambda, A udot = bdot - Adot u.
-
-    The free accelerations first; what they lack in every row gives the multipliers, and those the correction.
-    """
+    """udot and the rows' multipliers: M udot + h = Q + A^T lambda, A udot = bdot - Adot u."""
     place(t, q, u, table, pool, work)
+    release_joints(table, work)
     write_forces(t, q, u, table, pool, work)
     if header_of(table)["n_holds"] > 0:
         add_known_accelerations(table, work)
     reduce_to_root(table, pool, work, 0.0, 0.0, True)
     accelerate(table, work, udot, True)
+    constrain(t, q, u, udot, table, pool, work, False)
+
+
+@inner
+def constrain(t: float, q: Array, u: Array, udot: Array, table: Table, pool: Array, work: Array, stiff: bool) -> None:
+    """Correct the free accelerations udot: what they lack in every row gives the multipliers.
+
+    stiff: the recursion was that of an implicit step.
+    """
     write_rows(t, q, u, table, pool, work)
     aim_accelerations(udot, table, work)
-    reduce_rows(table, pool, work)
-    step = answer(table, work)
+    whiten_rows(table, work, stiff)
+    factorise_products(table, pool, work)
+    step = answer(table, work, stiff)
     for k in range(header_of(table)["n_u"]):
         udot[k] += step[k]
 
@@ -140,7 +141,7 @@ def settle_held(t: float, q: Array, u: Array, table: Table, pool: Array, work: A
 @inner
 def bring_back(t: float, q: Array, u: Array, task: int, table: Table, pool: Array, work: Array) -> float:
     """Bring (q, u) onto the constraints, or do what the task says; the gap left [m]."""
-    if header_of(table)["n_holds"] > 0:
+    if header_of(table)["n_holds"] > 0 and task != at.TASK_MEASURE:
         settle_held(t, q, u, table, pool, work)
     last = math.inf
     for k in range(NEWTON_STEPS + 1):
@@ -148,11 +149,12 @@ def bring_back(t: float, q: Array, u: Array, task: int, table: Table, pool: Arra
         gap = largest_gap(table, pool, work)
         if task == at.TASK_MEASURE:
             break
-        reduce_rows(table, pool, work)
+        whiten_rows(table, work, False)
+        factorise_products(table, pool, work)
         closed = gap <= pool[closing_of(table)["tolerance"]] or not gap < 0.5 * last or k == NEWTON_STEPS
         if task == at.TASK_HOLD:
             aim_residuals(at.R_SPEED if closed else at.R_GAP, table, work)
-        step = answer(table, work)
+        step = answer(table, work, False)
         if task == at.TASK_NEAREST:
             break
         if closed:

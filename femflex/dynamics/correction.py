@@ -46,6 +46,35 @@ def add_resistance(b: Record, udot: Array, pool: Array, work: Array, c_d: float,
         add_varying_force(b, work, udot, rates, -c_k, work, bias, b["stride"])
 
 
+@inner
+def resisted_accelerations(
+    t: float,
+    q: Array,
+    u: Array,
+    udot: Array,
+    out: Array,
+    c_d: float,
+    c_k: float,
+    forced: bool,
+    table: Table,
+    pool: Array,
+    work: Array,
+) -> None:
+    """out = udot + d, the accelerations of the heavier bodies and joints; forced as in `reduce_to_root`."""
+    head = header_of(table)
+    place(t, q, u, table, pool, work)
+    write_forces(t, q, u, table, pool, work)
+    if head["n_holds"] > 0:
+        add_known_accelerations(table, work)
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
+        write_rows(b, pool, work)
+        write_elastic_block(b, pool, work, c_d, c_k)
+        add_resistance(b, udot, pool, work, c_d, c_k)
+    reduce_written(table, pool, work, c_d, c_k, forced)
+    accelerate(table, work, out, forced)
+
+
 @kernel(CORRECT)
 def correct(
     t: float,
@@ -60,27 +89,10 @@ def correct(
     work: Array,
 ) -> None:
     """out = -(M + c_d D + c_k K)^-1 (M udot + h - Q) at the state (q, u), in O(n); sddot - udot of held freedoms."""
-    records, numbers, scratch, x, v, accelerations = (
-        start(table),
-        start(pool),
-        start(work),
-        start(q),
-        start(u),
-        start(udot),
-    )
+    records, numbers, scratch, x, v = start(table), start(pool), start(work), start(q), start(u)
     head = header_of(records)
     if head["n_holds"] > 0:
         x, v = held_state(t, x, v, records, numbers, scratch)
-    place(t, x, v, records, numbers, scratch)
-    write_forces(t, x, v, records, numbers, scratch)
-    if head["n_holds"] > 0:
-        add_known_accelerations(records, scratch)
-    for i in range(1, head["n_bodies"]):
-        b = body_of(records, i)
-        write_rows(b, numbers, scratch)
-        write_elastic_block(b, numbers, scratch, c_d, c_k)
-        add_resistance(b, accelerations, numbers, scratch, c_d, c_k)
-    reduce_written(records, numbers, scratch, c_d, c_k, False)
-    accelerate(records, scratch, start(out), False)
+    resisted_accelerations(t, x, v, start(udot), start(out), c_d, c_k, False, records, numbers, scratch)
     for k in range(head["n_u"]):
         out[k] -= udot[k]

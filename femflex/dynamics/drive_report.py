@@ -67,7 +67,7 @@ def drives(model: Model, times: Array, states: Array) -> Array:
     """Generalised forces (n_t, n_u) that hold the held freedoms [N, N m]; zero on the others."""
     from femflex.dynamics.drives import observe_drives
 
-    if model.reduced:
+    if model.reduced or model.constraints is not None:
         from femflex.dynamics.terms import DRIVES, terms
 
         found = [row for name, row in terms(model, times, states).items() if name.startswith(DRIVES)]

@@ -38,7 +38,7 @@ def place(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) 
 
 @kernel(RATE)
 def rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
-    """dx/dt of the state x = (q, u): qdot = N(q) u and M udot = Q - h, in O(n); no freedom is held or under a law."""
+    """dx/dt of the state x = (q, u): qdot = N(q) u and M udot = Q - h, in O(n); without holds, laws, springs."""
     records, numbers, scratch = start(table), start(pool), start(work)
     head = header_of(records)
     q, u, dq, udot = start(x), beyond(x, head["n_q"]), start(dx), beyond(dx, head["n_q"])

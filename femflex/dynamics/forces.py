@@ -23,10 +23,11 @@ Record = np.void
 
 @inner
 def write_forces(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
-    """Write all forces at the placed state, those of joint laws among them."""
+    """Write all forces at the placed state, those of joint laws and of springs between markers among them."""
     write_plain_forces(t, q, u, table, pool, work)
     if header_of(table)["n_laws"] > 0:
         add_law_forces(q, u, table, pool, work)
+    apply_springs(table, pool, work)
 
 
 @inner
@@ -46,7 +47,6 @@ def write_plain_forces(t: float, q: Array, u: Array, table: Table, pool: Array, 
             write_spring_forces(b, q, u, pool, work)
     for j in range(head["n_loads"]):
         apply_load(t, load_of(table, j), table, pool, work)
-    apply_springs(table, pool, work)
 
 
 @inner
@@ -54,6 +54,13 @@ def release_joint(b: Record, work: Array) -> None:
     """Clear the joint forces."""
     for k in range(6):
         work[b["work"] + W_TAU + k] = 0.0
+
+
+@inner
+def release_joints(table: Table, work: Array) -> None:
+    """Clear the joint forces of all bodies."""
+    for i in range(1, header_of(table)["n_bodies"]):
+        release_joint(body_of(table, i), work)
 
 
 @inner

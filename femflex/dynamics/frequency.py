@@ -49,6 +49,8 @@ def linear_frequency(model: Model) -> float:
     M^-1 K column by column: the accelerations that a unit of each elastic, sliding or turning coordinate calls up.
     """
     pairs = [pair for record in body_records(model.table)[1:] for pair in stiff_coordinates(record)]
+    if model.system.springs:  # these may act on any coordinate
+        pairs = [(-1, k) for k in range(model.n_u)]
     if not pairs:
         return 0.0
     q, u = (np.array(side) for side in zip(*pairs, strict=True))
@@ -57,10 +59,14 @@ def linear_frequency(model: Model) -> float:
 
     def called_up(displacement: Array) -> Array:
         moved = rest.copy()
-        moved[q] += STEP * np.ravel(displacement)
+        if model.system.springs:
+            step, start = STEP * np.ravel(displacement), rest[: model.n_q].copy()
+            model.tree.advance(start, step, moved[: model.n_q], model.table, model.pool, model.work)
+        else:
+            moved[q] += STEP * np.ravel(displacement)
         return np.asarray((base - model.state_rate(0.0, moved)[model.n_q :][u]) / STEP)
 
-    n = len(pairs)
+    n = len(u)
     if n <= MANY:
         values = np.linalg.eigvals(np.column_stack([called_up(unit) for unit in np.eye(n)]))
     else:

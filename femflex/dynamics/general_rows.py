@@ -42,13 +42,11 @@ def general_along(c: Record, k: int, v: Array, table: Table, work: Array) -> flo
 
 
 @inner
-def push_general(c: Record, k: int, factor: float, table: Table, work: Array) -> None:
-    """Add a general row's forces, times a factor, to those of joints and shapes."""
-    head = header_of(table)
-    a = c["general"] + k * head["n_u"]
-    for i in range(1, head["n_bodies"]):
+def push_coordinates(forces: Array, table: Table, work: Array) -> None:
+    """Add generalised forces (n_u) to those of joints and shapes."""
+    for i in range(1, header_of(table)["n_bodies"]):
         b = body_of(table, i)
         for j in range(b["n_h"] - (3 if b["hidden"] else 0)):
-            work[b["work"] + W_TAU + j] += factor * work[a + b["u"] + j]
+            work[b["work"] + W_TAU + j] += forces[b["u"] + j]
         for j in range(b["n"]):
-            work[b["pn"] + j] -= factor * work[a + b["ue"] + j]
+            work[b["pn"] + j] -= forces[b["ue"] + j]

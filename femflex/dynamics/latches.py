@@ -27,13 +27,6 @@ class Latches:
 
     model: Model
 
-    def __post_init__(self) -> None:
-        if self.model.constraints is not None:
-            raise ValueError(
-                "latches and closed loops or constraints stand in one system; what an impact does to multipliers is "
-                "not known here, so use a stiff elastic latch (`stiffness`), or open the loop"
-            )
-
     def values(self, t: float, x: Array) -> Array:
         """How far each open latch's coordinate has to go; 1 for a closed one."""
         out = []

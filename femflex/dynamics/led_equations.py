@@ -1,4 +1,4 @@
-"""The equations of motion (9) of a model some of whose joint freedoms are held, or under laws.
+"""The equations of motion (9) of a model with held joint freedoms, laws, or springs between markers.
 
 Compiled apart from `rate`, and only for such models: the others keep their speed and their first compilation.
 """

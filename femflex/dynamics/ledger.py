@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.compiled import inner, kernel
+from femflex.dynamics.constraint_layout import spring_of
 from femflex.dynamics.equations import place
 from femflex.dynamics.forces import clear, release_joint
 from femflex.dynamics.gathering import gather_residual
@@ -29,6 +30,7 @@ from femflex.dynamics.laws import write_law_rows
 from femflex.dynamics.layout import BALL_NONE, ORBIT_NONE, W_OMEGA, W_TAU, body_of, header_of, hold_of, load_of
 from femflex.dynamics.led_equations import write_accelerations
 from femflex.dynamics.loads import apply_load
+from femflex.dynamics.springs import apply_spring
 from femflex.dynamics.stiffening import add_varying_force, write_varying_stiffness
 from femflex.dynamics.symbols import types
 from femflex.dynamics.vectors import ZERO, store3
@@ -202,6 +204,19 @@ def write_gravity_row(still: Array, row: Array, table: Table, pool: Array, work:
 
 
 @inner
+def write_spring_rows(
+    t: float, q: Array, u: Array, rows: Array, still: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """Rows of springs between markers, one each, behind all others."""
+    head = header_of(table)
+    place(t, q, u, table, pool, work)
+    for i in range(head["n_springs"]):
+        clear(table, work)
+        apply_spring(spring_of(table, i), table, pool, work)
+        gather_residual(still, beyond(rows, (n_rows(table) - head["n_springs"] + i) * head["n_u"]), table, pool, work)
+
+
+@inner
 def write_terms(
     t: float, q: Array, u: Array, udot: Array, rows: Array, spare: Array, table: Table, pool: Array, work: Array
 ) -> None:
@@ -215,6 +230,8 @@ def write_terms(
     split_held(u, udot, spare, table, work)
     if head["n_holds"] > 0:
         write_drive_rows(t, q, u, rows, spare, table, pool, work)
+    if head["n_springs"] > 0:
+        write_spring_rows(t, q, u, rows, spare, table, pool, work)
     write_velocity_rows(t, q, u, rows, spare, table, pool, work)
     write_elastic_rows(q, u, rows, table, pool, work)
     write_joint_rows(q, u, rows, spare, table, pool, work)
@@ -237,7 +254,8 @@ def write_terms(
 def n_rows(table: Table) -> int:
     """Number of rows of the ledger."""
     head = header_of(table)
-    return FIRST_LOAD + int(head["n_loads"]) + int(head["n_holds"]) + int(head["law_rows"])
+    behind = int(head["n_holds"]) + int(head["law_rows"]) + int(head["n_springs"])
+    return FIRST_LOAD + int(head["n_loads"]) + behind
 
 
 @inner

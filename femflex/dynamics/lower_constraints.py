@@ -55,7 +55,12 @@ def take_scratch(closing: np.void, head: np.void, scratch: Scratch) -> None:
     """Places in the work array."""
     m, width = int(closing["n_rows"]), int(closing["width"])
     sizes = {"rows": at.ROW_SIZE * m, "white": m * width, "roots": width, "small": 2 * m * m + 5 * m}
-    sizes |= {"step": int(head["n_u"]), "moved": int(head["n_q"]), "marks": int(head["n_bodies"])}
+    sizes |= {
+        "step": int(head["n_u"]),
+        "free": int(head["n_u"]),
+        "moved": int(head["n_q"]),
+        "marks": int(head["n_bodies"]),
+    }
     for key, count in sizes.items():
         closing[key] = scratch.take(count)
 

@@ -14,6 +14,7 @@ from femflex.dynamics.channels import channels_of, row_length, row_places
 from femflex.dynamics.drive_report import observe_held, specified_states
 from femflex.dynamics.frequency import highest_frequency
 from femflex.dynamics.joint_channels import observe_balls
+from femflex.dynamics.joint_reactions import observe_reactions
 from femflex.dynamics.law_report import observe_laws
 from femflex.dynamics.layout import BALL_MODIFIED, BALL_QUATERNION, body_records
 from femflex.dynamics.lower import lower
@@ -68,9 +69,13 @@ class Model:
         return self.n_q + self.n_u
 
     @property
-    def second_order(self) -> SecondOrderCalls | None:
-        """The calls of implicit integrators, compiled when first asked for; None with constraints."""
-        return self.tree if self.constraints is None else None
+    def second_order(self) -> SecondOrderCalls:
+        """The calls of implicit integrators, compiled when first asked for."""
+        if self.constraints is None:
+            return self.tree
+        from femflex.dynamics.second_order import ConstrainedCalls
+
+        return ConstrainedCalls(self.n_q, self.n_u)
 
     @property
     def tree(self) -> SecondOrderCalls:
@@ -121,6 +126,12 @@ class Model:
         self.tree.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, self.table, self.pool, self.work)
         return out
 
+    def gather(self, t: float, x: Array, udot: Array) -> None:
+        """Leave in the work array what every joint carries (W_P) when the state x moves on with udot (n_u,)."""
+        q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
+        out, own = np.empty(self.n_u), (self.table, self.pool, self.work)
+        self.second_order.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, *own)
+
     def bias(self, t: float, x: Array) -> Array:
         """h - Q of eq. (9), (n_u,)."""
         return self.residual(t, x, np.zeros(self.n_u))
@@ -166,6 +177,8 @@ class Model:
             out[f"bodies/{name}/delta"] = body.amplitudes(states[:, first : first + body.n_modes])
         if self.constraints is not None:
             out |= self.constraints.observe(times, states)
+        if self.system.reactions:
+            out |= observe_reactions(self, times, states)
         if self.system.segments:
             from femflex.dynamics.segmented import observe_segmented
 
@@ -201,8 +214,8 @@ def compile_system(system: System) -> Model:
 
 
 def rate_of(system: System) -> Any:
-    """The compiled rate of a tree: the plain one, or that with held freedoms and laws."""
-    if not any(joint.held or joint.laws or joint.latches for joint in system.joints):
+    """The compiled rate of a tree: the plain one, or that with held freedoms, laws and springs between markers."""
+    if not (system.springs or any(joint.held or joint.laws or joint.latches for joint in system.joints)):
         return equations.rate
     from femflex.dynamics.led_equations import led_rate
 

@@ -18,7 +18,7 @@ from femflex.dynamics.compiled import inner
 from femflex.dynamics.constraint_layout import closing_of, constraint_of
 from femflex.dynamics.forces import clear, release_joint
 from femflex.dynamics.gathering import hand_forces
-from femflex.dynamics.general_rows import push_general
+from femflex.dynamics.general_rows import push_coordinates
 from femflex.dynamics.inertia import zero_forces
 from femflex.dynamics.lanes import beyond, lane, plus, put
 from femflex.dynamics.layout import W_H, W_P, W_PIVOT, W_TAU, W_U, body_of, header_of
@@ -78,27 +78,39 @@ def whiten_rows(table: Table, work: Array, stiff: bool) -> None:
 @inner
 def whiten_row(c: Record, k: int, table: Table, work: Array, stiff: bool) -> None:
     """Write the white row of row k of a constraint: only bodies between its markers and the root have a part in it."""
-    head, closing = header_of(table), closing_of(table)
-    n, width, marks = head["n_bodies"], closing["width"], closing["marks"]
-    white = beyond(work, closing["white"] + width * (c["first"] + k))
-    for j in range(width):
-        white[j] = 0.0
+    marks = closing_of(table)["marks"]
     general = c["kind"] == at.CONSTRAINT_GENERAL
-    for j in range(1, n):
+    for j in range(1, header_of(table)["n_bodies"]):
         work[marks + j] = 1.0 if general else 0.0
-    if not general:
+    if general:
+        release(table, work)
+        push_coordinates(beyond(work, c["general"] + k * header_of(table)["n_u"]), table, work)
+    else:
         mark_path(c["parent"], marks, table, work)
         mark_path(c["child"], marks, table, work)
-    for j in range(1, n):
-        if work[marks + j] != 0.0:
+        release(table, work)
+        push_row(c, row_of(table, c["first"] + k), 1.0, table, work)
+    reduce_forces(c["first"] + k, table, work, stiff)
+
+
+@inner
+def release(table: Table, work: Array) -> None:
+    """Leave marked bodies without forces and joint forces."""
+    for j in range(1, header_of(table)["n_bodies"]):
+        if work[closing_of(table)["marks"] + j] != 0.0:
             zero_forces(body_of(table, j), work)
             release_joint(body_of(table, j), work)
-    if general:
-        push_general(c, k, 1.0, table, work)
-    else:
-        push_row(c, row_of(table, c["first"] + k), 1.0, table, work)
-    for j in range(n - 1, 0, -1):
-        if work[marks + j] != 0.0:
+
+
+@inner
+def reduce_forces(i: int, table: Table, work: Array, stiff: bool) -> None:
+    """White row i from the forces that stand on the marked bodies, which are used up."""
+    closing = closing_of(table)
+    white = beyond(work, closing["white"] + closing["width"] * i)
+    for j in range(closing["width"]):
+        white[j] = 0.0
+    for j in range(header_of(table)["n_bodies"] - 1, 0, -1):
+        if work[closing["marks"] + j] != 0.0:
             b = body_of(table, j)
             reduce_body(b, closing, white, work, stiff)
             if b["parent"] > 0:
@@ -143,7 +155,10 @@ def reduce_shapes(b: Record, force: Pair, white: Array, roots: Array, work: Arra
 
 @inner
 def respond(table: Table, work: Array, out: Array, stiff: bool) -> None:
-    """out = M^-1 A^T lambda (n_u) of the multipliers, from the white rows: one way from the root to the tips."""
+    """out = M^-1 A^T lambda (n_u) of the multipliers, from the white rows: one way from the root to the tips.
+
+    stiff: with S for M.
+    """
     head, closing = header_of(table), closing_of(table)
     clear(table, work)
     if head["n_holds"] > 0:

@@ -88,3 +88,29 @@ class SecondOrderCalls:
         from femflex.dynamics.residual import solve
 
         return solve
+
+
+class ConstrainedCalls(SecondOrderCalls):
+    """The second-order calls of a model with loops or other constraints.
+
+    The residual is M udot + h - Q - A^T lambda with the multipliers of the motion itself; there is no `solve`.
+    """
+
+    @property
+    def residual(self) -> Any:
+        """The call of signature RESIDUAL."""
+        from femflex.dynamics.constrained_residual import residual
+
+        return residual
+
+    @property
+    def correct(self) -> Any:
+        """The call of signature CORRECT."""
+        from femflex.dynamics.constrained_correction import correct
+
+        return correct
+
+    @property
+    def solve(self) -> Any:
+        """Raises AttributeError."""
+        raise AttributeError("the mass matrix of a constrained system is that of its tree; take the tree's solve")

@@ -51,19 +51,24 @@ def stretched(s: Record, table: Table, pool: Array, work: Array) -> tuple[Vector
 
 
 @inner
+def apply_spring(s: Record, table: Table, pool: Array, work: Array) -> None:
+    """Put the force of a spring on its two bodies."""
+    r_P, r_Q, e, length, speed = stretched(s, table, pool, work)
+    data = s["data"]
+    tension = pool[data] * (length - pool[data + 2]) + pool[data + 1] * speed
+    P, Q = body_of(table, s["parent"]), body_of(table, s["child"])
+    if s["parent"] > 0:
+        force = scale(tension, turn(load9(work, P["work"] + W_CIN), e))
+        push(P, force, ZERO, r_P, UNIT, s["bends_P"], s["shape_P"], s["spin_P"], pool, work)
+    force = scale(-tension, turn(load9(work, Q["work"] + W_CIN), e))
+    push(Q, force, ZERO, r_Q, UNIT, s["bends_Q"], s["shape_Q"], s["spin_Q"], pool, work)
+
+
+@inner
 def apply_springs(table: Table, pool: Array, work: Array) -> None:
-    """Put the force of every spring on its two bodies."""
+    """Put the forces of all springs on their bodies."""
     for i in range(header_of(table)["n_springs"]):
-        s = spring_of(table, i)
-        r_P, r_Q, e, length, speed = stretched(s, table, pool, work)
-        data = s["data"]
-        tension = pool[data] * (length - pool[data + 2]) + pool[data + 1] * speed
-        P, Q = body_of(table, s["parent"]), body_of(table, s["child"])
-        if s["parent"] > 0:
-            force = scale(tension, turn(load9(work, P["work"] + W_CIN), e))
-            push(P, force, ZERO, r_P, UNIT, s["bends_P"], s["shape_P"], s["spin_P"], pool, work)
-        force = scale(-tension, turn(load9(work, Q["work"] + W_CIN), e))
-        push(Q, force, ZERO, r_Q, UNIT, s["bends_Q"], s["shape_Q"], s["spin_Q"], pool, work)
+        apply_spring(spring_of(table, i), table, pool, work)
 
 
 @inner

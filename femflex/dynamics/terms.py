@@ -39,7 +39,7 @@ SWITCHED = (  # in the compiled equations
     "gravity_gradient",
     "moving_mass",
 )
-LOADS, DRIVES, LAWS, INERTIA_OF = "loads/", "drives/", "laws/", "inertia/"
+LOADS, DRIVES, LAWS, SPRINGS_OF, INERTIA_OF = "loads/", "drives/", "laws/", "springs/", "inertia/"
 FORCE_UNITS = {"m/s": "N", "rad/s": "N m", "kg^1/2 m/s": "kg^1/2 m/s^2"}
 
 
@@ -48,15 +48,17 @@ def terms(model: Model, times: Array, states: Array) -> dict[str, Array]:
 
     times (n_t,) [s], states (n_t, n_x); udot is the model's own. Row k is the generalised force on the coordinate with
     quasi-velocity u_k (units as in `force_units`). The names are those of `TERMS`, without what the system has not,
-    "loads/<name>", "drives/<freedom>" of held freedoms and "laws/<law>" of joints; -Q of a load or drive carries its
-    minus. The terms sum to zero to rounding, row by row.
+    "loads/<name>", "drives/<freedom>" of held freedoms, "laws/<law>" of joints, "springs/<name>", "loops/<name>" and
+    "constraints/<name>"; -Q and -A^T lambda carry their minus. The terms sum to zero to rounding, row by row.
     """
     times, states, rates = _motion(model, times, states)
     out = _ledger(model, times, states, rates)
     rows = all_rows(model.system)
     present = [name for name in term_names(model.system) if name not in model.omitted]
     found = {name: out[:, rows.index(name)] for name in present}
-    if model.reduced:  # what is left of the equations sets the forces that hold freedoms
+    if model.constraints is not None:
+        found |= model.constraints.forces(times, states)
+    if model.reduced or model.constraints is not None:  # what is left sets the forces that hold freedoms
         rest = np.sum([row for name, row in found.items() if not name.startswith(DRIVES)], axis=0)
         for joint, k, _, u in held_places(model.system):
             found[DRIVES + joint.freedom_names()[k]][:, u] = -rest[:, u]
@@ -126,7 +128,8 @@ def all_rows(system: System) -> list[str]:
     """Names of the ledger's rows for a system, also of those that are zero throughout."""
     drives = (DRIVES + joint.freedom_names()[k] for joint, k, _, _ in held_places(system))
     laws = (LAWS + place.name for place in law_places(system))
-    return [*TERMS, *(LOADS + load.name for load in system.loads), *drives, *laws]
+    springs = (SPRINGS_OF + spring.name for spring in system.springs)
+    return [*TERMS, *(LOADS + load.name for load in system.loads), *drives, *laws, *springs]
 
 
 def term_names(system: System) -> list[str]:

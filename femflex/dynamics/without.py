@@ -11,7 +11,7 @@ import numpy as np
 
 from femflex.body import FlexibleBody
 from femflex.dynamics.law_report import law_places
-from femflex.dynamics.terms import DRIVES, LAWS, LOADS, SWITCHED, TERMS, all_rows, term_names
+from femflex.dynamics.terms import DRIVES, LAWS, LOADS, SPRINGS_OF, SWITCHED, TERMS, all_rows, term_names
 from femflex.system import Joint, Latch, System
 
 if TYPE_CHECKING:
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 FLEXIBILITY = "flexibility"
 
+LOOPS, CONSTRAINTS = "loops/", "constraints/"
+FOLDERS = (LOADS, LAWS, SPRINGS_OF, LOOPS, CONSTRAINTS)  # whose parts may go by their own name alone
 SHORT = {"K1": "elastic", "K2": "elastic_K2", "K3": "elastic_K3"}
 
 
@@ -53,7 +55,10 @@ def without(model: Model, *names: str) -> Model:
         system = changed(system, name)
     from femflex.dynamics.model import compile_system
 
-    return reduced(compile_system(system), (*model.omitted, *chosen))
+    found = compile_system(system)
+    if model.constraints is not None and found.n_x == model.n_x:
+        found = replace(found, x0=model.x0)  # closed loops start where they did
+    return reduced(found, (*model.omitted, *chosen))
 
 
 def switchable(model: Model) -> list[str]:
@@ -65,6 +70,8 @@ def switchable(model: Model) -> list[str]:
     latches = [LAWS + place.name for place in law_places(system) if isinstance(place.of, Latch)]
     fixed = ("inertia", *latches, *(name for name in term_names(system) if name.startswith(DRIVES)))
     names = [name for name in term_names(system) if name not in fixed and name not in model.omitted]
+    if model.constraints is not None:
+        names += model.constraints.paths
     return [*names, *([FLEXIBILITY] if flexible else []), *(f"{FLEXIBILITY}/{name}" for name in flexible)]
 
 
@@ -72,7 +79,7 @@ def resolved(model: Model, name: str) -> str:
     """The full name of something that can be switched off; a load may go by its own name alone, stiffness by K1."""
     known = switchable(model)
     name = SHORT.get(name, name)
-    for full in (name, LOADS + name, LAWS + name):
+    for full in (name, *(folder + name for folder in FOLDERS)):
         if full in known:
             return full
     if name == "inertia":
@@ -84,7 +91,7 @@ def resolved(model: Model, name: str) -> str:
     elif name in TERMS or name == FLEXIBILITY:
         why = f"{name!r} cannot be switched off: this system has none."
     else:
-        near = get_close_matches(name, [*known, *(full.removeprefix(LOADS) for full in known)], n=1)
+        near = get_close_matches(name, [*known, *(full.partition("/")[2] for full in known)], n=1)
         why = f"{name!r} is not something that can be switched off" + (f"; did you mean {near[0]!r}?" if near else ".")
     raise ValueError(f"{why} Known here are {known}.")
 
@@ -99,6 +106,12 @@ def changed(system: System, name: str) -> System:
         return replace(system, joints=tuple(without_law(joint, name.removeprefix(LAWS)) for joint in system.joints))
     if name.startswith(LOADS):
         return replace(system, loads=tuple(load for load in system.loads if LOADS + load.name != name))
+    if name.startswith(SPRINGS_OF):
+        return replace(system, springs=tuple(s for s in system.springs if SPRINGS_OF + s.name != name))
+    if name.startswith(LOOPS):
+        return replace(system, loops=tuple(loop for loop in system.loops if LOOPS + loop.label != name))
+    if name.startswith(CONSTRAINTS):
+        return replace(system, constraints=tuple(c for c in system.constraints if CONSTRAINTS + c.name != name))
     if name.partition("/")[0] == FLEXIBILITY:
         body = name.partition("/")[2]
         return stiffened(system, set(system.segments.get(body, (body,))) if body else set(system.bodies))
@@ -133,6 +146,12 @@ def reduced(model: Model, omitted: tuple[str, ...]) -> Model:
     rows = all_rows(model.system)
     if not any(name in SWITCHED for name in omitted):
         return replace(model, omitted=omitted)
+    if model.constraints is not None:
+        names = ", ".join(name for name in omitted if name in SWITCHED)
+        raise ValueError(
+            f"{names} cannot be switched off in a system with loops or constraints, whose forces follow from the whole "
+            "equations; switch the loops and constraints off too, or leave it on"
+        )
     from femflex.dynamics.layout import HEADER, N_HEADER
     from femflex.dynamics.pool import aligned
     from femflex.dynamics.reduced import reduced_rate

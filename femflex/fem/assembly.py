@@ -143,7 +143,7 @@ class Assembler:
         for known in self._known:
             if known.number.shape == number.shape and np.array_equal(known.number, number):
                 return known
-        self._known.append(connections(number))
+        self._known.append(layered_connections(number))
         return self._known[-1]
 
 
@@ -181,6 +181,36 @@ def _runs_from(dofs: Index, starts: NDArray[np.bool_], n_dof: int) -> Runs:
     first = np.flatnonzero(size_at)
     number_at = np.cumsum(size_at > 0) - 1
     return Runs(first, size_at[first], number_at[dofs[:, begin]], column, np.arange(len(starts)) - begin[column])
+
+
+def layered_connections(number: Index) -> Connections:
+    """Which of the runs number (e, r) are connected, from those of the first layer where runs come in equal layers.
+
+    Every node of a plate has a run of its deflection and one of its rotations: run, and run + n on the same elements.
+    """
+    n_runs, r = int(number.max()) + 1, number.shape[1]
+    for layers in range(r, 1, -1):
+        n = n_runs // layers
+        if r % layers or n_runs % layers:
+            continue
+        by_layer = number.reshape(len(number), -1, layers)
+        if (by_layer - by_layer[:, :, :1] == n * np.arange(layers)).all():
+            return _repeated_in_layers(number, connections(by_layer[:, :, 0]), n, layers)
+    return connections(number)
+
+
+def _repeated_in_layers(number: Index, first: Connections, n: int, layers: int) -> Connections:
+    """Connections of all layers, n runs in each, sorted: in a row the pairs of one layer stand after the other's."""
+    count = np.bincount(first.row, minlength=n)
+    before = (np.cumsum(count) - count)[first.row]  # pairs of the rows above
+    k, steps = np.arange(len(first.row)), np.arange(layers)[:, None]
+    in_row = layers * before + (k - before) + steps * count[first.row]  # (layer of the column, k)
+    place = in_row + (layers * len(k) * np.arange(layers))[:, None, None]  # (layer of the row, layer of the column, k)
+    row, col = np.empty(place.size, np.int64), np.empty(place.size, np.int64)
+    row[place], col[place] = first.row + n * steps[:, None], first.col + n * steps
+    b = number.shape[1] // layers
+    pair = np.moveaxis(place.astype(np.int32), 2, 0)[first.pair.reshape(-1, b, b)]
+    return Connections(number, row, col, pair.transpose(0, 1, 3, 2, 4).ravel())
 
 
 def connections(number: Index) -> Connections:

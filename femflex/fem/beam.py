@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -118,7 +119,7 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     strain = _strain(elements, member, degree, options)
     axis = elements.places(_stations(elements, member, degree)[0], np.zeros((*strain.weight.shape, 1, 2)))[:, :, 0]
     places = StrainPlaces("line", axis)
-    return Contribution((blocks,), (strain,), swept_outline(elements, member.section), (places,))
+    return Contribution((blocks,), (strain,), partial(swept_outline, elements, member.section), (places,))
 
 
 def _elements(mesh: Mesh, member: Member, numbering: Numbering, options: dict[str, Any]) -> BeamElements:

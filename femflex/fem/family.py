@@ -49,12 +49,15 @@ class StrainPlaces:
 
 @dataclass(frozen=True, eq=False)
 class Contribution:
-    """What one member adds to the tables and to the picture; places go with the blocks of strain, one by one."""
+    """What one member adds to the tables and to the picture; skin() makes what is drawn, when it is asked for.
+
+    places go with the blocks of strain, one by one; a family without them is not coloured by strain
+    """
 
     inertia: tuple[InertiaBlock, ...]
     strain: tuple[StrainBlock, ...]
-    skin: SkinPart | None
-    places: tuple[StrainPlaces, ...]
+    skin: Callable[[], SkinPart] | None = None
+    places: tuple[StrainPlaces, ...] = ()
 
 
 Family = Callable[["Mesh", "Member", Numbering], Contribution]

@@ -96,9 +96,11 @@ class Numbering:
         rows, cols = [np.flatnonzero(keep)], [number[keep]]
         values = [np.ones(int(keep.sum()))]
         n_dof = int(keep.sum())
-        for j in (1, 2):  # the two stiffened directions of each flat node
+        for place, j in enumerate(
+            (2, 1)
+        ):  # the two stiffened directions of each flat node; in the xy plane x comes last
             rows.append(dropped.ravel())
-            cols.append(np.repeat(n_dof + np.arange(len(dropped)) * 2 + (j - 1), 3))
+            cols.append(np.repeat(n_dof + np.arange(len(dropped)) * 2 + place, 3))
             values.append(axes[flat, :, j].ravel())
         n_dof += 2 * len(dropped)
         triplets = (np.concatenate(values), (np.concatenate(rows), np.concatenate(cols)))

@@ -77,7 +77,7 @@ def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     return Contribution(
         inertia=(triangle_inertia(x, axes, section, fields, dof_map),),
         strain=(triangle_strain(elastic, stress, fields, dof_map, LINEAR),),
-        skin=plate_skin(mesh.points, corners, axes, section.thickness, dof_map),
+        skin=partial(plate_skin, mesh.points, corners, axes, section.thickness, dof_map),
         places=(StrainPlaces("plate", np.matmul(area_points(LINEAR)[0], x)),),
     )
 

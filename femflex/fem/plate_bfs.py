@@ -73,9 +73,9 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     elastic = stiffness.matrix(shears=False)
     stress = initial_stress(section, options, axes, elastic.shape[2])
     return Contribution(
-        inertia=(PlateInertia(dm, rho, dof_map, axes, heights, place, partial(of, rows)),),
+        inertia=(PlateInertia(dm, rho, dof_map, axes, heights, place, partial(of, rows.swapaxes(1, 2).copy())),),
         strain=(rectangle_strain(a, b, elastic, stress, dof_map, (_POINTS, _WEIGHTS)),),
-        skin=plate_skin(mesh.points, corners, axes, section.thickness, dof_map),
+        skin=partial(plate_skin, mesh.points, corners, axes, section.thickness, dof_map),
         places=(StrainPlaces("plate", middle),),
     )
 

@@ -84,7 +84,7 @@ class PlateInertia:
     axes      (1|e, 3, 3)   rows e1, e2, normal
     heights   (r,)          of the layers [m]
     P         (q, m)        in-plane shape functions
-    bending   elements -> (1|e, q, 3, b)  w, beta_x, beta_y
+    bending   elements -> (1|e, 3, q, b)  w, beta_x, beta_y
     """
 
     dm: Array
@@ -105,7 +105,7 @@ class PlateInertia:
         local = self.map.local(phi, elements)
         m, (e, _, n) = self.P.shape[1], local.shape
         u, v = (np.matmul(self.P, local[:, i : 2 * m : 2]) for i in (0, 1))  # (e, q, n)
-        w, bx, by = np.moveaxis(np.matmul(self.bending(elements), local[:, None, 2 * m :]), 2, 0)
+        w, bx, by = np.matmul(self.bending(elements), local[:, None, 2 * m :]).swapaxes(0, 1)
         layers = [np.stack([u + z * bx, v + z * by, w], axis=2) for z in self.heights]
         own = np.stack(layers, axis=1).reshape(e, -1, 3, n)
         return np.matmul(of(self.axes, elements).swapaxes(1, 2)[:, None], own)
@@ -121,7 +121,7 @@ class PlateInertia:
         dm = self._dm_by_layer(elements)
         N = self.bending(elements)
         turning = np.einsum("erq,r->eq", dm, self.heights**2)
-        weight = np.stack([dm.sum(axis=1), turning, turning], axis=2)[..., None]
+        weight = np.stack([dm.sum(axis=1), turning, turning], axis=1)[..., None]
         flat, weighted = N.reshape(len(N), -1, N.shape[3]), (N * weight).reshape(len(dm), -1, N.shape[3])
         return np.matmul(flat.swapaxes(1, 2), weighted)
 

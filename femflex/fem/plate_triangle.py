@@ -61,12 +61,12 @@ class Triangles:
         return Triangles(*(part[elements] for part in parts))
 
     def deflection_and_rotation(self, L: Array, elements: slice) -> Array:
-        """w, beta_x, beta_y (e, q, 3, 9) at area coordinates L (q, 3)."""
-        bubble = self.bubble[elements].reshape(-1, 3, 18)
-        N = np.empty((len(bubble), len(L), 3, 9))
-        np.matmul(bernstein(L), self._cubic(elements), out=N[:, :, 0])
-        beta = np.matmul(4 * L[:, START] * L[:, END], bubble).reshape(-1, len(L), 2, 9)
-        np.add(beta, np.einsum("qi,ial->qal", L, BETA), out=N[:, :, 1:])
+        """w, beta_x, beta_y (e, 3, q, 9) at area coordinates L (q, 3)."""
+        bubble = self.bubble[elements].swapaxes(1, 2)
+        N = np.empty((len(bubble), 3, len(L), 9))
+        np.matmul(bernstein(L), self._cubic(elements), out=N[:, 0])
+        np.matmul(4 * L[:, START] * L[:, END], bubble, out=N[:, 1:])
+        N[:, 1:] += np.matmul(L, BETA.swapaxes(0, 1))
         return N
 
     def slopes(self, L: Array, elements: slice) -> Array:

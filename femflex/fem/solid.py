@@ -6,6 +6,7 @@ The 27-node hexahedron bends without locking; the 8-node one does not and is off
 from __future__ import annotations
 
 import warnings
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -64,7 +65,9 @@ def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         stress = _initial_stress(options, elastic)[None, None]
         strain.append(SolidStrain(dofs, weight, elastic[None, None], linear, quadratic, G, stress))
         places.append(StrainPlaces("solid", rho))
-    return Contribution(tuple(inertia), tuple(strain), solid_skin(mesh.points, cells, numbering), tuple(places))
+    return Contribution(
+        tuple(inertia), tuple(strain), partial(solid_skin, mesh.points, cells, numbering), tuple(places)
+    )
 
 
 def _initial_stress(options: dict[str, Any], elastic: Array) -> Array:

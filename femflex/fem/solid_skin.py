@@ -20,7 +20,7 @@ def solid_skin(points: Array, cells: dict[str, Index], numbering: Numbering) -> 
     """Outer faces of hexahedra: four quads per face of a 27-node one, moved by its nodes."""
     quads = np.concatenate([_outer_quads(name, nodes) for name, nodes in cells.items()])
     nodes, corners = np.unique(quads, return_inverse=True)
-    cols = numbering.translation(nodes)
+    cols = numbering.translation_of(nodes)
     return SkinPart(
         points=points[nodes],
         cells={"quad": corners.reshape(-1, 4)},

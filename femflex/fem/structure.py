@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import difflib
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -60,8 +61,8 @@ class Structure:
     strain       StrainBlock, ...      points with stiffness; K = sum over them
     translation  (3 n_points, n_dof)   displacement of the mesh's points, row 3 * point + axis; zero where none
     rotation     (3 n_points, n_dof)   small rotation of the mesh's points, likewise
-    skin         StructureSkin or None
-    places       StrainPlaces, ...     where the points of each strain block lie
+    skin_parts   () -> SkinPart, ...   the drawn surfaces of the members
+    places       StrainPlaces, ...     where the points of each strain block lie; None where its family does not tell
     f0           (n_dof,)              elastic force that initial stress leaves unbalanced; K holds its stiffening
     """
 
@@ -73,10 +74,15 @@ class Structure:
     strain: tuple[StrainBlock, ...]
     translation: sparse.csr_array
     rotation: sparse.csr_array
-    skin: StructureSkin | None
+    skin_parts: tuple[Callable[[], SkinPart], ...]
     numbering: Numbering
     f0: Array
-    places: tuple[StrainPlaces, ...]
+    places: tuple[StrainPlaces | None, ...]
+
+    @cached_property
+    def skin(self) -> StructureSkin | None:
+        """The drawn surface of all members, made when it is first asked for; None when no member has one."""
+        return _merged_skin([part() for part in self.skin_parts], self.T)
 
     @property
     def stressed(self) -> bool:
@@ -144,10 +150,10 @@ def build_structure(mesh: Mesh, members: Sequence[Member], point_masses: Sequenc
         strain=strain,
         translation=_on_independent(translation, T),
         rotation=_on_independent(rotation, T),
-        skin=_merged_skin([part.skin for part in parts if part.skin is not None], T),
+        skin_parts=tuple(part.skin for part in parts if part.skin is not None),
         numbering=numbering,
         f0=f0,
-        places=tuple(place for part in parts for place in part.places),
+        places=tuple(place for part in parts for place in part.places or (None,) * len(part.strain)),
     )
 
 

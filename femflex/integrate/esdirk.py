@@ -33,10 +33,11 @@ class Esdirk4(Implicit):
     def filler(self, model: Model) -> Fill:
         """The compiled loop of `esdirk_kernel`."""
         from femflex.integrate.esdirk_kernel import N_SCRATCH, N_STAGES, fill
+        from femflex.integrate.holding import hold_of
         from femflex.integrate.switching import switch_of
 
         offered, own = self.calls(model), (model.table, model.pool, model.work)
-        calls = (offered.correct, offered.kinematic, switch_of(model))
+        calls = (model.rate, offered.correct, offered.kinematic, switch_of(model), hold_of(model))
         renormalise = np.ascontiguousarray(model.renormalise, np.int64)
         settings = (float(self.step or 0.0), self.rtol, self.absolute(model.n_x), self.max_step)
         k, scratch = np.zeros((N_STAGES, model.n_x)), np.zeros((N_SCRATCH, model.n_x))

@@ -32,7 +32,8 @@ from femflex.integrate.hermite import (
     shorter,
     step_accepted,
 )
-from femflex.integrate.protocol import CORRECT, KINEMATIC, OWN, SWITCH, Call, Own
+from femflex.integrate.holding import HOLD, Hold
+from femflex.integrate.protocol import CORRECT, KINEMATIC, OWN, RATE, SWITCH, Call, Own
 from femflex.integrate.vectors import clipped, cut, first_not_finite, normalise, put, standing
 
 Array = NDArray[np.float64]
@@ -139,7 +140,7 @@ def stages(
     return True
 
 
-_CALLS = tuple(types.FunctionType(call) for call in (CORRECT, KINEMATIC, SWITCH))
+_CALLS = (*(types.FunctionType(call) for call in (RATE, CORRECT, KINEMATIC, SWITCH)), HOLD)
 _SETTINGS = (REAL, REAL, VECTOR, REAL)  # fixed, rtol, atol, max_step
 _KEPT = (VECTOR, TABLE, TABLE, TABLE)  # state, vectors, k, scratch
 _SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, INTEGER, *_SETTINGS, *_KEPT, *(VECTOR, TABLE), INTEGER)
@@ -147,9 +148,11 @@ _SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, INTEGER, *_SETTINGS, *_KEPT, *(V
 
 @kernel(_SIGNATURE)
 def fill(
+    rate: Call,
     correct: Call,
     kinematic: Call,
     switch: Call,
+    hold: Hold,
     own: Own,
     span: Span,
     renormalise: IntArray,
@@ -173,7 +176,7 @@ def fill(
     row = 0
     x, y = vectors[X], scratch[Y]
     while True:
-        row = hand_out(times, rows, row, state, vectors, renormalise)
+        row = hand_out(times, rows, row, state, vectors, renormalise, hold, own)
         t, wanted = state[head.T], min(state[head.H], max_step)
         status = standing(row, rows.shape[0], wanted, span[0], budget, state)
         if status != head.GO_ON:
@@ -187,7 +190,12 @@ def fill(
             continue
         t_new = span[0] if h == span[0] - t else t + h
         normalise(y, renormalise)
-        kinematic(clipped(t_new, span[1], span[2]), y[:n_q], y[n_q:], k[5][:n_q], *own)
+        asked = clipped(t_new, span[1], span[2])
+        if hold[0]:
+            hold[1](asked, y, *own)
+            rate(asked, y, k[5], *own)
+        else:
+            kinematic(asked, y[:n_q], y[n_q:], k[5][:n_q], *own)
         error = scaled_norm(scratch[E], x, y, rtol, atol)
         if fixed > 0.0 and math.isfinite(error):
             error = 0.0

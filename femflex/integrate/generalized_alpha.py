@@ -54,10 +54,12 @@ class GeneralizedAlpha(Implicit):
     def filler(self, model: Model) -> Fill:
         """The compiled loop of `generalized_alpha_kernel`."""
         from femflex.integrate.generalized_alpha_kernel import N_SCRATCH, fill
+        from femflex.integrate.holding import hold_of
         from femflex.integrate.switching import switch_of
 
         offered, own = self.calls(model), (model.table, model.pool, model.work)
-        calls = (offered.correct, offered.kinematic, offered.advance, switch_of(model))
+        implicit = (offered.correct, offered.kinematic, offered.advance)
+        calls = (model.rate, *implicit, switch_of(model), hold_of(model))
         renormalise = np.ascontiguousarray(model.renormalise, np.int64)
         settings = (float(self.rho), float(self.step or 0.0), self.rtol, self.absolute(model.n_x), self.max_step)
         scratch = np.zeros((N_SCRATCH, model.n_x))

@@ -31,7 +31,8 @@ from femflex.integrate.hermite import (
     shorter,
     step_accepted,
 )
-from femflex.integrate.protocol import ADVANCE, CORRECT, KINEMATIC, OWN, SWITCH, Call, Own
+from femflex.integrate.holding import HOLD, Hold
+from femflex.integrate.protocol import ADVANCE, CORRECT, KINEMATIC, OWN, RATE, SWITCH, Call, Own
 from femflex.integrate.vectors import clipped, cut, first_not_finite, normalise, put, standing
 
 Array = NDArray[np.float64]
@@ -153,7 +154,7 @@ def move_on(h: float, n_q: int, vectors: Array, scratch: Array) -> None:
         vectors[SLOPES, n_u + i] = (scratch[YDOT, n_q + i] - vectors[XDOT_OLD, n_q + i]) / h
 
 
-_CALLS = tuple(types.FunctionType(call) for call in (CORRECT, KINEMATIC, ADVANCE, SWITCH))
+_CALLS = (*(types.FunctionType(call) for call in (RATE, CORRECT, KINEMATIC, ADVANCE, SWITCH)), HOLD)
 _SETTINGS = (REAL, REAL, REAL, VECTOR, REAL)  # rho, fixed, rtol, atol, max_step
 _KEPT = (VECTOR, TABLE, TABLE)  # state, vectors, scratch
 _SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, INTEGER, *_SETTINGS, *_KEPT, *(VECTOR, TABLE), INTEGER)
@@ -161,10 +162,12 @@ _SIGNATURE = ENDED(*_CALLS, OWN, SPAN, INDICES, INTEGER, *_SETTINGS, *_KEPT, *(V
 
 @kernel(_SIGNATURE)
 def fill(
+    rate: Call,
     correct: Call,
     kinematic: Call,
     advance: Call,
     switch: Call,
+    hold: Hold,
     own: Own,
     span: Span,
     renormalise: IntArray,
@@ -188,7 +191,7 @@ def fill(
     row = 0
     x, y = vectors[X], scratch[Y]
     while True:
-        row = hand_out(times, rows, row, state, vectors, renormalise)
+        row = hand_out(times, rows, row, state, vectors, renormalise, hold, own)
         t, wanted = state[head.T], min(state[head.H], max_step)
         status = standing(row, rows.shape[0], wanted, span[0], budget, state)
         if status != head.GO_ON:
@@ -203,7 +206,11 @@ def fill(
             reject(head.NEWTON, 0.5 * h, scratch[CHANGE], x, scratch[CHANGE], rtol, atol, state)
             continue
         normalise(y, renormalise)
-        kinematic(asked, y[:n_q], y[n_q:], scratch[YDOT][:n_q], *own)
+        if hold[0]:
+            hold[1](asked, y, *own)
+            rate(asked, y, scratch[YDOT], *own)
+        else:
+            kinematic(asked, y[:n_q], y[n_q:], scratch[YDOT][:n_q], *own)
         set_error(kinematic, own, asked, h, rho, n_q, state, vectors, scratch)
         error = scaled_norm(scratch[E], x, y, rtol, atol)
         if fixed > 0.0 and math.isfinite(error):

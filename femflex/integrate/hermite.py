@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from femflex.integrate import resume as head
 from femflex.integrate.compiled import part
+from femflex.integrate.holding import Hold
 from femflex.integrate.protocol import Call, Own
 from femflex.integrate.vectors import accept, clipped, first_not_finite, normalise, put
 
@@ -38,7 +39,9 @@ def interpolate(theta: float, h: float, vectors: Array, row: Array) -> None:
 
 
 @part
-def hand_out(times: Array, rows: Array, row: int, state: Array, vectors: Array, renormalise: IntArray) -> int:
+def hand_out(
+    times: Array, rows: Array, row: int, state: Array, vectors: Array, renormalise: IntArray, hold: Hold, own: Own
+) -> int:
     """Number of rows written in all, after those whose times the steps have reached."""
     t, t_old = state[head.T], state[head.T_OLD]
     while row < rows.shape[0] and times[row] <= t:
@@ -47,6 +50,8 @@ def hand_out(times: Array, rows: Array, row: int, state: Array, vectors: Array, 
         else:
             interpolate((times[row] - t_old) / (t - t_old), t - t_old, vectors, rows[row])
             normalise(rows[row], renormalise)
+            if hold[0]:
+                hold[1](times[row], rows[row], *own)
         state[head.LAST_OUT] = times[row]
         row += 1
     return row

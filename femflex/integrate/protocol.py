@@ -16,7 +16,8 @@ CONSTRAINTS (models that have them; the others offer None)
 
     PROJECT    project(t, x, table, pool, work) -> float
                Brings x (n_x,) onto the constraints, in place, by the shortest way; the gap left. Called on every
-               accepted step and on every row handed out: a change of the size of the local error.
+               accepted step and on every row handed out: a change of the size of the local error. The rate of such a
+               model, and its residual, give the motion of the constrained system on and off the constraints.
 CHANGE OF COORDINATES (models whose rotation sets need one)
 
     SWITCH     switch(x, table, pool, work) -> number of changes

@@ -18,13 +18,13 @@ MOST_POINTS = 3000  # of a member that are kept one by one; with more, each elem
 
 
 def strain_field(structure: Structure, phi: Array, nonlinear: bool) -> tuple[StrainPart, ...]:
-    """Parts over shapes phi (n_dof, n), one for every block of the strain table.
+    """Parts over shapes phi (n_dof, n), one for every block of the strain table whose points have places.
 
     Bytes: 4 n g a point, g the strains (4 to 8) of a linear, unstressed body, else the gradients (6 to 11).
     """
     raw = structure.T @ phi
     found = zip(structure.strain, structure.places, strict=True)
-    return tuple(_part(block, places, raw, nonlinear) for block, places in found)
+    return tuple(_part(block, places, raw, nonlinear) for block, places in found if places is not None)
 
 
 def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool) -> StrainPart:

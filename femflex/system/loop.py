@@ -57,10 +57,10 @@ def closure(joint: Joint) -> Closure:
 def closure_problems(joint: Joint) -> list[str]:
     """Sentences on what a joint says that a cut joint cannot do."""
     out = []
-    if joint.stiffness.any() or joint.damping.any():
+    if joint.stiffness.any() or joint.damping.any() or joint.laws or joint.latches:
         out.append(
-            f"loop {joint.label!r} has a spring or a damper; a cut joint has no coordinates of its own: "
-            "cut the loop at another joint"
+            f"loop {joint.label!r} has a spring or a damper, a law or a latch; a cut joint has no coordinates of its "
+            "own: cut the loop at another joint"
         )
     if joint.held:
         out.append(

@@ -36,6 +36,7 @@ class System:
     loops        joints cut out of the tree: each closes a loop between two bodies, or to the base frame
     constraints  on velocities: rolling, knife edges, general rows
     springs      between two markers
+    reactions    whether runs report what the joints carry
     segments  body cut into segments -> names of the bodies that are its segments, near to far (see `assembled`)
 
     With a specified orbit O is the centre of mass: the root joint's translation is eliminated, so the root joint must
@@ -56,9 +57,10 @@ class System:
     loops: tuple[Joint, ...] = ()
     constraints: tuple[Nonholonomic, ...] = ()
     springs: tuple[Spring, ...] = ()
+    reactions: bool = False
 
     def __post_init__(self) -> None:
-        problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems()]
+        problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems(), *self._latch_problems()]
         problems += tie_problems(self.loops, self.constraints, self.springs, self.orbit)
         if problems:
             raise ValueError("\n".join(problems))
@@ -159,6 +161,17 @@ class System:
                 f"joint {label!r} must be spherical, weld or turning, not {kind}"
             ]
         return []
+
+    def _latch_problems(self) -> list[str]:
+        """Latches where what an impact does is not known."""
+        if not (self.loops or self.constraints):
+            return []
+        return [
+            f"joint {j.label!r} has a latch in a system with closed loops or constraints; what an impact does to their "
+            "multipliers is not known here, so take a stop for the latch, or open the loop"
+            for j in self.joints
+            if j.latches
+        ]
 
     def _name_problems(self) -> list[str]:
         out = []

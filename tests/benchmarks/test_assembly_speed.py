@@ -1,7 +1,7 @@
 """Assembly of M and K against plain scikit-fem forms, as CPU-time ratios in one run on one thread.
 
-Counted on both sides: everything from the mesh to sparse M and K (bases and forms there; element geometry, numbering,
-the drawn skin and reduction to independent dofs here). Ratios are medians of interleaved pairs.
+Counted on both sides: everything from the mesh to sparse M and K (bases and forms there; element geometry, numbering
+and reduction to independent dofs here). Ratios are medians of interleaved pairs.
 """
 
 from __future__ import annotations
@@ -160,7 +160,7 @@ def test_plate_triangles_are_faster_than_the_cheapest_forms():
     ratio, own, other = triangle_ratio(forms, 7)
     print(f"plate triangles: {own[0].shape[0]} dofs, Morley and membrane forms take {ratio:.1f} times as long")
     assert own[0].shape[0] <= other[0].shape[0] + other[2].shape[0]
-    assert ratio > 1.5
+    assert ratio > 2.2
 
 
 def test_plate_rectangles_are_three_times_faster_than_forms():

@@ -3,9 +3,10 @@
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
-from femflex.case import CaseError, read_case
-from femflex.case.builders import build_system
+from femflex.cli.app import app
+from femflex.results import open_run
 
 CASES = Path(__file__).parents[2] / "cases"
 FOUR_BAR = (CASES / "four_bar.toml").read_text(encoding="utf-8")
@@ -48,7 +49,13 @@ MISTAKES = [
         "loops[closure].angle",
         "has no coordinates of its own",
     ),
-    (FOUR_BAR, "samples = 1001", 'samples = 1001\nintegrator = "esdirk4"', "run.integrator", "does not hold loops"),
+    (
+        FOUR_BAR,
+        'child = "rocker"\nchild_marker = "tip"',
+        'child = "rocker"\nchild_marker = "tip"\nmotion = { angle = "locked" }',
+        "loops[closure].motion",
+        "has no coordinates of its own",
+    ),
     (SLEIGH, 'body = "sleigh"', 'body = "sleigh"\nparent = "sleigh"', "constraints[blade]", "joined to itself"),
     (SLEIGH, 'kind = "knife_edge"', 'kind = "rolling_disc"\nradius = 0', "constraints[blade].radius", "above 0 m"),
 ]
@@ -57,16 +64,24 @@ MISTAKES = [
 @pytest.mark.parametrize(
     ("text", "old", "new", "fragments"), [(t, o, n, f) for t, o, n, *f in MISTAKES], ids=range(len(MISTAKES))
 )
-def test_mistakes_are_told(tmp_path, text, old, new, fragments):
+def test_mistakes_are_told_and_nothing_is_written(tmp_path, text, old, new, fragments):
     assert old in text
-    file = tmp_path / "case.toml"
+    file, output = tmp_path / "case.toml", tmp_path / "run.h5"
     file.write_text(text.replace(old, new), encoding="utf-8")
-    with pytest.raises(CaseError) as told:
-        case = read_case(file)
-        system = build_system(case)
-        from femflex.case.builders.integrator import chosen_integrator
-        from femflex.dynamics import compile_system
-
-        chosen_integrator(case, compile_system(system), case.run.times(case.run.duration))
+    done = CliRunner().invoke(app, ["run", str(file), "-o", str(output)])
+    assert done.exit_code == 2
+    assert not output.exists()
+    told = " ".join(done.stderr.split())
     for fragment in fragments:
-        assert fragment in str(told.value)
+        assert fragment in told
+
+
+def test_a_run_says_how_many_rows_follow_from_others(tmp_path):
+    file, output = tmp_path / "case.toml", tmp_path / "run.h5"
+    file.write_text(
+        FOUR_BAR.replace('duration = "5 s"\nsamples = 1001', 'duration = "5 ms"\nsamples = 3'), encoding="utf-8"
+    )
+    done = CliRunner().invoke(app, ["run", str(file), "-o", str(output)])
+    assert "5 constraint rows, of which 1 follow from the others" in " ".join(done.stdout.split())
+    with open_run(output) as found:
+        assert {"loops/closure/force", "joints/drive/torque", "monitors/constraint_rank"} <= set(found.channels)

@@ -132,3 +132,11 @@ def test_one_line_of_a_body_can_be_cut(cut: str, write_case: Callable[..., Path]
     member = cut[cut.index("members = [") : cut.index("]", cut.index("members = ["))]
     twice = cut.replace(member, f"{member}, {member.removeprefix('members = [')}")
     assert "found segments in the members on BOOM, BOOM" in refusal(write_case(twice))
+
+
+def test_flexibility_of_a_cut_body_is_switched_off_as_one(cut: str, write_case: Callable[..., Path]):
+    model = compile_system(build_system(read_case(write_case(cut))))
+    rigid = model.without("flexibility/boom")
+    assert model.n_u - rigid.n_u == 18 and all(body.n_modes == 0 for body in rigid.system.bodies.values())
+    with pytest.raises(ValueError, match=r"did you mean 'flexibility/boom'"):
+        model.without("flexibility/boom.2")

@@ -1,9 +1,12 @@
 """Mechanisms with known answers: a four-bar, Andrews' squeezer, a rolling disc, a Chaplygin sleigh."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from femflex.body import Marker, rigid_body
-from femflex.system import Load, Spring, System, free, knife_edge, revolute, rolling_disc, weld
+from femflex.reduction import BeamFunctions, UniformBeam, beam_body
+from femflex.system import Load, Spring, System, free, knife_edge, revolute, rolling_disc, spherical, weld
 
 
 def planar(mass, inertia, center, **markers):
@@ -122,3 +125,32 @@ def leaning_disc(lean, spin, radius=0.5, mass=2.0, gravity=9.81):
         loads=(weight,),
         constraints=(rolling_disc("contact", "disc", radius),),
     )
+
+
+def flexible_four_bar(speed=4.0, stiffness=2e3):
+    """The four-bar with a slender tube for a coupler: bending in and out of the plane."""
+    tube = beam_body(
+        UniformBeam(length=2.0, mass_per_length=0.5, EA=1e7, EIy=stiffness, EIz=stiffness, GJ=0.75 * stiffness),
+        BeamFunctions(y=3, z=2),
+    )
+    system = four_bar(speed=speed)
+    names = {"parent_marker": "tip", "child_marker": "end"}
+    return replace(
+        system,
+        bodies={**system.bodies, "coupler": tube},
+        loops=(revolute("rocker", "coupler", name="closure", **names),),
+    )
+
+
+def floating_loop():
+    """Three bars closed to a triangle by ordinary hinges, tumbling free, its joints sprung from corner to corner."""
+    bodies = {name: bar(1.0, 1.0 + 0.5 * k) for k, name in enumerate(("base", "left", "right", "strut"))}
+    joints = (
+        free("base", u0=[0.1, -0.2, 0.3, 0.5, -0.4, 0.8]),
+        revolute("left", "base", q0=[1.2], u0=[0.7]),
+        revolute("right", "base", parent_marker="end", q0=[1.5]),
+        revolute("strut", "left", parent_marker="end", q0=[-1.0]),
+    )
+    springs = (Spring("diagonal", "strut", "base", "end", "origin", stiffness=20.0, length=0.9),)
+    closing = spherical("right", "strut", parent_marker="end", child_marker="end", name="closing")
+    return System(bodies, joints, loops=(closing,), springs=springs)

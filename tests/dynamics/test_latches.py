@@ -155,3 +155,16 @@ def test_scipys_solvers_say_that_they_do_not_follow_latches():
     model = wing()
     with pytest.raises(ValueError, match="does not follow latches; choose 'dop853'"):
         integrator("scipy_dop853").solve(model, np.linspace(0, 1, 3), model.x0)
+
+
+def test_a_latch_beside_a_constraint_is_refused():
+    from femflex.system import rolling_disc
+
+    disc = rigid_body(1.0, np.eye(3), markers={"rim": Marker.rigid(np.array([0.0, 0.0, -1.0]))})
+    arm = rigid_body(1.0, np.eye(3))
+    joints = (free("disc"), revolute("arm", "disc", latches=(Latch(0, 0.4),)))
+    with pytest.raises(ValueError, match="joint 'disc-arm' has a latch in a system with closed loops or constraints"):
+        System({"disc": disc, "arm": arm}, joints, constraints=(rolling_disc("roll", "disc", 1.0),))
+    cut = revolute("arm", "disc", laws=(Stop(upper=1.0, stiffness=1.0),), name="cut")
+    with pytest.raises(ValueError, match="loop 'cut' has a spring or a damper, a law or a latch; a cut"):
+        System({"disc": disc, "arm": arm}, (free("disc"), revolute("arm", "disc")), loops=(cut,))

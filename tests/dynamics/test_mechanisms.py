@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mechanisms import ANDREWS, andrews, bar, four_bar, leaning_disc, planar, sleigh
+from mechanisms import ANDREWS, andrews, bar, floating_loop, four_bar, leaning_disc, planar, sleigh
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
@@ -167,3 +167,31 @@ def test_a_loop_that_cannot_close_says_so():
 def test_bad_loops_are_refused_in_a_sentence(loop, sentence):
     with pytest.raises(ValueError, match=sentence):
         System({"a": bar(1.0), "b": bar(1.0)}, (revolute("a"), revolute("b", "a")), loops=(loop,))
+
+
+def cancelled(values, scale):
+    return np.abs(values).max() <= 1e-9 * scale
+
+
+def test_power_and_momentum_balance_in_a_free_flying_closed_loop():
+    """A loop of three bodies in free space with a spring between markers: energy, momentum and spin stay."""
+    system = floating_loop()
+    model = compile_system(system)
+    times = np.linspace(0, 2, 41)
+    out = model.observe(times, Dop853().solve(model, times, model.x0).states)
+    for path in ("monitors/energy", "monitors/momentum", "monitors/angular_momentum"):
+        values = out[path]
+        assert cancelled(values - values[0], max(1.0, np.abs(values).max())), path
+    assert np.ptp(out["monitors/spring"]) > 0.01 * out["monitors/energy"][0]
+
+
+@pytest.mark.slow
+def test_disc_just_above_and_below_its_critical_speed_stays_up_or_falls():
+    radius, g, lean = 0.5, 9.81, 1e-6
+    critical = np.sqrt(g * radius / 3)
+    for factor, stays in ((1.02, True), (0.98, False)):
+        system = leaning_disc(lean, factor * critical / radius, radius, gravity=g)
+        _, _, out = run(system, np.linspace(0, 10, 201), rtol=1e-12, atol=1e-16)
+        e = out["bodies/disc/attitude"]
+        largest = np.abs(np.arcsin(1 - 2 * (e[:, 1] ** 2 + e[:, 2] ** 2))).max()
+        assert (largest < 100 * lean) == stays

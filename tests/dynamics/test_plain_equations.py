@@ -8,11 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from held_systems import held_tree
 from random_systems import random_body, random_tree
 
 from femflex.dynamics import compile_system
 from femflex.symmetric import packed_size
-from femflex.system import Frame, Load, Orbit, spherical
+from femflex.system import Frame, Friction, Load, Orbit, Stop, TabulatedDamper, TabulatedSpring, spherical
 
 SCRIPT = """
 import sys
@@ -36,6 +37,25 @@ def systems():
         loads = (Load("push", last, "a", "marker", force=rng.normal(size=3), torque=rng.normal(size=3)),)
         system = replace(system, joints=joints, bodies=bodies, loads=loads)
         yield system, np.r_[q, 0.1 * rng.normal(size=grown)], np.r_[u, 0.1 * rng.normal(size=grown)]
+
+    yield led()
+
+
+def led():
+    """A tree with held freedoms and laws."""
+    system, _, (q, u) = held_tree(5, n_bodies=4)
+    laws = (
+        TabulatedSpring(stretch=[-1, 0, 2], resisting=[-1, 0, 5]),
+        TabulatedDamper(rate=[-1, 0, 2], resisting=[-1, 0, 5]),
+        Stop(lower=-0.1, upper=0.1, stiffness=20.0, damping=1.0, width=0.05),
+        Friction(limit=0.5, velocity=0.1),
+    )
+    k = next(k for k, j in enumerate(system.joints) if j.ball is None and j.n_u > len(j.held))
+    joint = system.joints[k]
+    freedom = next(i for i in range(joint.n_u) if i not in joint.held)
+    joints = list(system.joints)
+    joints[k] = replace(joint, laws=tuple(replace(law, freedom=freedom) for law in laws))
+    return replace(system, joints=tuple(joints)), q, u
 
 
 def curved(body, rng):

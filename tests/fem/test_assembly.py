@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from femflex.fem.assembly import Assembler, Part, assembled, find_runs
+from femflex.fem.assembly import Assembler, Part, assembled, connections, find_runs, layered_connections
 
 RNG = np.random.default_rng(0)
 NODES = np.array([RNG.permutation(12)[:4] for _ in range(7)])
@@ -100,6 +100,15 @@ def test_zeros_left_out_of_one_matrix_are_not_missed_in_the_next():
     second = assembler.total([Part(dofs, full.__getitem__)])
     assert first.toarray() == pytest.approx(triplet_sum(dofs, few))
     assert second.toarray() == pytest.approx(triplet_sum(dofs, full))
+
+
+@pytest.mark.parametrize("layers", [2, 3])
+def test_connections_of_runs_in_layers_are_those_found_at_once(layers):
+    used, node = np.unique(NODES, return_inverse=True)
+    number = (node.reshape(7, 4, 1) + len(used) * np.arange(layers)).reshape(7, -1)
+    found, whole = layered_connections(number), connections(number)
+    assert found.row.tolist() == whole.row.tolist() and found.col.tolist() == whole.col.tolist()
+    assert found.pair.ravel().tolist() == whole.pair.ravel().tolist()
 
 
 def test_runs_are_the_translations_of_nodes():

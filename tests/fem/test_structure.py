@@ -119,7 +119,7 @@ def spinning_plate(normals: np.ndarray):
         strain = DenseStrain(dofs, np.ones(shape), np.eye(3)[None, None], np.eye(3), np.zeros((3, 3, 3)), N)
         rows = np.arange(3 * len(nodes))
         skin = SkinPart(mesh.points, {"vertex": nodes[:, None]}, rows, dofs[:, :3].ravel(), np.ones(len(rows)))
-        return Contribution((inertia,), (strain,), skin)
+        return Contribution((inertia,), (strain,), lambda: skin)
 
     return contribution
 

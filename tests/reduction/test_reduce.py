@@ -128,7 +128,7 @@ def test_the_skin_moves_with_the_nodes(boom):
     assert skin.shapes.shape == (3, len(skin.points), 3)
     expected = (boom.skin.operator @ modes.phi[:, 1]).reshape(-1, 3)
     assert np.array_equal(skin.shapes[1], expected) and np.abs(expected).max() > 0
-    assert reduce_structure(replace(boom, skin=None), modes).skin is None
+    assert reduce_structure(replace(boom, skin_parts=()), modes).skin is None
 
 
 def test_a_reduced_body_knows_its_kinds_and_frequencies(boom):

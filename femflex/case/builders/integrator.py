@@ -13,7 +13,6 @@ from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem
 from femflex.dynamics import Model
 from femflex.integrate import INTEGRATORS, Integrator, choose, integrator
-from femflex.integrate.choice import EXPLICIT
 
 Array = NDArray[np.float64]
 
@@ -24,15 +23,7 @@ def chosen_integrator(case: Case, model: Model, times: Array) -> tuple[Integrato
     """The integrator, and the sentence that says why. Raises CaseError for settings that the method does not have."""
     table, duration = case.run, float(times[-1] - times[0])
     band = None if table.band is None else 2.0 * math.pi * table.band
-    asked: str = table.integrator
-    if model.constraints is not None:  # only the explicit method holds them
-        if asked not in ("auto", EXPLICIT):
-            text = f"found {asked!r}, which does not hold loops and constraints; use {EXPLICIT!r}, or leave it out"
-            raise CaseError(case.path.name, [Problem("run.integrator", text)])
-        asked = EXPLICIT
-    choice = choose(model.max_frequency, duration, float(times[1] - times[0]), band, asked)
-    forced = asked != table.integrator
-    sentence = choice.sentence.replace("as asked", "it holds the constraints") if forced else choice.sentence
+    choice = choose(model.max_frequency, duration, float(times[1] - times[0]), band, table.integrator)
     own = {field.name: field.default for field in fields(INTEGRATORS[choice.name])}  # type: ignore[arg-type]
     settings: dict[str, Any] = {}
     for key in ("rtol", "atol", "max_step", "step", "rho"):
@@ -43,7 +34,7 @@ def chosen_integrator(case: Case, model: Model, times: Array) -> tuple[Integrato
                 raise CaseError(case.path.name, [Problem(f"run.{key}", text)])
     rtol = settings.get("rtol", own["rtol"])
     settings.setdefault("atol", ATOL * rtol * typical_sizes(model, duration))
-    return integrator(choice.name, **settings), sentence
+    return integrator(choice.name, **settings), choice.sentence
 
 
 def typical_sizes(model: Model, duration: float) -> Array:

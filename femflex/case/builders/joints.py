@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from femflex.body import Marker
 from femflex.case import joint as tables
 from femflex.case.case import Case
+from femflex.case.law import read_laws
 from femflex.case.orbit import AttitudeTable
 from femflex.case.problems import CaseError, Problem
 from femflex.rotations import dcm_from_angles
@@ -52,7 +53,9 @@ def build_joints(case: Case) -> list[Joint]:
 
 def build_joint(table: tables.JointTable, folder: Path) -> Joint:
     """The Joint of one entry of [[joints]] of a case in that folder. Raises ValueError."""
-    return _with_motion(_loose_joint(table), table, folder)
+    joint = _with_motion(_loose_joint(table), table, folder)
+    laws, latches = read_laws(table.laws, table.coordinates())
+    return replace(joint, laws=laws, latches=latches) if laws or latches else joint
 
 
 def _with_motion(joint: Joint, table: tables.JointTable, folder: Path) -> Joint:

@@ -14,6 +14,7 @@ from femflex.case.reduction import Stretchable
 Strain = Literal["linear", "nonlinear", "condensed"]
 
 STIFFENED = 0.01  # of the first frequency: spins that would stiffen a body by more get condensed strain
+TOLD = 5e-5  # less than the hundredth of a per cent that is printed
 BENT = 0.05  # initial displacement over length from which on strain is condensed
 LONG = 1e4  # s, looked at of a specified motion where the duration is given in orbits
 SAMPLES = 400  # of a specified motion, for its largest rate
@@ -39,6 +40,8 @@ def chosen_strain(case: Case, table: FlexibleTable | AnalyticTable, ignored: NDA
             f"strain is condensed: the body starts bent by {bent:.0%} of its length, and linear strain holds up to "
             f"about {BENT:.0%} (strain = 'linear' would keep it so)"
         )
+    if gain < TOLD:
+        return "linear", "strain is linear: the case tells of no spin that would stiffen it"
     return (
         "linear",
         f"strain is linear: turning at {spin:.4g} rad/s stiffens the first shape by {gain:.2%} in frequency",

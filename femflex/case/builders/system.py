@@ -45,6 +45,7 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
             loops=build_loops(case),
             constraints=tuple(build_constraint(table) for table in case.constraints),
             springs=tuple(build_spring(table) for table in case.springs),
+            reactions=case.run.reactions,
         )
     except CaseError:
         raise

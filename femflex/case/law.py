@@ -1,0 +1,151 @@
+"""[[joints.laws]]: nonlinear springs and dampers, stops, friction and latches of single coordinates of a joint.
+
+Which unit a value has depends on the coordinate it acts on, a slide or an angle, so values are read with it known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from pydantic import GetCoreSchemaHandler
+from pydantic_core import CoreSchema, core_schema
+
+from femflex.case.problems import listed, near
+from femflex.case.units import UnitError
+from femflex.case.values import Quantity, ValueProblem, _Readable, count, shown
+from femflex.system.law import Friction, Latch, Law, Stop, TabulatedDamper, TabulatedSpring
+
+FORCE = {"m": "N", "rad": "N m"}
+STIFFNESS = {"m": "N/m", "rad": "N m/rad"}
+DAMPING = {"m": "N s/m", "rad": "N m s/rad"}
+RATE = {"m": "m/s", "rad": "rad/s"}
+# key -> (its unit by that of the coordinate, whether it is a list), and which keys are needed
+Key = tuple[Callable[[str], str], bool]
+KEYS: dict[str, dict[str, Key]] = {
+    "spring": {"at": (str, True), "force": (FORCE.__getitem__, True)},
+    "damper": {"rate": (RATE.__getitem__, True), "force": (FORCE.__getitem__, True)},
+    "stop": {
+        "lower": (str, False),
+        "upper": (str, False),
+        "stiffness": (STIFFNESS.__getitem__, False),
+        "damping": (DAMPING.__getitem__, False),
+        "width": (str, False),
+    },
+    "friction": {"force": (FORCE.__getitem__, False), "velocity": (RATE.__getitem__, False)},
+    "latch": {
+        "at": (str, False),
+        "stiffness": (STIFFNESS.__getitem__, False),
+        "damping": (DAMPING.__getitem__, False),
+    },
+}
+NEEDED = {
+    "spring": ("at", "force"),
+    "damper": ("rate", "force"),
+    "stop": ("stiffness",),
+    "friction": ("force", "velocity"),
+    "latch": ("at",),
+}
+
+
+class Laws(_Readable):
+    """The tables of [[joints.laws]] as TOML gives them; `read_laws` reads them once the coordinates are known."""
+
+    def read(self, value: Any) -> tuple[Mapping[str, Any], ...]:
+        """The tables, their keys checked."""
+        if not isinstance(value, list) or not all(isinstance(entry, Mapping) for entry in value):
+            raise ValueProblem(f"found {shown(value)}; expected tables headed [[joints.laws]]")
+        for k, table in enumerate(value):
+            kind = table.get("kind")
+            if kind not in KEYS:
+                raise ValueProblem(f"entry {k + 1}: found kind = {kind!r}; {near(str(kind), KEYS)}")
+            known = (*KEYS[kind], "kind", "coordinate", "name")
+            for key in table:
+                if key not in known:
+                    raise ValueProblem(f"entry {k + 1}: found key {key!r} in a {kind}; {near(key, known)}")
+            for key in NEEDED[kind]:
+                if key not in table:
+                    raise ValueProblem(f"entry {k + 1}: key {key!r} of the {kind} is missing")
+        return tuple(dict(table) for table in value)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        schema: CoreSchema = super().__get_pydantic_core_schema__(source, handler)
+        return core_schema.with_default_schema(schema, default=())
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of a list of laws."""
+        tables = [
+            {
+                "type": "object",
+                "properties": {
+                    "kind": {"const": kind},
+                    "coordinate": {"type": "string"},
+                    "name": {"type": "string"},
+                    **{key: {} for key in keys},
+                },
+                "required": ["kind", *NEEDED[kind]],
+                "additionalProperties": False,
+            }
+            for kind, keys in KEYS.items()
+        ]
+        return {"type": "array", "items": {"anyOf": tables}}
+
+
+def read_laws(
+    tables: tuple[Mapping[str, Any], ...], coordinates: Mapping[str, str]
+) -> tuple[tuple[Law, ...], tuple[Latch, ...]]:
+    """Laws and latches of a joint whose coordinates have these units, as in {"slide": "m", "angle": "rad"}.
+
+    Raises ValueProblem for what does not fit.
+    """
+    laws: list[Law] = []
+    latches: list[Latch] = []
+    for k, table in enumerate(tables):
+        try:
+            made = _made(table, coordinates)
+        except (ValueError, UnitError) as problem:
+            raise ValueProblem(f"laws[{k + 1}]: {problem}") from None
+        if isinstance(made, Latch):
+            latches.append(made)
+        else:
+            laws.append(made)
+    return tuple(laws), tuple(latches)
+
+
+def _made(table: Mapping[str, Any], coordinates: Mapping[str, str]) -> Law | Latch:
+    kind, names = table["kind"], list(coordinates)
+    if not names:
+        raise ValueProblem(f"found a {kind} on a joint without a slide or turn of its own; it has nothing to act on")
+    name = table.get("coordinate", names[0] if len(names) == 1 else None)
+    if name is None:
+        raise ValueProblem(f"key 'coordinate' of the {kind} is missing; the joint has {listed(names)}")
+    if name not in coordinates:
+        raise ValueProblem(f"found coordinate {name!r}, which the joint has not; {near(str(name), names)}")
+    unit, freedom = coordinates[name], names.index(name)
+    values: dict[str, Any] = {}
+    for key, (unit_of, several) in KEYS[kind].items():
+        if key in table:
+            try:
+                values[key] = Quantity(unit_of(unit), (None,) if several else ()).read(table[key])
+            except (ValueProblem, UnitError) as problem:
+                raise ValueProblem(f"{key}: {problem}") from None
+    called: dict[str, Any] = {"freedom": freedom, "name": str(table.get("name", ""))}
+    if kind in ("spring", "damper"):
+        first = values["at" if kind == "spring" else "rate"]
+        if len(first) != len(values["force"]):
+            raise ValueProblem(
+                f"found {count(len(first), 'place', 'places')} and {count(len(values['force']), 'force', 'forces')} in "
+                f"a {kind}; give as many of both"
+            )
+        law: Law = (
+            TabulatedSpring(stretch=first, resisting=values["force"], **called)
+            if kind == "spring"
+            else TabulatedDamper(rate=first, resisting=values["force"], **called)
+        )
+        law.pieces()
+        return law
+    if kind == "stop":
+        return Stop(**values, **called)
+    if kind == "friction":
+        return Friction(limit=values["force"], velocity=values["velocity"], **called)
+    return Latch(freedom, **values)
