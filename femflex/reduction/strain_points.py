@@ -22,6 +22,8 @@ def strain_field(structure: Structure, phi: Array, nonlinear: bool) -> tuple[Str
 
     Bytes: 4 n g a point, g the strains (4 to 8) of a linear, unstressed body, else the gradients (6 to 11).
     """
+    if not phi.shape[1]:
+        return ()
     raw = structure.T @ phi
     found = zip(structure.strain, structure.places, strict=True)
     return tuple(_part(block, places, raw, nonlinear) for block, places in found if places is not None)
