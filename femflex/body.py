@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.strain_field import StrainPart
 from femflex.symmetric import form, gradient, hessian, packed_size, truncated
 
 Array = NDArray[np.float64]
@@ -180,6 +181,7 @@ class FlexibleBody:
     note     what should be said of how the body was made; nothing if empty
     ignored  (4, 3) G of reduction.foreshortening where linear strain leaves it out: fields of acceleration -(b + W r)
              would stiffen the lowest shape by the part b . G[0] + W : G[1:] of its stiffness [s^2/m, s^2]; or None
+    strain_field  parts over all shapes that recover strain over the body; none where it is not known
     """
 
     moments: MassMoments
@@ -192,6 +194,7 @@ class FlexibleBody:
     slaves: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
     note: str = ""
     ignored: Array | None = None
+    strain_field: tuple[StrainPart, ...] = ()
 
     def __post_init__(self) -> None:
         n, n_shapes = self.n_modes, self.n_shapes
@@ -245,6 +248,7 @@ class FlexibleBody:
             kinds=tuple(self.kinds[k] for k in shapes) if self.kinds else (),
             omega=self.omega[shapes] if self.omega.size else self.omega,
             slaves=slaves,
+            strain_field=tuple(part.over(shapes) for part in self.strain_field),
         )
 
     def amplitudes(self, delta: Array) -> Array:

@@ -38,6 +38,12 @@ def render(
         int | None, typer.Option("--mode", min=1, help="Of a body file: draw a looping movie of this mode.")
     ] = None,
     scale: Annotated[str, typer.Option("--scale", help="Factor on deformations, or 'auto'.")] = "1",
+    colour: Annotated[
+        str,
+        typer.Option(
+            "--colour", help="What colours bodies: displacement, energy, or strain:NAME such as strain:axial."
+        ),
+    ] = "displacement",
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
     camera: Annotated[str, typer.Option("--camera", help="auto, fixed, follow, orbital, body or body:NAME.")] = "auto",
     view: Annotated[
@@ -54,12 +60,15 @@ def render(
     """Draw a run off screen: one instant, or a movie; or the modes of a body file as a montage or a looping movie."""
     direction = None if view is None else numbers(view, 3, "--view")
     if kind_of_hdf5(file) == "femflex body":
-        target = _draw_body(file, output, mode, theme, direction, fps, force)
+        target = _draw_body(
+            file, output, mode, {"theme": theme, "view": direction, "colour": colour, "force": force}, fps
+        )
     else:
         if mode is not None:
             raise ValueError(f"--mode draws a mode of a body file, and {file} is a run; make one with `femflex body`")
         look: dict[str, Any] = {
             "scale": _factor(scale),
+            "colour": colour,
             "theme": theme,
             "camera": camera,
             "view": direction,
@@ -94,29 +103,16 @@ def draw_movie(
         render_movie(run, target, span=(first, last), progress=lambda done, count: bar(done / count), **how, **look)
 
 
-def _draw_body(
-    file: Path, output: Path | None, mode: int | None, theme: str, view: Any, fps: float, force: bool
-) -> Path:
+def _draw_body(file: Path, output: Path | None, mode: int | None, look: dict[str, Any], fps: float) -> Path:
     from femflex.reduction import load_body
     from femflex.view import mode_montage, mode_movie
 
     body = load_body(file)
     if mode is None:
-        return mode_montage(
-            body, output or file.with_suffix(".png"), title=f"modes of {file.stem}", theme=theme, view=view, force=force
-        )
+        return mode_montage(body, output or file.with_suffix(".png"), title=f"modes of {file.stem}", **look)
     target = output or file.with_name(f"{file.stem}_mode{mode}.mp4")
     with Bar("drawing", 1.0, unit="of the frames") as bar:
-        return mode_movie(
-            body,
-            target,
-            mode,
-            fps=fps,
-            theme=theme,
-            view=view,
-            force=force,
-            progress=lambda done, count: bar(done / count),
-        )
+        return mode_movie(body, target, mode, fps=fps, progress=lambda done, count: bar(done / count), **look)
 
 
 def numbers(text: str, n: int, option: str) -> tuple[float, ...]:

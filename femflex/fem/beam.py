@@ -15,7 +15,7 @@ from skfem.refdom import RefLine
 from femflex.fem.beam_shapes import NODAL, BeamOrder, field_rows
 from femflex.fem.beam_skin import swept_outline
 from femflex.fem.chain import LINE_TYPES, ArcLength, arc_length, element_frames, straight_elements
-from femflex.fem.family import Contribution, family, member_cells, member_options
+from femflex.fem.family import Contribution, StrainPlaces, family, member_cells, member_options
 from femflex.fem.numbering import Numbering
 from femflex.fem.section import Resultants
 from femflex.fem.tables import DenseInertia, DenseStrain
@@ -117,7 +117,9 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     blocks = _inertia(elements, member, 2 * order.bending + VARYING_DEGREE * varying, options["rotary_inertia"])
     degree = 4 * (max(order.bending, order.axial) - 1) + VARYING_DEGREE * varying
     strain = _strain(elements, member, degree, options)
-    return Contribution((blocks,), (strain,), partial(swept_outline, elements, member.section))
+    axis = elements.places(_stations(elements, member, degree)[0], np.zeros((*strain.weight.shape, 1, 2)))[:, :, 0]
+    places = StrainPlaces("line", axis)
+    return Contribution((blocks,), (strain,), partial(swept_outline, elements, member.section), (places,))
 
 
 def _elements(mesh: Mesh, member: Member, numbering: Numbering, options: dict[str, Any]) -> BeamElements:

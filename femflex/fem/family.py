@@ -40,12 +40,24 @@ class SkinPart:
 
 
 @dataclass(frozen=True, eq=False)
+class StrainPlaces:
+    """Where the points of a strain block lie, x (e, q, 3) [m], and of what they are a part: line, plate or solid."""
+
+    kind: str
+    x: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Contribution:
-    """What one member adds to the tables and to the picture; skin() makes what is drawn, when it is asked for."""
+    """What one member adds to the tables and to the picture; skin() makes what is drawn, when it is asked for.
+
+    places go with the blocks of strain, one by one; a family without them is not coloured by strain
+    """
 
     inertia: tuple[InertiaBlock, ...]
     strain: tuple[StrainBlock, ...]
     skin: Callable[[], SkinPart] | None = None
+    places: tuple[StrainPlaces, ...] = ()
 
 
 Family = Callable[["Mesh", "Member", Numbering], Contribution]

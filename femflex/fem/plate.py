@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
-from femflex.fem.family import Contribution, family, member_cells, member_options
+from femflex.fem.family import Contribution, StrainPlaces, family, member_cells, member_options
 from femflex.fem.laminates import PlateSection
 from femflex.fem.numbering import Numbering
 from femflex.fem.plate_blocks import LocalDofs, PlateInertia, PlateStrain, mass_points
@@ -78,6 +78,7 @@ def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         inertia=(triangle_inertia(x, axes, section, fields, dof_map),),
         strain=(triangle_strain(elastic, stress, fields, dof_map, LINEAR),),
         skin=partial(plate_skin, mesh.points, corners, axes, section.thickness, dof_map),
+        places=(StrainPlaces("plate", np.matmul(area_points(LINEAR)[0], x)),),
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem import plate_rectangle
-from femflex.fem.family import Contribution, family, member_cells, member_options
+from femflex.fem.family import Contribution, StrainPlaces, family, member_cells, member_options
 from femflex.fem.numbering import Numbering
 from femflex.fem.plate_blocks import LocalDofs, PlateInertia, PlateStrain, mass_points
 from femflex.fem.plate_elastic import UNSTRESSED, initial_stress, section_stiffness
@@ -66,7 +66,8 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     xi, eta = (grid.ravel() for grid in np.meshgrid(_POINTS, _POINTS, indexing="ij"))
     area = (a * b)[:, None] * np.outer(_WEIGHTS, _WEIGHTS).ravel()
     place = plate_rectangle.inplane_shapes(xi, eta)
-    dm, rho, heights = mass_points(np.matmul(place[:, :4], mesh.points[corners]), area, axes, section)
+    middle = np.matmul(place[:, :4], mesh.points[corners])
+    dm, rho, heights = mass_points(middle, area, axes, section)
     one = slice(0, 1) if _alike(a) and _alike(b) else slice(None)
     rows = plate_rectangle.deflection_and_rotation(xi, eta, a[one], b[one])
     elastic = stiffness.matrix(shears=False)
@@ -75,6 +76,7 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         inertia=(PlateInertia(dm, rho, dof_map, axes, heights, place, partial(of, rows.swapaxes(1, 2).copy())),),
         strain=(rectangle_strain(a, b, elastic, stress, dof_map, (_POINTS, _WEIGHTS)),),
         skin=partial(plate_skin, mesh.points, corners, axes, section.thickness, dof_map),
+        places=(StrainPlaces("plate", middle),),
     )
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex
 
-from femflex.fem.family import Contribution, family, member_cells, member_options
+from femflex.fem.family import Contribution, StrainPlaces, family, member_cells, member_options
 from femflex.fem.materials import Material
 from femflex.fem.numbering import Numbering
 from femflex.fem.solid_blocks import SolidInertia, SolidStrain, isotropic_elasticity, strain_maps
@@ -52,7 +52,7 @@ def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     if member.section is not None:
         raise ValueError(f"solid on group {member.group!r} has a section; a solid has none, its mesh is the shape")
     cells = member_cells(mesh, member, tuple(DEGREE))
-    inertia, strain = [], []
+    inertia, strain, places = [], [], []
     for name, nodes in cells.items():
         if name == "hexahedron":
             _warn_of_locking(mesh.points[nodes], material, member.group)
@@ -64,7 +64,10 @@ def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         elastic = isotropic_elasticity(material)
         stress = _initial_stress(options, elastic)[None, None]
         strain.append(SolidStrain(dofs, weight, elastic[None, None], linear, quadratic, G, stress))
-    return Contribution(tuple(inertia), tuple(strain), partial(solid_skin, mesh.points, cells, numbering))
+        places.append(StrainPlaces("solid", rho))
+    return Contribution(
+        tuple(inertia), tuple(strain), partial(solid_skin, mesh.points, cells, numbering), tuple(places)
+    )
 
 
 def _initial_stress(options: dict[str, Any], elastic: Array) -> Array:

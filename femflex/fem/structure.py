@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from femflex.fem.family import FAMILIES, Contribution, SkinPart
+from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.materials import Material
 from femflex.fem.numbering import COMPONENTS, Numbering
@@ -62,6 +62,7 @@ class Structure:
     translation  (3 n_points, n_dof)   displacement of the mesh's points, row 3 * point + axis; zero where none
     rotation     (3 n_points, n_dof)   small rotation of the mesh's points, likewise
     skin_parts   () -> SkinPart, ...   the drawn surfaces of the members
+    places       StrainPlaces, ...     where the points of each strain block lie; None where its family does not tell
     f0           (n_dof,)              elastic force that initial stress leaves unbalanced; K holds its stiffening
     """
 
@@ -76,6 +77,7 @@ class Structure:
     skin_parts: tuple[Callable[[], SkinPart], ...]
     numbering: Numbering
     f0: Array
+    places: tuple[StrainPlaces | None, ...]
 
     @cached_property
     def skin(self) -> StructureSkin | None:
@@ -151,6 +153,7 @@ def build_structure(mesh: Mesh, members: Sequence[Member], point_masses: Sequenc
         skin_parts=tuple(part.skin for part in parts if part.skin is not None),
         numbering=numbering,
         f0=f0,
+        places=tuple(place for part in parts for place in part.places or (None,) * len(part.strain)),
     )
 
 

@@ -20,6 +20,7 @@ from femflex.reduction.modes import TURN
 from femflex.reduction.modeset import ModeSet
 from femflex.reduction.moments import point_moments
 from femflex.reduction.rigid import lifted
+from femflex.reduction.strain_points import beam_field
 from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
 
 Array = NDArray[np.float64]
@@ -86,6 +87,7 @@ def _body(
         skin=_skin(beam, functions, X),
         kinds=("admissible",) * functions.own + ("derivative",) * (X.shape[1] - functions.own),
         omega=omega,
+        strain_field=(beam_field(beam, functions, X, strain != "linear", strain == "condensed"),),
     )
 
 

@@ -48,7 +48,7 @@ def condense(body: FlexibleBody, slaved: Sequence[int] | Index) -> FlexibleBody:
     order = np.concatenate([free, slaved])
     return replace(
         body,
-        **recombined(body, X),
+        **recombined(body, X, len(free)),
         strain=strain,
         damping=X[:, : len(free)].T @ body.damping @ X[:, : len(free)],
         kinds=tuple(body.kinds[k] for k in order) if body.kinds else (),
@@ -57,8 +57,8 @@ def condense(body: FlexibleBody, slaved: Sequence[int] | Index) -> FlexibleBody:
     )
 
 
-def recombined(body: FlexibleBody, X: Array) -> dict[str, Any]:
-    """Moments, markers and skin of the body over the shapes phi X, X (n, m), as fields of a FlexibleBody."""
+def recombined(body: FlexibleBody, X: Array, leading: int) -> dict[str, Any]:
+    """Moments, markers, skin and strain field over the shapes phi X, X (n, m); leading as of StrainPart."""
     Z = np.zeros((1 + X.shape[0], 1 + X.shape[1]))
     Z[0, 0], Z[1:, 1:] = 1.0, X
     moments, skin = body.moments, body.skin
@@ -67,6 +67,7 @@ def recombined(body: FlexibleBody, X: Array) -> dict[str, Any]:
         "moments": MassMoments(moments.mass, Z.T @ moments.first, second),
         "markers": {key: replace(m, phi=m.phi @ X, psi=m.psi @ X) for key, m in body.markers.items()},
         "skin": None if skin is None else replace(skin, shapes=np.einsum("kpa,kl->lpa", skin.shapes, X, optimize=True)),
+        "strain_field": tuple(part.mixed(X, leading) for part in body.strain_field),
     }
 
 

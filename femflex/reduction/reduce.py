@@ -18,6 +18,7 @@ from femflex.reduction.modeset import ModeSet
 from femflex.reduction.moments import linear_stiffness, mass_moments
 from femflex.reduction.rigid import check_no_rigid_motion, rigid_shapes
 from femflex.reduction.strain import strain_tensors
+from femflex.reduction.strain_points import strain_field
 
 Array = NDArray[np.float64]
 
@@ -59,6 +60,7 @@ def reduce_structure(
         skin=_skin(structure, phi),
         kinds=modes.kinds,
         omega=modes.omega,
+        strain_field=strain_field(structure, phi, strain != "linear"),
     )
     return condense(body, _derivatives(modes)) if strain == "condensed" else body
 

@@ -6,6 +6,7 @@ and `units` each:
     moments/{mass, first, second}     strain/{V1, f0, V2, V3}     damping     omega     slaves (if any)
     markers/<name>/{position, phi, psi, orientation}
     skin/{points, shapes}, skin/cells/<meshio cell name>         absent for a body that cannot be drawn
+    strain_field/<k>/{places, weight, rows, linear, quadratic, elastic, stress}      see femflex.strain_field
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Marker, MassMoments, Skin, StrainTensors
+from femflex.strain_field import read_field, write_field
 
 if TYPE_CHECKING:
     import h5py
@@ -128,6 +130,7 @@ def _write(file: h5py.File, body: FlexibleBody) -> None:
         cells = skin.create_group("cells", track_order=True)
         for kind, rows in body.skin.cells.items():
             cells.create_dataset(kind, data=rows)
+    write_field(file, body.strain_field)
 
 
 def _read(file: h5py.File) -> FlexibleBody:
@@ -149,6 +152,7 @@ def _read(file: h5py.File) -> FlexibleBody:
         kinds=tuple(str(kind) for kind in file.attrs["kinds"]),
         omega=_get(file, "omega"),
         slaves=_get(file, "slaves") if "slaves" in file else np.zeros((0, 0, 0)),
+        strain_field=read_field(file),
     )
 
 

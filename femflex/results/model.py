@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Skin
+from femflex.strain_field import StrainPart, read_field, write_field
 
 Array = NDArray[np.float64]
 
@@ -18,7 +19,7 @@ class RunBody:
     """What a result file keeps of a body.
 
     mass [kg], kinds (n,), omega (n,) [rad/s], markers name -> undeformed position (3,) [m, body frame],
-    skin  None for a body that cannot be drawn
+    skin  None for a body that cannot be drawn;  strain_field  parts that recover its strain
     """
 
     mass: float
@@ -26,6 +27,7 @@ class RunBody:
     omega: Array
     markers: dict[str, Array]
     skin: Skin | None
+    strain_field: tuple[StrainPart, ...] = ()
 
     @property
     def n_modes(self) -> int:
@@ -50,6 +52,7 @@ def write_bodies(group: h5py.Group, bodies: dict[str, FlexibleBody]) -> None:
             cells = own.create_group("cells")
             for kind, nodes in body.skin.cells.items():
                 cells[kind] = nodes
+        write_field(own, body.strain_field)
 
 
 def read_body(group: h5py.Group) -> RunBody:
@@ -64,6 +67,7 @@ def read_body(group: h5py.Group) -> RunBody:
         group["omega"][()],
         {name: place[()] for name, place in group["markers"].items()},
         skin,
+        read_field(group),
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.view.overlay import matrix
+from femflex.view.paint import Paint
 from femflex.view.surface import Points, Surface
 from femflex.view.theme import Theme
 from femflex.view.units import Bar
@@ -23,31 +24,44 @@ class BodyActor:
     """One body in a scene: faces, edges, lines and dots, moved as a whole and deformed in place."""
 
     def __init__(
-        self, plotter: Any, surface: Surface, colour: str, theme: Theme, bar: Bar | None, pixel: float
+        self,
+        plotter: Any,
+        surface: Surface,
+        colour: str,
+        theme: Theme,
+        bar: Bar | None,
+        pixel: float,
+        paint: Paint | None = None,
     ) -> None:
-        self._surface, self._bar = surface, bar
+        """Coloured over the bar by the length of the displacement, or by a paint where one is given."""
+        self._surface, self._bar, self._paint = surface, bar, paint
         self._delta: Array | None = None
         self._parts = _parts(surface)
         self._actors = []
         for kind, data in self._parts.items():
             look: dict[str, Any] = {"color": theme.edge if kind == "edges" else colour}
             if bar is not None and kind != "edges":
-                data.point_data["displacement"] = np.zeros(data.n_points, np.float32)
-                look = {"scalars": "displacement", "cmap": theme.colour_map, "clim": (0.0, bar.top)}
+                data.point_data["painted"] = np.zeros(data.n_points, np.float32)
+                look = {"scalars": "painted", "cmap": theme.colour_map(bar.signed), "clim": bar.limits}
+                look["nan_color"] = colour
             actor = plotter.add_mesh(data, show_scalar_bar=False, smooth_shading=False, reset_camera=False, **look)
             _style(actor, kind, pixel, surface.closed)
             self._actors.append(actor)
 
-    def show(self, position: Array, attitude: Array, delta: Array, scale: float) -> None:
-        """Move to a pose, position (3,) and C_VB (3, 3), with elastic coordinates (n,) magnified."""
+    def show(self, position: Array, attitude: Array, delta: Array, scale: float, own: Array | None = None) -> None:
+        """Move to a pose, position (3,) and C_VB (3, 3), with elastic coordinates (n,) magnified.
+
+        own: amplitudes of the body's own shapes, which a paint takes, where they differ from delta.
+        """
         pose = matrix(position, attitude)
         for actor in self._actors:
             actor.SetUserMatrix(pose)
         if self._delta is None or not np.array_equal(delta, self._delta):
             self._delta = np.array(delta)
-            self._deform(self._delta, scale)
+            self._deform(self._delta, scale, self._delta if own is None else own)
 
-    def _deform(self, delta: Array, scale: float) -> None:
+    def _deform(self, delta: Array, scale: float, own: Array) -> None:
+        painted = None if self._paint is None else self._paint.values(own)
         for kind, data in self._parts.items():
             points, length = _points(self._surface, kind).moved(delta, scale)
             data.points[:] = points
@@ -56,8 +70,9 @@ class BodyActor:
                 data.point_data["Normals"][:] = self._surface.normals(points)
                 data.GetPointData().GetNormals().Modified()
             if self._bar is not None and kind != "edges":
-                data.point_data["displacement"][:] = length * np.float32(self._bar.factor)
-                data.GetPointData().GetArray("displacement").Modified()
+                shown = length if painted is None else painted[_points(self._surface, kind).numbers]
+                data.point_data["painted"][:] = shown * np.float32(self._bar.factor)
+                data.GetPointData().GetArray("painted").Modified()
             data.Modified()
 
 

@@ -18,6 +18,7 @@ class LookOptions(TypedDict, total=False):
     theme: str
     size: tuple[int, int]
     scale: float | str
+    colour: str
     camera: str
     view: tuple[float, float, float] | None
     triads: bool
@@ -36,6 +37,7 @@ class Look:
     size     width and height [pixels]
     scale    magnification of the elastic displacement, 1 is true; "auto" makes it visible. The picture says it.
              (Bodies stand where they truly are, so a body on a magnified one seems detached.)
+    colour   what colours flexible bodies: "displacement", "energy" or "strain:<name>" (view.paint tells the names)
     camera   "auto", "fixed", "follow", "orbital", "body" or "body:<name>"
     view     direction from the scene to the camera, in the camera's frame; None shows the most of the craft
     triads   axes of the bodies, and of the orbital or inertial frame in the corner
@@ -49,6 +51,7 @@ class Look:
     theme: str = "light"
     size: tuple[int, int] = (1280, 720)
     scale: float | str = 1.0
+    colour: str = "displacement"
     camera: str = "auto"
     view: tuple[float, float, float] | None = None
     triads: bool = True

@@ -16,6 +16,7 @@ from femflex.view.framing import Margins, View, best_direction, framed
 from femflex.view.movie import Progress, write_movie, write_png
 from femflex.view.output import placed
 from femflex.view.overlay import add_text
+from femflex.view.shape_paint import shape_paint
 from femflex.view.surface import SEEN, breadth, surface_of
 from femflex.view.theme import Theme, theme_of
 from femflex.view.units import Bar
@@ -38,11 +39,14 @@ def mode_montage(
     tile: tuple[int, int] = (420, 300),
     view: tuple[float, float, float] | None = None,
     force: bool = False,
+    colour: str = "displacement",
 ) -> Path:
     """Path of a PNG picture of shapes, numbered from 1 (by default the first twelve), each with its frequency.
 
     tile is the size of one shape's picture [pixels]; view the direction from the body to the camera. Every shape is
-    drawn with the same largest displacement, and coloured by it. Raises ValueError for a body without skin or shapes.
+    drawn with the same largest displacement, and coloured by it, or by its strain or energy density up to the shape's
+    own largest (`colour`, as of `Look`; to lowest order in the amplitude). Raises ValueError for a body without skin or
+    shapes.
     """
     path, skin = Path(path), _checked(body)
     if path.suffix.lower() != ".png":
@@ -50,7 +54,7 @@ def mode_montage(
     chosen = list(range(1, min(body.n_modes, MOST) + 1)) if modes is None else list(modes)
     if not chosen:
         raise ValueError("no modes are named to draw; give some, or leave them out for the first")
-    with placed(path, force) as part, _ModeScene(skin, theme_of(theme), tile, view, SAMPLES) as scene:
+    with placed(path, force) as part, _ModeScene(body, skin, theme_of(theme), tile, view, SAMPLES, colour) as scene:
         tiles = []
         for mode in chosen:
             scene.choose(_number(body, mode), caption(body, mode))
@@ -71,14 +75,18 @@ def mode_movie(
     size: tuple[int, int] = (960, 640),
     view: tuple[float, float, float] | None = None,
     force: bool = False,
+    colour: str = "displacement",
     progress: Progress | None = None,
 ) -> Path:
-    """Path of a movie of one shape, numbered from 1, that swings whole cycles of so many seconds and loops smoothly."""
+    """Path of a movie of one shape, numbered from 1, that swings whole cycles of so many seconds and loops smoothly.
+
+    colour: as for `mode_montage`.
+    """
     skin, number = _checked(body), _number(body, mode)
     if cycles < 1 or not seconds > 0:
         raise ValueError(f"a movie of {cycles} cycles of {seconds:g} s has no length; give at least one, above 0 s")
     count = max(2, round(seconds * fps))
-    with _ModeScene(skin, theme_of(theme), size, view, 1) as scene:
+    with _ModeScene(body, skin, theme_of(theme), size, view, 1, colour) as scene:
         scene.choose(number, caption(body, mode))
         return write_movie(path, _swing(scene, count, cycles), count * cycles, fps, force, progress)
 
@@ -104,7 +112,9 @@ def _hertz(frequency: float) -> str:
 class _ModeScene:
     """A window with one body, deformed by one shape at a time over its undeformed outline."""
 
-    def __init__(self, skin: Skin, theme: Theme, size: tuple[int, int], view: Any, samples: int) -> None:
+    def __init__(
+        self, body: FlexibleBody, skin: Skin, theme: Theme, size: tuple[int, int], view: Any, samples: int, colour: str
+    ) -> None:
         self._skin, self._samples, self._unit = skin, samples, np.zeros(len(skin.shapes))
         width, height = size[0] * samples, size[1] * samples
         self._plotter = open_window((width, height), theme, shaded=False)  # even, so that tiles join
@@ -113,8 +123,11 @@ class _ModeScene:
         place_camera(self._plotter, place)
         slender = breadth(skin) * place.pixels(size[1]) < SEEN
         surface, pixel = surface_of(skin, "thick" if slender else "sharp"), height / 720 + 0.35 * samples
+        self._paint = shape_paint(body, skin, colour)
         bar = Bar(1.0, "", AMPLITUDE * self._size, 4)
-        self._body = BodyActor(self._plotter, surface, theme.rigid[0], theme, bar, pixel)
+        if self._paint is not None:
+            bar = Bar(1.0, "", 1.0, 4, self._paint.signed)
+        self._body = BodyActor(self._plotter, surface, theme.rigid[0], theme, bar, pixel, self._paint)
         add_ghost(self._plotter, surface, theme, pixel)
         self._caption = add_text(
             self._plotter.renderer, "", (0.5, 0.045), 0.03 * height + 9 * samples, theme.text, "center bottom"
@@ -125,6 +138,8 @@ class _ModeScene:
         largest = np.linalg.norm(self._skin.shapes[number], axis=1).max()
         self._unit = np.zeros(len(self._skin.shapes))
         self._unit[number] = AMPLITUDE * self._size / largest if largest else 0.0
+        if self._paint is not None:
+            self._paint.choose(self._unit)
         self._caption.SetInput(text)
 
     def show(self, amplitude: float) -> None:

@@ -21,6 +21,7 @@ class Motion:
     """Where everything is at instants (n_t,), in frame V of the camera.
 
     position  body -> (n_t, 3) [m];  attitude  body -> C_VB (n_t, 3, 3);  delta  body -> (n_t, n)
+    amplitudes  body -> (n_t, n)  delta, of a segment that of its own shapes
     reference (n_t, 3, 3)  C_VR, R the orbital axes when orbiting, else the inertial ones
     traces    marker -> (n_t, 3) [m], with its deflection magnified as the bodies are drawn
     """
@@ -29,6 +30,7 @@ class Motion:
     position: dict[str, Array]
     attitude: dict[str, Array]
     delta: dict[str, Array]
+    amplitudes: dict[str, Array]
     reference: Array
     traces: dict[str, Array]
 
@@ -82,6 +84,7 @@ def motion(
     position = {name: at(f"bodies/{name}/position") for name in names}
     attitude = {name: at.dcm(f"bodies/{name}/attitude") for name in names}
     delta = {name: at(f"bodies/{name}/delta") for name in names if f"bodies/{name}/delta" in run}
+    amplitudes = dict(delta)
     for name in names:  # a segment is drawn as a deformation of the whole body
         if (whole := whole_of(name, names)) is not None:
             pose = position[whole], attitude[whole]
@@ -103,7 +106,7 @@ def motion(
         C_VB = turned[marker.split(".")[0]]
         lines[marker] = np.einsum("tji,tj->ti", C_NV, at(f"markers/{marker}/position") - place)
         lines[marker] += (scale - 1.0) * np.einsum("tij,tj->ti", C_VB, at(f"markers/{marker}/deflection"))
-    return Motion(np.asarray(times, float), moved, turned, delta, reference, lines)
+    return Motion(np.asarray(times, float), moved, turned, delta, amplitudes, reference, lines)
 
 
 def chosen_camera(run: Run, bodies: dict[str, RunBody], camera: str, size: float) -> tuple[str, str]:

@@ -63,7 +63,7 @@ def add_colour_bar(renderer: Any, bar: Bar, theme: Theme, size: tuple[int, int])
     left, right = (1 - x * unit for x in BAR_PLACE)
     points, cells, colours = vtkPoints(), vtkCellArray(), vtkUnsignedCharArray()
     colours.SetNumberOfComponents(3)
-    for k, colour in enumerate(theme.colour_map(np.linspace(0, 1, 256))):
+    for k, colour in enumerate(theme.colour_map(bar.signed)(np.linspace(0, 1, 256))):
         y = [low + (high - low) * j / 256 for j in (k, k + 1)]
         ids = [points.InsertNextPoint(x, h, 0.0) for x, h in ((left, y[0]), (right, y[0]), (right, y[1]), (left, y[1]))]
         cells.InsertNextCell(4, ids)
@@ -79,9 +79,9 @@ def add_colour_bar(renderer: Any, bar: Bar, theme: Theme, size: tuple[int, int])
     renderer.AddViewProp(actor)
     pixels = size[1] * LETTER
     for k, label in enumerate(bar.labels):
-        level = low + (high - low) * k / bar.parts
+        level = low + (high - low) * k / (len(bar.labels) - 1)
         add_text(renderer, label, (right + 0.014 * unit, level), pixels, theme.text, "left center")
-    title = f"elastic\ndisplacement\n[{bar.unit}]"
+    title = f"{bar.title}\n[{bar.unit}]"
     add_text(renderer, title, (1 - 0.025 * unit, high + 0.035), pixels, theme.text, "right bottom")
 
 

@@ -13,6 +13,7 @@ from femflex.view.extent import automatic_scale, cloud, displacement, skins_of, 
 from femflex.view.framing import Margins, View, best_direction, framed
 from femflex.view.look import Look
 from femflex.view.motion import chosen_camera, motion
+from femflex.view.paint import BodyPaint, painted
 from femflex.view.segments import cut_bodies, whole_of, widened
 from femflex.view.units import Bar, colour_bar
 
@@ -32,6 +33,8 @@ class Plan:
     scale     magnification of the elastic displacement
     largest   elastic displacement of the whole run [m], reached at time peak [s]
     span      first and last time of the run [s]
+    bar       the colour bar, None where nothing deforms
+    paints    body -> what colours it, where that is not the displacement
     """
 
     skins: dict[str, Skin]
@@ -43,11 +46,8 @@ class Plan:
     largest: float
     peak: float
     span: tuple[float, float]
-
-    @property
-    def bar(self) -> Bar | None:
-        """The colour bar, None where nothing deforms."""
-        return colour_bar(self.largest) if self.largest > TINY else None
+    bar: Bar | None
+    paints: dict[str, BodyPaint]
 
 
 def planned(run: Run, look: Look, time: float | None = None) -> Plan:
@@ -76,8 +76,12 @@ def planned(run: Run, look: Look, time: float | None = None) -> Plan:
     if look.fit == "picture":
         instants = np.array([peak if time is None else time])
     points = cloud(motion(run, instants, camera, body, look.traces, scale), thin, scale, arms).reshape(-1, 3)
-    view = _view(points, look, camera, largest > TINY)
-    return Plan(skins, arms, camera, body, view, scale, largest, peak, (float(run.time[0]), float(run.time[-1])))
+    view = _view(points, look, camera, largest > TINY or look.colour != "displacement")
+    paints, bar = painted(run, bodies, look.colour)
+    if look.colour == "displacement":
+        bar = colour_bar(largest) if largest > TINY else None
+    span = float(run.time[0]), float(run.time[-1])
+    return Plan(skins, arms, camera, body, view, scale, largest, peak, span, bar, paints)
 
 
 def _view(points: Array, look: Look, camera: str, bar: bool) -> View:

@@ -50,7 +50,8 @@ class Scene:
         t, plan = float(moving.times[k]), self._plan
         for name, actor in self._bodies.items():
             delta = moving.delta[name][k] if name in moving.delta else np.zeros(0)
-            actor.show(moving.position[name][k], moving.attitude[name][k], delta, plan.scale)
+            own = moving.amplitudes[name][k] if name in moving.amplitudes else delta
+            actor.show(moving.position[name][k], moving.attitude[name][k], delta, plan.scale, own)
         for name, triad in self._triads.items():
             triad.SetUserMatrix(matrix(moving.position[name][k], moving.attitude[name][k]))
         for name, trace in self._traces.items():
@@ -78,10 +79,11 @@ class Scene:
         for name, skin in self._plan.skins.items():
             slender = breadth(skin) * self._plan.view.pixels(look.size[1]) < SEEN
             surface = surface_of(skin, "thick" if slender else look.edges)
-            deforms = self._plan.bar if len(skin.shapes) else None
+            paint = self._plan.paints.get(name)
+            deforms = self._plan.bar if len(skin.shapes) and (paint or not self._plan.paints) else None
             colour = theme.rigid[rigid % len(theme.rigid)]
             rigid += deforms is None
-            actors[name] = BodyActor(self._plotter, surface, colour, theme, deforms, pixel)
+            actors[name] = BodyActor(self._plotter, surface, colour, theme, deforms, pixel, paint)
         return actors
 
     def _add_triads(self, look: Look, size: tuple[int, int]) -> None:

@@ -33,15 +33,16 @@ MERGE = 1e-7  # of the size: points nearer than this that move alike are one
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Points that move with the elastic coordinates: at rest (n_p, 3) [m], and shapes (n, n_p, 3)."""
+    """Points that move with the elastic coordinates: at rest (n_p, 3) [m], shapes (n, n_p, 3), numbers on the skin."""
 
     rest: Single
     shapes: Single
+    numbers: Index
 
     @classmethod
     def of(cls, skin: Skin, numbers: Index) -> Points:
         """Those points of a skin."""
-        return cls(skin.points[numbers].astype(np.float32), skin.shapes[:, numbers].astype(np.float32))
+        return cls(skin.points[numbers].astype(np.float32), skin.shapes[:, numbers].astype(np.float32), numbers)
 
     def moved(self, delta: Array, scale: float = 1.0) -> tuple[Single, Single]:
         """Points (n_p, 3) at elastic coordinates (n,), magnified, and the true length of their displacement (n_p,)."""

@@ -16,6 +16,7 @@ class Theme:
     """Colours by use.
 
     elastic  colour map of the elastic displacement, and the place on it of zero (its darkest part is hard to see)
+    signed   colour map of what may be negative
     lines    colours of curves, in turn
     """
 
@@ -29,15 +30,15 @@ class Theme:
     ghost: str  # undeformed outline
     axes: tuple[str, str, str]
     elastic: tuple[str, float]
+    signed: str
     lines: tuple[str, ...]
 
-    @property
-    def colour_map(self) -> ListedColormap:
-        """The colours of the elastic displacement, from none to the largest."""
+    def colour_map(self, signed: bool = False) -> ListedColormap:
+        """The colours from none to the largest, or from the least to the largest of what may be negative."""
         import matplotlib
         from matplotlib.colors import ListedColormap
 
-        name, zero = self.elastic
+        name, zero = (self.signed, 0.0) if signed else self.elastic
         return ListedColormap(matplotlib.colormaps[name](np.linspace(zero, 1.0, 256)))
 
 
@@ -53,6 +54,7 @@ THEMES = {
         ghost="#8a97a4",
         axes=("#d62f3c", "#2c9c4b", "#2b62d9"),
         elastic=("viridis", 0.26),
+        signed="coolwarm",
         lines=("#1f5fa8", "#d9622b", "#2f8f5b", "#8b4fa3", "#b8860b", "#118a9c", "#c2386b", "#5c6670"),
     ),
     "dark": Theme(
@@ -66,6 +68,7 @@ THEMES = {
         ghost="#7d8b9a",
         axes=("#ff5a5f", "#4fd06f", "#6a9bff"),
         elastic=("plasma", 0.22),
+        signed="coolwarm",
         lines=("#6aaef5", "#ff9d5c", "#67d391", "#cf9be6", "#e8c35a", "#56cfe0", "#f57fa6", "#b4bec8"),
     ),
 }

@@ -7,23 +7,35 @@ from dataclasses import dataclass
 
 LENGTHS = ((1.0, "m"), (1e-2, "cm"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm"))  # metres in one
 ROUND = ((1.0, 5), (1.2, 4), (1.5, 5), (2.0, 4), (2.5, 5), (3.0, 6), (4.0, 4), (5.0, 5), (6.0, 6), (8.0, 4), (10.0, 5))
+PREFIXES = ((1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+ROUNDING = 1e-9  # strain, curvature [1/m] and energy density [J/m^k] below which there is none to show
 
 
 @dataclass(frozen=True)
 class Bar:
-    """A colour bar from zero to `top` in so many parts, in `unit`; `factor` takes metres into it."""
+    """A colour bar from zero to `top` in so many parts, in `unit`; `factor` takes SI units into it.
+
+    signed  from -top to top, in twice as many parts;  title  what it shows, in lines
+    """
 
     factor: float
     unit: str
     top: float
     parts: int
+    signed: bool = False
+    title: str = "elastic\ndisplacement"
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """The least and the largest number on it."""
+        return (-self.top if self.signed else 0.0), self.top
 
     @property
     def labels(self) -> list[str]:
-        """The numbers along it, parts + 1 of them."""
+        """The numbers along it, from the least to the largest."""
         step = self.top / self.parts
         decimals = next(d for d in range(20) if math.isclose(round(step, d), step, rel_tol=1e-9))
-        return [f"{k * step:.{decimals}f}" for k in range(self.parts + 1)]
+        return [f"{k * step:.{decimals}f}" for k in range(-self.parts if self.signed else 0, self.parts + 1)]
 
 
 def length_unit(largest: float) -> tuple[float, str]:
@@ -45,14 +57,34 @@ def length_unit(largest: float) -> tuple[float, str]:
 def colour_bar(largest: float) -> Bar:
     """The bar from zero to a round number at or above that length [m].
 
-    >>> colour_bar(0.137)
-    Bar(factor=100.0, unit='cm', top=15.0, parts=5)
+    >>> bar = colour_bar(0.137)
+    >>> bar.factor, bar.unit, bar.top, bar.parts
+    (100.0, 'cm', 15.0, 5)
     """
     factor, unit = length_unit(largest)
-    value = largest * factor
+    return Bar(factor, unit, *round_above(largest * factor))
+
+
+def strain_bar(largest: float, unit: str, signed: bool, title: str) -> Bar:
+    """The bar to a round number at or above that strain ("1"), curvature ("1/m") or energy density ("J/m", ...).
+
+    >>> strain_bar(3.1e-4, "1", True, "axial strain")
+    Bar(factor=1000000.0, unit='µε', top=400.0, parts=4, signed=True, title='axial strain')
+    """
+    largest = max(largest, ROUNDING)
+    factor, shown = (1e6, "µε") if unit == "1" else (1.0, unit) if largest >= 0.05 else (1e3, "1/km")
+    if unit.startswith("J"):
+        one, prefix = next(step for step in PREFIXES if largest >= step[0])
+        factor, shown = 1.0 / one, prefix + unit
+    top, parts = round_above(largest * factor)
+    return Bar(factor, shown, top, 2 if signed and parts % 2 == 0 and parts > 4 else parts, signed, title)
+
+
+def round_above(value: float) -> tuple[float, int]:
+    """A round number at or above the value, and the parts that a scale up to it is divided into."""
     power = 10.0 ** math.floor(math.log10(value))
     top, parts = next((top, parts) for top, parts in ROUND if top * power >= value * (1 - 1e-9))
-    return Bar(factor, unit, top * power, parts)
+    return top * power, parts
 
 
 def round_below(value: float) -> float:

@@ -1,0 +1,100 @@
+"""The strain field of a body: gradients of its shapes at the points of the strain table, or at means of elements."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.family import StrainPlaces
+from femflex.fem.structure import Structure
+from femflex.fem.tables import StrainBlock, element_chunks
+from femflex.reduction.beam_functions import gauss
+from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
+from femflex.strain_field import StrainPart
+
+Array = NDArray[np.float64]
+
+MOST_POINTS = 3000  # of a member that are kept one by one; with more, each element keeps its mean
+
+
+def strain_field(structure: Structure, phi: Array, nonlinear: bool) -> tuple[StrainPart, ...]:
+    """Parts over shapes phi (n_dof, n), one for every block of the strain table whose points have places.
+
+    Bytes: 4 n g a point, g the strains (4 to 8) of a linear, unstressed body, else the gradients (6 to 11).
+    """
+    if not phi.shape[1]:
+        return ()
+    raw = structure.T @ phi
+    found = zip(structure.strain, structure.places, strict=True)
+    return tuple(_part(block, places, raw, nonlinear) for block, places in found if places is not None)
+
+
+def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool) -> StrainPart:
+    e, q = block.weight.shape
+    whole = nonlinear or bool(block.stress.any())  # the quadratic part of strain has a meaning
+    by_element = e * q > MOST_POINTS
+    share = block.weight / block.weight.sum(axis=1, keepdims=True)
+    s, g = block.linear_map.shape
+    rows = np.empty((e, 1 if by_element else q, g if whole else s, raw.shape[1]), np.float32)
+    for chunk in element_chunks(e, q * (g + s) * max(1, raw.shape[1])):
+        gradients = block.gradients(raw, chunk)
+        own = gradients if whole else block.linear_map @ gradients
+        rows[chunk] = np.einsum("eq,eqgn->egn", share[chunk], own)[:, None] if by_element else own
+    x, weight = places.x, block.weight
+    if by_element:
+        x, weight = np.einsum("eq,eqa->ea", share, x), weight.sum(axis=1)
+    return StrainPart(
+        kind=places.kind,
+        places=x.reshape(-1, 3),
+        weight=weight.ravel(),
+        rows=rows.reshape(-1, *rows.shape[2:]),
+        linear=block.linear_map if whole else np.eye(s),
+        quadratic=block.quadratic_map if whole else np.zeros((s, s, s)),
+        elastic=_kept(block.elastic, share, by_element),
+        stress=_kept(block.stress, share, by_element),
+        leading=raw.shape[1],
+        nonlinear=nonlinear,
+    )
+
+
+def _kept(table: Array, share: Array, by_element: bool) -> Array:
+    """Rows (1|p, ...) of a table (e|1, q|1, ...): one where all agree, else of every point or every element's mean."""
+    if np.all(table == table[:1, :1]):
+        return table[0, 0][None]
+    every = np.broadcast_to(table, (*share.shape, *table.shape[2:]))
+    if by_element:
+        return np.asarray(np.einsum("eq,eq...->e...", share, every))
+    return every.reshape(-1, *table.shape[2:])
+
+
+def beam_field(beam: UniformBeam, functions: BeamFunctions, X: Array, nonlinear: bool, following: bool) -> StrainPart:
+    """The part of a beam on admissible functions times X (count, n), with the strains of `beam_strain`.
+
+    Where stretch follows bending, the fourth order of curvature stands as a fifth strain, which has no name.
+    """
+    xi, weight = gauss(2 * functions.most + 24)
+    slope, curvature = (functions.fields(xi, beam.length, derivative) @ X for derivative in (1, 2))
+    polar = np.hypot(beam.ry, beam.rz) or 1.0
+    slope[:, 3] *= polar
+    s = 5 if following else 4
+    linear, quadratic = np.zeros((s, 6)), np.zeros((s, 6, 6))
+    linear[[0, 1, 2, 3], [0, 4, 5, 3]] = 1.0, 1.0, -1.0, 1.0
+    quadratic[0, range(4), range(4)] = 1.0
+    if following:
+        quadratic[0, 0, 0] = 0.0
+        quadratic[4, [1, 4], [4, 1]], quadratic[4, [2, 5], [5, 2]] = np.sqrt(beam.EIz), np.sqrt(beam.EIy)
+    bending, axial = beam.taper.bending(xi), beam.taper.axial(xi)
+    stiffness = [beam.EA * axial, beam.EIz * bending, beam.EIy * bending, beam.GJ / polar**2 * bending, bending][:s]
+    rows = np.concatenate([slope, curvature[:, 1:3]], axis=1)
+    return StrainPart(
+        kind="line",
+        places=np.asarray(beam.root, float) + beam.length * xi[:, None] * beam.frame[0],
+        weight=weight * beam.length,
+        rows=(rows if nonlinear else linear @ rows).astype(np.float32),
+        linear=linear if nonlinear else np.eye(4),
+        quadratic=quadratic if nonlinear else np.zeros((4, 4, 4)),
+        elastic=np.stack(stiffness, axis=1)[:, :, None] * np.eye(s),
+        stress=np.zeros((1, len(linear))),
+        leading=X.shape[1],
+        nonlinear=nonlinear,
+    )

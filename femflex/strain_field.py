@@ -1,0 +1,132 @@
+"""What recovers strain and strain energy over a body from its elastic coordinates: gradient rows at chosen points.
+
+A field is a tuple of parts, one per member and element layout; it is what pictures coloured by strain are made from,
+and goes with the body into body files and result files.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import h5py
+
+Array = NDArray[np.float64]
+
+NAMES = {
+    "line": ("axial", "curvature_z", "curvature_y", "twist"),
+    "plate": (
+        *("membrane_xx", "membrane_yy", "membrane_xy"),
+        *("curvature_xx", "curvature_yy", "curvature_xy", "shear_x", "shear_y"),
+    ),
+    "solid": ("xx", "yy", "zz", "yz", "xz", "xy"),
+}
+ARRAYS = {  # name -> (description, units); those of rows hold for mass-normalised shapes
+    "places": ("undeformed places of the points, body frame", "m"),
+    "weight": ("length, area or volume that each point stands for", "m | m^2 | m^3"),
+    "rows": ("generalised gradients g: point, gradient, shape", "kg^-1/2 m^-1 | kg^-1/2 m^-2"),
+    "linear": ("strain, per gradient", "1"),
+    "quadratic": ("quadratic strain, eps = linear g + 1/2 g.quadratic g", "1"),
+    "elastic": ("elastic matrix, of every point or of all", "N | N m | N m^2 | N/m | N/m^2"),
+    "stress": ("initial stress, of every point or of all", "N | N m | N/m | N/m^2"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class StrainPart:
+    """Strain of one member at points: eps = linear g + 1/2 g.quadratic g, g = rows y over the amplitudes y of shapes.
+
+    kind       "line", "plate" or "solid": the energy density is per length, area or volume
+    places     (p, 3)       undeformed, body frame [m]
+    weight     (p,)         length, area or volume that each point stands for
+    rows       (p, g, n)    generalised gradients per shape, in single precision
+    linear     (s, g);  quadratic  (s, g, g)
+    elastic    (1|p, s, s);  stress  (1|p, s)  the initial one
+    leading    how many shapes, from the first, enter the quadratic part; those that follow (condensed bodies) are of
+               second order themselves, so that strain is kept to second order in the coordinates, as its energy is
+    nonlinear  whether the body's strain keeps the quadratic part; else it meets the initial stress alone
+
+    The strains are those of NAMES[kind], in this order; twist is the twist rate times the section's polar radius.
+    """
+
+    kind: str
+    places: Array
+    weight: Array
+    rows: NDArray[np.float32]
+    linear: Array
+    quadratic: Array
+    elastic: Array
+    stress: Array
+    leading: int
+    nonlinear: bool
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the strains."""
+        return NAMES[self.kind][: len(self.linear)]
+
+    def strains(self, y: Array) -> Array:
+        """Strains (t, p, s) at amplitudes (t, n) of all shapes."""
+        linear = self._gradients(y, None) @ self.linear.T
+        return linear + self._quadratic(y) if self.nonlinear else linear
+
+    def energy(self, y: Array) -> Array:
+        """Strain energy per length, area or volume (t, p), zero at rest: sigma0.eps + 1/2 eps.C eps."""
+        linear, quadratic = self._gradients(y, None) @ self.linear.T, self._quadratic(y)
+        eps = linear + quadratic if self.nonlinear else linear
+        stored = np.einsum("tps,tps->tp", eps, np.matmul(eps[:, :, None], self.elastic)[:, :, 0]) / 2
+        return np.asarray(stored + np.sum(self.stress * (linear + quadratic), axis=2))
+
+    def mixed(self, X: Array, leading: int) -> StrainPart:
+        """The same over the shapes phi X, X (n, m), of which the first `leading` enter the quadratic part."""
+        return replace(self, rows=(self.rows @ X).astype(np.float32), leading=leading)
+
+    def over(self, shapes: NDArray[np.int64]) -> StrainPart:
+        """The same over those shapes alone."""
+        return replace(self, rows=self.rows[:, :, shapes], leading=int(np.count_nonzero(shapes < self.leading)))
+
+    def _gradients(self, y: Array, shapes: int | None) -> Array:
+        p, g, n = self.rows.shape
+        y = np.asarray(y, float).reshape(-1, n)[:, :shapes]
+        return np.asarray((y @ self.rows.reshape(-1, n)[:, :shapes].T.astype(float)).reshape(len(y), p, g))
+
+    def _quadratic(self, y: Array) -> Array:
+        if not self.quadratic.any():
+            return np.zeros((1, 1, len(self.linear)))
+        g = self._gradients(y, self.leading)
+        out = np.zeros((*g.shape[:2], len(self.linear)))
+        for s, i, j in zip(*np.nonzero(self.quadratic), strict=True):
+            out[:, :, s] += self.quadratic[s, i, j] / 2 * g[:, :, i] * g[:, :, j]
+        return out
+
+
+def write_field(group: h5py.Group, field: Sequence[StrainPart]) -> None:
+    """Write every part as a group of its own, by number."""
+    for number, part in enumerate(field):
+        own = group.create_group(f"strain_field/{number}")
+        own.attrs["kind"], own.attrs["nonlinear"], own.attrs["leading"] = part.kind, part.nonlinear, part.leading
+        for name in ARRAYS:
+            own[name] = getattr(part, name)
+            own[name].attrs["description"], own[name].attrs["units"] = ARRAYS[name]
+
+
+def read_field(group: h5py.Group) -> tuple[StrainPart, ...]:
+    """The parts that write_field wrote, none where it did not."""
+    if "strain_field" not in group:
+        return ()
+    parts: Any = group["strain_field"]
+    numbered = [parts[str(number)] for number in range(len(parts))]
+    return tuple(
+        StrainPart(
+            kind=str(own.attrs["kind"]),
+            leading=int(own.attrs["leading"]),
+            nonlinear=bool(own.attrs["nonlinear"]),
+            **{name: own[name][()] for name in ARRAYS},
+        )
+        for own in numbered
+    )

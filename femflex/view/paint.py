@@ -1,0 +1,173 @@
+"""What colours a body beside its displacement: strain energy density, or one strain, from its strain field."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.spatial import cKDTree
+
+from femflex.body import Skin
+from femflex.results import Run, RunBody
+from femflex.strain_field import NAMES, StrainPart
+from femflex.view.extent import some_rows
+from femflex.view.units import Bar, strain_bar
+
+Array = NDArray[np.float64]
+
+UNITS = {"line": "J/m", "plate": "J/m²", "solid": "J/m³"}
+NEAREST = {"line": 2, "plate": 4, "solid": 6}  # points that a place of the skin takes the mean of
+SHARPNESS = 0.02  # the nearer points weigh the more, the smaller this is
+MOST_VALUES = 4e7  # strains that are evaluated to find the range of a run
+NEGATIVE = 1e-3  # of the largest; an energy density below minus this is drawn on a signed bar
+
+
+class Paint(Protocol):
+    """What gives the points of a skin their colour."""
+
+    def values(self, y: Array) -> NDArray[np.float32]:
+        """Values (n_skin,) at amplitudes (n,), nan where there is none."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One strain of members of a kind, by its number, or their energy density (number None)."""
+
+    kind: str
+    number: int | None
+
+    @property
+    def unit(self) -> str:
+        """Its SI unit."""
+        if self.number is None:
+            return UNITS[self.kind]
+        return "1/m" if self.name.startswith("curvature") else "1"
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return "strain energy" if self.number is None else NAMES[self.kind][self.number]
+
+    @property
+    def title(self) -> str:
+        """What stands above the bar."""
+        first, _, rest = self.name.partition(" " if self.number is None else "_")
+        known = first in ("curvature", "twist")
+        return "\n".join([*filter(None, (first, rest)), *([] if self.number is None or known else ["strain"])])
+
+    def of(self, part: StrainPart, y: Array) -> Array:
+        """Its values (t, p) at the points of a part, amplitudes (t, n)."""
+        return part.energy(y) if self.number is None else part.strains(y)[:, :, self.number]
+
+    def held(self, part: StrainPart) -> bool:
+        """Whether a part has it."""
+        return part.kind == self.kind and (self.number is None or self.number < len(part.names))
+
+
+@dataclass(frozen=True, eq=False)
+class BodyPaint:
+    """Colours of one body: matrices (n_skin, p) take values at the points of each part to the skin.
+
+    bare  (n_skin,)  points that belong to members without the quantity
+    """
+
+    quantity: Quantity
+    parts: tuple[tuple[StrainPart, sparse.csr_array], ...]
+    bare: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, quantity: Quantity, field: tuple[StrainPart, ...], skin: Skin) -> BodyPaint:
+        """The paint of a skin; every point of it takes its colour from the member with the nearest point."""
+        distance = np.array([cKDTree(part.places).query(skin.points)[0] for part in field])
+        owner = np.argmin(distance, axis=0)
+        taken = [k for k, part in enumerate(field) if quantity.held(part)]
+        parts = tuple((field[k], _means(field[k], skin.points, owner == k)) for k in taken)
+        return cls(quantity, parts, ~np.isin(owner, taken))
+
+    def values(self, y: Array) -> NDArray[np.float32]:
+        """The quantity at the points of the skin (n_skin,), nan where there is none; amplitudes y (n,)."""
+        total = sum(
+            (means @ self.quantity.of(part, y[None])[0] for part, means in self.parts), np.zeros(len(self.bare))
+        )
+        return np.where(self.bare, np.nan, total).astype(np.float32)
+
+
+def painted(run: Run, bodies: Mapping[str, RunBody], colour: str) -> tuple[dict[str, BodyPaint], Bar | None]:
+    """Paints by body, and the bar over the range of the whole run; nothing for "displacement".
+
+    colour: "energy" or "strain:<name>"; where several kinds of members have it, "energy:<kind>", "strain:<name>".
+    Raises ValueError for a name that is not known or that no body has, and for a file without strain fields.
+    """
+    if colour == "displacement":
+        return {}, None
+    flexible = {name: body for name, body in bodies.items() if body.n_modes}
+    fields = {name: body.strain_field for name, body in flexible.items() if body.strain_field}
+    quantity = chosen(colour, [part for field in fields.values() for part in field], str(run.path.name))
+    paints = {
+        name: BodyPaint.of(quantity, field, skin)
+        for name, field in fields.items()
+        if (skin := bodies[name].skin) is not None and any(quantity.held(part) for part in field)
+    }
+    low, high = _range(run, paints)
+    signed = quantity.number is not None or low < -NEGATIVE * high
+    return paints, strain_bar(max(high, -low), quantity.unit, signed, quantity.title)
+
+
+def chosen(colour: str, parts: list[StrainPart], where: str) -> Quantity:
+    """The quantity a colour names, of those that the parts have.
+
+    Raises ValueError with the known names, or where there are no parts to take it from.
+    """
+    kinds = [kind for kind in NAMES if any(part.kind == kind for part in parts)]
+    energies = {"energy": Quantity(kinds[0], None)} if len(kinds) == 1 else {}
+    energies |= {f"energy:{kind}": Quantity(kind, None) for kind in kinds if len(kinds) > 1}
+    strains = {
+        f"strain:{name}": Quantity(kind, number)
+        for kind in kinds
+        for number, name in enumerate(NAMES[kind])
+        if any(part.kind == kind and number < len(part.names) for part in parts)
+    }
+    known = {**energies, **strains}
+    if colour in known:
+        return known[colour]
+    every = ["energy", *(f"strain:{name}" for names in NAMES.values() for name in names)]
+    if not parts and (colour in every or colour.startswith("energy:")):
+        raise ValueError(
+            f"colour {colour!r} needs the strain of flexible bodies, and {where} holds none: it was made by an earlier "
+            "femflex, or of matrices without elements. Make it again with `femflex run` or `femflex body`, or colour "
+            "by displacement."
+        )
+    several = " Energy densities of members of several kinds have several units." if len(kinds) > 1 else ""
+    names = ", ".join(["displacement", *(known or every)])
+    raise ValueError(f"colour {colour!r} is not known for {where}; known are {names}.{several}")
+
+
+def _means(part: StrainPart, points: Array, own: NDArray[np.bool_]) -> sparse.csr_array:
+    """Means (n_skin, p) over the points of a part around each of those points of a skin that are its own."""
+    k = min(NEAREST[part.kind], len(part.places))
+    rows = np.flatnonzero(own)
+    found = cKDTree(part.places).query(points[rows], k=np.arange(1, k + 1))
+    distance, near = np.asarray(found[0], float), np.asarray(found[1], np.int64)
+    beyond = distance**2 - distance[:, :1] ** 2
+    weight = 1.0 / (beyond + SHARPNESS * beyond[:, -1:] + 1e-300)
+    weight /= weight.sum(axis=1, keepdims=True)
+    entries = weight.ravel(), (np.repeat(rows, k), near.ravel())
+    return sparse.csr_array(entries, shape=(len(points), len(part.places)))
+
+
+def _range(run: Run, paints: Mapping[str, BodyPaint]) -> tuple[float, float]:
+    """Least and largest value over the run at the points of the parts, zero included."""
+    low, high, rows = 0.0, 0.0, some_rows(run)
+    for name, paint in paints.items():
+        y = np.asarray(run[f"bodies/{name}/delta"])[rows]
+        for part, _ in paint.parts:
+            each = part.rows.shape[0] * part.rows.shape[1]
+            kept = y[:: max(1, int(np.ceil(len(y) * each / MOST_VALUES)))]
+            for block in np.array_split(kept, max(1, len(kept) * each // 2_000_000)):
+                found = paint.quantity.of(part, block)
+                low, high = min(low, float(found.min(initial=0.0))), max(high, float(found.max(initial=0.0)))
+    return low, high

@@ -1,0 +1,37 @@
+"""Strain and energy density of single shapes, to lowest order in their amplitude, for pictures of modes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody, Skin
+from femflex.view.paint import BodyPaint, chosen
+
+Array = NDArray[np.float64]
+
+
+class ShapePaint:
+    """A paint whose values reach 1 (or -1) where the chosen shape has its largest, at full amplitude."""
+
+    def __init__(self, paint: BodyPaint) -> None:
+        self._paint, self._largest = paint, 1.0
+        self.signed = paint.quantity.number is not None
+
+    def choose(self, y: Array) -> None:
+        """Turn to a shape of full amplitudes y (n,)."""
+        self._largest = float(np.nanmax(np.abs(self._paint.values(y)), initial=0.0)) or 1.0
+
+    def values(self, y: Array) -> NDArray[np.float32]:
+        """Values at the points of the skin, parts of the largest."""
+        return self._paint.values(y) / np.float32(self._largest)
+
+
+def shape_paint(body: FlexibleBody, skin: Skin, colour: str) -> ShapePaint | None:
+    """The paint of a body's shapes; None for "displacement". Raises ValueError as `view.paint.chosen`."""
+    if colour == "displacement":
+        return None
+    linear = tuple(replace(part, nonlinear=False, stress=0 * part.stress) for part in body.strain_field)
+    return ShapePaint(BodyPaint.of(chosen(colour, list(linear), "the body"), linear, skin))

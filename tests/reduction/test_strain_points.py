@@ -1,0 +1,133 @@
+"""The strain field of a body against its strain tensors, and in states of constant strain."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from nonlinear_models import bent_beam, bfs, folded_plate, plate, solid, tapered_beam
+
+from femflex.body import StrainTensors
+from femflex.fem import Material, Member, build_structure
+from femflex.mesh import rectangle
+from femflex.reduction import (
+    BeamFunctions,
+    UniformBeam,
+    beam_body,
+    cantilever_modes,
+    load_body,
+    reduce_structure,
+    save_body,
+    strain_points,
+)
+from femflex.reduction.derivatives import with_derivatives
+from femflex.reduction.strain import strain_tensors
+from femflex.reduction.strain_points import strain_field
+
+FAMILIES = {
+    "beam": bent_beam,
+    "tapered": tapered_beam,
+    "plate": plate,
+    "folded": folded_plate,
+    "bfs": bfs,
+    "solid": solid,
+}
+COARSE = {"plate": 0.05, "folded": 0.05, "bfs": 1e-3}  # slopes to the fourth power, by the points of the linear strain
+
+
+def energy(parts, y):
+    return sum(float(part.energy(y)[0] @ part.weight) for part in parts)
+
+
+def smooth_shapes(structure, n=3):
+    """Answers to random loads, of largest displacement 1 m."""
+    load = np.random.default_rng(4).standard_normal((structure.n_dof, n))
+    K, M = structure.K.toarray(), structure.M.toarray()
+    soft = K + 1e-3 * K.diagonal().max() / M.diagonal().max() * M
+    phi = np.linalg.solve(soft, structure.M @ load)
+    return phi / np.abs(structure.translation @ phi).max(axis=0)
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_energy_density_integrates_to_the_strain_energy(family):
+    structure = FAMILIES[family]()
+    phi, y = smooth_shapes(structure), np.array([0.03, -0.02, 0.05])
+    tensors = strain_tensors(structure, phi)
+    linear = StrainTensors.linear(tensors.V1)
+    assert energy(strain_field(structure, phi, False), y) == pytest.approx(linear.energy(y), rel=1e-6)
+    assert tensors.energy(y) > 1.5 * linear.energy(y)
+    assert energy(strain_field(structure, phi, True), y) == pytest.approx(
+        tensors.energy(y), rel=COARSE.get(family, 1e-6)
+    )
+
+
+@pytest.mark.parametrize("family", ["beam", "plate", "bfs", "solid"])
+def test_linear_energy_under_initial_stress_holds_its_stiffening(family):
+    structure = FAMILIES[family](thermal_strain=1e-4)
+    phi, y = smooth_shapes(structure), np.array([1e-3, -2e-3, 5e-4])
+    tensors = StrainTensors(phi.T @ (structure.K @ phi), phi.T @ structure.f0)
+    assert energy(strain_field(structure, phi, False), y) == pytest.approx(tensors.energy(y), rel=0.02)
+
+
+@pytest.mark.parametrize("strain", ["linear", "nonlinear", "condensed"])
+def test_energy_density_of_a_beam_on_functions(strain):
+    beam = UniformBeam(10.0, 1e6, 40.0, 50.0, 20.0, 1.2, ry=0.01, rz=0.01)
+    body = beam_body(beam, BeamFunctions(y=3, z=2, axial=8, torsion=2), strain=strain)
+    delta = np.zeros(body.n_modes)
+    delta[:4] = 0.5, 0.2, 0.3, 0.1
+    assert energy(body.strain_field, body.amplitudes(delta)) == pytest.approx(body.strain.energy(delta), rel=1e-6)
+    kept = body.truncated(4)
+    assert energy(kept.strain_field, kept.amplitudes(delta[:4])) == pytest.approx(
+        kept.strain.energy(delta[:4]), rel=1e-6
+    )
+
+
+@pytest.mark.parametrize("most", [3000, 3])
+@pytest.mark.parametrize("nonlinear", [False, True])
+def test_uniform_stretch_is_exact_one_by_one_and_in_means(monkeypatch, most, nonlinear):
+    monkeypatch.setattr(strain_points, "MOST_POINTS", most)
+    mesh = rectangle(1.2, 0.9, 2, 2, "triangle")
+    structure = build_structure(mesh, [Member("surface", "plate", 0.01, Material(70e9, 0.3, 2700.0))])
+    e = 0.02
+    wanted = np.zeros((len(mesh.points), 3))
+    wanted[:, 0] = e * mesh.points[:, 0]
+    phi = np.linalg.lstsq(structure.translation.toarray(), wanted.reshape(-1, 1), rcond=None)[0]
+    (part,) = strain_field(structure, phi, nonlinear)
+    assert len(part.places) == (8 if most == 3 else 24)
+    assert part.weight.sum() == pytest.approx(1.2 * 0.9)
+    assert part.names[:3] == ("membrane_xx", "membrane_yy", "membrane_xy")
+    strains = part.strains(np.ones(1))[0]
+    assert strains[:, 0] == pytest.approx(e, rel=1e-6)
+    assert np.abs(strains[:, 1:]).max() < 1e-8
+    assert part.energy(np.ones(1))[0] == pytest.approx(70e9 * 0.01 / (1 - 0.3**2) * e**2 / 2, rel=1e-6)  # J/m^2
+
+
+def test_a_solid_turned_as_a_whole_strains_only_if_strain_is_linear():
+    structure = solid()
+    angle = 0.3
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    u = structure.mesh.points @ (turn - np.eye(3)).T
+    phi = np.linalg.lstsq(structure.translation.toarray(), u.reshape(-1, 1), rcond=None)[0]
+    (whole,), (linear,) = strain_field(structure, phi, True), strain_field(structure, phi, False)
+    assert np.abs(whole.strains(np.ones(1))).max() < 1e-6
+    assert linear.strains(np.ones(1))[0, :, 0] == pytest.approx(np.cos(angle) - 1, rel=1e-5)
+
+
+def test_the_field_goes_into_a_body_file_and_comes_back(tmp_path):
+    structure = bent_beam()
+    body = reduce_structure(structure, cantilever_modes(structure, "start", 3), strain="nonlinear")
+    found = load_body(save_body(tmp_path / "b.h5", body)).strain_field
+    assert [(part.kind, part.nonlinear) for part in found] == [("line", True)]
+    for name in ("places", "weight", "rows", "linear", "quadratic", "elastic", "stress"):
+        assert np.array_equal(getattr(found[0], name), getattr(body.strain_field[0], name))
+    size = (tmp_path / "b.h5").stat().st_size
+    rows = found[0].rows
+    assert rows.dtype == np.float32 and rows.nbytes < size / 4
+
+
+def test_energy_density_of_condensed_elements_is_that_of_the_condensed_body():
+    structure = bent_beam()
+    modes = with_derivatives(structure, cantilever_modes(structure, "start", 3))
+    body = reduce_structure(structure, modes, strain="condensed")
+    delta = np.array([0.5, -0.3, 0.2])
+    assert body.strain.energy(delta) > 1.01 * delta @ body.strain.V1 @ delta / 2
+    assert energy(body.strain_field, body.amplitudes(delta)) == pytest.approx(body.strain.energy(delta), rel=1e-3)
