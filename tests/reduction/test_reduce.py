@@ -135,7 +135,7 @@ def test_an_edge_of_second_order_cells_is_a_place_like_that_of_its_corners(kind)
         assert ours == pytest.approx(theirs, abs=1e-7 * theirs.max())
     middle = np.setdiff1d(mesh.group_points("right"), mesh.group_points("right")[second_corners(mesh)])
     lone = build_structure(mesh.with_groups(points={"amid": middle[:1]}), [Member("surface", family, 0.01, metal)])
-    with pytest.raises(ValueError, match="1 of the 1 nodes of group 'amid' belong to no member, or stand amid the side"):
+    with pytest.raises(ValueError, match="1 of the 1 nodes of group 'amid' belong to no member, or stand amid"):
         marker_rows(lone, "amid")
 
 
