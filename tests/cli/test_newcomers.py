@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from small_craft import BOOM, CRAFT
 
 Called = Callable[..., tuple[int, str, str]]
 
@@ -104,8 +105,6 @@ COMMANDS = [
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """A finished run of the craft, as a file's bytes."""
-    from conftest import BOOM, CRAFT
-
     import femflex
 
     place = tmp_path_factory.mktemp("finished")
