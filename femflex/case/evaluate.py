@@ -89,7 +89,18 @@ def measured_unit(table: MeasureTable, run: Record) -> str:
         return "per orbit" if table.per_orbit else "Hz"
     if table.of == "body_mass":
         return "kg"
-    return "1" if table.relative else run.unit(str(table.channel))
+    return "1" if table.relative else column_unit(table, run)
+
+
+def column_unit(table: MeasureTable, run: Record) -> str:
+    """Unit of the measured column, of those that its channel lists where they differ; the whole list without one."""
+    path = str(table.channel)
+    units = run.unit(path).split(", ")
+    if len(units) == 1 or table.component is None:
+        return ", ".join(dict.fromkeys(units))
+    names = run.names(path)
+    column = names.index(table.component) if isinstance(table.component, str) else int(table.component)
+    return units[column] if len(units) == len(names) else ", ".join(dict.fromkeys(units))
 
 
 def _reduced(table: MeasureTable, time: Array, x: Array, mean_motion: float | None) -> float:

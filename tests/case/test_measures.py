@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from femflex.case import parse_case
-from femflex.case.evaluate import judged, measured
+from femflex.case.evaluate import column_unit, judged, measured
 from femflex.case.measure import MeasureTable
 from femflex.case.tones import crossing_frequency, fitted_frequencies
 
@@ -123,3 +123,21 @@ def test_an_expectation_in_another_dimension_is_refused():
     text = EXPECTATIONS.replace('"5.7296 deg", tolerance = "0.01 deg"', '"5 m", tolerance = "1 m"')
     with pytest.raises(ValueError, match=r"expect.peak.value: found a number in m; the quantity is in rad"):
         judged(parse_case(text), Signals())
+
+
+def test_a_column_of_several_units_is_told_in_its_own():
+    class Mixed:
+        """A run whose coordinates have units of their own."""
+
+        def unit(self, path: str) -> str:
+            return "m, rad, rad"
+
+        def names(self, path: str) -> tuple[str, ...]:
+            return ("slide", "turn", "swing")
+
+    def told(component):
+        named = {} if component is None else {"component": component}
+        table = MeasureTable(of="value", channel="q", **named)
+        return column_unit(table, Mixed())  # type: ignore[arg-type]
+
+    assert [told("slide"), told("swing"), told(1), told(None)] == ["m", "rad", "rad", "m, rad"]
