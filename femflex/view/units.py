@@ -98,11 +98,13 @@ def round_below(value: float) -> float:
 
 
 def clock(t: float, duration: float) -> str:
-    """Time of a picture as text, of one width over a run of that duration [s].
+    """Time of a picture as text, of one width over a run of that duration [s]; 0 for a single state.
 
-    >>> clock(12.3456, 20.0), clock(754.2, 3000.0), clock(7384.0, 20000.0)
-    ('12.35 s', '12 min 34.2 s', '2 h 03 min 04 s')
+    >>> clock(12.3456, 20.0), clock(754.2, 3000.0), clock(7384.0, 20000.0), clock(0.0, 0.0)
+    ('12.35 s', '12 min 34.2 s', '2 h 03 min 04 s', '0 s')
     """
+    if duration == 0:
+        return f"{t:g} s"
     if duration < 600:
         decimals = max(0, 3 - math.floor(math.log10(max(duration, 1e-9)) + 1e-9))
         return f"{t:.{min(decimals, 9)}f} s"
