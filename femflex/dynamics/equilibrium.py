@@ -16,18 +16,19 @@ from numpy.typing import NDArray
 from femflex.dynamics.linearised import advanced, linearised
 from femflex.dynamics.model import Model
 from femflex.dynamics.steady import Steady, steady
+from femflex.dynamics.vibration import GROWING
 from femflex.system import System
 
 Array = NDArray[np.float64]
 
 BALANCED = 1e-9  # residual over the largest force at which an equilibrium is found
+FADED = 1e-6  # of the forces at the start, and of the energy of spin: equilibria without any forces are measured by it
 SETTLED = 1e-8  # last step over usual sizes, likewise
 LONGEST = 0.5  # step over usual sizes: half a radian, half the craft's length
 NEUTRAL = 1e-7  # stiffness over the largest of the free coordinates below which a direction counts as neutral
 NOISE = 1e-9  # of the largest force: stiffness that differences cannot tell from none
 TRIES, HALVINGS = 30, 12
 FIRST, LEAST = 0.25, 1e-4  # share of the outer forces added in a step of the continuation
-GROWING = 1e-4  # real part over size above which an eigenvalue is taken to grow
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,11 +151,12 @@ def balance(problem: Steady, q: Array, share: float) -> Balance:
     """Newton's method with shortened steps from the coordinates q (n_q,), under a share of the outer forces."""
     neutral: tuple[str, ...] = ()
     residual, worst, balanced = np.inf, 0, False
+    least = FADED * max(problem.largest(q, share), share * problem.energy_of_spin)
     for k in range(TRIES):
         inner, outer = problem.forces(q)
         g = inner + share * outer
         worst = int(np.argmax(np.abs(g))) if g.size else 0
-        size = problem.largest(q, share)
+        size = max(problem.largest(q, share), least)
         try:
             move, neutral, held = newton_step(problem, problem.stiffness(q, share), g, size)
         except np.linalg.LinAlgError:

@@ -50,6 +50,14 @@ class Steady:
         return float(max(np.abs(part).max(initial=0.0) for part in (inner, share * outer, elastic)))
 
     @cached_property
+    def energy_of_spin(self) -> float:
+        """Kinetic energy of the turning base frame [J], whose rounding is left over where forces cancel; 0 if still."""
+        if self.full.system.frame.kind != "spinning":
+            return 0.0
+        x = np.concatenate([self.full.x0[: self.full.n_q], np.zeros(self.full.n_u)])
+        return float(self.full.observe(np.zeros(1), x[None])["monitors/kinetic"][0])
+
+    @cached_property
     def own_stiffness(self) -> tuple[Array, NDArray[np.int64]]:
         """Stiffness of shapes and springs on slides and turns, and the coordinates it multiplies."""
         return linear_stiffness(self.full)
@@ -69,17 +77,9 @@ def steady(system: System, at: float | None = None) -> Steady:
     Raises ValueError with what changes over time there: loads, an eccentric orbit, forces of a frame that turns
     relative to the base frame.
     """
-    frozen = replace(
-        system,
-        bodies={name: replace(body, damping=0.0 * body.damping) for name, body in system.bodies.items()},
-        joints=tuple(_still(joint, at) for joint in system.joints),
-        springs=tuple(replace(spring, damping=0.0) for spring in system.springs),
-        loads=tuple(_frozen(load, at) for load in system.loads),
-    )
-    if problems := [*_tie_problems(frozen), *_orbit_problems(frozen), *_load_problems(frozen)]:
-        raise ValueError("\n".join(problems))
-    full = compile_system(frozen)
-    inner = compile_system(replace(frozen, loads=(), orbit=None, frame=Frame()))
+    rest = undamped(frozen(system, at))
+    full = compile_system(rest)
+    inner = compile_system(replace(rest, loads=(), orbit=None, frame=Frame()))
     elastic, held = np.zeros(full.n_u, bool), held_freedoms(full)
     for name, record in zip(system.order, body_records(full.table)[1:], strict=True):
         joint = system.joint_of(name)
@@ -90,8 +90,33 @@ def steady(system: System, at: float | None = None) -> Steady:
     return found
 
 
+def frozen(system: System, at: float | None = None) -> System:
+    """The system with loads and specified motions as they are at a time [s].
+
+    Raises ValueError with what changes over time there for a system at rest in its base frame.
+    """
+    still = replace(
+        system,
+        joints=tuple(_still(joint, at) for joint in system.joints),
+        loads=tuple(_frozen(load, at) for load in system.loads),
+    )
+    if problems := [*_tie_problems(still), *_orbit_problems(still), *_load_problems(still)]:
+        raise ValueError("\n".join(problems))
+    return still
+
+
+def undamped(system: System) -> System:
+    """The system without the damping of bodies, joints and springs."""
+    return replace(
+        system,
+        bodies={name: replace(body, damping=0.0 * body.damping) for name, body in system.bodies.items()},
+        joints=tuple(replace(joint, damping=0.0 * joint.damping) for joint in system.joints),
+        springs=tuple(replace(spring, damping=0.0) for spring in system.springs),
+    )
+
+
 def _still(joint: Joint, at: float | None) -> Joint:
-    """The joint without dampers, its specified freedoms locked where they are at a time."""
+    """The joint with its specified freedoms locked where they are at a time."""
     still: list[Profile | float | None] = list(joint.motion)
     q0 = joint.q0.copy()
     for k, profile in joint.held.items():
@@ -102,7 +127,7 @@ def _still(joint: Joint, at: float | None) -> Joint:
                 "'spinning')"
             )
         still[k] = q0[k] = float(profile(at or 0.0)[0])
-    return replace(joint, damping=0.0 * joint.damping, motion=tuple(still), q0=q0, u0=0.0 * joint.u0)
+    return replace(joint, motion=tuple(still), q0=q0, u0=0.0 * joint.u0)
 
 
 def _frozen(load: Load, at: float | None) -> Load:
