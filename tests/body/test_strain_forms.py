@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from femflex.body import StrainTensors
-from femflex.symmetric import multiplicity, packed, packed_indices, packed_size, truncated, unpacked
+from femflex.body.symmetric import multiplicity, packed, packed_indices, packed_size, truncated, unpacked
 
 N = 5
 
