@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from femflex.fem.path import AT_NODE, Path
+from femflex.fem.line.path import AT_NODE, Path
 from femflex.fem.structure import Member
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.fem.along import along, varies
-from femflex.fem.materials import Material
+from femflex.fem.line.along import along, varies
+from femflex.fem.sections.materials import Material
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

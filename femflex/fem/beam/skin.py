@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.family import SkinPart
-from femflex.fem.section import Section
+from femflex.fem.sections.section import Section
 
 if TYPE_CHECKING:
-    from femflex.fem.beam import BeamElements
+    from femflex.fem.beam.member import BeamElements
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.family import SkinPart
-from femflex.fem.plate_blocks import LocalDofs
+from femflex.fem.plate.blocks import LocalDofs
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefLine
 
-from femflex.fem.beam_shapes import NODAL, BeamOrder, field_rows
-from femflex.fem.beam_skin import swept_outline
-from femflex.fem.chain import LINE_TYPES, ArcLength, arc_length, element_frames, straight_elements
+from femflex.fem.assembly.numbering import Numbering
+from femflex.fem.beam.shapes import NODAL, BeamOrder, field_rows
+from femflex.fem.beam.skin import swept_outline
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells, member_options
-from femflex.fem.numbering import Numbering
-from femflex.fem.section import Resultants
+from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length, element_frames, straight_elements
+from femflex.fem.sections.section import Resultants
 from femflex.fem.tables import DenseInertia, DenseStrain
 from femflex.warning import PhysicsWarning
 
@@ -90,8 +90,8 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Inertia, strain and skin of 3-D Euler-Bernoulli beams on a group of line cells.
 
     Cells line, or line3, which is two straight elements joined at its middle node. Section: any of
-    `femflex.fem.sections`; a shape needs an isotropic Material. Fields: bending cubic Hermite with bubbles up to
-    `order`, axial and torsion of order max(2, order - 1). Strains: eps = u' + (u'^2 + v'^2 + w'^2)/2 + (I_p/2A)
+    `femflex.fem.sections`; a shape needs an isotropic Material. Fields: bending cubic Hermite with bubbles up
+    to `order`, axial and torsion of order max(2, order - 1). Strains: eps = u' + (u'^2 + v'^2 + w'^2)/2 + (I_p/2A)
     theta'^2, curvatures v'' and -w'', twist (THEORY section 3).
 
     Options

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex
 
+from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells, member_options
-from femflex.fem.materials import Material
-from femflex.fem.numbering import Numbering
-from femflex.fem.solid_blocks import SolidInertia, SolidStrain, isotropic_elasticity, strain_maps
-from femflex.fem.solid_skin import solid_skin
+from femflex.fem.sections.materials import Material
+from femflex.fem.solid.blocks import SolidInertia, SolidStrain, isotropic_elasticity, strain_maps
+from femflex.fem.solid.skin import solid_skin
 from femflex.mesh.cells import CELL_TYPES
 from femflex.warning import PhysicsWarning
 

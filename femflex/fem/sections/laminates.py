@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.fem.materials import Material
+from femflex.fem.sections.materials import Material
 
 Array = NDArray[np.float64]
 

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from femflex.fem.connections import Connections, layered_connections
-from femflex.fem.pattern import Pattern, expanded, pattern
-from femflex.fem.runs import find_runs
+from femflex.fem.assembly.connections import Connections, layered_connections
+from femflex.fem.assembly.pattern import Pattern, expanded, pattern
+from femflex.fem.assembly.runs import find_runs
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from femflex.fem.connections import Connections
-from femflex.fem.runs import Runs
+from femflex.fem.assembly.connections import Connections
+from femflex.fem.assembly.runs import Runs
 
 Index = NDArray[np.int64]
 Integers = NDArray[np.integer]  # of whichever width

@@ -14,8 +14,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.fem.numbering import Numbering
-from femflex.fem.plate_frames import PLANE_TOLERANCE, oriented
+from femflex.fem.assembly.numbering import Numbering
+from femflex.fem.plate.frames import PLANE_TOLERANCE, oriented
 from femflex.mesh.cells import CELL_TYPES
 
 if TYPE_CHECKING:

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.fem import plate_rectangle
+from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells, member_options
-from femflex.fem.numbering import Numbering
-from femflex.fem.plate_blocks import LocalDofs, PlateInertia, PlateStrain, mass_points
-from femflex.fem.plate_elastic import UNSTRESSED, initial_stress, section_stiffness
-from femflex.fem.plate_frames import DUST, oriented, plane_normals, shared_axes
-from femflex.fem.plate_map import flat_map, member_section
-from femflex.fem.plate_sides import side_table
-from femflex.fem.plate_skin import plate_skin
+from femflex.fem.plate import rectangle_fields
+from femflex.fem.plate.blocks import LocalDofs, PlateInertia, PlateStrain, mass_points
+from femflex.fem.plate.dof_map import flat_map, member_section
+from femflex.fem.plate.elastic import UNSTRESSED, initial_stress, section_stiffness
+from femflex.fem.plate.frames import DUST, oriented, plane_normals, shared_axes
+from femflex.fem.plate.sides import side_table
+from femflex.fem.plate.skin import plate_skin
 from femflex.fem.tables import of
 
 if TYPE_CHECKING:
@@ -65,11 +65,11 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     dof_map = flat_map(mesh, corners, axes, numbering, own)
     xi, eta = (grid.ravel() for grid in np.meshgrid(_POINTS, _POINTS, indexing="ij"))
     area = (a * b)[:, None] * np.outer(_WEIGHTS, _WEIGHTS).ravel()
-    place = plate_rectangle.inplane_shapes(xi, eta)
+    place = rectangle_fields.inplane_shapes(xi, eta)
     middle = np.matmul(place[:, :4], mesh.points[corners])
     dm, rho, heights = mass_points(middle, area, axes, section)
     one = slice(0, 1) if _alike(a) and _alike(b) else slice(None)
-    rows = plate_rectangle.deflection_and_rotation(xi, eta, a[one], b[one])
+    rows = rectangle_fields.deflection_and_rotation(xi, eta, a[one], b[one])
     elastic = stiffness.matrix(shears=False)
     stress = initial_stress(section, options, axes, elastic.shape[2])
     return Contribution(
@@ -91,14 +91,14 @@ def rectangle_strain(
 
     xi, eta = (grid.ravel() for grid in np.meshgrid(rule[0], rule[0], indexing="ij"))
     one = slice(0, 1) if _alike(a) and _alike(b) else slice(None)
-    rows = plate_rectangle.deflection_and_rotation(xi, eta, a[one], b[one])
+    rows = rectangle_fields.deflection_and_rotation(xi, eta, a[one], b[one])
     return PlateStrain(
         weight=(a * b)[:, None] * np.outer(rule[1], rule[1]).ravel(),
         elastic=elastic,
         map=dof_map,
-        dP=plate_rectangle.inplane_gradients(xi, eta, a[one], b[one]),
+        dP=rectangle_fields.inplane_gradients(xi, eta, a[one], b[one]),
         slopes=partial(of, -rows[:, :, 1:]),
-        bending=partial(of, plate_rectangle.curvatures(xi, eta, a[one], b[one])),
+        bending=partial(of, rectangle_fields.curvatures(xi, eta, a[one], b[one])),
         finer=finer,
         stress=stress,
     )

@@ -12,9 +12,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.fem.along import Along
-from femflex.fem.materials import Material
-from femflex.fem.section import Dimensioned, Outline, Resultants, SectionProperties, Shape, check_wall, ellipse, polygon
+from femflex.fem.line.along import Along
+from femflex.fem.sections.materials import Material
+from femflex.fem.sections.section import (
+    Dimensioned,
+    Outline,
+    Resultants,
+    SectionProperties,
+    Shape,
+    check_wall,
+    ellipse,
+    polygon,
+)
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

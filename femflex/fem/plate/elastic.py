@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from femflex.fem.laminates import PlateSection, strain_rotation
-from femflex.fem.plate_frames import DUST, section_angles
+from femflex.fem.plate.frames import DUST, section_angles
+from femflex.fem.sections.laminates import PlateSection, strain_rotation
 
 Array = NDArray[np.float64]
 

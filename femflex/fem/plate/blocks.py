@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.assembly import Part
-from femflex.fem.laminates import PlateSection
+from femflex.fem.sections.laminates import PlateSection
 from femflex.fem.tables import of
 
 Array = NDArray[np.float64]

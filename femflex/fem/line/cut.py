@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.fem.chain import LINE_TYPES, arc_length, straight_elements
-from femflex.fem.hangers import Hung, hangers
-from femflex.fem.materials import Material
-from femflex.fem.path import Path, path_of
+from femflex.fem.line.chain import LINE_TYPES, arc_length, straight_elements
+from femflex.fem.line.hangers import Hung, hangers
+from femflex.fem.line.path import Path, path_of
 from femflex.fem.point_mass import PointMass
-from femflex.fem.section import Outline, Resultants, Section
+from femflex.fem.sections.materials import Material
+from femflex.fem.sections.section import Outline, Resultants, Section
 from femflex.fem.structure import Member
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import SkinPart
-from femflex.fem.numbering import Numbering
 from femflex.mesh.cells import CELL_TYPES
 
 Array = NDArray[np.float64]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.assembly import Part
-from femflex.fem.materials import Material
+from femflex.fem.sections.materials import Material
 from femflex.fem.tables import of
 
 Array = NDArray[np.float64]

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from femflex.fem.canonical import canonical, whole_clusters
-from femflex.fem.shift_invert import ShiftInverted, SingularError, dense_modes, factorised, orthonormal
+from femflex.fem.eigen.canonical import canonical, whole_clusters
+from femflex.fem.eigen.shift_invert import ShiftInverted, SingularError, dense_modes, factorised, orthonormal
 from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]

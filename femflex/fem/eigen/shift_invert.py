@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import linalg, sparse
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, SuperLU, eigsh, splu
 
-from femflex.fem.canonical import CLOSE
+from femflex.fem.eigen.canonical import CLOSE
 
 Array = NDArray[np.float64]
 Solve = Callable[[Array], Array]

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.fem.laminates import PlateSection, isotropic
-from femflex.fem.numbering import Numbering
-from femflex.fem.plate_blocks import LocalDofs
-from femflex.fem.plate_sides import Sides, element_sides
+from femflex.fem.assembly.numbering import Numbering
+from femflex.fem.plate.blocks import LocalDofs
+from femflex.fem.plate.sides import Sides, element_sides
+from femflex.fem.sections.laminates import PlateSection, isotropic
 
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
@@ -35,8 +35,8 @@ def member_section(member: Member) -> PlateSection:
             raise ValueError(f"{where} has a thickness but no material; give one")
         return isotropic(float(section), material)
     raise ValueError(
-        f"{where} has the section {section!r}; give a plate section of femflex.fem.laminates, or a thickness in metres "
-        "and a material"
+        f"{where} has the section {section!r}; give a plate section of femflex.fem.sections.laminates, or a thickness "
+        "in metres and a material"
     )
 
 
