@@ -13,6 +13,7 @@ from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem
 from femflex.dynamics import Model
 from femflex.integrate import INTEGRATORS, Dop853, Forecast, Integrator, choose, foretold, integrator
+from femflex.integrate.driver import Adaptive
 
 Array = NDArray[np.float64]
 
@@ -29,6 +30,7 @@ def chosen_integrator(case: Case, model: Model, times: Array) -> tuple[Integrato
         rtol = table.rtol or Dop853.rtol
         atol = ATOL * rtol * sizes if table.atol is None else table.atol
         method = integrator(name, rtol=rtol, atol=atol, max_step=table.max_step or math.inf)
+        assert isinstance(method, Adaptive)  # as both of the automatic choice are
         return foretold(method, model, duration, model.x0)
 
     choice = choose(model.max_frequency, duration, float(times[1] - times[0]), trial, band, table.integrator)
