@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
 import typer
 
 from femflex.cli.progress import Patience
@@ -89,7 +89,7 @@ def print_equilibrium(found: Equilibrium) -> None:
     print(f"frame       {frame_text(found)}")
     print(f"residual    {found.residual:.2e} of the largest force, after {found.iterations} iterations")
     for name, loop in loops(found).items():
-        force, torque = (float(np.linalg.norm(loop[key])) for key in ("force", "torque"))
+        force, torque = (math.hypot(*loop[key]) for key in ("force", "torque"))
         print(f"loop        {name} carries {force:.6g} N and {torque:.6g} N m")
     if found.model.constraints is not None:
         print(f"loops       closed to {found.gap:.1e} m")

@@ -178,6 +178,12 @@ def test_stiffness_of_laws_counts_in_the_highest_frequency_and_in_newtons_matrix
     assert out[0] == pytest.approx(1 / (2.0 * 2.0 + 0.5 * (8.0 + 2e4)))
 
 
+def test_dampers_faster_than_any_vibration_count_as_the_highest_frequency():
+    assert slider(stiffness=8.0, damping=400.0).max_frequency == pytest.approx(200.0, rel=1e-8)  # c / m
+    stuck = slider(laws=(Friction(limit=3.0, velocity=1e-3),))
+    assert stuck.max_frequency == pytest.approx(3.0 / 1e-3 / 2.0, rel=1e-5)
+
+
 LAWFUL = (
     Stop(upper=0.5, stiffness=2e4, damping=30.0, width=0.02),
     Friction(limit=3.0, velocity=1e-2),
