@@ -128,6 +128,7 @@ def buckling(k):
     return shares[0] - low * (shares[1] - shares[0]) / (high - low), [one.stable for one in found]
 
 
+@pytest.mark.slow
 def test_a_beam_clamped_at_both_ends_buckles_at_four_times_the_load_of_hinged_ends():
     (coarse, _), (fine, stable) = buckling(8), buckling(16)
     assert stable == [True, False]
