@@ -114,8 +114,8 @@ def renew_coordinates(
 
 @part
 def shorter(error: float, order: int, shrink: float) -> float:
-    """Factor on a step that failed its error test, for an error of h^order."""
-    return float(max(shrink, SAFETY * error ** (-1 / order))) if math.isfinite(error) else shrink
+    """Factor on a step that failed, below 1: for an error of h^order, or where the rate at its end is not finite."""
+    return float(max(shrink, SAFETY * error ** (-1 / order))) if 1.0 < error < math.inf else shrink
 
 
 @part
