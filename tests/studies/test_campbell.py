@@ -127,9 +127,7 @@ def test_a_rod_that_points_inwards_stops_swinging_and_grows_from_its_critical_sp
 
 
 def test_closed_loops_are_refused():
-    with pytest.raises(
-        ValueError, match="'closure' close loops, and the shapes of a Campbell diagram are followed for"
-    ):
+    with pytest.raises(ValueError, match="'closure' close loops, and the shapes of a Campbell diagram are followed"):
         campbell(four_bar(), [0.0, 1.0])
 
 
