@@ -17,7 +17,7 @@ from femflex.dynamics.forces import clear
 from femflex.dynamics.gathering import accelerate_body
 from femflex.dynamics.held import held_state
 from femflex.dynamics.lanes import beyond, start
-from femflex.dynamics.laws import write_law_stiffness
+from femflex.dynamics.laws import write_law_resistance
 from femflex.dynamics.layout import body_of, header_of
 from femflex.dynamics.ledger import SPARE, n_rows
 from femflex.dynamics.recursion import reduce_to_root
@@ -44,7 +44,7 @@ def constrain_freely(
     aim_accelerations(udot, table, work)
     clear(table, work)
     if head["n_laws"] > 0:
-        write_law_stiffness(q, table, pool, work)
+        write_law_resistance(q, u, 0.0, c_k, table, pool, work)  # as the free accelerations were solved for
     reduce_to_root(table, pool, work, c_d, c_k, True)
     add_answer(udot, table, pool, work, c_d != 0.0 or c_k != 0.0)
 
