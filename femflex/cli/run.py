@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -24,7 +25,10 @@ def run(
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the unfinished run in the output file.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
     without: Annotated[
-        str, typer.Option("--without", help="Switch off by name: gravity_gradient,gyroscopic, a load, flexibility.")
+        str,
+        typer.Option(
+            "--without", help="Switch off by name: gravity_gradient,gyroscopic, a load, flexibility, nonlinear_strain."
+        ),
     ] = "",
     no_pictures: Annotated[
         bool, typer.Option("--no-pictures", help="Leave out the pictures the case asks for.")
@@ -60,7 +64,7 @@ def run(
         say_what_came_out(done, prepared.system, output)
         missed = say_verdicts(read, done)
         if not no_pictures:
-            draw_pictures(prepared, done, output, force)
+            draw_pictures(prepared, done, output, force or resume)
     if missed:
         complain(
             f"warning: the run is done, but what the case expects of {', '.join(missed)} does not hold; either "
@@ -215,13 +219,16 @@ def say_verdicts(case: Case, run: Run) -> list[str]:
 def draw_pictures(prepared: Prepared, run: Run, output: Path, force: bool) -> None:
     """Draw what the case asks for; where no renderer can start, say so and keep the run."""
     from femflex.cli.pictures import draw
+    from femflex.cli.second_run import second_run
     from femflex.view import NoRenderer
 
-    if prepared.case.pictures is None:
+    case = prepared.case
+    if case.pictures is None:
         return
     try:
-        for path in draw(prepared.case.pictures, run, prepared.system.bodies, output, force=force):
-            print(f"picture     {path}")
+        with second_run(case, output, force) if not run.without else nullcontext() as other:
+            for path in draw(case.pictures, run, prepared.system.bodies, output, force=force, other=other):
+                print(f"picture     {path}")
     except NoRenderer as error:
         complain(f"no pictures: {error}; the run is kept in {output}")
 
@@ -229,10 +236,13 @@ def draw_pictures(prepared: Prepared, run: Run, output: Path, force: bool) -> No
 def check_pictures(case: Case, output: Path, force: bool) -> None:
     """Raise FileExistsError when a picture the case asks for exists already, unless force."""
     from femflex.cli.pictures import names
+    from femflex.cli.second_run import second_output
 
     if case.pictures is None or force:
         return
-    there = [str(path) for path in names(case.pictures, output) if path.exists()]
+    second = second_output(case, output)
+    wanted = [*names(case.pictures, output), *([second] if second is not None else [])]
+    there = [str(path) for path in wanted if path.exists()]
     if there:
         raise FileExistsError(
             f"{', '.join(there)} exist{'s' * (len(there) == 1)}; choose another --output, --no-pictures, or force "
