@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 BEAT = 0.5  # seconds
 
 
-@verb("femflex converge cases/panel_slew_hard.toml --over modes,derivatives,strain -o convergence.png")
+@verb("femflex converge cases/orbiter_beam.toml --over modes --tolerance 1e-6 -o convergence.png")
 def converge(
     case: Annotated[Path, typer.Argument(help="Case file (TOML) with a [study].", show_default=False)],
     over: Annotated[
@@ -252,7 +252,7 @@ def derivatives_apart(found: Convergence) -> tuple[list[list[str]], list[str]]:
     return [[str(part[k]) for part in parts] for k in range(len(found.levels))], heads
 
 
-def read_levels(text: str) -> list[int]:
+def read_levels(text: str, option: str = "--levels") -> list[int]:
     """The whole numbers in a list such as "1,2,4".
 
     >>> read_levels("1, 2, 4")
@@ -261,4 +261,4 @@ def read_levels(text: str) -> list[int]:
     try:
         return [int(part) for part in text.replace(",", " ").split()]
     except ValueError:
-        raise ValueError(f"--levels is {text!r}; give whole numbers with commas, such as 1,2,4,8") from None
+        raise ValueError(f"{option} is {text!r}; give whole numbers with commas, such as 1,2,4,8") from None

@@ -17,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.fem.eigen import factorised
+from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
 from femflex.reduction.bent_states import bent_states, over_mass
 from femflex.reduction.clamps import free_dofs
