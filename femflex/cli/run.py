@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from femflex.cli.progress import Bar, Patience
+from femflex.cli.second_run import check_left_out, second_output, second_run
 from femflex.cli.verb import complain, verb
 
 if TYPE_CHECKING:
@@ -54,6 +55,8 @@ def run(
             "minute)"
         )
         prepared = pipeline.prepare(read, output, force=force, resume=resume, without=named(without))
+        if not no_pictures:
+            check_left_out(prepared)
         prepared.load_kernels()
     say_what_runs(prepared)
     with Bar("integrating", float(prepared.times[-1])) as bar:
@@ -223,7 +226,6 @@ def say_verdicts(case: Case, run: Run) -> list[str]:
 def draw_pictures(prepared: Prepared, run: Run, output: Path, force: bool) -> None:
     """Draw what the case asks for; where no renderer can start, say so and keep the run."""
     from femflex.cli.pictures import draw
-    from femflex.cli.second_run import second_run
     from femflex.view import NoRenderer
 
     case = prepared.case
@@ -240,7 +242,6 @@ def draw_pictures(prepared: Prepared, run: Run, output: Path, force: bool) -> No
 def check_pictures(case: Case, output: Path, force: bool) -> None:
     """Raise FileExistsError when a picture the case asks for exists already, unless force."""
     from femflex.cli.pictures import names
-    from femflex.cli.second_run import second_output
 
     if force:
         return

@@ -12,6 +12,7 @@ from femflex.cli.progress import Bar
 
 if TYPE_CHECKING:
     from femflex.case import Case
+    from femflex.pipeline import Prepared
     from femflex.results import Run
 
 
@@ -19,6 +20,15 @@ def second_output(case: Case, output: Path) -> Path | None:
     """Where the second run goes, None when none is asked for."""
     wanted = case.pictures is not None and case.pictures.without
     return output.with_name(f"{output.stem}_without{output.suffix}") if wanted else None
+
+
+def check_left_out(prepared: Prepared) -> None:
+    """Raise ValueError when what the second run leaves out is not there."""
+    if prepared.case.pictures is not None and not prepared.model.omitted:
+        from femflex.dynamics.without import resolved
+
+        for name in prepared.case.pictures.without:
+            resolved(prepared.model, name)
 
 
 @contextmanager
