@@ -1,4 +1,4 @@
-"""A model with something switched off by name: a term of eq. (9), a load, or flexibility."""
+"""A model with something switched off by name: a term of eq. (9), a load, flexibility, or nonlinear strain."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from femflex.body import FlexibleBody
+from femflex.body import FlexibleBody, StrainTensors
 from femflex.dynamics.law_report import law_places
 from femflex.dynamics.terms import DRIVES, LAWS, LOADS, SPRINGS_OF, SWITCHED, TERMS, all_rows, term_names
 from femflex.system import Joint, Latch, System
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
 FLEXIBILITY = "flexibility"
+NONLINEAR = "nonlinear_strain"
 
 LOOPS, CONSTRAINTS = "loops/", "constraints/"
 FOLDERS = (LOADS, LAWS, SPRINGS_OF, LOOPS, CONSTRAINTS)  # whose parts may go by their own name alone
@@ -31,12 +32,24 @@ def without_strain(body: FlexibleBody, name: str) -> FlexibleBody:
     return replace(body, strain=replace(body.strain, **{name: 0.0 * getattr(body.strain, name)}))
 
 
+def with_linear_strain(body: FlexibleBody) -> FlexibleBody:
+    """The body to first order: no cubic and quartic strain, and nothing that follows its bending."""
+    linear = StrainTensors(body.strain.V1, body.strain.f0)
+    return replace(body.without_slaves(), strain=linear)
+
+
+def bends_nonlinearly(body: FlexibleBody) -> bool:
+    """Whether a body's strain is of more than first order, or shapes follow its bending."""
+    return not body.strain.is_linear or len(body.slaves) > 0
+
+
 BODY_CHANGES: dict[str, Callable[[FlexibleBody], FlexibleBody]] = {
     "elastic": lambda body: without_strain(body, "V1"),
     "elastic_K2": lambda body: without_strain(body, "V2"),
     "elastic_K3": lambda body: without_strain(body, "V3"),
     "prestress": lambda body: without_strain(body, "f0"),
     "damping": lambda body: replace(body, damping=0.0 * body.damping),
+    NONLINEAR: lambda body: with_linear_strain(body),
 }
 JOINT_CHANGES: dict[str, Callable[[Joint], Joint]] = {
     "joint_springs": lambda joint: replace(joint, stiffness=0.0 * joint.stiffness),
@@ -45,7 +58,8 @@ JOINT_CHANGES: dict[str, Callable[[Joint], Joint]] = {
 
 
 def without(model: Model, *names: str) -> Model:
-    """The model without what is named: a term (see `terms`), a load, "flexibility" or "flexibility/<body>".
+    """The model without what is named: a term (see `terms`), a load, "flexibility" or that of a body, or
+    "nonlinear_strain".
 
     A rigid, undamped, unloaded ... system is one in which the thing is not there. The inertia forces by degree in u and
     gravity are left out of the compiled equations instead; the monitors of energy still count what they stand for.
@@ -75,6 +89,8 @@ def switchable(model: Model) -> list[str]:
     names = [name for name in term_names(system) if name not in fixed and name not in model.omitted]
     if model.constraints is not None:
         names += model.constraints.paths
+    if NONLINEAR not in model.omitted and any(bends_nonlinearly(body) for body in system.bodies.values()):
+        names.append(NONLINEAR)
     return [*names, *([FLEXIBILITY] if flexible else []), *(f"{FLEXIBILITY}/{name}" for name in flexible)]
 
 
@@ -91,7 +107,7 @@ def resolved(model: Model, name: str) -> str:
         why = f"{name!r} cannot be switched off: it is what the specified motion needs."
     elif name in model.omitted:
         why = f"{name!r} is switched off already."
-    elif name in TERMS or name == FLEXIBILITY:
+    elif name in TERMS or name in (FLEXIBILITY, NONLINEAR):
         why = f"{name!r} cannot be switched off: this system has none."
     else:
         near = get_close_matches(name, [*known, *(full.partition("/")[2] for full in known)], n=1)
