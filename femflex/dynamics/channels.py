@@ -19,6 +19,11 @@ EULER = ("e0", "e1", "e2", "e3")
 ANGLE_WORDS = {"x": "pitch", "y": "yaw", "z": "roll"}  # about the orbit normal, the vertical, the flight direction
 
 
+def conservative_loads(system: System) -> list[str]:
+    """Names of the loads whose potential is part of the energy."""
+    return [load.name for load in system.loads if load.conservative and system.orbit is None]
+
+
 def row_length(system: System) -> int:
     """Numbers per observed instant."""
     counts = len(system.bodies) * seen.ROW_BODY + len(reported_markers(system)) * seen.ROW_MARKER
@@ -47,6 +52,8 @@ def row_places(system: System) -> dict[str, slice | int]:
             "monitors/gravity": s.ROW_GRAVITY,
             "monitors/jacobi": s.ROW_JACOBI,
         }
+    if conservative_loads(system):
+        places["monitors/load"] = s.ROW_LOAD_ENERGY
     at = s.ROW_FIXED
     for name in system.order:
         for key, start, stop in (("position", 0, 3), ("attitude", 3, 7), ("rate", 7, 10)):
@@ -87,6 +94,8 @@ def channels_of(system: System) -> dict[str, Channel]:
         "monitors/center_of_mass": Channel("m", f"centre of mass {where}", (3,), XYZ, "inertial"),
         "monitors/quaternion_norm": Channel("1", "largest departure of Euler parameters from unit length"),
     }
+    if conservative_loads(system):
+        out["monitors/load"] = Channel("J", "energy of forces that are constant in inertial axes, -F.r")
     if system.orbit is not None:
         out |= {
             "orbit/radius": Channel("m", "distance of O from the Earth's centre"),

@@ -112,7 +112,7 @@ class Constraints:
         if redundant == 0:
             return f"{self.n_rows} constraint rows, none redundant."
         return (
-            f"{self.n_rows} constraint rows, of which {redundant} follow from the others; reactions are the smallest "
+            f"{self.n_rows} constraint rows, of which {redundant} follow{'s' * (redundant == 1)} from the others; reactions are the smallest "
             "that hold the motion."
         )
 

@@ -26,6 +26,7 @@ from femflex.dynamics.layout import (
     body_of,
     header_of,
 )
+from femflex.dynamics.loads import energy_of_loads
 from femflex.dynamics.shapes import nothing3, rows3, rows9, totals3, turning_of
 from femflex.dynamics.springs import energy_of_springs
 from femflex.dynamics.stiffening import varying_energy, write_varying_stiffness
@@ -54,12 +55,13 @@ Record = np.void
 ROW_RADIUS, ROW_ANOMALY, ROW_ORBIT, ROW_ANGLES = 0, 1, 2, 6
 ROW_KINETIC, ROW_ELASTIC, ROW_SPRING, ROW_GRAVITY, ROW_ENERGY, ROW_JACOBI = 9, 10, 11, 12, 13, 14
 ROW_MOMENTUM, ROW_ANGULAR, ROW_CENTER, ROW_NORM = 15, 18, 21, 24
-ROW_FIXED = 25
+ROW_LOAD_ENERGY = 25
+ROW_FIXED = 26
 
 
 @inner
 def observe_energies(
-    q: Array, row: Array, shift: Vector, drift: Vector, table: Table, pool: Array, work: Array
+    t: float, q: Array, row: Array, shift: Vector, drift: Vector, table: Table, pool: Array, work: Array
 ) -> None:
     """Orbit, attitude angles, energies, momenta and quaternion norm into the fixed part of a row."""
     head = header_of(table)
@@ -100,7 +102,8 @@ def observe_energies(
     store3(row, ROW_ANGULAR, sub(spin, cross(center, momentum)))
     store3(row, ROW_CENTER, center)
     row[ROW_NORM] = norm
-    observe_orbit(row, kinetic + elastic + spring, spin, momentum, table, pool, work)
+    row[ROW_LOAD_ENERGY] = energy_of_loads(t, shift, table, pool, work)
+    observe_orbit(row, kinetic + elastic + spring + row[ROW_LOAD_ENERGY], spin, momentum, table, pool, work)
     observe_angles(body_of(table, 1), row, head, pool, work)
 
 
