@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.closed_motion import closing_directions, refuse_rolling
 from femflex.dynamics.layout import body_records
 from femflex.dynamics.linearised import held_freedoms, linear_stiffness, stiffness, usual_sizes
 from femflex.dynamics.model import Model, compile_system
@@ -16,6 +17,7 @@ from femflex.system import Frame, Joint, Load, Profile, System
 Array = NDArray[np.float64]
 
 CIRCULAR = 1e-9  # eccentricity below which an orbit counts as circular
+SLACK = 1e-12  # of the largest: stiffness of a direction that neither shapes nor springs resist
 CHANGED = 1e-9  # relative change of the forces over time that is still rounding
 
 
@@ -54,13 +56,42 @@ class Steady:
         """Stiffness of shapes and springs on slides and turns, and the coordinates it multiplies."""
         return linear_stiffness(self.full)
 
-    def stiffness(self, q: Array, share: float) -> Array:
-        """Derivative (n_u, n_u) of the forces by increments of the coordinates in their sizes [J]."""
+    def stiffness(self, q: Array, share: float, lambdas: Array) -> Array:
+        """Derivative (n_u, n_u) of the forces by increments of the coordinates in their sizes [J].
+
+        Loops carry the multipliers (n_rows,) along.
+        """
         x, still = np.concatenate([q, np.zeros(self.full.n_u)]), np.zeros(self.full.n_u)
-        K = share * stiffness(self.full, 0.0, x, still)
+        K = share * stiffness(self.full, 0.0, x, still, lambdas)
         if share < 1.0:
-            K += (1.0 - share) * stiffness(self.inner, 0.0, x, still)
+            K += (1.0 - share) * stiffness(self.inner, 0.0, x, still, lambdas)
         return K * self.sizes * self.sizes[:, None]
+
+    def ties(self, q: Array) -> Array:
+        """A (n_rows, n_u) of the loops at q, by increments in their sizes; no rows for a tree."""
+        if self.full.constraints is None:
+            return np.zeros((0, self.full.n_u))
+        A = self.full.constraints.matrix(0.0, np.concatenate([q, np.zeros(self.full.n_u)]))
+        return np.where(self.held, 0.0, A * self.sizes)
+
+    def directions(self, A: Array) -> tuple[Array, Array]:
+        """Directions (n_u, .) that keep loops closed: those that shapes and springs resist, and the others."""
+        unit = np.eye(self.full.n_u)
+        if not len(A):
+            return unit[:, self.elastic & ~self.held], unit[:, ~self.elastic & ~self.held]
+        Z = unit[:, ~self.held] @ closing_directions(A[:, ~self.held])
+        K = self.own_stiffness[0] * self.sizes * self.sizes[:, None]
+        values, V = np.linalg.eigh(Z.T @ K @ Z)
+        stiff = values > SLACK * values.max(initial=0.0)
+        return Z @ V[:, stiff], Z @ V[:, ~stiff]
+
+    def closed(self, q: Array) -> Array:
+        """The coordinates with their loops closed again, by the shortest way."""
+        if self.full.constraints is None:
+            return q
+        x = np.concatenate([q, np.zeros(self.full.n_u)])
+        self.full.project(0.0, x, self.full.table, self.full.pool, self.full.work)
+        return x[: self.full.n_q]
 
 
 def steady(system: System, at: float | None = None) -> Steady:
@@ -69,6 +100,7 @@ def steady(system: System, at: float | None = None) -> Steady:
     Raises ValueError with what changes over time there: loads, an eccentric orbit, forces of a frame that turns
     relative to the base frame.
     """
+    refuse_rolling(system, "an equilibrium")
     frozen = replace(
         system,
         bodies={name: replace(body, damping=0.0 * body.damping) for name, body in system.bodies.items()},
@@ -76,7 +108,7 @@ def steady(system: System, at: float | None = None) -> Steady:
         springs=tuple(replace(spring, damping=0.0) for spring in system.springs),
         loads=tuple(_frozen(load, at) for load in system.loads),
     )
-    if problems := [*_tie_problems(frozen), *_orbit_problems(frozen), *_load_problems(frozen)]:
+    if problems := [*_orbit_problems(frozen), *_load_problems(frozen)]:
         raise ValueError("\n".join(problems))
     full = compile_system(frozen)
     inner = compile_system(replace(frozen, loads=(), orbit=None, frame=Frame()))
@@ -119,16 +151,6 @@ def _frozen(load: Load, at: float | None) -> Load:
             "is meant (--at), or switch it off"
         )
     return replace(load, times=None, force=values[0], torque=values[1])
-
-
-def _tie_problems(system: System) -> list[str]:
-    names = [repr(loop.label) for loop in system.loops] + [repr(c.name) for c in system.constraints]
-    if not names:
-        return []
-    return [
-        f"{', '.join(names)} constrain the system, and equilibria are found for trees of bodies alone; leave them out, "
-        "or let a damped run come to rest"
-    ]
 
 
 def _orbit_problems(system: System) -> list[str]:
