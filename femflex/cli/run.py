@@ -108,9 +108,11 @@ def say_what_runs(prepared: Prepared) -> None:
 def say_what_moved(prepared: Prepared) -> None:
     """Print what was changed of the initial values to make them consistent with loops and constraints."""
     moved = prepared.moved
+    told = ", ".join(map(str, moved[:MOVED]))
+    if len(moved) > MOVED:
+        told += f", and {len(moved) - MOVED} more (all in the file's attribute `start_moved`)"
     if moved:
-        more = f", and {len(moved) - MOVED} more (all in the file's attribute `start_moved`)" if len(moved) > MOVED else ""
-        print(f"start       made consistent: {', '.join(map(str, moved[:MOVED]))}{more}")
+        print(f"start       made consistent: {told}")
 
 
 def _orbit_lines(prepared: Prepared) -> list[str]:
@@ -202,7 +204,8 @@ def conserved(run: Run, system: System) -> list[str]:
         roots = [joint for joint in system.joints if joint.parent is None]
         parents = [tie.parent for ties in (system.loops, system.constraints, system.springs) for tie in ties]
         tied = None in parents
-        adrift = not weights and len(roots) == 1 and roots[0].n_u == 6 and not roots[0].stiffness.any() and not tied
+        adrift = len(roots) == 1 and roots[0].n_u - len(roots[0].held) == 6 and not roots[0].stiffness.any()
+        adrift = adrift and not (tied or weights)
         fixed = system.frame.kind == "inertial"
         return ["monitors/energy"] * fixed + ["monitors/angular_momentum"] * adrift
     if system.orbit is not None and system.orbit.free:

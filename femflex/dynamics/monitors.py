@@ -39,7 +39,6 @@ from femflex.dynamics.vectors import (
     dot,
     load3,
     load9,
-    product,
     scale,
     store3,
     store4,
@@ -146,9 +145,8 @@ def observe_orbit(
 
 @inner
 def observe_angles(b: Record, row: Array, head: Record, pool: Array, work: Array) -> None:
-    """Attitude angles of the root body's libration axes relative to the base frame, in the reported sequence."""
-    C_PL = product(load9(work, b["work"] + W_CPQ), load9(pool, head["angle_axes"] + 3))
-    store3(row, ROW_ANGLES, angles_of(C_PL, load3(pool, head["angle_axes"])))
+    """Attitude angles of the root joint's marker relative to the base frame, in the reported sequence."""
+    store3(row, ROW_ANGLES, angles_of(load9(work, b["work"] + W_CPQ), load3(pool, head["angle_axes"])))
 
 
 @inner

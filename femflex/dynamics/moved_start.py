@@ -47,4 +47,4 @@ def moved_start(model: Model) -> list[Moved]:
     far = np.abs(started - given)
     noticed = np.flatnonzero((far > NOTICED * scale) & (far > NOTHING))
     order = noticed[np.argsort(-far[noticed] / scale[noticed], kind="stable")]
-    return [Moved(*names[k], float(given[k]), float(started[k])) for k in order]
+    return [Moved(names[k][0], names[k][1], float(given[k]), float(started[k])) for k in order]

@@ -91,7 +91,9 @@ def resolved(model: Model, name: str) -> str:
     elif name in TERMS or name == FLEXIBILITY:
         why = f"{name!r} cannot be switched off: this system has none."
     else:
-        why = f"{name!r} is not something that can be switched off" + (f"; did you mean {near!r}?" if (near := nearest(name, known)) else ".")
+        why = f"{name!r} is not something that can be switched off" + (
+            f"; did you mean {near!r}?" if (near := nearest(name, known)) else "."
+        )
     raise ValueError(f"{why} Known here are {known}.")
 
 

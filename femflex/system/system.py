@@ -32,8 +32,8 @@ class System:
     frame    base frame F of joints without a parent
     orbit    None, or the orbit of O; then one root body, and F's origin is O
     delta0   body name -> initial elastic coordinates (n,);  ddelta0 their rates
-    libration_sequence  angles reported of the libration axes L relative to F, such as "xzy" or "extrinsic xzy"
-    libration_axes      (3, 3) C_QL: libration axes in components of the root joint's marker Q on the root body
+    libration_sequence  angles reported of the root joint's marker on the root body relative to F, such as "xzy" or
+             "extrinsic xzy"
     loops        joints cut out of the tree: each closes a loop between two bodies, or to the base frame
     constraints  on velocities: rolling, knife edges, general rows
     springs      between two markers
@@ -54,7 +54,6 @@ class System:
     delta0: dict[str, Array] = field(default_factory=dict)
     ddelta0: dict[str, Array] = field(default_factory=dict)
     libration_sequence: str = "xzy"
-    libration_axes: Array = field(default_factory=lambda: np.eye(3))
     segments: dict[str, tuple[str, ...]] = field(default_factory=dict)
     loops: tuple[Joint, ...] = ()
     constraints: tuple[Nonholonomic, ...] = ()
