@@ -8,6 +8,7 @@ from pathlib import Path
 
 from femflex.case.body import BodyTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.case import Case
+from femflex.case.diagrams import diagrams
 from femflex.case.initial import EQUILIBRIUM
 from femflex.case.measure import MeasureTable
 from femflex.case.outline import Outline, outline
@@ -18,7 +19,16 @@ from femflex.case.tree import loose_bodies, root, tree
 
 def cross_problems(outline: Outline, folder: Path) -> list[Problem]:
     """Everything wrong between the parts of a case whose files lie in that folder."""
-    checks: list[Callable[[Outline], Iterator[Problem]]] = [frames, ends, members, doubles, times, answers, starts]
+    checks: list[Callable[[Outline], Iterator[Problem]]] = [
+        frames,
+        ends,
+        members,
+        doubles,
+        times,
+        answers,
+        starts,
+        diagrams,
+    ]
     found = list(tree(outline)) or list(root(outline))
     found += [problem for check in checks for problem in check(outline)]
     return found + list(markers(outline, folder)) + list(files(outline, folder))

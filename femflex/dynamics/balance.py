@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 Merit = Callable[[Array], float]  # of the forces that are left (n_u,)
 
 BALANCED = 1e-9  # residual over the largest force at which an equilibrium is found
+FADED = 1e-6  # of the forces at the start, and of the energy of spin: equilibria without any forces are measured by it
 SETTLED = 1e-8  # last step over usual sizes, likewise
 LONGEST = 0.5  # step over usual sizes: half a radian, half the craft's length
 NEUTRAL = 1e-7  # stiffness over the largest of the free coordinates below which a direction counts as neutral
@@ -43,11 +44,12 @@ def balance(problem: Steady, q: Array, share: float) -> Balance:
     """Newton's method with shortened steps from the coordinates q (n_q,), under a share of the outer forces."""
     neutral: tuple[str, ...] = ()
     residual, worst, balanced = np.inf, 0, False
+    least = FADED * max(problem.largest(q, share), share * problem.energy_of_spin)
     for k in range(TRIES):
         A = problem.ties(q)
         g, lambdas = unbalanced(problem, q, share, A)
         worst = int(np.argmax(np.abs(g))) if g.size else 0
-        size = max(problem.largest(q, share), float(np.abs(lambdas @ A).max(initial=0.0)))
+        size = max(problem.largest(q, share), least, float(np.abs(lambdas @ A).max(initial=0.0)))
         K = problem.stiffness(q, share, lambdas)
         try:
             move, neutral, held = newton_step(problem, K, g, size, A)

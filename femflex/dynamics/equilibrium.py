@@ -16,12 +16,12 @@ from femflex.dynamics.balance import Balance, balance
 from femflex.dynamics.linearised import linearised
 from femflex.dynamics.model import Model
 from femflex.dynamics.steady import Steady, steady
+from femflex.dynamics.vibration import GROWING
 from femflex.system import System
 
 Array = NDArray[np.float64]
 
 FIRST, LEAST = 0.25, 1e-4  # share of the outer forces added in a step of the continuation
-GROWING = 1e-4  # real part over size above which an eigenvalue is taken to grow
 
 
 @dataclass(frozen=True, eq=False)
