@@ -34,7 +34,9 @@ def draw(
     from femflex.cli.progress import Bar
     from femflex.view import mode_montage, plot_histories, render_movie, render_picture
 
-    look: dict[str, Any] = table.model_dump(include={"scale", "theme", "camera", "view", "triads", "edges", "size"})
+    look: dict[str, Any] = table.model_dump(
+        include={"scale", "theme", "camera", "view", "triads", "edges", "size", "fit"}
+    )
     look["traces"] = tuple(table.traces)
     for path, (kind, what) in _wanted(table, output):
         if run.without and not _there(run, bodies, kind, what):

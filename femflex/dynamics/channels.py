@@ -10,6 +10,7 @@ from femflex.dynamics.joint_reactions import reaction_channels
 from femflex.dynamics.law_report import law_channels
 from femflex.dynamics.lower import reported_markers
 from femflex.dynamics.orbit_force import orbit_channels
+from femflex.dynamics.sights import sight_channels
 from femflex.rotations import is_extrinsic, is_symmetric, letters_of
 from femflex.system import Channel, System
 from femflex.system.segments import marker_label
@@ -132,7 +133,7 @@ def channels_of(system: System) -> dict[str, Channel]:
             f"loads/{load.name}/torque": Channel("N m", f"torque of {load.name}", (3,), XYZ, "body"),
         }
     out |= held_channels(system) | law_channels(system) | orbit_channels(system)
-    return out | constraint_channels(system) | reaction_channels(system)
+    return out | sight_channels(system) | constraint_channels(system) | reaction_channels(system)
 
 
 def constraint_channels(system: System) -> dict[str, Channel]:

@@ -98,7 +98,7 @@ def test_pitch_yaw_and_roll_come_back_as_reported_angles(rotation: str):
 @pytest.mark.parametrize("sequence", ["xzy", "extrinsic yxz", "zxz"])
 def test_a_held_attitude_tells_the_torque_that_holds_it(sequence: str):
     """Euler's equation at rest in the orbital frame: T = n^2 (x0 x J x0 - 3 y0 x J y0), along the axes of the turns."""
-    angles = np.array([0.4, -0.3, 0.7])
+    angles = np.array([0.4, 0.3, 0.7])
     text = HUB + ORBIT + f"[attitude]\nheld = true\nsequence = '{sequence}'\nangles = {angles.tolist()}\n"
     system = build_system(parse_case(text))
     (joint,) = system.joints

@@ -19,7 +19,7 @@ from femflex.case.builders.start import placed
 from femflex.case.case import Case
 from femflex.case.orbit import OrbitTable
 from femflex.case.problems import CaseError, Problem
-from femflex.system import Frame, Load, Orbit, Part, System, assembled
+from femflex.system import Frame, Load, Orbit, Part, Sight, System, assembled
 
 Array = NDArray[np.float64]
 
@@ -44,6 +44,7 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
             loops=build_loops(case),
             constraints=tuple(build_constraint(table) for table in case.constraints),
             springs=tuple(build_spring(table) for table in case.springs),
+            sights=tuple(Sight(**table.model_dump()) for table in case.sights),
             reactions=case.run.reactions,
         )
     except CaseError:
