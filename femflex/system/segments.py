@@ -127,7 +127,7 @@ def at_segments(tie: Tie, parts: Mapping[str, Part]) -> Tie:
     moved: dict[str, Any] = {"name": tie.label} if isinstance(tie, Joint) else {}
     body = ("child", "child_marker") if isinstance(tie, Joint) else ("body", "marker")
     for key, marker in (body, ("parent", "parent_marker")):
-        name = getattr(tie, key, None)
+        name: str = getattr(tie, key, None) or ""
         if isinstance(part := parts.get(name), Segments):
             moved[key] = segment_name(name, part.holder(getattr(tie, marker)))
     return replace(tie, **moved)
