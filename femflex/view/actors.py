@@ -112,7 +112,7 @@ class SightActor:
 
         self._length = length
         self._data: Any = pv.PolyData(np.zeros((2, 3), np.float32), lines=_packed(np.array([[0, 1]])))
-        plotter.add_mesh(self._data, color=theme.axes[1], line_width=2.5 * pixel, lighting=False, reset_camera=False)
+        plotter.add_mesh(self._data, color=theme.trace, line_width=2.5 * pixel, lighting=False, reset_camera=False)
 
     def show(self, start: Array, direction: Array) -> None:
         """Draw it from a place (3,) along a direction (3,)."""
