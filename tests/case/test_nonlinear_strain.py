@@ -53,6 +53,12 @@ def test_a_deflection_that_serves_nothing_is_refused(write_case, craft, more, te
         build(write_case, craft, reduction(more))
 
 
+def test_a_deflection_without_a_clamp_is_refused(write_case, craft):
+    line = 'reduction = { method = "free_free", modes = 4, derivatives = 2, deflection = "0.1 m" }\nstrain = "nonlinear"'
+    with pytest.raises(CaseError, match="found deflection = 0.1 m in a reduction without a clamp"):
+        build(write_case, craft, line)
+
+
 def test_linear_strain_may_keep_the_same_shapes(write_case, craft):
     body = build(write_case, craft, reduction(', derivatives = "auto"', "linear"))
     assert body.strain.is_linear and body.strain.V2.size == 0 and "derivative" in body.kinds
