@@ -54,8 +54,10 @@ def test_a_deflection_that_serves_nothing_is_refused(write_case, craft, more, te
 
 
 def test_a_deflection_without_a_clamp_is_refused(write_case, craft):
-    line = 'reduction = { method = "free_free", modes = 4, derivatives = 2, deflection = "0.1 m" }\nstrain = "nonlinear"'
-    with pytest.raises(CaseError, match="found deflection = 0.1 m in a reduction without a clamp"):
+    line = (
+        'reduction = { method = "free_free", modes = 4, derivatives = 2, deflection = "0.1 m" }\nstrain = "nonlinear"'
+    )
+    with pytest.raises(CaseError, match=r"found deflection = 0.1 m in a reduction without a clamp"):
         build(write_case, craft, line)
 
 
