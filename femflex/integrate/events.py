@@ -132,6 +132,9 @@ class Stepper:
         x = self.method.dense((time - t_old) / (t - t_old), t - t_old, self.vectors)
         for first in self.model.renormalise:
             x[first : first + 4] /= math.sqrt(sum(float(e) ** 2 for e in x[first : first + 4]))
+        project = getattr(self.model, "project", None)
+        if project is not None:
+            project(time, x, self.model.table, self.model.pool, self.model.work)
         return x
 
     def first_event(self) -> tuple[int, float] | None:
