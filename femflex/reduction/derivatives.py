@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from femflex.fem.eigen import factorised
 from femflex.fem.structure import Structure
+from femflex.reduction.accelerations import answers_to_accelerations
 from femflex.reduction.clamps import free_dofs
 from femflex.reduction.markers import marker_rows
 from femflex.reduction.modes import ritz
@@ -35,24 +36,28 @@ def with_derivatives(structure: Structure, modes: ModeSet, keep: int | str = "au
 
     The set is taken out of the derivatives, and of their combinations those come first that store most energy when
     every shape carries the amplitude of an equal static load, 1 / omega^2. keep: how many; "auto": until at most
-    LEFT_OUT of that energy is left out; "all" that are independent, whatever they store. omega of the added shapes is
+    LEFT_OUT of that energy is left out, and those more through which a spin or an accelerated base stiffens the set
+    (`answers_to_accelerations`); "all" that are independent, whatever they store. omega of the added shapes is
     that of the structure confined to them. `note` says how many of how many pairs were kept, and the share left out.
     Raises ValueError when keep is another word, or below zero.
     """
     theta = _without(structure, modes, scaled_derivatives(structure, modes))
-    if keep != "all":
-        theta = theta * load_weights(structure, modes)
-    energy, X = np.linalg.eigh(theta.T @ (structure.K @ theta))
+    loaded = theta if keep == "all" else theta * load_weights(structure, modes)
+    energy, X = np.linalg.eigh(loaded.T @ (structure.K @ loaded))
     energy, X = np.maximum(energy[::-1], 0.0), X[:, ::-1]
     count = number_kept(energy, keep)
-    shapes = _without(structure, modes, theta @ (X[:, :count] / np.sqrt(energy[:count])))
-    omega, shapes = ritz(structure, shapes)
+    shapes = loaded @ (X[:, :count] / np.sqrt(energy[:count]))
     left = float(energy[count:].sum() / max(energy.sum(), np.finfo(float).tiny))
     note = f"{count} derivative shapes for {theta.shape[1]} pairs, {left:.1e} of their energy left out"
+    if keep == "auto":
+        answers = answers_to_accelerations(structure, theta, shapes)
+        shapes = np.column_stack([shapes, answers])
+        note += f", and {answers.shape[1]} more for accelerations" if answers.shape[1] else ""
+    omega, shapes = ritz(structure, _without(structure, modes, shapes))
     return replace(
         modes,
         phi=np.column_stack([modes.phi, shapes]),
-        kinds=modes.kinds + ("derivative",) * count,
+        kinds=modes.kinds + ("derivative",) * len(omega),
         omega=np.append(modes.omega, omega),
         note="; ".join(part for part in (modes.note, note) if part),
     )

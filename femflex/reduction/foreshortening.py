@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
 from femflex.fem.structure import Structure
+from femflex.reduction.accelerations import work_of_accelerations
 from femflex.reduction.derivatives import scaled_derivatives
 from femflex.reduction.modeset import ModeSet
-from femflex.reduction.moments import mass_moments
 
 Array = NDArray[np.float64]
 
@@ -25,8 +25,7 @@ def foreshortening(structure: Structure, modes: ModeSet) -> Array:
     energy = np.einsum("in,in->n", modes.phi, structure.K @ modes.phi)
     lowest = modes.picked([int(np.argmin(energy / np.einsum("in,in->n", modes.phi, structure.M @ modes.phi)))])
     theta = scaled_derivatives(structure, lowest)
-    moments = mass_moments(structure.inertia, structure.T @ theta)
-    return np.vstack([moments.first[1], moments.second[0, :, 1, :]])
+    return np.asarray(work_of_accelerations(structure, theta)[:, :, 0])
 
 
 def foreshortening_of(body: FlexibleBody) -> Array:
