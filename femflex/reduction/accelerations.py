@@ -1,4 +1,4 @@
-"""What shapes do under fields of acceleration that are uniform or linear in position, as of any spin or accelerated base.
+"""What shapes do under fields of acceleration, uniform or linear in position, as any spin or accelerated base makes.
 
 The field e_b (1, rho_a) of a body that turns and accelerates loads a shape theta by int (1, rho_a) theta_b dm. Where
 theta is a static derivative, this is how the field stiffens or softens the pair of shapes it belongs to.

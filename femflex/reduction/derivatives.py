@@ -41,7 +41,7 @@ def with_derivatives(structure: Structure, modes: ModeSet, keep: int | str = "au
     that of the structure confined to them. `note` says how many of how many pairs were kept, and the share left out.
     Raises ValueError when keep is another word, or below zero.
     """
-    theta = _without(structure, modes, scaled_derivatives(structure, modes))
+    theta = without(structure, modes, scaled_derivatives(structure, modes))
     loaded = theta if keep == "all" else theta * load_weights(structure, modes)
     energy, X = np.linalg.eigh(loaded.T @ (structure.K @ loaded))
     energy, X = np.maximum(energy[::-1], 0.0), X[:, ::-1]
@@ -53,7 +53,7 @@ def with_derivatives(structure: Structure, modes: ModeSet, keep: int | str = "au
         answers = answers_to_accelerations(structure, theta, shapes)
         shapes = np.column_stack([shapes, answers])
         note += f", and {answers.shape[1]} more for accelerations" if answers.shape[1] else ""
-    omega, shapes = ritz(structure, _without(structure, modes, shapes))
+    omega, shapes = ritz(structure, without(structure, modes, shapes))
     return replace(
         modes,
         phi=np.column_stack([modes.phi, shapes]),
@@ -69,17 +69,17 @@ def load_weights(structure: Structure, modes: ModeSet) -> Array:
     Pairs of two shapes stand for i j and j i, hence the root of two.
     """
     i, j = np.triu_indices(modes.n_modes)
-    omega = np.sqrt(_over_mass(structure, modes))
+    omega = np.sqrt(over_mass(structure, modes))
     return np.asarray(np.where(i == j, 1.0, np.sqrt(2.0)) * omega.min() ** 2 / (omega[i] * omega[j]))
 
 
-def _over_mass(structure: Structure, modes: ModeSet) -> Array:
+def over_mass(structure: Structure, modes: ModeSet) -> Array:
     """Stiffness over mass of every shape (n,), its omega^2."""
     mass = np.einsum("in,in->n", modes.phi, structure.M @ modes.phi)
     return np.asarray(np.einsum("in,in->n", modes.phi, structure.K @ modes.phi) / mass)
 
 
-def _without(structure: Structure, modes: ModeSet, shapes: Array) -> Array:
+def without(structure: Structure, modes: ModeSet, shapes: Array) -> Array:
     """The shapes less their part in the set, by mass."""
     return shapes - modes.phi @ (modes.phi.T @ (structure.M @ shapes))
 
@@ -121,7 +121,7 @@ def static_response(structure: Structure, modes: ModeSet, load: Array) -> Array:
     R = R[:, independent_columns(R)]
     MR = structure.M @ R
     load = load - MR @ np.linalg.solve(R.T @ MR, R.T @ load)
-    lowest = float(_over_mass(structure, modes).min())
+    lowest = float(over_mass(structure, modes).min())
     x = factorised(structure.K + SOFT * lowest * structure.M).solve(np.ascontiguousarray(load))
     if modes.reference:
         rows = marker_rows(structure, modes.reference)

@@ -35,6 +35,7 @@ from femflex.reduction import (
     rigid_set,
     with_attachment,
     with_derivatives,
+    with_third_derivatives,
 )
 
 UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}  # of a mesh file, in metres
@@ -97,7 +98,7 @@ def build_modes(structure: Structure, table: FlexibleTable, modes: int | None = 
     r = table.reduction
     structure = relaxed(structure, clamp_of(getattr(r, "clamp", {})))
     if isinstance(r, Stretchable):
-        found = _vibrating(structure, r, modes)
+        found = with_third_derivatives(structure, _vibrating(structure, r, modes), r.third_derivatives)
         keep = r.derivatives
         return structure, found if keep in (None, "none", 0) else with_derivatives(structure, found, keep)
     if isinstance(r, NodalTable):
