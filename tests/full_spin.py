@@ -127,7 +127,7 @@ class Spun(Full):
         return gyroscopic_frequencies(self.M, 2 * rate * self.C, self.stiffness(x, rate, 0.0), count)
 
     def motion(self, rate: Callable, turn: Callable, rows, times):
-        """rows @ x (n_t, k) at equidistant times of the motion from rest under a spin rate(t), whose rate is turn(t)."""
+        """rows @ x (n_t, k) at equidistant times of the motion from rest, spun at rate(t) with the slope turn(t)."""
         state = State(*(np.zeros(len(self.free)) for _ in range(3)))
         state = State(state.x, state.v, splu(self.M).solve(-self.push(state.x, rate(times[0]), turn(times[0]))))
         step, out = Step(self, times[1] - times[0]), [rows @ state.x]

@@ -66,7 +66,7 @@ class SpinningPlate:
     @cached_property
     def structure(self):
         mesh = rectangle(1.0, self.width, *self.cells, "quad")
-        mesh = replace(mesh, points=mesh.points + [self.hub, -self.width / 2, 0.0])
+        mesh = replace(mesh, points=mesh.points + np.array([self.hub, -self.width / 2, 0.0]))
         material = fem.Material(self.modulus, self.nu, 1 / self.thickness)
         return fem.build_structure(mesh, [fem.Member("surface", "plate_bfs", self.thickness, material)])
 

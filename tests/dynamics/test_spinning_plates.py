@@ -8,11 +8,10 @@ from ritz_plates import ritz_frequencies
 from rotating_beams import Rotating
 from spinning_plates import Rise, SpinningPlate
 
-from femflex.integrate import IntegrationError
-
 SQUARE = SpinningPlate(hub=0.3)
 PANEL = SpinningPlate(width=0.6, hub=0.2, cells=(8, 5))
 FLAP, FLIGHT = 0.0, 90.0  # setting angles [deg]
+RISE = Rise(5.0, 10.0)
 slow = pytest.mark.slow
 
 
@@ -58,7 +57,7 @@ def test_so_have_they_of_a_square_plate_and_with_coordinates_for_the_stretch():
         plate = replace(SQUARE, setting=setting)
         exact = plate.full.frequencies(10.0, 5)
         assert plate.frequencies(plate.body(9), 10.0, 5) == pytest.approx(exact, rel=1e-3)
-        assert plate.frequencies(plate.body(5, "nonlinear"), 10.0, 4) == pytest.approx(exact[:4], rel=1e-3)
+        assert plate.frequencies(plate.body(6, "nonlinear"), 10.0, 4) == pytest.approx(exact[:4], rel=1.5e-3)
 
 
 def test_a_plate_set_askew_is_bent_and_twisted_by_its_spin():
@@ -79,35 +78,31 @@ def extrapolated(plate, rise, times):
     return fine + (fine - coarse) / 3
 
 
-def history(plate, rise, n, modes):
+def history(plate, rise, times, modes):
     """Of the corner: reference, condensed body, and the peak."""
-    times = np.linspace(0.0, 1.3 * rise.over, n + 1)
     reference = extrapolated(plate, rise, times)
     body = plate.body(modes, third=1)
     return reference, plate.corner(body, rise, times), np.linalg.norm(reference, axis=1).max()
 
 
 def test_a_condensed_plate_follows_all_finite_elements_through_its_spin_up():
-    plate = SpinningPlate(width=0.6, thickness=0.02, hub=0.2, setting=60.0, cells=(4, 3))
-    reference, found, peak = history(plate, Rise(5.0, 10.0), 300, 4)
+    """Past the largest bend, of four thicknesses."""
+    plate = SpinningPlate(width=0.6, thickness=0.02, hub=0.2, setting=60.0, cells=(3, 2))
+    reference, found, peak = history(plate, RISE, np.linspace(0.0, 5.0, 111), 4)
     assert 0.06 < peak < 0.1
     assert np.abs(found - reference).max() < 5e-3 * peak
 
 
 @slow
-@pytest.mark.parametrize("setting", [45.0, 75.0, FLIGHT])
-def test_it_does_so_at_other_settings_on_a_finer_mesh(setting):
-    plate = SpinningPlate(width=0.6, thickness=0.015, hub=0.2, setting=setting, cells=(8, 5))
-    reference, found, peak = history(plate, Rise(5.0, 10.0), 600, 9)
-    assert 0.06 < peak < 0.1
+@pytest.mark.parametrize(("setting", "thickness"), [(45.0, 0.015), (75.0, 0.02), (FLIGHT, 0.02)])
+def test_it_does_so_into_the_steady_spin_at_other_settings_on_a_finer_mesh(setting, thickness):
+    plate = SpinningPlate(width=0.6, thickness=thickness, hub=0.2, setting=setting, cells=(8, 5))
+    reference, found, peak = history(plate, RISE, np.linspace(0.0, 13.0, 601), 9)
+    assert 0.06 < peak < 0.12
     assert np.abs(found - reference).max() < 5e-3 * peak
 
 
 def test_with_linear_strain_the_plate_runs_away():
-    plate = SpinningPlate(width=0.6, thickness=0.02, hub=0.2, setting=60.0, cells=(4, 3))
-    times = np.linspace(0.0, 10.0, 101)
-    try:
-        moved = np.abs(plate.corner(plate.body(4, "linear"), Rise(5.0, 10.0), times)).max()
-    except IntegrationError:
-        return
-    assert moved > 10.0
+    plate = SpinningPlate(width=0.6, thickness=0.02, hub=0.2, setting=60.0, cells=(3, 2))
+    moved = np.abs(plate.corner(plate.body(4, "linear"), RISE, np.linspace(0.0, 8.0, 81))[:, 2])
+    assert moved[-1] > 1.0 and np.all(np.diff(moved[-20:]) > 0)
