@@ -75,10 +75,10 @@ class SpinningPlate:
         """All its finite elements in the spinning frame."""
         return Spun(self.structure, held_dofs(self.structure, "left"), self.axis)
 
-    def full_corner(self, rise, times):
-        """Displacement (n_t, 3) of the corner of all finite elements, spun up from rest."""
-        node = self.structure.mesh.group_points("top_right")[0]
-        rows = self.structure.translation[3 * node + np.arange(3)][:, self.full.free]
+    def full_corners(self, rise, times, groups=("top_right",)):
+        """Displacements (n_t, 3 k) of corners of all finite elements, spun up from rest."""
+        nodes = np.concatenate([self.structure.mesh.group_points(group) for group in groups])
+        rows = self.structure.translation[(3 * nodes[:, None] + np.arange(3)).ravel()][:, self.full.free]
         return self.full.motion(rise.rate, rise.turn, rows, times)
 
     def body(self, modes, strain="condensed", keep="auto", third=0):

@@ -1,12 +1,18 @@
 """Plates on a spinning hub: reduced bodies against all finite elements, and these against Ritz's method and beams."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from ritz_plates import ritz_frequencies
 from rotating_beams import Rotating
+from scipy.interpolate import CubicSpline
 from spinning_plates import Rise, SpinningPlate
+
+from femflex.case import read_case
+
+CASES = Path(__file__).resolve().parents[2] / "cases"
 
 SQUARE = SpinningPlate(hub=0.3)
 PANEL = SpinningPlate(width=0.6, hub=0.2, cells=(8, 5))
@@ -70,10 +76,10 @@ def test_a_plate_set_askew_is_bent_and_twisted_by_its_spin():
     assert plate.frequencies(plate.body(9), 4.0, 5) == pytest.approx(exact, rel=2.5e-3)
 
 
-def extrapolated(plate, rise, times):
-    """Corner (n_t, 3) of all finite elements, from two time steps (their error falls as the square)."""
+def extrapolated(plate, rise, times, groups=("top_right",)):
+    """Corners (n_t, 3 k) of all finite elements, from two time steps (their error falls as the square)."""
     finer = np.linspace(times[0], times[-1], 2 * len(times) - 1)
-    coarse, fine = plate.full_corner(rise, times), plate.full_corner(rise, finer)[::2]
+    coarse, fine = plate.full_corners(rise, times, groups), plate.full_corners(rise, finer, groups)[::2]
     assert np.abs(fine - coarse).max() < 5e-3 * np.abs(fine).max()
     return fine + (fine - coarse) / 3
 
@@ -106,3 +112,22 @@ def test_with_linear_strain_the_plate_runs_away():
     plate = SpinningPlate(width=0.6, thickness=0.02, hub=0.2, setting=60.0, cells=(3, 2))
     moved = np.abs(plate.corner(plate.body(4, "linear"), RISE, np.linspace(0.0, 8.0, 81))[:, 2])
     assert moved[-1] > 1.0 and np.all(np.diff(moved[-20:]) > 0)
+
+
+@slow
+def test_the_shipped_case_expects_what_all_its_finite_elements_answer():
+    """Polycarbonate, 20 mm: the unit of time is 1 / 8.79 s."""
+    case = read_case(CASES / "spinning_plate.toml")
+    m = case.materials["polycarbonate"]
+    unit = 0.02 * np.sqrt(m.E / (12 * m.density * (1 - m.nu**2)))
+    plate = SpinningPlate(width=0.6, thickness=0.02, nu=m.nu, hub=0.2, setting=60.0, cells=(10, 6))
+    times = np.linspace(0.0, 1.2 * unit, 401)
+    corners = extrapolated(plate, Rise(40.0 / unit, 1.2 * unit), times, ("top_right", "bottom_right"))
+    fine = CubicSpline(times, corners)(np.linspace(0.0, times[-1], 4001))
+    found = {
+        "lag": np.abs(fine[:, 2]).max(),
+        "lag_of_the_other_corner": np.abs(fine[:, 5]).max(),
+        "draw_in": fine[:, 3].min(),
+        "twist": fine[-1, 2],
+    }
+    assert found == pytest.approx({name: answer.value for name, answer in case.expect.answers.items()}, rel=3e-5)
