@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from femflex.fem import Material, Member, build_structure
-from femflex.fem.laminates import Lamina, Ply, sandwich
 from femflex.fem.sections import ISection, Rectangle
+from femflex.fem.sections.laminates import Lamina, Ply, sandwich
 from femflex.mesh import box, line, rectangle
 
 METAL = Material(70e9, 0.3, 2700.0)

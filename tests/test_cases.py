@@ -9,7 +9,7 @@ import pytest
 
 import femflex
 from femflex.case import read_case
-from femflex.case.evaluate import judged
+from femflex.case.verdicts import judged
 
 CASES = sorted((Path(__file__).resolve().parents[1] / "cases").glob("*.toml"))
 

@@ -9,6 +9,7 @@ from pydantic import Field, PrivateAttr, model_validator
 
 from femflex.case.base import Name, Table, refuse
 from femflex.case.body import Body
+from femflex.case.campbell import CampbellTable
 from femflex.case.constraint import Constraint, SpringTable
 from femflex.case.initial import StartTable
 from femflex.case.joint import Joint
@@ -41,6 +42,7 @@ class Case(Table):
     initial: StartTable | None = None
     pictures: PicturesTable | None = None
     study: StudyTable | None = None
+    campbell: CampbellTable | None = None
     expect: ExpectationsTable = Field(default_factory=lambda: ExpectationsTable.model_validate({}))
 
     _path: Path = PrivateAttr(default=Path("case.toml"))

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from femflex.case.body import BodyTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.case import Case
+from femflex.case.diagrams import diagrams
 from femflex.case.initial import EQUILIBRIUM
 from femflex.case.measure import MeasureTable
 from femflex.case.outline import Outline, outline
@@ -18,7 +19,16 @@ from femflex.case.tree import loose_bodies, root, tree
 
 def cross_problems(outline: Outline, folder: Path) -> list[Problem]:
     """Everything wrong between the parts of a case whose files lie in that folder."""
-    checks: list[Callable[[Outline], Iterator[Problem]]] = [frames, ends, members, doubles, times, answers, starts]
+    checks: list[Callable[[Outline], Iterator[Problem]]] = [
+        frames,
+        ends,
+        members,
+        doubles,
+        times,
+        answers,
+        starts,
+        diagrams,
+    ]
     found = list(tree(outline)) or list(root(outline))
     found += [problem for check in checks for problem in check(outline)]
     return found + list(markers(outline, folder)) + list(files(outline, folder))
@@ -177,7 +187,7 @@ def answers(outline: Outline) -> Iterator[Problem]:
 
 def starts(outline: Outline) -> Iterator[Problem]:
     """A craft that starts where a result file ends needs no other start of its bodies."""
-    if outline.initial is None or outline.initial.source == EQUILIBRIUM:
+    if outline.initial is None or outline.initial.source in (None, EQUILIBRIUM):
         return
     for name, body in outline.bodies.items():
         if body is not None and body.initial is not None:
@@ -233,7 +243,7 @@ def _named_files(outline: Outline) -> Iterator[tuple[str, str]]:
                 for k, s in enumerate(body.shapes)
                 if isinstance(s, MeshShape)
             )
-    if outline.initial is not None and outline.initial.source != EQUILIBRIUM:
+    if outline.initial is not None and outline.initial.source not in (None, EQUILIBRIUM):
         yield "initial.from", outline.initial.source
     for where, load in outline.loads.items():
         if load is not None and load.table is not None:

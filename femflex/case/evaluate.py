@@ -1,20 +1,17 @@
-"""Measured quantities of a run or of bodies, and whether the case's expectations hold."""
+"""Measured quantities of a run or of bodies."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.case.case import Case
-from femflex.case.measure import OF_BODY, ExpectTable, MeasureTable
+from femflex.case.measure import OF_BODY, MeasureTable
 from femflex.case.problems import near
 from femflex.case.tones import crossing_frequency, fitted_frequencies
-from femflex.case.units import UnitError, to_base
 
 Array = NDArray[np.float64]
 
@@ -36,31 +33,6 @@ class Record(Protocol):
 
     def bodies(self) -> Mapping[str, Any]:
         """Bodies with omega and mass by name."""
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """An expectation, what was measured, and whether it holds."""
-
-    name: str
-    found: float
-    expected: str
-    holds: bool
-    unit: str
-
-    def __str__(self) -> str:
-        return (
-            f"{self.name}: {self.found:.10g} {self.unit}, expected {self.expected}: "
-            f"{'holds' if self.holds else 'does not hold'}"
-        )
-
-
-def judged(case: Case, run: Record) -> list[Verdict]:
-    """The verdict on every entry of the case's [expect] table.
-
-    Raises ValueError or KeyError for a quantity the run does not have.
-    """
-    return [_judge(name, table, run, _mean_motion(case)) for name, table in case.expect.answers.items()]
 
 
 def measured(table: MeasureTable, run: Record, mean_motion: float | None = None) -> float:
@@ -169,60 +141,3 @@ def _of_body(table: MeasureTable, bodies: Mapping[str, Any]) -> float:
             f"{int(np.isfinite(omega).sum())} modes that have"
         )
     return float(omega[table.mode - 1] / (2 * math.pi))
-
-
-def _judge(name: str, table: ExpectTable, run: Record, mean_motion: float | None) -> Verdict:
-    unit = measured_unit(table, run)
-    answers = {
-        key: _in_unit(name, key, getattr(table, key), table.units().get(key), unit)
-        for key in ("value", "tolerance", "above", "below")
-    }
-    found = measured(table, run, mean_motion)
-    holds, told = True, []
-    if answers["value"] is not None:
-        tolerance = (
-            answers["tolerance"]
-            if table.relative_tolerance is None
-            else table.relative_tolerance * abs(answers["value"])
-        )
-        assert tolerance is not None
-        holds &= abs(found - answers["value"]) <= tolerance
-        told.append(f"{answers['value']:.10g} +- {tolerance:.3g}")
-    if answers["above"] is not None:
-        holds &= found > answers["above"]
-        told.append(f"above {answers['above']:.10g}")
-    if answers["below"] is not None:
-        holds &= found < answers["below"]
-        told.append(f"below {answers['below']:.10g}")
-    return Verdict(name, found, ", ".join(told), bool(holds), unit)
-
-
-def _in_unit(name: str, key: str, number: float | None, given: str | None, unit: str) -> float | None:
-    """The number for a quantity in that unit, angular frequencies in hertz. Raises ValueError on another dimension."""
-    if number is None or given is None:
-        return number
-    if unit == "Hz" and given == to_base("1 rad/s")[1]:
-        return number / (2 * math.pi)
-    wanted = _base_of(unit)
-    if wanted is not None and given != wanted:
-        raise ValueError(f"expect.{name}.{key}: found a number in {given or 'no unit'}; the quantity is in {unit}")
-    return number
-
-
-def _base_of(unit: str) -> str | None:
-    """Base unit of a channel's unit; None where it is not one (columns of several units)."""
-    if unit in ("1", "", "per orbit"):
-        return ""
-    try:
-        return to_base(f"1 {ROOTS.get(unit, unit)}")[1]
-    except UnitError:
-        return None
-
-
-ROOTS = {"kg^1/2 m": "kg^0.5 m", "kg^1/2 m/s": "kg^0.5 m/s"}
-
-
-def _mean_motion(case: Case) -> float | None:
-    if case.orbit.kind == "none":
-        return None
-    return math.sqrt(case.orbit.mu / (case.orbit.perigee_radius / (1.0 - case.orbit.eccentricity)) ** 3)

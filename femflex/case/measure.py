@@ -12,6 +12,7 @@ from femflex.case.units import to_base
 from femflex.case.values import Count, Quantity, Time, ValueProblem, Whole, _Readable, shown
 
 OF_BODY = ("mode_frequency", "body_mass")
+OF_CAMPBELL = "campbell_frequency"
 Reduction = Literal[
     "value",
     "change",
@@ -25,6 +26,7 @@ Reduction = Literal[
     "frequency",
     "mode_frequency",
     "body_mass",
+    "campbell_frequency",
 ]
 
 
@@ -103,15 +105,24 @@ class MeasureTable(Table):
     """Frequency in units of the mean motion."""
     body: str | None = None
     mode: Whole = 1
+    branch: str | None = None
+    """Of the Campbell diagram, such as "flap 1"."""
+    speed: Annotated[float | None, Quantity("rad/s", least=0.0)] = None
+    """One of its speeds."""
 
     @model_validator(mode="after")
     def _belongs_together(self) -> MeasureTable:
+        of_campbell = self.of == OF_CAMPBELL
+        if [self.branch is not None, self.speed is not None] != [of_campbell] * 2:
+            refuse(f"found of = {self.of!r}; branch and speed go with of = {OF_CAMPBELL!r}, which needs both")
+        if of_campbell and (self.channel is not None or self.body is not None):
+            refuse(f"found of = {OF_CAMPBELL!r} with a channel or a body; it is a quantity of the whole craft")
         if self.of in OF_BODY:
             if self.body is None:
                 refuse(f"found of = {self.of!r} without body; name the body")
             if self.channel is not None:
                 refuse(f"found of = {self.of!r} with a channel; it is a quantity of the body alone")
-        elif self.channel is None:
+        elif self.channel is None and not of_campbell:
             refuse(f"found of = {self.of!r} without channel; name a channel such as 'attitude/angles'")
         if self.at is not None and self.of != "value":
             refuse(f"found at together with of = {self.of!r}; it goes with of = 'value'")

@@ -13,10 +13,12 @@ from typing import Any, TypeVar
 from pydantic import TypeAdapter, ValidationError
 
 from femflex.case.body import Body, BodyTable
+from femflex.case.campbell import CampbellTable
 from femflex.case.case import Case
 from femflex.case.constraint import BetweenTable, Constraint, SpringTable
 from femflex.case.initial import StartTable
-from femflex.case.joint import Joint, JointTable
+from femflex.case.joint import Joint
+from femflex.case.joint_base import JointTable
 from femflex.case.load import LoadTable
 from femflex.case.measure import ExpectationsTable
 from femflex.case.orbit import AttitudeTable, OrbitTable
@@ -45,6 +47,7 @@ class Outline:
     between: Mapping[str, BetweenTable | None]
     pictures: PicturesTable | None
     study: StudyTable | None
+    campbell: CampbellTable | None
     expect: ExpectationsTable | None
     initial: StartTable | None
     names: Mapping[str, frozenset[str]]
@@ -64,6 +67,7 @@ def outline(raw: Mapping[str, Any]) -> Outline:
         between=_listed(raw, "constraints", Constraint) | _listed(raw, "springs", SpringTable),
         pictures=_part(PicturesTable, raw.get("pictures")),
         study=_part(StudyTable, raw.get("study")),
+        campbell=_part(CampbellTable, raw.get("campbell")),
         expect=_part(ExpectationsTable, raw.get("expect")),
         initial=_part(StartTable, raw.get("initial")),
         names={key: frozenset(map(str, _table(raw, key))) for key in ("materials", "sections")},

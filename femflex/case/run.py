@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, StrictBool, model_validator
 
 from femflex.case.base import Table, exactly_one, refuse
-from femflex.case.measure import MeasureTable
+from femflex.case.measure import OF_CAMPBELL, MeasureTable
 from femflex.case.values import Count, Direction, Duration, Quantity, Time, ValueProblem, Whole, _Readable
 
 if TYPE_CHECKING:
@@ -142,3 +142,9 @@ class StudyTable(Table):
     """Whose modes, mesh or segments are varied; left out, all flexible bodies."""
     tolerance: Annotated[float, Quantity("", above=0.0)] = 1e-3
     """Relative change below which the quantity counts as converged."""
+
+    @model_validator(mode="after")
+    def _of_a_run_or_a_body(self) -> StudyTable:
+        if self.quantity.of == OF_CAMPBELL:
+            refuse(f"found quantity of = {OF_CAMPBELL!r}; a study looks at a run or a body, such as mode_frequency")
+        return self

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from femflex import __version__
-from femflex.cli import body, check, converge, equilibrium, info, modes, plot, render, run, schema, terms
+from femflex.cli import body, campbell, check, converge, equilibrium, info, modes, plot, render, run, schema, terms
 from femflex.cli.verb import EXAMPLES
 
 app = typer.Typer(
@@ -45,6 +45,7 @@ for _verb in (
     terms.terms,
     converge.converge,
     equilibrium.equilibrium,
+    campbell.campbell,
     check.check,
     info.info,
     schema.schema,

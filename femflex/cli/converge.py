@@ -171,7 +171,7 @@ def print_study(found: Convergence) -> None:
     print(fill(f"verdict     {found.verdict}", 110, subsequent_indent=" " * 12))
 
 
-def read_levels(text: str) -> list[int]:
+def read_levels(text: str, option: str = "--levels") -> list[int]:
     """The whole numbers in a list such as "1,2,4".
 
     >>> read_levels("1, 2, 4")
@@ -180,4 +180,4 @@ def read_levels(text: str) -> list[int]:
     try:
         return [int(part) for part in text.replace(",", " ").split()]
     except ValueError:
-        raise ValueError(f"--levels is {text!r}; give whole numbers with commas, such as 1,2,4,8") from None
+        raise ValueError(f"{option} is {text!r}; give whole numbers with commas, such as 1,2,4,8") from None

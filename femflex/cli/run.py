@@ -30,7 +30,7 @@ def run(
         bool, typer.Option("--no-pictures", help="Leave out the pictures the case asks for.")
     ] = False,
 ) -> None:
-    """Simulate a case: mesh to modes to motion to HDF5, with the pictures the case asks for.
+    """Simulate a case: mesh to modes to motion to HDF5, with the pictures and the [campbell] the case asks for.
 
     Exit code 2: the case cannot be run; 3: the numerics failed, 130: interrupted, with what was computed kept.
     """
@@ -61,6 +61,10 @@ def run(
         missed = say_verdicts(read, done)
         if not no_pictures:
             draw_pictures(prepared, done, output, force)
+    if read.campbell is not None and not (no_pictures or without):
+        from femflex.cli.campbell import leave_beside
+
+        missed += leave_beside(read, output, force)
     if missed:
         complain(
             f"warning: the run is done, but what the case expects of {', '.join(missed)} does not hold; either "
@@ -204,7 +208,7 @@ def say_verdicts(case: Case, run: Run) -> list[str]:
         if case.expect.answers:
             print("expected    not judged: the expectations are those of the full case")
         return []
-    from femflex.case.evaluate import judged
+    from femflex.case.verdicts import judged
 
     verdicts = judged(case, run)
     for verdict in verdicts:
@@ -230,9 +234,14 @@ def check_pictures(case: Case, output: Path, force: bool) -> None:
     """Raise FileExistsError when a picture the case asks for exists already, unless force."""
     from femflex.cli.pictures import names
 
-    if case.pictures is None or force:
+    if force:
         return
-    there = [str(path) for path in names(case.pictures, output) if path.exists()]
+    wanted = [] if case.pictures is None else names(case.pictures, output)
+    if case.campbell is not None:
+        from femflex.cli.campbell import beside
+
+        wanted += beside(output)
+    there = [str(path) for path in wanted if path.exists()]
     if there:
         raise FileExistsError(
             f"{', '.join(there)} exist{'s' * (len(there) == 1)}; choose another --output, --no-pictures, or force "

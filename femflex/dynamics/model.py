@@ -16,7 +16,7 @@ from femflex.dynamics.frequency import highest_frequency
 from femflex.dynamics.joint_channels import observe_balls
 from femflex.dynamics.joint_reactions import observe_reactions
 from femflex.dynamics.law_report import observe_laws
-from femflex.dynamics.layout import BALL_MODIFIED, BALL_QUATERNION, body_records
+from femflex.dynamics.layout import BALL_QUATERNION, body_records
 from femflex.dynamics.lower import lower
 from femflex.dynamics.lower_constraints import characteristic_length
 from femflex.dynamics.observe import observe
@@ -91,9 +91,8 @@ class Model:
 
     @property
     def switch(self) -> Any:
-        """The call that changes coordinates between two steps, or None where no rotation set asks for it."""
-        records = body_records(self.table)
-        if not np.any((records["ball"] == BALL_MODIFIED) | (records["reference"] > 0)):
+        """The call that watches and changes coordinates between two steps; None where no rotation set can fail."""
+        if not np.any(body_records(self.table)["ball"] > BALL_QUATERNION):
             return None
         from femflex.dynamics.switching import switch
 

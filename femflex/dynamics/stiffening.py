@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import StrainTensors
+from femflex.body.symmetric import unpacked
 from femflex.dynamics.compiled import inner
 from femflex.dynamics.formula import formula
 from femflex.dynamics.lanes import Lanes, lane, nothing, plus, put
-from femflex.symmetric import unpacked
 
 Array = NDArray[np.float64]
 Record = np.void

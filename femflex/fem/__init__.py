@@ -1,17 +1,17 @@
 """Finite elements: members on a mesh become mass, stiffness and the two tables of a Structure.
 
-Importing the package loads every module in this folder, and with it every family of members.
+Importing the package loads every module below this folder, and with it every family of members.
 """
 
 from __future__ import annotations
 
 from importlib import import_module
-from pkgutil import iter_modules
+from pkgutil import walk_packages
 
-from femflex.fem.cut import Segment, cut
 from femflex.fem.family import FAMILIES
-from femflex.fem.materials import Material
+from femflex.fem.line.cut import Segment, cut
 from femflex.fem.point_mass import PointMass
+from femflex.fem.sections.materials import Material
 from femflex.fem.structure import Member, Structure, StructureSkin, build_structure
 
 __all__ = [
@@ -26,5 +26,5 @@ __all__ = [
     "cut",
 ]
 
-for _module in iter_modules(__path__):
-    import_module(f"{__name__}.{_module.name}")
+for _module in walk_packages(__path__, f"{__name__}."):
+    import_module(_module.name)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.fem.numbering import Numbering
+from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.tables import InertiaBlock, StrainBlock
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from femflex.fem.numbering import Numbering
+from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.tables import DenseInertia
 
 if TYPE_CHECKING:

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.fem.assembly.numbering import COMPONENTS, Numbering
 from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces
 from femflex.fem.internal_force import InternalForce
-from femflex.fem.materials import Material
-from femflex.fem.numbering import COMPONENTS, Numbering
 from femflex.fem.point_mass import PointMass, point_mass_block
+from femflex.fem.sections.materials import Material
 from femflex.fem.tables import InertiaBlock, StrainBlock, mass_and_stiffness
 from femflex.warning import PhysicsWarning
 

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from femflex.integrate import resume as head
 from femflex.integrate.events import eventful_blocks
-from femflex.integrate.outcome import Block, IntegrationError, Interrupted, Solution, Steps, joined
+from femflex.integrate.outcome import Block, IntegrationError, Interrupted, Solution, failure, joined
+from femflex.integrate.pace import Pace, trials_of
 from femflex.integrate.protocol import Model, Progress
 
 Array = NDArray[np.float64]
@@ -79,7 +80,7 @@ class Adaptive(ABC):
         """
         times, x0 = checked(times, x0, model.n_x)
         breaks = np.unique(np.asarray(model.breaks, float))
-        resume = self._begin(model, times, x0, breaks) if state is None else self._continued(model, times, state)
+        resume = self.begin(model, times, x0, breaks) if state is None else self._continued(model, times, state)
         return self._blocks(model, times[times > resume[head.LAST_OUT]], breaks, resume)
 
     def solve(
@@ -91,7 +92,8 @@ class Adaptive(ABC):
         """
         return collected(self.blocks(model, times, x0, state), progress, model.n_x)
 
-    def _begin(self, model: Model, times: Array, x0: Array, breaks: Array) -> Array:
+    def begin(self, model: Model, times: Array, x0: Array, breaks: Array) -> Array:
+        """The resume array of a run over `times` that is about to begin at x0 (n_x,)."""
         resume = np.zeros(head.HEAD + self.n_vectors * model.n_x)
         resume[head.METHOD], resume[head.N_X] = self.number, model.n_x
         resume[head.T], resume[head.T_OLD], resume[head.LAST_OUT] = times[0], times[0], -math.inf
@@ -117,6 +119,12 @@ class Adaptive(ABC):
                 f"the stored state ({resume.size} numbers) was not written by {self.name!r} for {model.n_x} states. "
                 "Resume with the method and the model of the first part, or start anew."
             )
+        bad = ~np.isfinite(resume[[head.T, head.H, *range(head.HEAD, head.HEAD + model.n_x)]])
+        if bad.any():
+            raise ValueError(
+                f"the stored state is damaged: {int(bad.sum())} of its numbers are not finite. Start anew, or resume "
+                "from another file."
+            )
         ahead = times[times > resume[head.LAST_OUT]]
         if ahead.size and ahead[0] < resume[head.T] and resume[head.DENSE] == 0.0:
             raise ValueError(
@@ -129,7 +137,7 @@ class Adaptive(ABC):
         if getattr(model, "events", None) is not None:
             yield from eventful_blocks(self, model, todo, breaks, resume)
             return
-        fill, budget = self.filler(model), FIRST_BUDGET
+        fill, budget, pace = self.filler(model), FIRST_BUDGET, Pace(resume)
         vectors = resume[head.HEAD :].reshape(self.n_vectors, -1)
         while todo.size:
             rows = np.empty((min(ROWS, todo.size), model.n_x))
@@ -144,6 +152,8 @@ class Adaptive(ABC):
                         budget = adapted(budget, perf_counter() - called)
                     elif status == head.END:
                         self.start_anew(model, resume, interval(resume[head.T], todo[-1], breaks))
+                    if pace.hopeless(trials_of(resume), resume[head.T], span[0]):
+                        status, resume[head.CAUSE] = head.STUCK, head.CREEPING
                     kept = count + written, resume.copy()
             except KeyboardInterrupt:
                 yield Block(todo[: kept[0]], rows[: kept[0]], kept[1])
@@ -179,19 +189,6 @@ def checked(times: Array, x0: Array, n_x: int) -> tuple[Array, Array]:
         bad = int(np.argmin(np.isfinite(x0)))
         raise ValueError(f"the first state is not finite: coordinate {bad} is {x0[bad]}.")
     return times, x0
-
-
-def failure(name: str, resume: Array, x: Array) -> IntegrationError:
-    """The error that tells why the steps of method `name` shrank to nothing; it carries the last finite state."""
-    t, coordinate = float(resume[head.T]), int(resume[head.COORDINATE])
-    reason = {
-        head.NOT_FINITE: f"the motion is not finite beyond this: coordinate {coordinate} is the first to fail",
-        head.ERROR_TEST: f"no step is small enough to hold the error of coordinate {coordinate}",
-        head.NEWTON: f"Newton's iteration does not converge, coordinate {coordinate} least",
-    }[int(resume[head.CAUSE])]
-    message = f"{name} stopped at t = {t:.9g} s: {reason}. The state at this time is the last one kept."
-    steps = Steps.of(resume, ended=f"failed: {reason}")
-    return IntegrationError(message, np.array([t]), x.copy()[None, :], coordinate, steps)
 
 
 def collected(blocks: Iterator[Block], progress: Progress | None, n_x: int) -> Solution:

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.integrate import resume as head
-from femflex.integrate.outcome import Block
+from femflex.integrate.outcome import Block, failure
+from femflex.integrate.pace import Pace, trials_of
 
 if TYPE_CHECKING:
     from femflex.integrate.driver import Adaptive, Fill
@@ -39,9 +40,10 @@ class Events(Protocol):
 
 def eventful_blocks(method: Adaptive, model: Model, todo: Array, breaks: Array, resume: Array) -> Iterator[Block]:
     """Blocks of the states at the times `todo`, as `Adaptive.blocks` gives them, for a model with events."""
-    from femflex.integrate.driver import BLOCK_SECONDS, ROWS, failure
+    from femflex.integrate.driver import BLOCK_SECONDS, ROWS
 
     stepper = Stepper(method, model, breaks, float(todo[-1]) if todo.size else 0.0, resume, method.filler(model))
+    pace = Pace(resume)
     while todo.size:
         rows: list[Array] = []
         kept, stuck = (0, resume.copy()), False
@@ -49,6 +51,8 @@ def eventful_blocks(method: Adaptive, model: Model, todo: Array, breaks: Array, 
         try:
             while len(rows) < min(ROWS, todo.size) and not stuck and perf_counter() < stop_at:
                 stuck = stepper.advance(todo[len(rows) :], rows)
+                if pace.hopeless(trials_of(resume), resume[head.T], stepper.end):
+                    stuck, resume[head.CAUSE] = True, head.CREEPING
                 kept = len(rows), resume.copy()
         except KeyboardInterrupt:
             yield block(todo, rows[: kept[0]], kept[1], model.n_x)
@@ -91,8 +95,7 @@ class Stepper:
         t, x, resume = float(self.resume[head.T]), self.vectors[0], self.resume
         due = np.flatnonzero(self.events.values(t, x) <= 0.0)
         if due.size:
-            self.happen(int(due[0]))
-            return False
+            return not self.happen(int(due[0]))
         if todo[0] <= t:
             rows.append(x.copy())
             resume[head.LAST_OUT] = todo[0]
@@ -103,13 +106,14 @@ class Stepper:
         status, _ = self.fill(resume, self.vectors, just_after, np.empty((1, self.model.n_x)), span, 1)
         resume[head.LAST_OUT] = last_out
         if resume[head.ACCEPTED] > taken:
-            self.finish(todo, rows)
+            if not self.finish(todo, rows):
+                return True
         if resume[head.T] >= span[0] and resume[head.T] < self.end and resume[head.DENSE]:
             self.start_anew()
         return bool(status == head.STUCK)
 
-    def finish(self, todo: Array, rows: list[Array]) -> None:
-        """Append the rows of the step just taken, up to its first event, which then happens."""
+    def finish(self, todo: Array, rows: list[Array]) -> bool:
+        """Append the rows of the step just taken, up to its first event, which then happens; False if that fails."""
         found = self.first_event()
         t = float(self.resume[head.T])
         for time in todo[todo <= t] if found is None else todo[todo < found[1]]:
@@ -118,7 +122,7 @@ class Stepper:
         if found is not None:
             self.vectors[0] = self.state(found[1])
             self.resume[head.T] = found[1]
-            self.happen(found[0])
+        return found is None or self.happen(found[0])
 
     def state(self, time: float) -> Array:
         """The state at a time within the last step."""
@@ -128,6 +132,9 @@ class Stepper:
         x = self.method.dense((time - t_old) / (t - t_old), t - t_old, self.vectors)
         for first in self.model.renormalise:
             x[first : first + 4] /= math.sqrt(sum(float(e) ** 2 for e in x[first : first + 4]))
+        project = getattr(self.model, "project", None)
+        if project is not None:
+            project(time, x, self.model.table, self.model.pool, self.model.work)
         return x
 
     def first_event(self) -> tuple[int, float] | None:
@@ -152,14 +159,22 @@ class Stepper:
 
         if not value(a) > 0.0:
             return a
-        return float(brentq(value, a, b, xtol=1e-15 * max(abs(b), 1e-300), rtol=4 * np.finfo(float).eps))
+        time = float(brentq(value, a, b, xtol=1e-15 * max(abs(b), 1e-300), rtol=4 * np.finfo(float).eps))
+        return time if a <= time <= b else b  # a search among values that are not finite ends nowhere
 
-    def happen(self, k: int) -> None:
-        """Let event k change the state, and start the method anew from there."""
-        x = self.vectors[0].copy()
-        self.events.happen(k, float(self.resume[head.T]), x)
+    def happen(self, k: int) -> bool:
+        """Let event k change the state, and start the method anew from there.
+
+        False, with the state as it was, when it leaves numbers that are not finite, or would happen again at once.
+        """
+        t, x = float(self.resume[head.T]), self.vectors[0].copy()
+        self.events.happen(k, t, x)
+        if not (np.isfinite(x).all() and self.events.values(t, x)[k] > 0.0):
+            self.resume[head.CAUSE], self.resume[head.COORDINATE] = head.EVENT, np.argmin(np.isfinite(x))
+            return False
         self.vectors[0] = x
         self.start_anew()
+        return True
 
     def start_anew(self) -> None:
         """Begin a smooth interval at the time reached."""

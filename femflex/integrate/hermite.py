@@ -106,16 +106,16 @@ def renew_coordinates(
 ) -> None:
     """Change coordinates that are about to fail, once every row of the last step is handed out."""
     x = vectors[X]
-    if switch(x, *own) > 0:
-        t = clipped(state[head.T], span[1], span[2])
+    t = clipped(state[head.T], span[1], span[2])
+    if switch(t, x, *own) > 0:
         kinematic(t, x[:n_q], x[n_q:], vectors[XDOT][:n_q], *own)
         state[head.DENSE] = 0.0  # the polynomial of the last step holds no longer
 
 
 @part
 def shorter(error: float, order: int, shrink: float) -> float:
-    """Factor on a step that failed its error test, for an error of h^order."""
-    return float(max(shrink, SAFETY * error ** (-1 / order))) if math.isfinite(error) else shrink
+    """Factor on a step that failed, below 1: for an error of h^order, or where the rate at its end is not finite."""
+    return float(max(shrink, SAFETY * error ** (-1 / order))) if 1.0 < error < math.inf else shrink
 
 
 @part

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.integrate import resume as head
+from femflex.integrate.pace import MOST
 
 Array = NDArray[np.float64]
 
@@ -94,6 +95,25 @@ class IntegrationError(RuntimeError):
     def t(self) -> float:
         """Time of the last finite state [s]."""
         return float(self.times[-1])
+
+
+def failure(name: str, resume: Array, x: Array) -> IntegrationError:
+    """The error that tells why the steps of method `name` shrank to nothing; it carries the last finite state."""
+    t, coordinate = float(resume[head.T]), int(resume[head.COORDINATE])
+    creeping = (
+        f"its steps of {resume[head.H]:.3g} s would take more than {MOST:.0e} to the end; a force that jumps with the "
+        f"motion (dry friction, a hard contact) makes coordinate {coordinate} creep, and smoothing it helps"
+    )
+    reason = {
+        head.NOT_FINITE: f"the motion is not finite beyond this: coordinate {coordinate} is the first to fail",
+        head.ERROR_TEST: f"no step is small enough to hold the error of coordinate {coordinate}",
+        head.NEWTON: f"Newton's iteration does not converge, coordinate {coordinate} least",
+        head.CREEPING: creeping,
+        head.EVENT: "an event leaves numbers that are not finite, or happens again at once without an end",
+    }[int(resume[head.CAUSE])]
+    message = f"{name} stopped at t = {t:.9g} s: {reason}. The state at this time is the last one kept."
+    steps = Steps.of(resume, ended=f"failed: {reason}")
+    return IntegrationError(message, np.array([t]), x.copy()[None, :], coordinate, steps)
 
 
 class Interrupted(KeyboardInterrupt):

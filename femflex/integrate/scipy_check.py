@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from femflex.integrate import resume as head
 from femflex.integrate.driver import BLOCK_SECONDS, ROWS, Span, checked, collected, interval
 from femflex.integrate.outcome import Block, IntegrationError, Solution, Steps
+from femflex.integrate.pace import Pace
 from femflex.integrate.protocol import Model, Progress
 from femflex.integrate.register import INTEGRATORS
 from femflex.integrate.starting import asked
@@ -25,6 +26,7 @@ Array = NDArray[np.float64]
 
 ORDERS = {"RK23": 3, "RK45": 5, "DOP853": 8, "Radau": 5, "BDF": 5, "LSODA": 12}
 NUMBER = 9
+MOST_CALLS = 10_000  # of the rate in one step, and a hundred more per state: a solver that asks more goes in circles
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,12 +104,14 @@ class Scipy:
     def _steps(self, model: Model, end: float, resume: Array) -> Iterator[Any]:
         """The solver at its start and after each step, a new one for each smooth interval and change of coordinates."""
         breaks, t, x = np.unique(np.asarray(model.breaks, float)), float(resume[head.T]), resume[head.HEAD :].copy()
+        pace = Pace(resume)
         while True:
-            span = interval(t, end, breaks)
-            solver = self._solver(model, t, x, span)
+            rate = Rate(model, interval(t, end, breaks))
+            solver = self._solver(rate, t, x)
             yield solver
             while solver.status == "running":
                 before = solver.nfev
+                rate.left = MOST_CALLS + 100 * model.n_x
                 self._step(solver)
                 resume[head.EVALUATIONS] += solver.nfev - before
                 if solver.status != "failed":
@@ -115,9 +119,11 @@ class Scipy:
                     resume[head.ACCEPTED] += 1
                     resume[head.SMALLEST] = min(resume[head.SMALLEST], h)
                     resume[head.LARGEST] = max(resume[head.LARGEST], h)
+                if pace.hopeless(int(resume[head.ACCEPTED]), float(solver.t), rate.span[0]):
+                    solver.status = "failed"
                 yield solver
                 t, x = float(solver.t), solver.y.copy()
-                if model.switch is not None and model.switch(x, model.table, model.pool, model.work) > 0:
+                if model.switch is not None and model.switch(solver.t, x, model.table, model.pool, model.work) > 0:
                     break
             if solver.status == "failed" or solver.t >= end:
                 return
@@ -134,15 +140,29 @@ class Scipy:
         if not np.all(np.isfinite(solver.y)):
             solver.status, solver.t, solver.y = "failed", t, y
 
-    def _solver(self, model: Model, t: float, x: Array, span: Span) -> Any:
-        def rate(t: float, x: Array) -> Array:
-            out = np.empty_like(x)
-            asked(model, t, x, out, span)
-            return out
-
+    def _solver(self, rate: Rate, t: float, x: Array) -> Any:
         settings = {"rtol": self.rtol, "atol": self.atol, "max_step": self.max_step}
         with np.errstate(all="ignore"):
-            return getattr(scipy.integrate, self.method)(rate, t, x, span[0], **settings)
+            return getattr(scipy.integrate, self.method)(rate, t, x, rate.span[0], **settings)
+
+
+class Rate:
+    """The rate of a model over a smooth interval as scipy asks it, no more than `left` times.
+
+    Values that are not finite let some of scipy's solvers try again for ever within one step.
+    """
+
+    def __init__(self, model: Model, span: Span) -> None:
+        self.model, self.span, self.left = model, span, MOST_CALLS + 100 * model.n_x
+
+    def __call__(self, t: float, x: Array) -> Array:
+        """dx/dt (n_x,) at (t, x)."""
+        self.left -= 1
+        if self.left < 0:
+            raise ValueError("the solver finds no end of a step")
+        out = np.empty_like(x)
+        asked(self.model, t, x, out, self.span)
+        return out
 
 
 def unit(x: Array, model: Model) -> Array:

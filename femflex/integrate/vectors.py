@@ -49,7 +49,7 @@ def standing(row: int, n_rows: int, wanted: float, end: float, budget: int, stat
         return head.END
     if budget == 0:
         return head.PAUSE
-    if wanted < head.TINY * abs(t) or wanted < head.TINIEST * abs(end):
+    if not (wanted >= head.TINY * abs(t) and wanted >= head.TINIEST * abs(end)):  # not a number is stuck as well
         return head.STUCK
     return head.GO_ON
 

@@ -124,17 +124,25 @@ def first_overflow(seen: Mapping[str, Array], block: Block) -> IntegrationError 
 
 
 class Singularities:
-    """Watches how near the rotation sets of joints come to their singularities, row by row, and warns of it."""
+    """Watches how near the rotation sets of joints come to their singularities, by steps and rows, and warns of it."""
 
     def __init__(self, model: Model) -> None:
-        self._paths = [path for path in model.channels if path.startswith("joints/") and path.endswith("/singularity")]
+        from femflex.dynamics.joint_channels import singularity_notes
+
+        self._notes, self._work = singularity_notes(model.system, model.table), model.work
+        for note in self._notes.values():  # a trial of the integrator may have passed here before
+            self._work[note] = np.inf
         self._least: dict[str, tuple[float, float]] = {}
 
     def watch(self, times: Array, channels: Mapping[str, Array]) -> None:
-        """Take note of a block of rows."""
-        for path in self._paths:
+        """Take note of a block of rows, and of the steps that led to it."""
+        for path, note in self._notes.items():
             k = int(np.argmin(channels[path]))
-            self._least[path] = min(self._least.get(path, (np.inf, 0.0)), (float(channels[path][k]), float(times[k])))
+            row, step = (
+                (float(channels[path][k]), float(times[k])),
+                (float(self._work[note]), float(self._work[note + 1])),
+            )
+            self._least[path] = min(self._least.get(path, (np.inf, 0.0)), row, step)
 
     def warn(self) -> None:
         """Warn of joints that came closer to their singularity than CLOSE, with both numbers."""

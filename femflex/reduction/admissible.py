@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Marker, Skin, StrainTensors
-from femflex.fem.canonical import canonical, signs
-from femflex.fem.eigen import dense_modes
+from femflex.fem.eigen.canonical import canonical, signs
+from femflex.fem.eigen.modes import dense_modes
 from femflex.fem.structure import Structure
 from femflex.reduction.beam_functions import ends_of, gauss, points_for
 from femflex.reduction.beam_strain import beam_strain

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import eval_jacobi, poch
 
-from femflex.fem.canonical import signs
+from femflex.fem.eigen.canonical import signs
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy import linalg, sparse
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from femflex.fem.eigen import factorised
+from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
 from femflex.fem.tables import assemble_blocks
 from femflex.reduction.clamps import free_dofs

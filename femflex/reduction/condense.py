@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, MassMoments, StrainTensors
-from femflex.symmetric import packed, picked, unpacked
+from femflex.body.symmetric import packed, picked, unpacked
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from femflex.fem.eigen import dense_modes
+from femflex.fem.eigen.modes import dense_modes
 
 Array = NDArray[np.float64]
 

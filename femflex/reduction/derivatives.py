@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.fem.eigen import factorised
+from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
 from femflex.reduction.accelerations import answers_to_accelerations
 from femflex.reduction.clamps import free_dofs

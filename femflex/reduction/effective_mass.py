@@ -10,7 +10,7 @@ from scipy import sparse
 from scipy.spatial import KDTree
 
 from femflex.body import FlexibleBody
-from femflex.fem.eigen import dense_modes
+from femflex.fem.eigen.modes import dense_modes
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from femflex.fem.eigen import factorised
+from femflex.fem.eigen.modes import factorised
 from femflex.fem.relaxed import settled
 from femflex.fem.structure import Structure
 from femflex.fem.tables import assemble_blocks

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from femflex.fem.canonical import canonical, signs
-from femflex.fem.eigen import dense_modes, factorised, lowest_modes
+from femflex.fem.eigen.canonical import canonical, signs
+from femflex.fem.eigen.modes import dense_modes, factorised, lowest_modes
 from femflex.fem.structure import Structure
 from femflex.reduction.buckling import refuse_buckled
 from femflex.reduction.clamps import Groups, free_dofs, held_dofs, names, refuse_unheld

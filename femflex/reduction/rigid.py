@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from femflex.fem.eigen import factorised
+from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
 
 Array = NDArray[np.float64]

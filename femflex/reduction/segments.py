@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Marker
-from femflex.fem.cut import ENDS, FAR, NEAR, Segment
+from femflex.fem.line.cut import ENDS, FAR, NEAR, Segment
 from femflex.fem.structure import Structure, build_structure
 from femflex.reduction.craig_bampton import craig_bampton
 from femflex.reduction.damping import Damping

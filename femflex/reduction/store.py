@@ -6,7 +6,7 @@ and `units` each:
     moments/{mass, first, second}     strain/{V1, f0, V2, V3}     damping     omega     slaves (if any)
     markers/<name>/{position, phi, psi, orientation}
     skin/{points, shapes}, skin/cells/<meshio cell name>         absent for a body that cannot be drawn
-    strain_field/<k>/{places, weight, rows, linear, quadratic, elastic, stress}      see femflex.strain_field
+    strain_field/<k>/{places, weight, rows, linear, quadratic, elastic, stress}      see femflex.body.strain_field
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Marker, MassMoments, Skin, StrainTensors
-from femflex.strain_field import read_field, write_field
+from femflex.body.strain_field import read_field, write_field
 
 if TYPE_CHECKING:
     import h5py

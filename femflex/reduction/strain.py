@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import StrainTensors
+from femflex.body.symmetric import packed_indices
 from femflex.fem.structure import Structure
 from femflex.fem.tables import StrainBlock, element_chunks
 from femflex.reduction.moments import linear_stiffness
-from femflex.symmetric import packed_indices
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.body.strain_field import StrainPart
 from femflex.fem.family import StrainPlaces
 from femflex.fem.structure import Structure
 from femflex.fem.tables import StrainBlock, element_chunks
 from femflex.reduction.beam_functions import gauss
 from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
-from femflex.strain_field import StrainPart
 
 Array = NDArray[np.float64]
 

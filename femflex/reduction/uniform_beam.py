@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from femflex.fem.chain import element_frames
+from femflex.fem.line.chain import element_frames
 from femflex.reduction.beam_functions import (
     FunctionSet,
     axial_characteristic,

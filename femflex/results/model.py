@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Skin
-from femflex.strain_field import StrainPart, read_field, write_field
+from femflex.body.strain_field import StrainPart, read_field, write_field
 
 Array = NDArray[np.float64]
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
-from femflex.fem.eigen import dense_modes
+from femflex.fem.eigen.modes import dense_modes
 
 Array = NDArray[np.float64]
 

@@ -16,8 +16,8 @@ from femflex.case.builders import build_body, build_mesh, build_modes, build_par
 from femflex.case.reduction import Stretchable
 from femflex.case.run import StudyTable
 from femflex.fem import Structure
-from femflex.fem.canonical import whole_clusters
-from femflex.fem.eigen import stiffness_ratio
+from femflex.fem.eigen.canonical import whole_clusters
+from femflex.fem.eigen.modes import stiffness_ratio
 from femflex.mesh.cells import CELL_TYPES
 from femflex.reduction import load_body
 

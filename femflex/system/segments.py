@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Marker
 from femflex.system.constraint import Nonholonomic
-from femflex.system.joint import Joint, weld
+from femflex.system.joint import Joint
+from femflex.system.kinds import weld
 from femflex.system.load import Load
 from femflex.system.spring import Spring
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody
 from femflex.system.constraint import Nonholonomic
 from femflex.system.joint import Joint
+from femflex.system.kept import keep_problems
 from femflex.system.load import Load
 from femflex.system.orbit import Frame, Orbit
 from femflex.system.segments import Part, at_segments, expanded
@@ -37,6 +38,7 @@ class System:
     constraints  on velocities: rolling, knife edges, general rows
     springs      between two markers
     reactions    whether runs report what the joints carry
+    keep         joints, or slides and turns such as "drive.angle", whose initial values stay exact where loops close
     segments  body cut into segments -> names of the bodies that are its segments, near to far (see `assembled`)
 
     With a specified orbit O is the centre of mass: the root joint's translation is eliminated, so the root joint must
@@ -58,9 +60,11 @@ class System:
     constraints: tuple[Nonholonomic, ...] = ()
     springs: tuple[Spring, ...] = ()
     reactions: bool = False
+    keep: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems(), *self._latch_problems()]
+        problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems()]
+        problems += keep_problems(self.keep, self.joints)
         problems += tie_problems(self.loops, self.constraints, self.springs, self.orbit)
         if problems:
             raise ValueError("\n".join(problems))
@@ -161,17 +165,6 @@ class System:
                 f"joint {label!r} must be spherical, weld or turning, not {kind}"
             ]
         return []
-
-    def _latch_problems(self) -> list[str]:
-        """Latches where what an impact does is not known."""
-        if not (self.loops or self.constraints):
-            return []
-        return [
-            f"joint {j.label!r} has a latch in a system with closed loops or constraints; what an impact does to their "
-            "multipliers is not known here, so take a stop for the latch, or open the loop"
-            for j in self.joints
-            if j.latches
-        ]
 
     def _name_problems(self) -> list[str]:
         out = []

@@ -12,8 +12,8 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 
 from femflex.body import Skin
+from femflex.body.strain_field import NAMES, StrainPart
 from femflex.results import Run, RunBody
-from femflex.strain_field import NAMES, StrainPart
 from femflex.view.extent import some_rows
 from femflex.view.units import Bar, strain_bar
 

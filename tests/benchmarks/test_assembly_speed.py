@@ -16,7 +16,7 @@ from skfem.helpers import dd, ddot, dot, eye, grad, sym_grad, trace
 from threadpoolctl import threadpool_limits
 
 from femflex.fem import Material, Member
-from femflex.fem.numbering import Numbering
+from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.structure import contribution
 from femflex.fem.tables import mass_and_stiffness
 from femflex.mesh import Mesh, box, rectangle

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hub_and_panels import femflex_model
 
+from femflex.body.symmetric import packed_size
 from femflex.dynamics import compile_system
-from femflex.symmetric import packed_size
 
 CALLS = 20000
 

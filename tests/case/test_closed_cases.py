@@ -56,6 +56,10 @@ MISTAKES = [
         "loops[closure].motion",
         "has no coordinates of its own",
     ),
+    (FOUR_BAR, 'keep = ["drive"]', 'keep = ["drvie"]', "initial.keep", "did you mean 'drive'?"),
+    (FOUR_BAR, 'keep = ["drive"]', 'keep = ["drive", "ground-rocker"]', "'closure'", "'ground-rocker' kept as given"),
+    (FOUR_BAR, 'keep = ["drive"]', "", "initial", "neither from nor keep"),
+    (FOUR_BAR, 'keep = ["drive"]', 'keep = ["drive"]\nfrom = "eq.h5"', "initial", "closes every loop already"),
     (SLEIGH, 'body = "sleigh"', 'body = "sleigh"\nparent = "sleigh"', "constraints[blade]", "joined to itself"),
     (SLEIGH, 'kind = "knife_edge"', 'kind = "rolling_disc"\nradius = 0', "constraints[blade].radius", "above 0 m"),
 ]

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from femflex.case import parse_case
-from femflex.case.evaluate import column_unit, judged, measured
+from femflex.case.evaluate import column_unit, measured
 from femflex.case.measure import MeasureTable
 from femflex.case.tones import crossing_frequency, fitted_frequencies
+from femflex.case.verdicts import judged
 
 TIME = np.linspace(0.0, 50.0, 2001)
 ANGLES = np.stack(

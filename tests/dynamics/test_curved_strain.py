@@ -7,9 +7,9 @@ import pytest
 from random_systems import random_tree
 from test_terms import along, one
 
+from femflex.body.symmetric import packed_size
 from femflex.dynamics import compile_system
 from femflex.integrate import integrator
-from femflex.symmetric import packed_size
 
 
 def curved(system, rng, size=0.5):

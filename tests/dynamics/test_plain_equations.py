@@ -11,8 +11,8 @@ import pytest
 from held_systems import held_tree
 from random_systems import random_body, random_tree
 
+from femflex.body.symmetric import packed_size
 from femflex.dynamics import compile_system
-from femflex.symmetric import packed_size
 from femflex.system import Frame, Friction, Load, Orbit, Stop, TabulatedDamper, TabulatedSpring, spherical
 
 SCRIPT = """

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import eigsh
 
 from femflex.fem import Material, Member, Structure, build_structure
-from femflex.fem.laminates import PlateSection
+from femflex.fem.sections.laminates import PlateSection
 from femflex.mesh import Mesh, rectangle
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from femflex.fem.along import along, varies
+from femflex.fem.line.along import along, varies
 
 S = np.linspace(0.0, 4.0, 9)
 

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from femflex.fem.assembly import Assembler, Part, assembled, connections, find_runs, layered_connections
+from femflex.fem.assembly import Assembler, Part, assembled
+from femflex.fem.assembly.connections import connections, layered_connections
+from femflex.fem.assembly.runs import find_runs
 
 RNG = np.random.default_rng(0)
 NODES = np.array([RNG.permutation(12)[:4] for _ in range(7)])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from skfem import Basis, ElementLineHermite, ElementLinePp, MeshLine
 
-from femflex.fem.beam_shapes import NODAL, BeamOrder, field_rows
+from femflex.fem.beam.shapes import NODAL, BeamOrder, field_rows
 
 XI = np.linspace(0.0, 1.0, 7)
 H = np.array([0.5, 2.0])

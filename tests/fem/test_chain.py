@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from femflex.fem.chain import arc_length, element_frames, straight_elements
+from femflex.fem.line.chain import arc_length, element_frames, straight_elements
 from femflex.mesh import Mesh
 
 RING = np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]], float)

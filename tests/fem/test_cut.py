@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from femflex import fem
-from femflex.fem.cut import ENDS, FAR, MOST, NEAR, cut
+from femflex.fem.line.cut import ENDS, FAR, MOST, NEAR, cut
 from femflex.mesh import Mesh, line, rectangle
 
 STEEL = fem.Material(210e9, 0.3, 7850.0)
@@ -72,7 +72,7 @@ def boom_with_panel(at: float) -> Mesh:
     return line([[0, 0, 0], [4, 0, 0]], 8).merged(panel, tolerance=1e-9)
 
 
-PLATE = fem.Member("surface", "plate", fem.laminates.isotropic(0.001, STEEL))
+PLATE = fem.Member("surface", "plate", fem.sections.laminates.isotropic(0.001, STEEL))
 
 
 def test_other_members_and_masses_go_with_the_segment_they_hang_on():

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import linalg, sparse
 
-from femflex.fem.canonical import canonical, clusters, whole_clusters
-from femflex.fem.eigen import check_residual, lowest_modes, orthonormal, stiffness_ratio
-from femflex.fem.shift_invert import ShiftInverted
+from femflex.fem.eigen.canonical import canonical, clusters, whole_clusters
+from femflex.fem.eigen.modes import check_residual, lowest_modes, orthonormal, stiffness_ratio
+from femflex.fem.eigen.shift_invert import ShiftInverted
 from femflex.warning import PhysicsWarning
 
 CLAMPED_FREE = np.array([1.87510406871196, 4.69409113297417, 7.85475743823761, 10.9955407348755]) ** 2

@@ -11,7 +11,7 @@ from scipy.sparse.linalg import eigsh
 from skfem.helpers import ddot, dot, sym_grad, trace
 
 from femflex.fem import Material, Member, build_structure
-from femflex.fem.laminates import isotropic
+from femflex.fem.sections.laminates import isotropic
 from femflex.mesh import Mesh, box, rectangle
 from femflex.warning import PhysicsWarning
 

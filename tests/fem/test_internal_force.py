@@ -7,9 +7,11 @@ import pytest
 from nonlinear_models import METAL, SANDWICH, STRUCTURES, random_state, solid
 from plate_models import displaced
 
-from femflex.fem import Member, build_structure, plate, plate_bfs
-from femflex.fem.laminates import isotropic
+from femflex.fem import Member, build_structure
+from femflex.fem.plate import rectangles as plate_bfs
+from femflex.fem.plate import triangles as plate
 from femflex.fem.sections import Rectangle
+from femflex.fem.sections.laminates import isotropic
 from femflex.mesh import line, rectangle
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from femflex.fem import Material
-from femflex.fem.laminates import Lamina, PlateSection, Ply, isotropic, layup, orthotropic, sandwich
+from femflex.fem.sections.laminates import Lamina, PlateSection, Ply, isotropic, layup, orthotropic, sandwich
 
 METAL = Material(70e9, 0.3, 2700.0)
 CARBON = Lamina(140e9, 10e9, 5e9, 0.3, 1600.0, 5e9, 3e9)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from femflex.fem.materials import Material
+from femflex.fem.sections.materials import Material
 
 
 def test_the_shear_modulus_follows_from_young_and_poisson_unless_given():

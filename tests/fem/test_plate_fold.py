@@ -7,7 +7,7 @@ import pytest
 from plate_models import CELL, METAL, displaced, frequencies, plate_structure, random_rotation
 
 from femflex.fem import Member, build_structure
-from femflex.fem.plate_sides import fold_keys
+from femflex.fem.plate.sides import fold_keys
 from femflex.mesh import Mesh, box, rectangle
 
 LENGTH, WIDTH = 1.0, 0.25

@@ -19,7 +19,7 @@ from plate_models import (
 from scipy.linalg import eigh
 
 from femflex.fem import Material, Member, build_structure
-from femflex.fem.laminates import Lamina, Ply, isotropic, orthotropic, sandwich
+from femflex.fem.sections.laminates import Lamina, Ply, isotropic, orthotropic, sandwich
 from femflex.mesh import Mesh, rectangle
 
 SUPPORTED = np.pi**2 * np.array([2.0, 5.0, 5.0, 8.0])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from plate_models import METAL, bent_mesh, displaced, flexural_rigidity, plate_structure, random_rotation
 
-from femflex.fem.laminates import Lamina, Ply, sandwich
+from femflex.fem.sections.laminates import Lamina, Ply, sandwich
 from femflex.mesh import Mesh, rectangle
 
 H = 0.01
@@ -133,7 +133,7 @@ def quadrature_places(structure, family):
     """Places (e, q, 2) of the strain points, from the reference rules."""
     x = structure.mesh.points[corner_nodes(structure)][..., :2]
     if family == "plate":
-        from femflex.fem.plate import area_points
+        from femflex.fem.plate.triangles import area_points
 
         return np.einsum("qi,eia->eqa", area_points(2)[0], x)
     points, _ = np.polynomial.legendre.leggauss(4)

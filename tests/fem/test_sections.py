@@ -9,9 +9,9 @@ from scipy.sparse.linalg import spsolve
 from skfem import Basis, ElementQuad2, MeshQuad
 from skfem.models.poisson import laplace, unit_load
 
-from femflex.fem.materials import Material
-from femflex.fem.section import Outline
 from femflex.fem.sections import Box, Circle, GivenSection, ISection, Rectangle, StiffnessSection, Tube
+from femflex.fem.sections.materials import Material
+from femflex.fem.sections.section import Outline
 
 STATION = np.zeros(1)
 SHAPES = [

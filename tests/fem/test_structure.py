@@ -8,8 +8,8 @@ from scipy import sparse
 
 from femflex.fem import FAMILIES, Material, Member, PointMass, build_structure
 from femflex.fem.assembly import Part, assembled
+from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, SkinPart, family
-from femflex.fem.numbering import Numbering
 from femflex.fem.sections import Circle, Rectangle
 from femflex.fem.tables import DenseInertia, DenseStrain, assemble_blocks, element_chunks
 from femflex.mesh import Mesh, line, rectangle

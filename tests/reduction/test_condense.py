@@ -7,8 +7,8 @@ import pytest
 from scipy.optimize import minimize
 
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors
+from femflex.body.symmetric import packed_size
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body, condense, load_body, save_body
-from femflex.symmetric import packed_size
 
 
 def random_body(seed, n=5):

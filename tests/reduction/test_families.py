@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from femflex.fem import Material, Member, build_structure
-from femflex.fem.eigen import stiffness_ratio
+from femflex.fem.eigen.modes import stiffness_ratio
 from femflex.mesh.generators import box, rectangle
 from femflex.reduction import (
     cantilever_modes,

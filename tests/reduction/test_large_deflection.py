@@ -11,13 +11,13 @@ from nonlinear_models import METAL
 from scipy.interpolate import CubicSpline
 from scipy.special import ellipk
 
+from femflex.body.symmetric import unpacked
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import Rectangle
 from femflex.mesh import line, rectangle
 from femflex.reduction import cantilever_modes, strain_tensors, with_attachment, with_derivatives
 from femflex.reduction.clamps import held_dofs
 from femflex.reduction.rigid import rigid_shapes
-from femflex.symmetric import unpacked
 
 H = 0.01  # thickness of everything here [m]
 EDGES = ("left", "right", "bottom", "top")

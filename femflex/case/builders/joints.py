@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 from femflex.body import Marker
 from femflex.case import joint as tables
 from femflex.case.case import Case
+from femflex.case.joint_ball import Free, Spherical
+from femflex.case.joint_base import JointTable
+from femflex.case.joint_general import SLIDE_KEYS, TURN_KEYS, General
 from femflex.case.law import read_laws
 from femflex.case.orbit import AttitudeTable
 from femflex.case.problems import CaseError, Problem
@@ -51,14 +54,14 @@ def build_joints(case: Case) -> list[Joint]:
     return joints
 
 
-def build_joint(table: tables.JointTable, folder: Path) -> Joint:
+def build_joint(table: JointTable, folder: Path) -> Joint:
     """The Joint of one entry of [[joints]] of a case in that folder. Raises ValueError."""
     joint = _with_motion(_loose_joint(table), table, folder)
     laws, latches = read_laws(table.laws, table.coordinates())
     return replace(joint, laws=laws, latches=latches) if laws or latches else joint
 
 
-def _with_motion(joint: Joint, table: tables.JointTable, folder: Path) -> Joint:
+def _with_motion(joint: Joint, table: JointTable, folder: Path) -> Joint:
     """The joint with the motions that its table specifies."""
     slides = table.motions("position") or (None,) * len(joint.translations)
     turns_ = table.motions("angle") or table.motions("angles") or (None,) * (joint.n_u - len(joint.translations))
@@ -69,7 +72,7 @@ def _with_motion(joint: Joint, table: tables.JointTable, folder: Path) -> Joint:
     return replace(joint, motion=tuple(motion)) if any(m is not None for m in motion) else joint
 
 
-def _loose_joint(table: tables.JointTable) -> Joint:
+def _loose_joint(table: JointTable) -> Joint:
     """The joint with all its freedoms free."""
     where: dict[str, Any] = table.model_dump(include={"child", "parent", "child_marker", "parent_marker", "name"})
     match table:
@@ -82,7 +85,7 @@ def _loose_joint(table: tables.JointTable) -> Joint:
             return cylindrical(axis=table.axis, **start, **_springs(table, "slide_"), **where)
         case tables.Universal():
             return universal(axes=table.axes, q0=table.angles, u0=table.rates, **_springs(table), **where)
-        case tables.Spherical() if table.turning:
+        case Spherical() if table.turning:
             position, velocity = getattr(table, "position", ()), getattr(table, "velocity", ())
             start = {"q0": [*position, *table.angles], "u0": [*velocity, 0.0, 0.0, 0.0]}
             zero = np.zeros(3)
@@ -92,13 +95,13 @@ def _loose_joint(table: tables.JointTable) -> Joint:
             }
             slides = np.eye(3)[: len(position)]
             return turns(sequence=table.sequence, slides=slides, **start, **springs, **where)
-        case tables.Free():
+        case Free():
             start = {"q0": [*table.position, *_ball(table)], "u0": [*table.velocity, *table.rates]}
             return free(**_set(table), **start, **_springs(table, "slide_"), **where)
-        case tables.Spherical():
+        case Spherical():
             return spherical(**_set(table), q0=_ball(table), u0=table.rates, **_springs(table), **where)
-        case tables.General():
-            values = {key: table.padded(key) for key in (*tables.SLIDE_KEYS, *tables.TURN_KEYS)}
+        case General():
+            values = {key: table.padded(key) for key in (*SLIDE_KEYS, *TURN_KEYS)}
             numbers: dict[str, Any] = {
                 key: np.array(values[f"slide_{key}"] + values[key]) for key in ("stiffness", "damping", "rest")
             }
@@ -109,7 +112,7 @@ def _loose_joint(table: tables.JointTable) -> Joint:
     return weld(**where)
 
 
-def _springs(table: tables.JointTable, first: str = "") -> dict[str, Any]:
+def _springs(table: JointTable, first: str = "") -> dict[str, Any]:
     """Stiffness, damping and rest of every quasi-coordinate; those whose keys begin with `first` come before."""
     keys = ("stiffness", "damping", "rest")
     found = {key: np.atleast_1d(getattr(table, key)) for key in keys}
@@ -171,9 +174,9 @@ def nominal_axes(attitude: AttitudeTable) -> Array:
     return np.stack(columns, axis=1)
 
 
-def _ball(table: tables.Spherical) -> Array:
+def _ball(table: Spherical) -> Array:
     return ball_coordinates(table.rotation, table.sequence, np.array(table.angles), table.rebase)
 
 
-def _set(table: tables.Spherical | AttitudeTable) -> dict[str, Any]:
+def _set(table: Spherical | AttitudeTable) -> dict[str, Any]:
     return {"rotation": table.rotation, "rebase": table.rebase}

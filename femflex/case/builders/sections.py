@@ -7,9 +7,9 @@ from typing import Any
 
 from femflex.case import section as tables
 from femflex.case.base import Table
-from femflex.fem.laminates import Lamina, PlateSection, Ply, layup
-from femflex.fem.materials import Material
 from femflex.fem.sections import Box, Circle, GivenSection, ISection, Rectangle, StiffnessSection, Tube
+from femflex.fem.sections.laminates import Lamina, PlateSection, Ply, layup
+from femflex.fem.sections.materials import Material
 
 BEAM_SECTIONS: dict[type[Table], Any] = {
     tables.Tube: Tube,

@@ -12,8 +12,8 @@ from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem
 from femflex.case.reduction import CantileverTable, CraigBamptonTable, FreeFreeTable, NodalTable
 from femflex.fem import Structure, cut
-from femflex.fem.chain import straight_elements
-from femflex.fem.cut import NEAR
+from femflex.fem.line.chain import straight_elements
+from femflex.fem.line.cut import NEAR
 from femflex.mesh import Mesh
 from femflex.reduction import (
     Damping,

@@ -58,6 +58,8 @@ def fastest_turn(case: Case) -> float:
     """What the case says of how fast anything turns [rad/s]: the attitude's rates, and those of joints, added up."""
     attitude = case.attitude
     total = sum(float(np.linalg.norm(rate)) for rate in (attitude.spin, attitude.rates) if rate is not None)
+    if case.campbell is not None:
+        total = max(total, case.campbell.speeds[-1])
     until = float(case.run.duration or LONG)
     for joint in case.joints:
         for key in ("rate", "rates"):

@@ -21,7 +21,7 @@ from femflex.case.reduction import (
     Stretchable,
 )
 from femflex.fem import FAMILIES, Member, PointMass, Structure, build_structure
-from femflex.fem.laminates import Lamina
+from femflex.fem.sections.laminates import Lamina
 from femflex.mesh import Mesh, read_mesh
 from femflex.reduction import (
     ModeSet,

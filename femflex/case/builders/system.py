@@ -52,7 +52,7 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
     except (ValueError, KeyError) as error:
         problems = [Problem("", line) for line in str(error.args[0]).splitlines()]
         raise CaseError(case.path.name, problems) from error
-    system = _with_initial(case, system)
+    system = _kept(case, _with_initial(case, system))
     _check_references(case, system)
     given = case.attitude.position is not None, case.attitude.velocity is not None
     if orbit is not None and orbit.free and joint is not None and not all(given):
@@ -89,6 +89,16 @@ def _check_references(case: Case, system: System) -> None:
     problems += size_problems(case, system, channels, Path.cwd())
     if problems:
         raise CaseError(case.path.name, problems)
+
+
+def _kept(case: Case, system: System) -> System:
+    """The system with the initial values that its case keeps where loops close."""
+    if case.initial is None or case.initial.keep is None:
+        return system
+    try:
+        return replace(system, keep=tuple(case.initial.keep))
+    except ValueError as error:
+        raise CaseError(case.path.name, [Problem("initial.keep", str(error.args[0]))]) from error
 
 
 def build_orbit(table: OrbitTable) -> Orbit | None:

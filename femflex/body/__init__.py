@@ -1,0 +1,12 @@
+"""A flexible body as plain arrays: the seam between finite elements and dynamics.
+
+Whatever the discretisation (finite elements, admissible functions, lumped masses), a reduced body is its mass
+moments, strain tensors, damping, markers and a skin to draw.
+"""
+
+from femflex.body.flexible import FlexibleBody as FlexibleBody
+from femflex.body.marker import Marker as Marker
+from femflex.body.moments import MassMoments as MassMoments
+from femflex.body.rigid import rigid_body as rigid_body
+from femflex.body.skin import Skin as Skin
+from femflex.body.strain import StrainTensors as StrainTensors

@@ -1,0 +1,126 @@
+"""A reduced body: mass moments, strain tensors, damping, markers and a skin. A rigid one has no shapes, n = 0."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body.marker import Marker
+from femflex.body.moments import MassMoments
+from femflex.body.skin import Skin
+from femflex.body.strain import StrainTensors
+from femflex.body.strain_field import StrainPart
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class FlexibleBody:
+    """A reduced body: everything the dynamics and the pictures need, in SI, in the body frame.
+
+    moments  MassMoments over all shapes
+    strain   StrainTensors over the n elastic coordinates
+    damping  (n, n)  elastic damping matrix [1/s for mass-normalised shapes]
+    markers  name -> Marker over all shapes; "origin" is always there
+    skin     Skin over all shapes, or None for a body that cannot be drawn
+    kinds    one word per shape: vibration, constraint, attachment, free-free, derivative, admissible, nodal
+    omega    natural frequency of each shape where it means something, else nan [rad/s]
+    slaves   (n_s, n, n)  A_s, symmetric: the last n_s shapes follow the first n, y_s = 1/2 delta.A_s delta
+             (condensed form, THEORY section 3); none where every shape is a coordinate of its own
+    note     what should be said of how the body was made; nothing if empty
+    ignored  (4, 3) G of reduction.foreshortening where linear strain leaves it out: fields of acceleration -(b + W r)
+             would stiffen the lowest shape by the part b . G[0] + W : G[1:] of its stiffness [s^2/m, s^2]; or None
+    strain_field  parts over all shapes that recover strain over the body; none where it is not known
+    """
+
+    moments: MassMoments
+    strain: StrainTensors
+    damping: Array
+    markers: dict[str, Marker]
+    skin: Skin | None = None
+    kinds: tuple[str, ...] = ()
+    omega: Array = field(default_factory=lambda: np.zeros(0))
+    slaves: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    note: str = ""
+    ignored: Array | None = None
+    strain_field: tuple[StrainPart, ...] = ()
+
+    def __post_init__(self) -> None:
+        n, n_shapes = self.n_modes, self.n_shapes
+        if len(self.slaves) and self.slaves.shape[1:] != (n, n):
+            raise ValueError(
+                f"a body of {n_shapes} shapes of which {len(self.slaves)} follow the others needs `slaves` of shape "
+                f"({len(self.slaves)}, {n}, {n}); found {self.slaves.shape}"
+            )
+        if self.strain.V1.shape != (n, n) or self.damping.shape != (n, n):
+            raise ValueError(
+                f"a body with {n} elastic coordinates needs stiffness and damping of shape ({n}, {n}); "
+                f"found {self.strain.V1.shape} and {self.damping.shape}"
+            )
+        for name, marker in self.markers.items():
+            if marker.phi.shape != (3, n_shapes) or marker.psi.shape != (3, n_shapes):
+                raise ValueError(
+                    f"marker {name!r} has rows of shape {marker.phi.shape}; "
+                    f"a body with {n_shapes} shapes needs (3, {n_shapes})"
+                )
+        if "origin" not in self.markers:
+            self.markers["origin"] = Marker.rigid(np.zeros(3), n_modes=n_shapes)
+
+    @property
+    def n_modes(self) -> int:
+        """Number of elastic coordinates n."""
+        return self.moments.n_modes - len(self.slaves)
+
+    @property
+    def n_shapes(self) -> int:
+        """Number of shapes: the elastic coordinates and what follows them."""
+        return self.moments.n_modes
+
+    def truncated(self, n: int) -> FlexibleBody:
+        """A copy with the first n elastic coordinates alone, and what follows them."""
+        followers = np.arange(self.n_modes, self.n_shapes)
+        return self._confined(np.concatenate([np.arange(n), followers]), n, self.slaves[:, :n, :n])
+
+    def without_slaves(self) -> FlexibleBody:
+        """The body to first order in its elastic coordinates: itself, without the shapes that follow others."""
+        return self._confined(np.arange(self.n_modes), self.n_modes, np.zeros((0, 0, 0))) if len(self.slaves) else self
+
+    def _confined(self, shapes: NDArray[np.int64], n: int, slaves: Array) -> FlexibleBody:
+        moments, z = self.moments, np.concatenate([[0], 1 + shapes])
+        return replace(
+            self,
+            moments=MassMoments(moments.mass, moments.first[z], moments.second[z][:, :, z]),
+            strain=self.strain.truncated(n),
+            damping=self.damping[:n, :n],
+            markers={key: replace(m, phi=m.phi[:, shapes], psi=m.psi[:, shapes]) for key, m in self.markers.items()},
+            skin=None if self.skin is None else replace(self.skin, shapes=self.skin.shapes[shapes]),
+            kinds=tuple(self.kinds[k] for k in shapes) if self.kinds else (),
+            omega=self.omega[shapes] if self.omega.size else self.omega,
+            slaves=slaves,
+            strain_field=tuple(part.over(shapes) for part in self.strain_field),
+        )
+
+    def amplitudes(self, delta: Array) -> Array:
+        """Amplitudes of all shapes (..., n_shapes) at elastic coordinates delta (..., n)."""
+        delta = np.asarray(delta, float)
+        if not len(self.slaves):
+            return delta
+        followed = np.einsum("sij,...i,...j->...s", self.slaves, delta, delta, optimize=True) / 2
+        return np.concatenate([delta, followed], axis=-1)
+
+    def marker(self, name: str) -> Marker:
+        """The marker of that name.
+
+        Raises KeyError with the known names when there is none.
+        """
+        if name not in self.markers:
+            raise KeyError(f"marker {name!r} is not on the body; its markers are {sorted(self.markers)}")
+        return self.markers[name]
+
+    def damped(self, ratio: float) -> FlexibleBody:
+        """A copy with modal damping ratio for every shape with a natural frequency, 2 ratio omega (diagonal)."""
+        n = self.n_modes
+        omega = np.nan_to_num(self.omega[:n], nan=0.0) if self.omega.size else np.zeros(n)
+        return replace(self, damping=np.diag(2.0 * ratio * omega * np.diag(self.moments.elastic_mass())[:n]))

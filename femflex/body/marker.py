@@ -1,0 +1,36 @@
+"""Markers: named places on a body, and how its shapes move them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Marker:
+    """A named place on a body: where joints, loads and sensors attach.
+
+    position    (3,)    undeformed position, body frame [m]
+    phi         (3, n)  translation of the place per shape
+    psi         (3, n)  small rotation of the place per shape
+    orientation (3, 3)  C_BM: turns marker components into body components, undeformed
+    """
+
+    position: Array
+    phi: Array
+    psi: Array
+    orientation: Array = field(default_factory=lambda: np.eye(3))
+
+    @classmethod
+    def rigid(cls, position: Array, orientation: Array | None = None, n_modes: int = 0) -> Marker:
+        """A marker that does not move with the elastic coordinates."""
+        zero = np.zeros((3, n_modes))
+        return cls(np.asarray(position, float), zero, zero, np.eye(3) if orientation is None else orientation)
+
+    def turned(self, orientation: Array) -> Marker:
+        """The same place with other undeformed axes, C_BM (3, 3)."""
+        return replace(self, orientation=np.asarray(orientation, float))

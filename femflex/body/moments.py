@@ -1,0 +1,48 @@
+"""Mass moments: what the inertia of a flexible body is made of, over its shapes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class MassMoments:
+    """Mass moments of a flexible body over its shapes z = (rho, phi_1, ..., phi_n), body frame (THEORY section 3).
+
+    mass    ()                     int dm       [kg]
+    first   (1 + n, 3)             int z dm     [kg m | kg^1/2]
+    second  (1 + n, 3, 1 + n, 3)   int z z^T dm [kg m^2 | kg^1/2 m | 1]
+
+    With y = (1, delta) a material point sits at r = z_A y_A. Units in brackets hold for mass-normalised shapes.
+    """
+
+    mass: float
+    first: Array
+    second: Array
+
+    @property
+    def n_modes(self) -> int:
+        """Number of shapes n."""
+        return self.first.shape[0] - 1
+
+    def center_of_mass(self, delta: Array | None = None) -> Array:
+        """Centre of mass s y / mass in the body frame, (3,) [m]."""
+        return self._extended(delta) @ self.first / self.mass
+
+    def inertia(self, delta: Array | None = None) -> Array:
+        """Inertia about the body frame's origin, J = tr(Q) 1 - Q, (3, 3) [kg m^2]."""
+        y = self._extended(delta)
+        Q = np.einsum("AaBb,A,B->ab", self.second, y, y)
+        return np.trace(Q) * np.eye(3) - Q
+
+    def elastic_mass(self) -> Array:
+        """Elastic mass Me[k, l] = P[k, a, l, a], (n, n)."""
+        return np.einsum("kala->kl", self.second[1:, :, 1:, :])
+
+    def _extended(self, delta: Array | None) -> Array:
+        return np.concatenate([[1.0], np.zeros(self.n_modes) if delta is None else np.asarray(delta, float)])

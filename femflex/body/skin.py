@@ -1,0 +1,24 @@
+"""The skin: what is drawn of a body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """What is drawn of a body: a surface (or line, or points) and how each shape moves its points.
+
+    points  (n_p, 3)      undeformed, body frame [m]; already offset to the section's rim or the plate's faces
+    cells   type -> (n_c, nodes)   with meshio's cell names: "triangle", "quad", "line", "vertex"
+    shapes  (n, n_p, 3)   displacement of each point per shape (u + theta x offset)
+    """
+
+    points: Array
+    cells: dict[str, NDArray[np.int64]]
+    shapes: Array

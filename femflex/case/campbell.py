@@ -1,0 +1,117 @@
+"""[campbell]: over which speeds of a steady spin the frequencies of a craft are told."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Annotated, Any
+
+from pydantic import Field, field_validator
+
+from femflex.case.base import Table, refuse
+from femflex.case.units import UnitError, split_quantity, to_si
+from femflex.case.values import Direction, Quantity, ValueProblem, Whole, _Readable, shown
+
+SI = "rad/s"
+LONGEST = 10_000  # speeds: more are a slip of the pen
+
+
+class Speeds(tuple[float, ...]):
+    """Speeds [rad/s] that rise, and the unit they were given in."""
+
+    unit: str = SI
+
+    @classmethod
+    def of(cls, speeds: Sequence[float], unit: str = SI) -> Speeds:
+        """Checked speeds [rad/s], told in that unit."""
+        out = cls(float(speed) for speed in speeds)
+        out.unit = unit
+        if len(out) < 2:
+            raise ValueProblem(f"found {len(out)} speed; a diagram needs at least two, such as '0:400 rpm:17'")
+        if not all(math.isfinite(speed) for speed in out) or out[0] < 0:
+            raise ValueProblem(f"found speeds from {out[0] / out.scale:g} {unit}; they begin at 0 or above, and end")
+        if any(b <= a for a, b in pairwise(out)):
+            raise ValueProblem(
+                f"found speeds that do not rise: {', '.join(f'{v / out.scale:g}' for v in out[:6])} {unit}; give each "
+                "one once, the lowest first"
+            )
+        return out
+
+    @property
+    def scale(self) -> float:
+        """One of the unit in rad/s."""
+        return to_si(f"1 {self.unit}", SI)
+
+
+class SpeedsValue(_Readable):
+    """Speeds as "first:last unit:number", as a list, or as text with commas."""
+
+    def read(self, value: Any) -> Speeds:
+        """The speeds in rad/s."""
+        if isinstance(value, Speeds):
+            return value
+        if isinstance(value, (list, tuple)):
+            given = next((split_quantity(entry)[1] for entry in value if isinstance(entry, str)), "")
+            return Speeds.of(Quantity(SI, (None,)).read(value), given or SI)
+        if not isinstance(value, str):
+            raise ValueProblem(f"found {shown(value)}; {EXPECTED}")
+        return _range(value) if ":" in value else _listed(value)
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of the forms."""
+        text = {"type": "string", "description": "such as '0:400 rpm:17': first, last with its unit, how many"}
+        return {"anyOf": [text, Quantity(SI, (None,)).json_schema()], "unit": SI}
+
+
+EXPECTED = "expected speeds such as '0:400 rpm:17' (first, last with its unit, how many), or a list of them"
+
+
+def _range(text: str) -> Speeds:
+    parts = [part.strip() for part in text.split(":")]
+    if len(parts) != 3 or not all(parts):
+        raise ValueProblem(f"found {text!r}; {EXPECTED}")
+    if not parts[2].isdigit() or not 2 <= int(parts[2]) <= LONGEST:
+        raise ValueProblem(f"found {parts[2]!r} speeds in {text!r}; give a whole number from 2 to {LONGEST}")
+    (first, last), unit = _with_one_unit(parts[:2])
+    n = int(parts[2])
+    return Speeds.of([first + (last - first) * k / (n - 1) for k in range(n)], unit)
+
+
+def _listed(text: str) -> Speeds:
+    parts = [part.strip() for part in text.split(",")]
+    if not all(parts):
+        raise ValueProblem(f"found {text!r}; {EXPECTED}")
+    return Speeds.of(*_with_one_unit(parts))
+
+
+def _with_one_unit(parts: list[str]) -> tuple[list[float], str]:
+    """Numbers in rad/s; those without a unit are in that of the last."""
+    try:
+        pairs = [split_quantity(part, SI) for part in parts]
+        unit = pairs[-1][1] or SI
+        return [
+            to_si(part if given else f"{part} {unit}", SI) for part, (_, given) in zip(parts, pairs, strict=True)
+        ], unit
+    except UnitError as problem:
+        raise ValueProblem(f"{problem}; {EXPECTED}") from None
+
+
+class CampbellTable(Table):
+    """Frequencies over the speed of a steady spin, as `femflex campbell` and `femflex run` tell and draw them."""
+
+    speeds: Annotated[Speeds, SpeedsValue()]
+    """"first:last unit:number", such as "0:400 rpm:17", or a list of speeds."""
+    axis: Direction | None = None
+    """Of the spin, in the frame that spins; left out, that of [attitude] spin."""
+    modes: Whole = 6
+    """Followed is every branch that is among so many lowest at some speed."""
+    orders: Annotated[tuple[Whole, ...], Field(min_length=1)] = (1, 2, 3, 4)
+    """Multiples of the speed whose crossings are told: 1/rev, 2/rev, ..."""
+
+    @field_validator("axis")
+    @classmethod
+    def _has_a_direction(cls, axis: tuple[float, float, float] | None) -> tuple[float, float, float] | None:
+        if axis is not None and not any(axis):
+            refuse("found an axis of no length; give a direction such as [0, 0, 1]")
+        return axis

@@ -1,0 +1,117 @@
+"""Whether what the case expects of its run and of its Campbell diagram holds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+from femflex.case.case import Case
+from femflex.case.evaluate import Record, measured, measured_unit
+from femflex.case.measure import OF_CAMPBELL, ExpectTable
+from femflex.case.units import UnitError, to_base
+
+
+class Diagram(Protocol):
+    """What is asked of a Campbell diagram (femflex.studies.campbell.Campbell)."""
+
+    def frequency(self, branch: str, speed: float) -> float:
+        """Frequency [Hz] of a branch at a speed [rad/s]."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """An expectation, what was measured, and whether it holds."""
+
+    name: str
+    found: float
+    expected: str
+    holds: bool
+    unit: str
+
+    def __str__(self) -> str:
+        return (
+            f"{self.name}: {self.found:.10g} {self.unit}, expected {self.expected}: "
+            f"{'holds' if self.holds else 'does not hold'}"
+        )
+
+
+def judged(case: Case, run: Record) -> list[Verdict]:
+    """The verdict on every entry of the case's [expect] table that is about a run.
+
+    Raises ValueError or KeyError for a quantity the run does not have.
+    """
+    motion = _mean_motion(case)
+    return [
+        _judge(name, table, measured(table, run, motion), measured_unit(table, run))
+        for name, table in case.expect.answers.items()
+        if table.of != OF_CAMPBELL
+    ]
+
+
+def judged_diagram(case: Case, diagram: Diagram) -> list[Verdict]:
+    """The verdict on every entry of the case's [expect] table that is about its Campbell diagram.
+
+    Raises KeyError for a branch or a speed that the diagram does not have.
+    """
+    out = []
+    for name, table in case.expect.answers.items():
+        if table.of == OF_CAMPBELL:
+            assert table.branch is not None and table.speed is not None
+            out.append(_judge(name, table, diagram.frequency(table.branch, table.speed), "Hz"))
+    return out
+
+
+def _judge(name: str, table: ExpectTable, found: float, unit: str) -> Verdict:
+    answers = {
+        key: _in_unit(name, key, getattr(table, key), table.units().get(key), unit)
+        for key in ("value", "tolerance", "above", "below")
+    }
+    holds, told = True, []
+    if answers["value"] is not None:
+        tolerance = (
+            answers["tolerance"]
+            if table.relative_tolerance is None
+            else table.relative_tolerance * abs(answers["value"])
+        )
+        assert tolerance is not None
+        holds &= abs(found - answers["value"]) <= tolerance
+        told.append(f"{answers['value']:.10g} +- {tolerance:.3g}")
+    if answers["above"] is not None:
+        holds &= found > answers["above"]
+        told.append(f"above {answers['above']:.10g}")
+    if answers["below"] is not None:
+        holds &= found < answers["below"]
+        told.append(f"below {answers['below']:.10g}")
+    return Verdict(name, found, ", ".join(told), bool(holds), unit)
+
+
+def _in_unit(name: str, key: str, number: float | None, given: str | None, unit: str) -> float | None:
+    """The number for a quantity in that unit, angular frequencies in hertz. Raises ValueError on another dimension."""
+    if number is None or given is None:
+        return number
+    if unit == "Hz" and given == to_base("1 rad/s")[1]:
+        return number / (2 * math.pi)
+    wanted = _base_of(unit)
+    if wanted is not None and given != wanted:
+        raise ValueError(f"expect.{name}.{key}: found a number in {given or 'no unit'}; the quantity is in {unit}")
+    return number
+
+
+def _base_of(unit: str) -> str | None:
+    """Base unit of a channel's unit; None where it is not one (columns of several units)."""
+    if unit in ("1", "", "per orbit"):
+        return ""
+    try:
+        return to_base(f"1 {ROOTS.get(unit, unit)}")[1]
+    except UnitError:
+        return None
+
+
+ROOTS = {"kg^1/2 m": "kg^0.5 m", "kg^1/2 m/s": "kg^0.5 m/s"}
+
+
+def _mean_motion(case: Case) -> float | None:
+    if case.orbit.kind == "none":
+        return None
+    return math.sqrt(case.orbit.mu / (case.orbit.perigee_radius / (1.0 - case.orbit.eccentricity)) ** 3)

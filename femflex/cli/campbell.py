@@ -1,0 +1,178 @@
+"""`femflex campbell`: frequencies over the speed of a steady spin, as a table, a file and a diagram."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from femflex.cli.campbell_told import print_campbell, write_table
+from femflex.cli.progress import Bar, Patience
+from femflex.cli.tables import print_json
+from femflex.cli.verb import complain, verb
+
+if TYPE_CHECKING:
+    from femflex.case import Case
+    from femflex.studies.campbell import Campbell, Spin
+    from femflex.studies.campbell.matching import Match
+
+
+@verb('femflex campbell cases/helicopter_blade.toml --speeds "0:400 rpm:41" --picture campbell.png -o campbell.csv')
+def campbell(
+    case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
+    speeds: Annotated[
+        str | None,
+        typer.Option("--speeds", help="First, last and number, such as 0:400 rpm:17, or a list; not the case's."),
+    ] = None,
+    modes: Annotated[int | None, typer.Option("--modes", min=1, help="Lowest branches followed.")] = None,
+    orders: Annotated[
+        str | None, typer.Option("--orders", help="Multiples of the speed whose crossings are told: 1,2,3.")
+    ] = None,
+    at: Annotated[float | None, typer.Option("--at", help="Time in s whose loads and motions are meant.")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Table of all points (CSV).")] = None,
+    picture: Annotated[Path | None, typer.Option("--picture", help="Draw the diagram (PNG or SVG).")] = None,
+    theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
+    force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
+) -> None:
+    """Spin a craft ever faster, and tell how its frequencies, damping and stability change: the Campbell diagram.
+
+    At every speed the equilibrium is sought from the one before and the equations linearised about it; branches are
+    followed by the likeness of their shapes, with speeds in between where shapes change fast. Frequencies are those
+    seen in the spinning frame. Ctrl-C keeps what there is (exit code 130); so does a speed without equilibrium (3).
+    """
+    wanted = Wanted(output, picture, theme, force)
+    wanted.check()
+    with Patience("reading the case"):
+        from femflex.case import read_case
+
+        read = with_options(read_case(case), speeds, modes, orders)
+    found, stopped = spun(read, at)
+    if found is not None:
+        wanted.tell(read, found, as_json)
+    if stopped is not None:
+        raise stopped
+
+
+def with_options(case: Case, speeds: str | None, modes: int | None, orders: str | None) -> Case:
+    """The case with what the command line says instead of its [campbell]."""
+    from femflex.case.campbell import CampbellTable, SpeedsValue
+    from femflex.cli.converge import read_levels
+
+    given = {} if case.campbell is None else dict(case.campbell)
+    if speeds is not None:
+        try:
+            given["speeds"] = SpeedsValue().read(speeds)
+        except ValueError as error:
+            raise ValueError(f"--speeds: {error}") from None
+    if modes is not None:
+        given["modes"] = modes
+    if orders is not None:
+        given["orders"] = read_levels(orders, "--orders")
+        if not given["orders"] or min(given["orders"]) < 1:
+            raise ValueError(f"--orders is {orders!r}; give whole numbers from 1 on, such as 1,2,3,4")
+    return case.model_copy(update={"campbell": CampbellTable.model_validate(given)}) if "speeds" in given else case
+
+
+def spun(case: Case, at: float | None = None) -> tuple[Campbell | None, BaseException | None]:
+    """The diagram of a case as far as it came, and what broke it off, if anything did."""
+    from contextlib import ExitStack
+
+    from femflex.dynamics.equilibrium import EquilibriumError
+    from femflex.results.keeping import held
+    from femflex.studies.campbell import case_spins, diagram_of
+
+    found: list[tuple[Spin, Match | None]] = []
+    stopped: BaseException | None = None
+    scale, unit = (case.campbell.speeds.scale, case.campbell.speeds.unit) if case.campbell else (1.0, "rad/s")
+    last = case.campbell.speeds[-1] / scale if case.campbell else 1.0
+    with Bar("spinning", last, unit=unit) as bar, ExitStack() as keeping:
+        try:
+            for step in case_spins(case, at, lambda speed: bar(speed / scale)):
+                if not found:
+                    keeping.enter_context(held("a diagram"))
+                found.append(step)
+        except (KeyboardInterrupt, EquilibriumError) as error:
+            stopped = error
+    return (diagram_of(case, found, stopped is None) if found else None), stopped
+
+
+def beside(output: Path) -> tuple[Path, Path]:
+    """Where `femflex run` leaves the table and the picture of a case's diagram."""
+    stem = output.with_suffix("").name
+    return output.with_name(f"{stem}_campbell.csv"), output.with_name(f"{stem}_campbell.png")
+
+
+def leave_beside(case: Case, output: Path, force: bool) -> list[str]:
+    """Make the diagram a case asks for beside its result file; names of the expectations that do not hold."""
+    from femflex.case.verdicts import judged_diagram
+
+    table, picture = beside(output)
+    theme = "light" if case.pictures is None else case.pictures.theme
+    found, stopped = spun(case)
+    if found is not None:
+        print()
+        Wanted(table, picture, theme, force).tell(case, found, as_json=False)
+    if stopped is not None:
+        raise stopped
+    assert found is not None
+    return [verdict.name for verdict in judged_diagram(case, found) if not verdict.holds]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is to be made of a diagram."""
+
+    table: Path | None
+    picture: Path | None
+    theme: str
+    force: bool
+
+    def check(self) -> None:
+        """Raise before any work what would be found wrong after it."""
+        from femflex.results.place import check_place
+        from femflex.view.convergence import check_kind
+        from femflex.view.theme import theme_of
+
+        if self.table is not None:
+            if self.table.suffix.lower() != ".csv":
+                raise ValueError(f"the table is written as .csv; {self.table.name} is not (--picture draws it)")
+            check_place(self.table, self.force)
+        if self.picture is not None:
+            theme_of(self.theme)
+            check_kind(self.picture)
+            check_place(self.picture, self.force)
+
+    def tell(self, case: Case, found: Campbell, as_json: bool) -> None:
+        """Print the diagram, and leave the files asked for."""
+        from femflex.case.verdicts import judged_diagram
+
+        assert case.campbell is not None
+        scale, unit = case.campbell.speeds.scale, case.campbell.speeds.unit
+        if as_json:
+            print_json(found.to_dict())
+        else:
+            print_campbell(found, scale, unit)
+        if not found.complete:
+            complain(f"broken off after {int(found.asked.sum())} of {len(case.campbell.speeds)} speeds")
+        for name, path in self.files(found, scale, unit):
+            if not as_json:
+                print(f"{name:11} {path}")
+        if found.complete and not as_json:
+            for verdict in judged_diagram(case, found):
+                print(f"expected    {verdict}")
+
+    def files(self, found: Campbell, scale: float, unit: str) -> list[tuple[str, Path]]:
+        """The files written, each with what it is."""
+        out = []
+        if self.table is not None:
+            write_table(found, self.table, self.force)
+            out.append(("table", self.table))
+        if self.picture is not None:
+            from femflex.view.campbell import plot_campbell
+
+            plot_campbell(found, self.picture, self.theme, scale, unit, force=self.force)
+            out.append(("picture", self.picture))
+        return out

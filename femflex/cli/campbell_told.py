@@ -1,0 +1,87 @@
+"""A Campbell diagram on the screen and as a CSV file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from femflex.cli.tables import print_table
+
+if TYPE_CHECKING:
+    from femflex.studies.campbell import Branch, Campbell
+
+TOLD = 1e-6  # damping ratio below which there is none to tell
+
+
+def print_campbell(found: Campbell, scale: float, unit: str) -> None:
+    """Print frequencies, damping where there is any, crossings, and what grows."""
+    import numpy as np
+
+    if found.title:
+        print(found.title)
+    names, asked = [branch.name for branch in found.branches], np.flatnonzero(found.asked)
+
+    def table(title: str, cell: str) -> None:
+        rows = [
+            [f"{found.speeds[k] / scale:.6g}", *(_cell(branch, k, cell) for branch in found.branches)] for k in asked
+        ]
+        print_table([unit, *names], rows, title)
+
+    table("frequency in the spinning frame, Hz (* grows)", "frequencies")
+    ratios = [branch.damping_ratios[asked] for branch in found.branches]
+    if np.nanmax(np.abs(ratios), initial=0.0) > TOLD:
+        table("damping ratio (* grows)", "damping_ratios")
+    if between := int((~found.asked).sum()):
+        print(f"followed    through {between} speeds in between, where shapes change fast")
+    for branch in found.branches:
+        if branch.becomes:
+            print(f"branch      {branch.name} ends as {branch.becomes}")
+    print_crossings(found, scale, unit)
+    for branch in found.branches:
+        grows = np.flatnonzero(branch.growing)
+        if len(grows):
+            print(f"unstable    {branch.name} grows from {found.speeds[grows[0]] / scale:.6g} {unit} on")
+    if not any(branch.growing.any() for branch in found.branches):
+        print("stability   stable: none of them grows at any of these speeds")
+
+
+def print_crossings(found: Campbell, scale: float, unit: str) -> None:
+    """Print at which speeds each branch meets each multiple of the spin."""
+    met: dict[tuple[str, int], list[str]] = {}
+    for one in found.crossings:
+        met.setdefault((one.branch, one.order), []).append(f"{one.speed / scale:.6g}")
+    rows = [
+        [branch.name, *(", ".join(met.get((branch.name, order), ())) for order in found.orders)]
+        for branch in found.branches
+    ]
+    if met:
+        print_table([unit, *(f"{order}/rev" for order in found.orders)], rows, "speed at which it meets")
+    else:
+        print(f"crossing    none with {', '.join(f'{order}/rev' for order in found.orders)} at these speeds\n")
+
+
+def _cell(branch: Branch, k: Any, what: str) -> str:
+    value = float(getattr(branch, what)[k])
+    grows = "*" if branch.growing[k] else ""
+    return f"{value:.6g}{grows}" if value == value else ""
+
+
+def write_table(found: Campbell, path: Path, force: bool) -> None:
+    """Write every point of every branch as CSV, a line each."""
+    import csv
+    import math
+
+    from femflex.view.output import placed
+
+    heads = ["speed [rad/s]", "asked", "branch", "frequency [Hz]", "damping ratio", "growth [1/s]"]
+    with placed(path, force) as part, part.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow([*heads, "stable", "character"])
+        for branch in found.branches:
+            for k, speed in enumerate(found.speeds):
+                value = complex(branch.eigenvalues[k])
+                if math.isnan(value.real):
+                    continue
+                numbers = [float(branch.frequencies[k]), float(branch.damping_ratios[k]), value.real]
+                flags = [int(not branch.growing[k]), branch.characters[k]]
+                writer.writerow([float(speed), int(found.asked[k]), branch.name, *numbers, *flags])

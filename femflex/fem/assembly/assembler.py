@@ -1,0 +1,140 @@
+"""Sparse sums of element matrices.
+
+The pattern is found on runs of dofs that always come together (the three translations of a node), which are few, and
+laid out as a finished CSR matrix; the element matrices are then made chunk by chunk and added in place, so that no
+list of triplets is ever held. How runs are connected is found once for all matrices on the same elements.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from femflex.fem.assembly.connections import Connections, layered_connections
+from femflex.fem.assembly.pattern import Pattern, expanded, pattern
+from femflex.fem.assembly.runs import find_runs
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+CHUNK_ENTRIES = 400_000  # entries of element matrices made at once: small enough to stay in cache (3 MB)
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Element matrices values(elements) (k, l, l) on the dofs (e, l), or alike on every component of dofs (e, l, c)."""
+
+    dofs: Index
+    values: Callable[[slice], Array]
+
+
+class Assembler:
+    """Sums of element matrices on raw dofs, which T (n_raw, n_dof) gives from the independent ones."""
+
+    def __init__(self, T: sparse.csr_array) -> None:
+        self._T = T.copy()
+        self._T.eliminate_zeros()
+        self._number = renumbering(self._T)
+        self._known: list[Connections] = []
+        self._patterns: list[Pattern] = []
+
+    def total(self, parts: Sequence[Part]) -> sparse.csr_array:
+        """T^T (sum of the parts) T, (n_dof, n_dof), without entries that are zero.
+
+        Parts whose raw dofs are independent ones by another number go straight to their places.
+        """
+        n_raw, n_dof = self._T.shape
+        direct, reduced = sparse.csr_array((n_dof, n_dof)), sparse.csr_array((n_raw, n_raw))
+        for part in parts:
+            renumbered = self._number[part.dofs]
+            if (renumbered >= 0).all():
+                direct = _added(direct, self._sum(Part(renumbered, part.values), n_dof))
+            else:
+                reduced = _added(reduced, self._sum(part, n_raw))
+        if reduced.nnz:
+            direct = _added(direct, (self._T.T.tocsr() @ (reduced @ self._T)).tocsr())
+        direct.sort_indices()
+        if direct.nnz > np.count_nonzero(direct.data):
+            direct = direct.copy()  # its pattern may belong to another matrix too
+            direct.eliminate_zeros()
+        return direct
+
+    def _sum(self, part: Part, n: int) -> sparse.csr_array:
+        """Sparse sum (n, n) of the part's element matrices, indices sorted."""
+        if not part.dofs.size:
+            return sparse.csr_array((n, n))
+        if part.dofs.ndim == 3:
+            return self._repeated(part, n)
+        known = self._pattern(part.dofs, n)
+        data = np.zeros(len(known.indices))
+        start = known.indptr[part.dofs]
+        step = max(1, CHUNK_ENTRIES // part.dofs.shape[1] ** 2)
+        for begin in range(0, len(part.dofs), step):
+            chunk = slice(begin, begin + step)
+            place = start[chunk, :, None] + expanded(known.offset[chunk], known.runs)
+            np.add.at(data, place.ravel(), np.ascontiguousarray(part.values(chunk)).ravel())
+        return sparse.csr_array((data, known.indices, known.indptr), shape=(n, n))
+
+    def _repeated(self, part: Part, n: int) -> sparse.csr_array:
+        """The sum of a part that is alike on all components: made once where they are numbered in a row."""
+        dofs = part.dofs
+        shift = dofs - dofs[:, :, :1]
+        steps = shift[0, 0]
+        if (shift == steps).all():
+            one = self._sum(Part(dofs[:, :, 0], part.values), n)
+            each = [_shifted(one, int(step)) for step in steps]
+        else:
+            each = [self._sum(Part(dofs[:, :, c], part.values), n) for c in range(dofs.shape[2])]
+        total = each[0]
+        for matrix in each[1:]:
+            total = _added(total, matrix)
+        return total
+
+    def _pattern(self, dofs: Index, n: int) -> Pattern:
+        for known in self._patterns:
+            if len(known.indptr) == n + 1 and known.dofs.shape == dofs.shape and np.array_equal(known.dofs, dofs):
+                return known
+        runs = find_runs(dofs, n)
+        self._patterns.append(pattern(dofs, runs, self._connections(runs.number), n))
+        return self._patterns[-1]
+
+    def _connections(self, number: Index) -> Connections:
+        for known in self._known:
+            if known.number.shape == number.shape and np.array_equal(known.number, number):
+                return known
+        self._known.append(layered_connections(number))
+        return self._known[-1]
+
+
+def assembled(parts: Sequence[Part], T: sparse.csr_array) -> sparse.csr_array:
+    """T^T (sum of the parts) T, (n_dof, n_dof), with parts on raw dofs and T (n_raw, n_dof)."""
+    return Assembler(T).total(parts)
+
+
+def renumbering(T: sparse.csr_array) -> Index:
+    """Independent dof (n_raw,) that a raw dof is equal to; -1 where it depends on several, or is scaled."""
+    single = np.flatnonzero(np.diff(T.indptr) == 1)
+    entry = T.indptr[single]
+    same = T.data[entry] == 1.0
+    number = np.full(T.shape[0], -1, np.int64)
+    number[single[same]] = T.indices[entry[same]]
+    return number
+
+
+def _shifted(matrix: sparse.csr_array, step: int) -> sparse.csr_array:
+    """The matrix with every row and column number raised by step; its last rows are empty."""
+    if step == 0:
+        return matrix
+    indptr = np.concatenate([np.zeros(step, matrix.indptr.dtype), matrix.indptr[: len(matrix.indptr) - step]])
+    indices = matrix.indices + matrix.indices.dtype.type(step)
+    return sparse.csr_array((matrix.data, indices, indptr), shape=matrix.shape)
+
+
+def _added(a: sparse.csr_array, b: sparse.csr_array) -> sparse.csr_array:
+    if a.nnz == 0 or b.nnz == 0:
+        return b if a.nnz == 0 else a
+    return a + b

@@ -1,0 +1,61 @@
+"""The finished CSR pattern of a sum of element matrices, laid out from its connected runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from femflex.fem.assembly.connections import Connections
+from femflex.fem.assembly.runs import Runs
+
+Index = NDArray[np.int64]
+Integers = NDArray[np.integer]  # of whichever width
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """CSR pattern indptr, indices of elements with dofs (e, l); offset (e, r, r): where in its rows a pair of runs
+    begins."""
+
+    dofs: Index
+    runs: Runs
+    indptr: Integers
+    indices: Integers
+    offset: Integers
+
+
+def pattern(dofs: Index, runs: Runs, joined: Connections, n_dof: int) -> Pattern:
+    """The pattern of a matrix (n_dof, n_dof) in which runs are joined."""
+    n, row, col = len(runs.first), joined.row, joined.col
+    width = runs.size[col]
+    end = np.cumsum(width)
+    begin = end - width  # of each pair among the entries of one row of every run
+    row_end = end[np.append(np.flatnonzero(np.diff(row)), len(row) - 1)]
+    row_begin = np.concatenate([[0], row_end[:-1]])
+    columns = np.repeat(runs.first[col] - begin, width) + np.arange(end[-1])
+    indptr = np.concatenate([[0], row_end, row_end[-1:]])  # one empty row at the end, for dofs without a run
+    entries = int(np.sum((row_end - row_begin) * runs.size))
+    kind = np.int32 if entries < 2**31 else np.int64
+    dust = np.empty(len(columns), np.int8)
+    single = sparse.csr_array((dust, columns.astype(kind), indptr.astype(kind)), shape=(n + 1, n_dof))
+    run_of = np.full(n_dof, n, np.int64)
+    run_of[np.repeat(runs.first, runs.size) + _ramps(runs.size)] = np.repeat(np.arange(n), runs.size)
+    full = single[run_of]
+    offset = (begin - row_begin[row]).astype(np.int32)[joined.pair].reshape(*runs.number.shape, -1)
+    return Pattern(dofs, runs, full.indptr, full.indices, offset)
+
+
+def expanded(offset: Integers, runs: Runs) -> Integers:
+    """Offsets (k, l, l) of single dofs from those of runs (k, r, r)."""
+    if len(runs.within) == offset.shape[1]:
+        return offset
+    return offset[:, runs.column][:, :, runs.column] + runs.within.astype(np.int32)
+
+
+def _ramps(sizes: Index) -> Index:
+    """0 .. size - 1 for every size, one after the other."""
+    ends = np.cumsum(sizes)
+    return np.arange(ends[-1]) - np.repeat(ends - sizes, sizes)

@@ -1,0 +1,1 @@
+"""Beam members: straight elements in space."""

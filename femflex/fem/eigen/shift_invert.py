@@ -1,0 +1,133 @@
+"""(K + shift M)^-1 M: one factorisation, and its largest eigenvalues by Lanczos or densely."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, sparse
+from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, SuperLU, eigsh, splu
+
+from femflex.fem.eigen.canonical import CLOSE
+
+Array = NDArray[np.float64]
+Solve = Callable[[Array], Array]
+
+DENSE_DOFS = 500  # at or below, all modes at once cost less than one factorisation and its Lanczos steps
+SPREAD = 1e4  # ratio of dense eigenvalues above which the smaller ones are worth a second solution
+NO_MASS = 1e-14  # relative inverse eigenvalue below which a mode is numerically massless
+
+
+def factorised(A: sparse.csr_array) -> SuperLU:
+    """Sparse factors of a symmetric positive matrix, pivots kept on the diagonal."""
+    return splu(A.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+
+
+def orthonormal(M: sparse.csr_array, phi: Array) -> Array:
+    """Columns of phi made M-orthonormal in their order (Gram–Schmidt by two Cholesky steps)."""
+    phi = phi / np.sqrt(np.einsum("in,in->n", phi, M @ phi))
+    for _ in range(2):
+        L = np.linalg.cholesky(phi.T @ (M @ phi))
+        phi = linalg.solve_triangular(L, phi.T, lower=True).T
+    return phi
+
+
+def dense_modes(K: Array, M: Array) -> tuple[Array, Array]:
+    """Eigenvalues omega^2 (m,) ascending and M-orthonormal modes (n, m) of small dense matrices.
+
+    Massless modes are left out. Both ends of the spectrum keep their digits. K positive definite, or else M.
+    """
+    if not len(K):
+        return np.zeros(0), np.zeros((0, 0))
+    try:
+        theta, phi = _inverse_modes(K, M, len(K))
+    except SingularError:
+        return linalg.eigh(K, M)
+    return 1 / theta, phi / np.sqrt(np.einsum("in,in->n", phi, M @ phi))
+
+
+def _inverse_modes(A: Array, M: Array, count: int) -> tuple[Array, Array]:
+    """The count largest theta of M x = theta A x and their shapes, descending, fewer when fewer carry mass.
+
+    Smaller theta carry the rounding of the largest: where they are far apart they are found again among themselves.
+    """
+    try:
+        theta, phi = linalg.eigh(M, A, subset_by_index=[len(A) - count, len(A) - 1])
+    except np.linalg.LinAlgError as error:
+        raise SingularError from error
+    massive = theta > NO_MASS * theta[-1]
+    theta, phi = theta[massive][::-1], phi[:, massive][:, ::-1]
+    if not theta.size or theta[0] < SPREAD * theta[-1]:
+        return theta, phi
+    small = theta < np.sqrt(theta[0] * theta[-1])
+    rest = phi[:, small] / np.sqrt(theta[small])
+    values, X = linalg.eigh(rest.T @ (A @ rest), rest.T @ (M @ rest))
+    return np.append(theta[~small], 1 / values), np.column_stack([phi[:, ~small], rest @ X])
+
+
+class SingularError(Exception):
+    """The shifted stiffness has no factors."""
+
+
+class ShiftInverted:
+    """(K + shift M)^-1 M, factorised once, and its largest eigenvalues theta = 1 / (omega^2 + shift)."""
+
+    def __init__(self, K: sparse.csr_array, M: sparse.csr_array, shift: float) -> None:
+        self._M, self._A = M, (K + shift * M if shift else K)
+        self._n = K.shape[0]
+        self._solve: Solve | None = None
+        if self._n > DENSE_DOFS:
+            try:
+                self._solve = factorised(self._A).solve
+            except RuntimeError as error:
+                raise SingularError from error
+
+    def largest(self, count: int, surely: int = 0, tolerance: float = 0.0) -> tuple[Array, Array]:
+        """The count largest theta (by size) and their shapes, fewer when fewer dofs carry mass.
+
+        surely: how many of them must be the largest, none missed. tolerance: relative, of the Lanczos search.
+        """
+        if self._solve is None or count > self._n // 4:
+            theta, phi = _inverse_modes(self._A.toarray(), self._M.toarray(), count)
+        else:
+            theta, phi = self._eigsh(count, self._solve, seed=0, tolerance=tolerance)
+            theta, phi = self.completed(theta, phi, surely)
+        keep = np.abs(theta) > NO_MASS * np.abs(theta).max()
+        return theta[keep], phi[:, keep]
+
+    def completed(self, theta: Array, phi: Array, surely: int) -> tuple[Array, Array]:
+        """The same with copies of repeated frequencies added that Lanczos from one vector may miss.
+
+        A second search, M-orthogonal to all that was found, must not find anything among the first `surely`.
+        """
+        solve = self._solve
+        while surely and solve is not None:
+            phi = orthonormal(self._M, phi)
+            basis, M_basis = np.asfortranarray(phi), np.asfortranarray(self._M @ phi)
+
+            def beside(load: Array, basis: Array = basis, M_basis: Array = M_basis, solve: Solve = solve) -> Array:
+                x = solve(load - M_basis @ (basis.T @ load))
+                return x - basis @ (M_basis.T @ x)
+
+            last = np.sort(np.abs(theta))[::-1][min(surely, len(theta)) - 1]
+            top, shape = self._eigsh(1, beside, seed=1, tolerance=0.05)
+            if np.abs(top[0]) > 0.95 * last:
+                top, shape = self._eigsh(1, beside, seed=1, tolerance=0.0)
+            if np.abs(top[0]) <= (1 + CLOSE) * last:
+                break
+            theta, phi = np.append(theta, top), np.column_stack([phi, shape])
+        return theta, phi
+
+    def _eigsh(self, count: int, solve: Solve, seed: int, tolerance: float) -> tuple[Array, Array]:
+        operator = LinearOperator((self._n, self._n), matvec=solve, dtype=float)
+        start = solve(self._M @ np.random.default_rng(seed).standard_normal(self._n))
+        try:
+            values, phi = eigsh(self._A, count, self._M, sigma=0.0, OPinv=operator, v0=start, tol=tolerance)
+        except ArpackNoConvergence as error:
+            raise RuntimeError(
+                f"the {count} lowest modes did not converge in {self._n} degrees of freedom; "
+                "check the structure for parts that hardly hold together, or ask for fewer modes."
+            ) from error
+        order = np.argsort(np.abs(values), kind="stable")
+        return 1.0 / values[order], phi[:, order]

@@ -1,0 +1,1 @@
+"""Lines of elements: arc length, what varies along it, and where it is cut."""

@@ -1,0 +1,72 @@
+"""Elastic matrices of plate sections in the axes of elements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from femflex.fem.plate.frames import DUST, section_angles
+from femflex.fem.sections.laminates import PlateSection, strain_rotation
+
+Array = NDArray[np.float64]
+
+UNSTRESSED = {"prestress": None, "thermal_strain": None}  # options of plates
+
+
+@dataclass(frozen=True, eq=False)
+class Stiffness:
+    """A, D (1|e, 3, 3) and S (1|e, 2, 2) of a section in the axes of elements; one matrix where all are alike."""
+
+    A: Array
+    D: Array
+    S: Array
+
+    def matrix(self, shears: bool) -> Array:
+        """diag(A, D[, S]) (1|e, 1, 6|8, 6|8) over membrane strains, curvatures and, if it shears, shear strains."""
+        n = 8 if shears else 6
+        C = np.zeros((len(self.A), 1, n, n))
+        C[:, 0, :3, :3], C[:, 0, 3:6, 3:6] = self.A, self.D
+        if shears:
+            C[:, 0, 6:, 6:] = self.S
+        return C
+
+
+def section_stiffness(section: PlateSection, axis: ArrayLike, axes: Array) -> Stiffness:
+    """Stiffness of the section in axes (1|e, 3, 3) when its x axis is `axis` (3,), global, laid into the planes.
+
+    Raises ValueError when axis is not a direction.
+    """
+    return Stiffness(*section.stiffness(_angles(axis, axes)))
+
+
+def initial_stress(section: PlateSection, options: Mapping[str, Any], axes: Array, n: int) -> Array:
+    """Initial stress (1|e, 1, n) of plates with these options and axes: prestress less A times the thermal strain.
+
+    Raises ValueError when prestress is not three numbers, or thermal_strain neither one nor three.
+    """
+    force, strain = np.zeros(3), np.zeros(3)
+    if options["prestress"] is not None:
+        force = np.asarray(options["prestress"], float)
+    if options["thermal_strain"] is not None:
+        given = np.asarray(options["thermal_strain"], float)
+        strain = given if given.ndim else np.array([given, given, 0.0])
+    for name, value in (("prestress", force), ("thermal_strain", strain)):
+        if value.shape != (3,) or not np.isfinite(value).all():
+            raise ValueError(f"{name} of a plate is {options[name]!r}; give three finite numbers, xx, yy and xy")
+    angles = _angles(options["axis"], axes)
+    stress = np.zeros((len(angles), 1, n))
+    stress[:, 0, :3] = np.einsum("eij,i->ej", strain_rotation(angles), force - section.A @ strain)
+    return stress
+
+
+def _angles(axis: ArrayLike, axes: Array) -> Array:
+    """Angles (1|e,) [rad] of the section's x axis in the axes of elements; one where all are alike."""
+    direction = np.asarray(axis, float)
+    if direction.shape != (3,) or not np.isfinite(direction).all() or not direction.any():
+        raise ValueError(f"axis of a plate is {axis!r}; give a direction of three numbers, not all zero")
+    angles = section_angles(direction, axes)
+    return angles[:1] if np.abs(angles - angles[0]).max() < DUST else angles

@@ -1,0 +1,136 @@
+"""Plate members on rectangles: the thin element of Bogner, Fox and Schmit, frequencies to the fourth order."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.assembly.numbering import Numbering
+from femflex.fem.family import Contribution, StrainPlaces, family, member_cells, member_options
+from femflex.fem.plate import rectangle_fields
+from femflex.fem.plate.blocks import LocalDofs, PlateInertia, PlateStrain, mass_points
+from femflex.fem.plate.dof_map import flat_map, member_section
+from femflex.fem.plate.elastic import UNSTRESSED, initial_stress, section_stiffness
+from femflex.fem.plate.frames import DUST, oriented, plane_normals, shared_axes
+from femflex.fem.plate.sides import side_table
+from femflex.fem.plate.skin import plate_skin
+from femflex.fem.tables import of
+
+if TYPE_CHECKING:
+    from femflex.fem.structure import Member
+    from femflex.mesh import Mesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+CELLS = ("quad", "quad8", "quad9")
+DEFAULTS = {"axis": (1.0, 0.0, 0.0), **UNSTRESSED}
+SQUARENESS = 1e-6  # cosine of a corner, and misfit of the fourth corner to the size, that pass for a rectangle
+# A direction that no usual mesh line halves the angle to: the element's x axis is the side nearer to it.
+REFERENCE = np.array([0.8137, 0.4519, 0.3658])
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # exact for the square of the bicubic deflection
+_QUARTIC = np.polynomial.legendre.leggauss(7)  # exact for the fourth power of its slopes, degree 12 along an axis
+
+
+@family("plate_bfs")
+def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
+    """Thin flat plate elements on the rectangles of the member's group, in any position in space.
+
+    section   PlateSection, or a thickness [m] with a material; its transverse shear stiffness is not used
+    material  Material, with a thickness only
+    options   axis            (3,) direction in the mesh's axes of the section's x axis, laid into the plates
+              prestress       (Nx, Ny, Nxy) initial membrane forces in the section's axes [N/m]
+              thermal_strain  free strain, a number or (xx, yy, xy) in the section's axes
+
+    Mesh: frequencies converge with the fourth power of the size; four sides to the shortest half wave give 2e-4 for
+    smooth modes, the corners of a clamp converge more slowly (a square cantilever: 4e-4 with 8 sides). Across a fold
+    the twist of each plane is free, which costs an order there.
+
+    Second-order quadrilaterals are used by their corners. Raises ValueError on other cells, sections or options, and
+    on quadrilaterals that are not rectangles (the plate family on triangles takes any shape).
+    """
+    options = member_options(member, DEFAULTS)
+    section = member_section(member)
+    cells = member_cells(mesh, member, CELLS)
+    corners = np.concatenate([nodes[:, :4] for nodes in cells.values()])
+    corners, axes, a, b = rectangles(mesh.points, corners, f"plate_bfs on group {member.group!r}")
+    stiffness = section_stiffness(section, options["axis"], axes)
+    normals = np.broadcast_to(axes[:, 2], (len(corners), 3))
+    twists = side_table(mesh, numbering).twists(corners.ravel(), np.repeat(normals, 4, axis=0), numbering)
+    bubbles = numbering.extra(2 * len(corners))
+    own = np.concatenate([twists.reshape(-1, 4), bubbles.reshape(-1, 2)], axis=1)
+    dof_map = flat_map(mesh, corners, axes, numbering, own)
+    xi, eta = (grid.ravel() for grid in np.meshgrid(_POINTS, _POINTS, indexing="ij"))
+    area = (a * b)[:, None] * np.outer(_WEIGHTS, _WEIGHTS).ravel()
+    place = rectangle_fields.inplane_shapes(xi, eta)
+    middle = np.matmul(place[:, :4], mesh.points[corners])
+    dm, rho, heights = mass_points(middle, area, axes, section)
+    one = slice(0, 1) if _alike(a) and _alike(b) else slice(None)
+    rows = rectangle_fields.deflection_and_rotation(xi, eta, a[one], b[one])
+    elastic = stiffness.matrix(shears=False)
+    stress = initial_stress(section, options, axes, elastic.shape[2])
+    return Contribution(
+        inertia=(PlateInertia(dm, rho, dof_map, axes, heights, place, partial(of, rows.swapaxes(1, 2).copy())),),
+        strain=(rectangle_strain(a, b, elastic, stress, dof_map, (_POINTS, _WEIGHTS)),),
+        skin=partial(plate_skin, mesh.points, corners, axes, section.thickness, dof_map),
+        places=(StrainPlaces("plate", middle),),
+    )
+
+
+def rectangle_strain(
+    a: Array, b: Array, elastic: Array, stress: Array, dof_map: LocalDofs, rule: tuple[Array, Array]
+) -> PlateStrain:
+    """Strain of rectangles with half lengths a, b (e,), by a Gauss rule (points, weights) in both directions."""
+
+    def finer(elements: slice) -> PlateStrain:
+        own = of(elastic, elements), of(stress, elements), dof_map.over(elements)
+        return rectangle_strain(a[elements], b[elements], *own, _QUARTIC)
+
+    xi, eta = (grid.ravel() for grid in np.meshgrid(rule[0], rule[0], indexing="ij"))
+    one = slice(0, 1) if _alike(a) and _alike(b) else slice(None)
+    rows = rectangle_fields.deflection_and_rotation(xi, eta, a[one], b[one])
+    return PlateStrain(
+        weight=(a * b)[:, None] * np.outer(rule[1], rule[1]).ravel(),
+        elastic=elastic,
+        map=dof_map,
+        dP=rectangle_fields.inplane_gradients(xi, eta, a[one], b[one]),
+        slopes=partial(of, -rows[:, :, 1:]),
+        bending=partial(of, rectangle_fields.curvatures(xi, eta, a[one], b[one])),
+        finer=finer,
+        stress=stress,
+    )
+
+
+def rectangles(points: Array, corners: Index, where: str) -> tuple[Index, Array, Array, Array]:
+    """Corners (e, 4) counterclockwise from the least local x and y, axes (1|e, 3, 3), half lengths a, b (e,).
+
+    The axes lie along the sides, the same for all rectangles of one plane and direction however their nodes are
+    ordered, so that neighbours mean the same by the twist w,xy. Raises ValueError on other quadrilaterals.
+    """
+    x = points[corners]
+    normals = plane_normals(x, where)
+    first, second = x[:, 1] - x[:, 0], x[:, 3] - x[:, 0]
+    lengths = np.linalg.norm(first, axis=1), np.linalg.norm(second, axis=1)
+    misfit = np.linalg.norm(x[:, 2] - x[:, 1] - second, axis=1) / (lengths[0] + lengths[1])
+    cosine = np.abs(np.sum(first * second, axis=1)) / (lengths[0] * lengths[1])
+    skewed = np.flatnonzero((misfit > SQUARENESS) | (cosine > SQUARENESS))
+    if len(skewed):
+        raise ValueError(
+            f"{where}: {len(skewed)} of {len(x)} quadrilaterals are not rectangles; element {skewed[0]} has corners "
+            f"{x[skewed[0]].tolist()}. Use the plate family on triangles there"
+        )
+    u, v = first / lengths[0][:, None], second / lengths[1][:, None]
+    chosen = np.where((np.abs(u @ REFERENCE) > np.abs(v @ REFERENCE))[:, None], u, v)
+    e1 = oriented(chosen)
+    axes = shared_axes(np.stack([e1, np.cross(normals, e1), normals], axis=1))
+    local = np.matmul(x - x.mean(axis=1, keepdims=True), axes[:, :2].swapaxes(1, 2))
+    turn = np.argsort(np.arctan2(local[:, :, 1], local[:, :, 0]), axis=1)  # from the third quadrant, counterclockwise
+    half = np.abs(local).mean(axis=1)
+    return np.take_along_axis(corners, turn, axis=1), axes, half[:, 0], half[:, 1]
+
+
+def _alike(lengths: Array) -> bool:
+    return bool(np.abs(lengths - lengths[0]).max() < DUST * lengths[0])

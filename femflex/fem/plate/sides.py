@@ -1,0 +1,130 @@
+"""In-plane displacement of plate sides beyond the straight line between their nodes, shared by all plates on a side.
+
+u(s) = (1 - s) u_1 + s u_2 + 4 s (1 - s) b on a side from node 1 to node 2. Between plates of one plane b is free in the
+plane, so that their in-plane field is quadratic. At a fold b is free along the side only; across, it follows the
+rotations of the nodes as the deflection of the plate on the other side does, b = (theta_1 - theta_2) x (x_2 - x_1) / 8.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.assembly.numbering import Numbering
+from femflex.fem.plate.frames import PLANE_TOLERANCE, oriented
+from femflex.mesh.cells import CELL_TYPES
+
+if TYPE_CHECKING:
+    from femflex.mesh import Mesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Sides:
+    """Sides of elements with c corners, side i from corner i to the next.
+
+    dofs   (e, c, 2)  raw dofs: b along the axes of the plane; at a fold along the side, the second repeats the first
+    folds  (e, c)     whether plates of another plane lie on the side
+    along  (e, c, 3)  unit vectors along the sides, the same for all elements on a side
+    """
+
+    dofs: Index
+    folds: NDArray[np.bool_]
+    along: Array
+
+
+class SideTable:
+    """Raw dofs that members have given to sides and twists so far."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        self.n_nodes = len(mesh.points)
+        self.folds = fold_keys(mesh)
+        self._keys: Index = np.zeros(0, np.int64)
+        self._dofs: Index = np.zeros((0, 2), np.int64)
+        self._twists: list[tuple[Index, Array]] = []  # per slot: raw dof (n_nodes,) and normal (n_nodes, 3)
+
+    def sides(self, keys: Index, numbering: Numbering, axes: Array, along: Array) -> Index:
+        """Raw dofs (k, 2) of sides by key (k,); new sides get theirs from the numbering.
+
+        axes (k, 2, 3) are those of the plane, along (k, 3) those of the sides: what the dofs move along.
+        """
+        fresh, first = np.unique(keys, return_index=True)
+        new = ~np.isin(fresh, self._keys)
+        fresh, first = fresh[new], first[new]
+        fold = np.isin(fresh, self.folds)
+        pairs = np.stack([fresh // self.n_nodes, fresh % self.n_nodes], axis=1)
+        dofs = np.empty((len(fresh), 2), np.int64)
+        for rows, count in ((np.flatnonzero(~fold), 2), (np.flatnonzero(fold), 1)):
+            if len(rows):
+                way = axes[first[rows]].reshape(-1, 3) if count == 2 else along[first[rows]]
+                given = numbering.extra(count * len(rows), np.repeat(pairs[rows], count, axis=0), directions=way)
+                dofs[rows] = given.reshape(-1, count)
+        all_keys = np.concatenate([self._keys, fresh])
+        order = np.argsort(all_keys, kind="stable")
+        self._keys, self._dofs = all_keys[order], np.concatenate([self._dofs, dofs])[order]
+        return self._dofs[np.searchsorted(self._keys, keys)]
+
+    def twists(self, nodes: Index, normals: Array, numbering: Numbering) -> Index:
+        """Raw dofs (k,) of the twist at nodes (k,) in planes of these normals (k, 3); one per node and plane."""
+        found = np.full(len(nodes), -1, np.int64)
+        slot = 0
+        while (found < 0).any():
+            if slot == len(self._twists):
+                self._twists.append((np.full(self.n_nodes, -1, np.int64), np.zeros((self.n_nodes, 3))))
+            dof, normal = self._twists[slot]
+            open_, first = np.unique(nodes[found < 0], return_index=True)
+            rows = np.flatnonzero(found < 0)[first[dof[open_] < 0]]
+            if len(rows):
+                dof[nodes[rows]] = numbering.extra(len(rows), nodes[rows, None], kind="rotation")
+                normal[nodes[rows]] = normals[rows]
+            same = np.linalg.norm(np.cross(normal[nodes], normals), axis=1) < PLANE_TOLERANCE
+            found = np.where((found < 0) & same, dof[nodes], found)
+            slot += 1
+        return found
+
+
+_TABLES: WeakKeyDictionary[Numbering, SideTable] = WeakKeyDictionary()
+
+
+def side_table(mesh: Mesh, numbering: Numbering) -> SideTable:
+    """The table that all plate members of one numbering share."""
+    if numbering not in _TABLES:
+        _TABLES[numbering] = SideTable(mesh)
+    return _TABLES[numbering]
+
+
+def element_sides(mesh: Mesh, corners: Index, axes: Array, numbering: Numbering) -> Sides:
+    """The sides of elements with corners (e, c) and axes (1|e, 3, 3), rows e1, e2, normal."""
+    table = side_table(mesh, numbering)
+    pairs = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2)
+    keys = pairs[:, :, 0] * table.n_nodes + pairs[:, :, 1]
+    vectors = (mesh.points[pairs[:, :, 1]] - mesh.points[pairs[:, :, 0]]).reshape(-1, 3)
+    along = oriented(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
+    plane = np.repeat(np.broadcast_to(axes[:, :2], (len(corners), 2, 3)), corners.shape[1], axis=0)
+    dofs = table.sides(keys.ravel(), numbering, plane, along).reshape(*keys.shape, 2)
+    return Sides(dofs, np.isin(keys, table.folds), along.reshape(*keys.shape, 3))
+
+
+def fold_keys(mesh: Mesh) -> Index:
+    """Keys (lower node * n_points + upper node), ascending, of sides where surface cells of different planes meet."""
+    keys, normals = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
+    for name, cells in mesh.cells.items():
+        if CELL_TYPES[name].dimension != 2:
+            continue
+        corners = cells[:, : CELL_TYPES[name].n_corners]
+        pairs = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2)
+        keys.append((pairs[:, :, 0] * len(mesh.points) + pairs[:, :, 1]).ravel())
+        x = mesh.points[corners[:, :3]]
+        normal = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
+        length = np.linalg.norm(normal, axis=1, keepdims=True)
+        normals.append(np.repeat(normal / np.where(length > 0, length, 1.0), corners.shape[1], axis=0))
+    key, normal = np.concatenate(keys), np.concatenate(normals)
+    sides, first, which = np.unique(key, return_index=True, return_inverse=True)
+    bent = np.linalg.norm(np.cross(normal, normal[first][which]), axis=1) > PLANE_TOLERANCE
+    return np.unique(sides[which[bent]])

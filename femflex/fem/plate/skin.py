@@ -1,0 +1,161 @@
+"""Drawable skin of plates: both faces and the rim, with the middles of sides so that bending shows within elements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.family import SkinPart
+from femflex.fem.plate.blocks import LocalDofs
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+DECIMALS = 6  # of a normal: facets that agree so far share their drawn points
+
+
+@dataclass(frozen=True, eq=False)
+class _Places:
+    """Drawn places on the middle plane, and how they move.
+
+    x       (k, 3)
+    normal  (k|1, 3)
+    number  (e, c)   the place of each corner or side of each element
+    translations, rotations  raw dofs (k, 3) of the nodes of whose motion the place takes the mean
+    along   further displacement: cols (k, m), rows (k, 3, m)
+    """
+
+    x: Array
+    normal: Array
+    number: Index
+    translations: list[Index]
+    rotations: list[Index]
+    along: list[tuple[Index, Array]]
+
+
+def plate_skin(points: Array, corners: Index, axes: Array, thickness: float, dof_map: LocalDofs) -> SkinPart:
+    """Skin of plates with corners (e, c), counterclockwise about their normals; axes (1|e, 3, 3).
+
+    A point moves by u + theta x offset. In the middle of a side u is the mean of its ends and the element's own
+    displacement beyond the straight line; theta is the mean of the ends.
+    """
+    nodes = _corner_places(points, corners, axes, dof_map)
+    middles = _side_places(points, corners, axes, dof_map)
+    n = len(nodes.x) + len(middles.x)
+    triplets: list[tuple[Index, Index, Array]] = []
+    x = []
+    for face, sign in enumerate((1.0, -1.0)):
+        for start, place in ((face * n, nodes), (face * n + len(nodes.x), middles)):
+            offset = np.broadcast_to(sign * thickness / 2 * place.normal, place.x.shape)
+            triplets += _motion(start, place, offset)
+            x.append(place.x + offset)
+    rows, cols, values = (np.concatenate([part[i] for part in triplets]) for i in range(3))
+    numbers = np.concatenate([nodes.number, len(nodes.x) + middles.number], axis=1)
+    return SkinPart(np.concatenate(x), _cells(numbers, n), rows, cols, values)
+
+
+def _corner_places(points: Array, corners: Index, axes: Array, dof_map: LocalDofs) -> _Places:
+    e, c = corners.shape
+    first, number = _shared(corners.ravel(), axes, c)
+    element, corner = first // c, first % c
+    translation, rotation = _nodal(dof_map.dofs, element, corner, c)
+    x, normal = points[corners.ravel()[first]], of_rows(axes, element)[:, 2]
+    return _Places(x, normal, number.reshape(e, c), [translation], [rotation], [])
+
+
+def _side_places(points: Array, corners: Index, axes: Array, dof_map: LocalDofs) -> _Places:
+    """Middles of sides: besides the mean of the ends, normal (theta_i - theta_j) x (x_j - x_i) . normal / 8 and the
+    in-plane rows of the side in the element's map, over its own dofs and the rotations of its ends."""
+    e, c = corners.shape
+    ends = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2), axis=2)
+    first, number = _shared((ends[:, :, 0] * len(points) + ends[:, :, 1]).ravel(), axes, c)
+    element, i = first // c, first % c
+    j = (i + 1) % c
+    (u_i, theta_i), (u_j, theta_j) = (_nodal(dof_map.dofs, element, end, c) for end in (i, j))
+    own = of_rows(axes, element)
+    x_i, x_j = points[corners[element, i]], points[corners[element, j]]
+    rise = np.cross(x_j - x_i, own[:, 2]) / 8
+    lift = own[:, 2, :, None] * rise[:, None, :]
+    local = [
+        3 * (c + i)[:, None] + np.arange(3),
+        3 * (c + j)[:, None] + np.arange(3),
+        (6 * c + 2 * i)[:, None] + np.arange(2),
+    ]
+    bulges = [_bulge(dof_map, element, c + i, own, columns) for columns in local]
+    along = [
+        (theta_i, bulges[0] + lift),
+        (theta_j, bulges[1] - lift),
+        (dof_map.dofs[element[:, None], local[2]], bulges[2]),
+    ]
+    return _Places((x_i + x_j) / 2, own[:, 2], number.reshape(e, c), [u_i, u_j], [theta_i, theta_j], along)
+
+
+def _bulge(dof_map: LocalDofs, element: Index, function: Index, axes: Array, columns: Index) -> Array:
+    """Displacement rows (k, 3, m) of in-plane functions (k,) of elements over columns (k, m) of their raw dofs."""
+    X, row = (dof_map.X[0], ()) if len(dof_map.X) == 1 else (dof_map.X, (element[:, None],))
+    u, v = (X[(*row, 2 * function[:, None] + i, columns)] for i in (0, 1))
+    return axes[:, 0, :, None] * u[:, None] + axes[:, 1, :, None] * v[:, None]
+
+
+def _motion(start: int, place: _Places, offset: Array) -> list[tuple[Index, Index, Array]]:
+    """Triplets (rows, cols, values) of u + theta x offset at places numbered from start; offset (k, 3)."""
+    k = len(place.x)
+    rows = 3 * (start + np.arange(k))[:, None] + np.arange(3)
+    share = 1 / len(place.translations)
+    found = [(rows.ravel(), cols.ravel(), np.full(3 * k, share)) for cols in place.translations]
+    for axis, (b, c) in enumerate(((1, 2), (2, 0), (0, 1))):  # (theta x r)_a = theta_b r_c - theta_c r_b
+        for theta in place.rotations:
+            found.append((rows[:, axis], theta[:, b], share * offset[:, c]))
+            found.append((rows[:, axis], theta[:, c], -share * offset[:, b]))
+    for cols, values in place.along:
+        shape = values.shape
+        at = np.broadcast_to(rows[:, :, None], shape), np.broadcast_to(cols[:, None, :], shape)
+        found.append((at[0].ravel(), at[1].ravel(), values.ravel()))
+    return found
+
+
+def of_rows(table: Array, rows: Index) -> Array:
+    """Rows (k, ...) of a table (e|1, ...); the single row, once, of a table that all elements share."""
+    return table if len(table) == 1 else table[rows]
+
+
+def _nodal(dofs: Index, element: Index, corner: Index, c: int) -> tuple[Index, Index]:
+    """Raw dofs (k, 3) of the translations and (k, 3) of the rotations of corners."""
+    columns = 3 * corner[:, None] + np.arange(3)
+    return dofs[element[:, None], columns], dofs[element[:, None], 3 * c + columns]
+
+
+def _shared(keys: Index, axes: Array, c: int) -> tuple[Index, Index]:
+    """First occurrence and number of each key (e c,) on each plane."""
+    if len(axes) > 1:
+        _, plane = np.unique(np.round(axes[:, 2], DECIMALS), axis=0, return_inverse=True)
+        keys = keys * (int(plane.max()) + 1) + np.repeat(plane, c)
+    _, first, number = np.unique(keys, return_index=True, return_inverse=True)
+    return first, number
+
+
+def _cells(numbers: Index, n: int) -> dict[str, Index]:
+    """Faces and rim from the places of each element, corners then sides (e, 2 c); the lower face starts at n.
+
+    Each element is cut at the middles of its sides: a triangle at every corner and what is left.
+    """
+    c = numbers.shape[1] // 2
+    tips = [numbers[:, [i, c + i, c + (i - 1) % c]] for i in range(c)]
+    cells: dict[str, list[Index]] = {"triangle": tips, "quad": []}
+    cells["triangle" if c == 3 else "quad"].append(numbers[:, c:])
+    both = {name: [*part, *(p[:, ::-1] + n for p in part)] for name, part in cells.items()}
+    both["quad"] += _rim(numbers, n)
+    return {name: np.concatenate(part) for name, part in both.items()}
+
+
+def _rim(numbers: Index, n: int) -> list[Index]:
+    """Quadrilaterals between the faces along the sides that one element of a plane has."""
+    c = numbers.shape[1] // 2
+    middle = numbers[:, c:].ravel()
+    count = np.bincount(middle)
+    outer = count[middle] == 1
+    start, end = numbers[:, :c].ravel()[outer], np.roll(numbers[:, :c], -1, axis=1).ravel()[outer]
+    mid = middle[outer]
+    return [np.stack([b, a, a + n, b + n], axis=1) for a, b in ((start, mid), (mid, end))]

@@ -1,0 +1,10 @@
+"""Materials, beam sections and lay-ups of plates."""
+
+from femflex.fem.sections.library import Box as Box
+from femflex.fem.sections.library import Circle as Circle
+from femflex.fem.sections.library import GivenSection as GivenSection
+from femflex.fem.sections.library import ISection as ISection
+from femflex.fem.sections.library import Rectangle as Rectangle
+from femflex.fem.sections.library import StiffnessSection as StiffnessSection
+from femflex.fem.sections.library import Tube as Tube
+from femflex.fem.sections.materials import Material as Material

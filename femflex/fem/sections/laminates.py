@@ -1,0 +1,241 @@
+"""Plate sections: what a lay-up through the thickness resists per unit width, and what it weighs per unit area.
+
+Every section is a stack of plies; a plain sheet is one ply, a sandwich is three. Strains vary linearly through the
+thickness, eps(z) = eps_0 + z kappa, stresses are plane in each ply, and the middle plane couples nothing (B = 0).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.sections.materials import Material
+
+Array = NDArray[np.float64]
+
+COUPLING_TOLERANCE = 1e-9  # B relative to sqrt(A D): beyond rounding, the lay-up is not symmetric
+_GAUSS = np.polynomial.legendre.leggauss(3)  # exact for the quartic energy of quadratic shear stresses
+
+
+@dataclass(frozen=True)
+class Lamina:
+    """An orthotropic material in plane stress, axes 1 and 2 in the plane.
+
+    E1, E2    Young's moduli [N/m^2]; zero for a core that resists shear only
+    G12       in-plane shear modulus [N/m^2]
+    nu12      Poisson's ratio: pull along 1, contraction along 2
+    density   [kg/m^3]
+    G13, G23  transverse shear moduli [N/m^2]; G12 when not given
+    """
+
+    E1: float
+    E2: float
+    G12: float
+    nu12: float
+    density: float
+    G13: float | None = None
+    G23: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("E1", "E2", "G12", "density"):
+            _require(name, getattr(self, name), "lamina", positive=False)
+        for name in ("G13", "G23"):
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, self.G12)
+            _require(name, getattr(self, name), "lamina", positive=True)
+        if (self.E1 > 0) != (self.E2 > 0):
+            raise ValueError(
+                f"a lamina has E1 = {self.E1} and E2 = {self.E2} N/m^2; give both, or neither (a soft core)"
+            )
+        if self.E1 > 0 and not self.nu12**2 < self.E1 / self.E2:
+            raise ValueError(
+                f"nu12 is {self.nu12}, but a material with E1 / E2 = {self.E1 / self.E2:.6g} stores positive energy "
+                f"only while nu12^2 is smaller than that ratio"
+            )
+
+    @classmethod
+    def isotropic(cls, material: Material) -> Lamina:
+        """The lamina of an isotropic material; a material with its own G shears with that G."""
+        return cls(material.E, material.E, material.G, material.nu, material.density)
+
+    @classmethod
+    def core(cls, density: float, G13: float, G23: float | None = None) -> Lamina:
+        """A core (honeycomb, foam) that carries transverse shear only."""
+        return cls(0.0, 0.0, 0.0, 0.0, density, G13, G13 if G23 is None else G23)
+
+    def plane_stress(self, angle: float) -> Array:
+        """Stiffness (3, 3) [N/m^2] between (xx, yy, xy) stresses and strains, axis 1 at angle [rad] from x."""
+        Q = np.zeros((3, 3))
+        if self.E1 > 0:
+            nu21 = self.nu12 * self.E2 / self.E1
+            off = self.nu12 * self.E2
+            Q[:2, :2] = np.array([[self.E1, off], [off, self.E2]]) / (1 - self.nu12 * nu21)
+        Q[2, 2] = self.G12
+        R = strain_rotation(angle)
+        return R.T @ Q @ R
+
+    def transverse_shear(self, angle: float) -> Array:
+        """Stiffness (2, 2) [N/m^2] between (xz, yz) stresses and strains, axis 1 at angle [rad] from x."""
+        C = _rotation(angle)
+        return C.T @ np.diag([float(self.G13 or 0.0), float(self.G23 or 0.0)]) @ C
+
+
+@dataclass(frozen=True)
+class Ply:
+    """A layer of a lamina: thickness [m], axis 1 at angle [rad] from the section's x axis."""
+
+    lamina: Lamina
+    thickness: float
+    angle: float = 0.0
+
+    def __post_init__(self) -> None:
+        _require("thickness", self.thickness, "ply", positive=True)
+        if not np.isfinite(self.angle):
+            raise ValueError(f"angle of a ply is {self.angle} rad; it must be a finite number")
+
+
+@dataclass(frozen=True, eq=False)
+class PlateSection:
+    """Stiffness and inertia of a plate per unit width and area, axes x, y in the plate.
+
+    thickness  ()      total, as drawn [m]
+    mass       ()      per unit area [kg/m^2], with what is not structure
+    rotary     ()      int rho z^2 dz about the middle plane [kg]
+    A          (3, 3)  membrane forces from strains (xx, yy, xy) [N/m]
+    D          (3, 3)  moments from curvatures (xx, yy, xy) [N m]
+    S          (2, 2)  shear forces from mean shear strains (xz, yz) [N/m]
+    """
+
+    thickness: float
+    mass: float
+    rotary: float
+    A: Array
+    D: Array
+    S: Array
+
+    def __post_init__(self) -> None:
+        _require("thickness", self.thickness, "plate section", positive=True)
+        _require("mass per area", self.mass, "plate section", positive=False)
+        _require("rotary inertia per area", self.rotary, "plate section", positive=False)
+        for name, size in (("A", 3), ("D", 3), ("S", 2)):
+            matrix = np.asarray(getattr(self, name), float)
+            object.__setattr__(self, name, matrix)
+            if matrix.shape != (size, size) or not np.isfinite(matrix).all():
+                raise ValueError(
+                    f"{name} of a plate section must be {size} x {size} finite numbers; found {matrix.tolist()}"
+                )
+            if not np.allclose(matrix, matrix.T, rtol=1e-9, atol=1e-12 * np.abs(matrix).max()):
+                raise ValueError(f"{name} of a plate section is not symmetric: {matrix.tolist()}")
+            _require_positive_definite(name, matrix)
+
+    def stiffness(self, angles: Array) -> tuple[Array, Array, Array]:
+        """A, D (k, 3, 3) and S (k, 2, 2) in axes from which the section's x axis is turned by angles (k,) [rad]."""
+        R, C = strain_rotation(angles), _rotation(angles)
+        A, D = (np.matmul(R.swapaxes(1, 2), matrix @ R) for matrix in (self.A, self.D))
+        return A, D, np.matmul(C.swapaxes(1, 2), self.S @ C)
+
+    def turned(self, angle: float) -> PlateSection:
+        """The section with its x axis turned by angle [rad] towards y in the plate."""
+        A, D, S = self.stiffness(np.array([angle]))
+        return replace(self, A=A[0], D=D[0], S=S[0])
+
+    def loaded(self, mass: float) -> PlateSection:
+        """The section with more mass per unit area [kg/m^2] that is no structure, on the middle plane."""
+        _require("non-structural mass per area", mass, "plate section", positive=False)
+        return replace(self, mass=self.mass + mass)
+
+
+def layup(plies: Iterable[Ply]) -> PlateSection:
+    """Section of a stack of plies, from the bottom (-z) to the top; it must be symmetric about its middle plane.
+
+    A = sum Q t, D = sum Q (z_top^3 - z_bottom^3) / 3 (classical lamination theory). Shear: the energy of the shear
+    stresses that equilibrium gives to bending, S^-1 = int f^T G^-1 f dz with f from F(z) = int Q z dz D^-1 (Rolfes &
+    Rohwer, Composites Sci. Tech. 58, 1998); 5/6 G h for a plain sheet, G d^2 / c for a sandwich of thin faces. It
+    takes the bending along x and along y to be cylindrical, and so depends a little on the axes for plies askew.
+    """
+    stack = list(plies)
+    if not stack:
+        raise ValueError("a lay-up has no plies; give at least one")
+    z = np.concatenate([[0.0], np.cumsum([ply.thickness for ply in stack])])
+    z = z - z[-1] / 2
+    Q = np.array([ply.lamina.plane_stress(ply.angle) for ply in stack])
+    rho = np.array([ply.lamina.density for ply in stack])
+    moments = [np.diff(z**power) / power for power in (1, 2, 3)]
+    A, B, D = (np.einsum("p,pij->ij", moment, Q) for moment in moments)
+    uneven = float(rho @ moments[1]) / max(float(rho @ moments[0]) * (z[-1] - z[0]), np.finfo(float).tiny)
+    if (
+        np.abs(B).max() > COUPLING_TOLERANCE * np.sqrt(np.abs(A).max() * np.abs(D).max())
+        or abs(uneven) > COUPLING_TOLERANCE
+    ):
+        raise ValueError(
+            f"the lay-up of {len(stack)} plies is not symmetric about its middle plane: its membrane-bending coupling "
+            f"B is up to {np.abs(B).max():.3g} N and its mass centre lies {uneven * (z[-1] - z[0]):.3g} m off; only "
+            "symmetric lay-ups are offered, so mirror the plies"
+        )
+    _require_positive_definite("D", D)
+    S = _shear_stiffness(stack, z, Q, D)
+    return PlateSection(float(z[-1] - z[0]), float(rho @ moments[0]), float(rho @ moments[2]), A, D, S)
+
+
+def isotropic(thickness: float, material: Material) -> PlateSection:
+    """Section of a plain sheet, thickness [m]: D = E h^3 / 12(1 - nu^2), S = 5/6 G h."""
+    return layup([Ply(Lamina.isotropic(material), thickness)])
+
+
+def orthotropic(
+    thickness: float, E1: float, E2: float, G12: float, nu12: float, density: float, angle: float = 0.0,
+    G13: float | None = None, G23: float | None = None,
+) -> PlateSection:  # fmt: skip
+    """Section of a sheet of one orthotropic material, axis 1 at angle [rad] from the section's x axis."""
+    return layup([Ply(Lamina(E1, E2, G12, nu12, density, G13, G23), thickness, angle)])
+
+
+def sandwich(face: Ply, core_thickness: float, core: Lamina) -> PlateSection:
+    """Section of two equal faces on a core [m]: bending from the faces (and the core's own E), shear from the core."""
+    return layup([face, Ply(core, core_thickness), face])
+
+
+def strain_rotation(angle: Array | float) -> Array:
+    """R (..., 3, 3): engineering strains (11, 22, 12) in axes turned by angle (...) [rad], from (xx, yy, xy)."""
+    c, s = np.cos(angle), np.sin(angle)
+    rows = [[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def _rotation(angle: Array | float) -> Array:
+    """C (..., 2, 2): components along axes turned by angle (...) [rad], from (x, y)."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.moveaxis(np.array([[c, s], [-s, c]]), (0, 1), (-2, -1))
+
+
+def _shear_stiffness(stack: list[Ply], z: Array, Q: Array, D: Array) -> Array:
+    """S (2, 2) of `layup`."""
+    inverse = np.linalg.inv(D)
+    flexibility, below = np.zeros((2, 2)), np.zeros((3, 3))  # below: int Q z dz from the bottom to this ply
+    for ply, bottom, top, stiffness in zip(stack, z[:-1], z[1:], Q, strict=True):
+        G = ply.lamina.transverse_shear(ply.angle)
+        for at, weight in zip(*_GAUSS, strict=True):
+            height = (bottom + top) / 2 + at * (top - bottom) / 2
+            F = (below + stiffness * (height**2 - bottom**2) / 2) @ inverse
+            f = np.array([[F[0, 0], F[2, 1]], [F[2, 0], F[1, 1]]])
+            flexibility += weight * (top - bottom) / 2 * f.T @ np.linalg.solve(G, f)
+        below = below + stiffness * (top**2 - bottom**2) / 2
+    return np.asarray(np.linalg.inv(flexibility))
+
+
+def _require_positive_definite(name: str, matrix: Array) -> None:
+    values = np.linalg.eigvalsh(matrix)
+    if not values[0] > 0:
+        raise ValueError(
+            f"{name} of a plate section is not positive definite: its eigenvalues are {values.tolist()}; every way of "
+            "straining must cost energy (a soft core needs faces)"
+        )
+
+
+def _require(name: str, value: float, what: str, positive: bool) -> None:
+    if not np.isfinite(value) or value < 0 or (positive and value == 0):
+        rule = "it must be positive" if positive else "it cannot be negative"
+        raise ValueError(f"{name} of a {what} is {value}; {rule} and finite")

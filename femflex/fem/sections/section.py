@@ -1,0 +1,157 @@
+"""What a beam asks of its section, and the bases of the sections in `sections`.
+
+Axes: y and z of the section, x along the beam; I_y = int z^2 dA bends in the x-z plane, I_z = int y^2 dA in x-y. The
+origin is the centroid, the axes are principal, and the shear centre is taken to lie at the centroid.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.line.along import along, varies
+from femflex.fem.sections.materials import Material
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+ROUND_SIDES = 24  # sides of the polygon that draws a round section
+
+
+@dataclass(frozen=True, eq=False)
+class SectionProperties:
+    """Properties of a section at stations along a member; every field has the stations' shape.
+
+    A                area [m^2]
+    Iy, Iz           int z^2 dA, int y^2 dA [m^4]
+    J                torsion constant [m^4]
+    y_max, z_max     extreme fibres: largest |y| and |z| of the section [m]
+    """
+
+    A: Array
+    Iy: Array
+    Iz: Array
+    J: Array
+    y_max: Array
+    z_max: Array
+
+    @property
+    def polar(self) -> Array:
+        """Polar second moment of area, Iy + Iz [m^4]."""
+        return self.Iy + self.Iz
+
+
+@dataclass(frozen=True, eq=False)
+class Resultants:
+    """What a beam element needs at stations along a member; every field has the stations' shape.
+
+    EA, GJ, EIy, EIz  axial [N], torsional and bending stiffness [N m^2] (EIy for x-z, EIz for x-y)
+    mass              mass per length [kg/m]
+    ry2, rz2          squared radii of gyration of the mass, int z^2 dm and int y^2 dm per mass [m^2]
+    polar2            polar radius squared I_p / A of the stiff area, for the shortening by twist [m^2]
+    """
+
+    EA: Array
+    GJ: Array
+    EIy: Array
+    EIz: Array
+    mass: Array
+    ry2: Array
+    rz2: Array
+    polar2: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """Polygon (..., k, 2) of y, z, counterclockwise seen from +x, and triangles (m, 3) of its corners that fill it."""
+
+    points: Array
+    triangles: Index
+
+
+class Section(Protocol):
+    """What a beam asks of its section, at arc lengths s (any shape) of a member of arc length `length`."""
+
+    @property
+    def varies(self) -> bool:
+        """Whether anything changes along the member."""
+
+    def resultants(self, material: Material | None, s: Array, length: Array) -> Resultants:
+        """Stiffness and mass per length."""
+
+    def outline(self, s: Array, length: Array) -> Outline:
+        """What is drawn."""
+
+
+class Dimensioned:
+    """A section whose dataclass fields are its dimensions."""
+
+    @property
+    def varies(self) -> bool:
+        """Whether any dimension changes along the member."""
+        given = [getattr(self, f.name) for f in fields(self)]  # type: ignore[arg-type]
+        return any(varies(value) for value in given if value is not None)
+
+    def dimensions(self, s: Array, length: Array | float, pointed: bool = False) -> dict[str, Array]:
+        """Every dimension at the stations; ValueError where one is not positive (pointed: where one is negative)."""
+        found = {}
+        for f in fields(self):  # type: ignore[arg-type]
+            if (given := getattr(self, f.name)) is None:
+                continue
+            try:
+                values = along(given, s, length)
+            except ValueError as error:
+                raise ValueError(f"{f.name} of {type(self).__name__}: {error}") from None
+            if not ((values >= 0).all() if pointed else (values > 0).all()):
+                at = np.argmin(values)
+                raise ValueError(
+                    f"{f.name} of {type(self).__name__} is {values.flat[at]:.6g} at s = {s.flat[at]:.6g} m; "
+                    "it must be positive along the whole member"
+                )
+            found[f.name] = values
+        return found
+
+
+class Shape(Dimensioned):
+    """A section drawn and made of one material."""
+
+    def properties(self, s: Array, length: Array | float) -> SectionProperties:
+        """Area, second moments, torsion constant and extreme fibres at arc lengths s."""
+        raise NotImplementedError
+
+    def resultants(self, material: Material | None, s: Array, length: Array) -> Resultants:
+        """Stiffness and mass per length of the section in this material."""
+        if material is None:
+            raise ValueError(f"{type(self).__name__} needs a material; found none. Give one, or a StiffnessSection.")
+        p = self.properties(s, length)
+        ry2, rz2 = p.Iy / p.A, p.Iz / p.A
+        E, G = material.E, material.G
+        return Resultants(E * p.A, G * p.J, E * p.Iy, E * p.Iz, material.density * p.A, ry2, rz2, ry2 + rz2)
+
+
+def check_wall(
+    section: Shape, wall: Array, limit: Array, s: Array, name: str = "thickness", what: str = "the half width"
+) -> None:
+    """Raise ValueError where a wall is thicker than its limit."""
+    over = wall > limit * (1 + 1e-12)
+    if over.any():
+        raise ValueError(
+            f"{name} of {type(section).__name__} is {wall[over].flat[0]:.6g} m at s = {s[over].flat[0]:.6g} m, more "
+            f"than {what} {limit[over].flat[0]:.6g} m; make the wall thinner or the section larger"
+        )
+
+
+def polygon(y: Array, z: Array) -> Outline:
+    """Outline of the convex polygon with corners y, z (..., k), counterclockwise."""
+    k = y.shape[-1]
+    corners = np.arange(1, k - 1)
+    return Outline(np.stack([y, z], axis=-1), np.stack([0 * corners, corners, corners + 1], axis=1))
+
+
+def ellipse(a: Array, b: Array) -> Outline:
+    """Outline of ellipses with semi-axes a along y and b along z (...)."""
+    angle = 2 * np.pi * np.arange(ROUND_SIDES) / ROUND_SIDES
+    return polygon(a[..., None] * np.cos(angle), b[..., None] * np.sin(angle))

@@ -1,0 +1,130 @@
+"""Inertia and strain of isoparametric solid elements; scalar shape functions and gradients only are stored.
+
+Dofs are the translations of the nodes, (node, component) in this order. The strain is that of Green and Lagrange,
+E = (g + g^T + g^T g) / 2 with g_ia = du_i/dx_a, in the order xx, yy, zz, yz, xz, xy with engineering shears.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.assembly import Part
+from femflex.fem.sections.materials import Material
+from femflex.fem.tables import of
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+EVERY = slice(None)
+VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+
+
+@dataclass(frozen=True, eq=False)
+class SolidInertia:
+    """Points of mass in solid elements: N (q, k) scalar shape functions at the points, the same in all elements."""
+
+    dofs: Index
+    dm: Array
+    rho: Array
+    N: Array
+
+    def shapes(self, phi: Array, elements: slice) -> Array:
+        """Displacement of the points per column of phi (n_raw, n): (e, q, 3, n)."""
+        nodal = phi[self.dofs[elements]].reshape(-1, self.N.shape[1], 3 * phi.shape[1])
+        return np.matmul(self.N, nodal).reshape(len(nodal), len(self.N), 3, -1)
+
+    def scalar_mass(self, elements: slice = EVERY) -> Array:
+        """Element mass matrices of one component (e, k, k): int N_k N_l dm."""
+        k = self.N.shape[1]
+        products = (self.N[:, :, None] * self.N[:, None, :]).reshape(-1, k * k)
+        return (self.dm[elements] @ products).reshape(-1, k, k)
+
+    def mass(self) -> Array:
+        """Element mass matrices (e, l, l)."""
+        scalar = self.scalar_mass()
+        e, k = scalar.shape[:2]
+        return np.einsum("ekl,ab->ekalb", scalar, np.eye(3)).reshape(e, 3 * k, 3 * k)
+
+    def parts(self) -> tuple[Part, ...]:
+        """Element matrices for assembly: one matrix for the three components."""
+        return (Part(self.dofs.reshape(len(self.dofs), -1, 3), self.scalar_mass),)
+
+
+@dataclass(frozen=True, eq=False)
+class SolidStrain:
+    """Points of strain in solid elements: G (e, q, 3, k) gradients of the scalar shape functions."""
+
+    dofs: Index
+    weight: Array
+    elastic: Array
+    linear_map: Array
+    quadratic_map: Array
+    G: Array
+    stress: Array
+
+    def gradients(self, phi: Array, elements: slice) -> Array:
+        """Displacement gradients du_i/dx_a, row 3 i + a, per column of phi (n_raw, n): (e, q, 9, n)."""
+        e, q, _, k = self.G[elements].shape
+        nodal = phi[self.dofs[elements]].reshape(e, k, -1)
+        g = np.matmul(self.G[elements].reshape(e, 3 * q, k), nodal).reshape(e, q, 3, 3, -1)
+        return g.swapaxes(2, 3).reshape(e, q, 9, -1)
+
+    def rows(self, elements: slice) -> Array:
+        """Displacement gradients per dof (e, q, 9, 3 k)."""
+        G = self.G[elements]
+        e, q, _, k = G.shape
+        rows = np.zeros((e, q, 3, 3, k, 3))
+        for i in range(3):
+            rows[:, :, i, :, :, i] = G
+        return rows.reshape(e, q, 9, 3 * k)
+
+    def quartic(self, elements: slice) -> SolidStrain:
+        """See StrainBlock; the points of the linear strain serve.
+
+        Three Gauss points per direction are exact for E:E of a displacement that bends an element along one axis
+        (degree 4 of 5); of the full triquadratic field five points change the energy of a bent strip by 1e-7.
+        """
+        dofs, weight, G = self.dofs[elements], self.weight[elements], self.G[elements]
+        elastic, stress = of(self.elastic, elements), of(self.stress, elements)
+        return replace(self, dofs=dofs, weight=weight, elastic=elastic, G=G, stress=stress)
+
+    def stiffness(self, elements: slice = EVERY) -> Array:
+        """Element stiffness matrices (e, l, l) of the linear strain.
+
+        K_(k i)(l j) = sum_ab c_iajb int dN_k/dx_a dN_l/dx_b dV: nine scalar products, then the elastic tensor.
+        """
+        G = self.G[elements]
+        e, q, _, k = G.shape
+        flat = G.reshape(e, q, 3 * k)
+        products = np.matmul(flat.swapaxes(1, 2), flat * self.weight[elements][:, :, None])  # (a k), (b l)
+        products = products.reshape(e, 3, k, 3, k).transpose(1, 3, 0, 2, 4).reshape(9, -1)
+        C = self.linear_map.T @ self.elastic[0, 0] @ self.linear_map  # (i a), (j b)
+        by_pair = C.reshape(3, 3, 3, 3).transpose(0, 2, 1, 3).reshape(9, 9) @ products  # (i j), (a b)
+        return by_pair.reshape(3, 3, e, k, k).transpose(2, 3, 0, 4, 1).reshape(e, 3 * k, 3 * k)
+
+    def parts(self) -> tuple[Part, ...]:
+        """Element matrices for assembly."""
+        return (Part(self.dofs, self.stiffness),)
+
+
+def isotropic_elasticity(material: Material) -> Array:
+    """Elastic matrix (6, 6) [N/m^2]: lambda and mu from E and nu, shears with the material's G."""
+    E, nu = material.E, material.nu
+    lam, mu = E * nu / (1 + nu) / (1 - 2 * nu), E / (2 * (1 + nu))
+    C = np.diag([2 * mu] * 3 + [material.G] * 3)
+    C[:3, :3] += lam
+    return C
+
+
+def strain_maps() -> tuple[Array, Array]:
+    """linear_map (6, 9) and quadratic_map (6, 9, 9) of the Green-Lagrange strain over g, row 3 i + a = du_i/dx_a."""
+    linear, quadratic = np.zeros((6, 9)), np.zeros((6, 9, 9))
+    for s, (a, b) in enumerate(VOIGT):
+        linear[s, 3 * a + b] = linear[s, 3 * b + a] = 1.0
+        for i in range(3):  # E_ab: g_ia g_ib / 2, twice that in a shear; eps takes half of the quadratic map
+            quadratic[s, 3 * i + a, 3 * i + b] += 0.5 if a == b else 1.0
+            quadratic[s, 3 * i + b, 3 * i + a] += 0.5 if a == b else 1.0
+    return linear, quadratic

@@ -1,0 +1,21 @@
+"""Campbell diagrams: the frequencies of a craft over the speed of a steady spin."""
+
+from __future__ import annotations
+
+from femflex.studies.campbell.crossings import Crossing
+from femflex.studies.campbell.diagram import Branch, Campbell, assembled_diagram, campbell
+from femflex.studies.campbell.of_case import case_campbell, case_spins, diagram_of
+from femflex.studies.campbell.sweep import Spin, spins
+
+__all__ = [
+    "Branch",
+    "Campbell",
+    "Crossing",
+    "Spin",
+    "assembled_diagram",
+    "campbell",
+    "case_campbell",
+    "case_spins",
+    "diagram_of",
+    "spins",
+]

@@ -1,0 +1,192 @@
+"""The Campbell diagram of a craft: branches of frequencies over the speed of a steady spin, named and followed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from femflex.studies.campbell.character import WORDS
+from femflex.studies.campbell.crossings import Crossing, crossings
+from femflex.studies.campbell.matching import Match
+from femflex.studies.campbell.sweep import Spin, spins
+from femflex.system import System
+
+Array = NDArray[np.float64]
+
+SAME = 1e-9  # relative difference of two speeds that are the same
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """One vibration, followed over the speeds of a diagram by the likeness of its shape.
+
+    name            what it is at the first speed, and its number among those alike: "flap 1"
+    eigenvalues     (n,) [1/s], nan where it could not be followed
+    characters      (n,) what it is at each speed: one of WORDS
+    growing         (n,) whether it grows there
+    """
+
+    name: str
+    eigenvalues: NDArray[np.complex128]
+    characters: tuple[str, ...]
+    growing: NDArray[np.bool_]
+
+    @property
+    def frequencies(self) -> Array:
+        """(n,) [Hz] in the spinning frame; 0 where it does not swing."""
+        return np.asarray(self.eigenvalues.imag) / (2 * np.pi)
+
+    @property
+    def damping_ratios(self) -> Array:
+        """(n,) part of critical; below 0 grows."""
+        size = np.abs(self.eigenvalues)
+        return np.asarray(-self.eigenvalues.real / np.where(size > 0, size, 1.0))
+
+    @property
+    def becomes(self) -> str:
+        """What it is at the last speed where that is something else than its name says; else nothing."""
+        last = self.characters[-1]
+        return "" if self.name.startswith(last) else last
+
+
+@dataclass(frozen=True, eq=False)
+class Campbell:
+    """Frequencies over the speed of a steady spin, as seen in the spinning frame.
+
+    speeds     (n,) [rad/s], those asked for and those in between that branches were followed through
+    asked      (n,) which were asked for
+    branches   by rising frequency at the first speed
+    orders     multiples of the speed that are looked at
+    crossings  of branches with them
+    complete   False when it was broken off
+    """
+
+    title: str
+    speeds: Array
+    asked: NDArray[np.bool_]
+    branches: tuple[Branch, ...]
+    orders: tuple[int, ...]
+    crossings: tuple[Crossing, ...]
+    complete: bool = True
+
+    def branch(self, name: str) -> Branch:
+        """The branch of that name. Raises KeyError with the known names."""
+        for one in self.branches:
+            if one.name == name:
+                return one
+        known = ", ".join(one.name for one in self.branches)
+        raise KeyError(f"branch {name!r} is not in the diagram; it has {known}")
+
+    def frequency(self, branch: str, speed: float) -> float:
+        """Frequency [Hz] of a branch at one of the speeds [rad/s]. Raises KeyError for another."""
+        at = int(np.argmin(np.abs(self.speeds - speed)))
+        if abs(self.speeds[at] - speed) > SAME * max(float(self.speeds[-1]), 1e-300):
+            raise KeyError(
+                f"{speed:.6g} rad/s is none of the diagram's speeds, from {self.speeds[0]:.6g} to "
+                f"{self.speeds[-1]:.6g} rad/s; the nearest is {self.speeds[at]:.6g} rad/s"
+            )
+        return float(self.branch(branch).frequencies[at])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything in plain numbers, lists and text."""
+        return {
+            "speeds": self.speeds.tolist(),
+            "asked": self.asked.tolist(),
+            "branches": [
+                {
+                    "name": one.name,
+                    "frequency": one.frequencies.tolist(),
+                    "damping_ratio": one.damping_ratios.tolist(),
+                    "growth": one.eigenvalues.real.tolist(),
+                    "stable": (~one.growing).tolist(),
+                    "character": list(one.characters),
+                }
+                for one in self.branches
+            ],
+            "crossings": [vars(crossing) for crossing in self.crossings],
+            "complete": self.complete,
+        }
+
+
+def campbell(
+    system: System,
+    speeds: Sequence[float],
+    axis: ArrayLike = (0.0, 0.0, 1.0),
+    *,
+    modes: int = 6,
+    orders: Sequence[int] = (1, 2, 3, 4),
+    at: float | None = None,
+    title: str = "",
+    progress: Callable[[float], None] | None = None,
+) -> Campbell:
+    """The Campbell diagram of a system that spins steadily about an axis (3,), its speeds [rad/s] rising.
+
+    modes: followed is every branch that is among so many lowest at some speed. at: time [s] whose loads are meant.
+    Raises ValueError for a craft that cannot spin steadily, EquilibriumError where it finds no equilibrium.
+    """
+    found = list(spins(system, np.asarray(axis, float), speeds, modes, at, progress))
+    return assembled_diagram(found, modes, orders, title)
+
+
+def assembled_diagram(
+    found: Sequence[tuple[Spin, Match | None]],
+    modes: int,
+    orders: Sequence[int],
+    title: str = "",
+    complete: bool = True,
+) -> Campbell:
+    """The diagram of spins that follow each other, all or those there were when it was broken off."""
+    steps = [spin for spin, _ in found]
+    speeds = np.array([spin.speed for spin in steps])
+    places = followed(found)
+    places = places[((places >= 0) & (places < modes)).any(axis=1)]
+    branches = tuple(sorted((_branch(steps, row) for row in places), key=_start))
+    named = tuple(_named(branches))
+    met = [one for branch in named for one in crossings(branch.name, speeds, branch.frequencies, list(orders))]
+    asked = np.array([spin.asked for spin in steps])
+    return Campbell(title, speeds, asked, named, tuple(orders), tuple(sorted(met, key=lambda c: c.speed)), complete)
+
+
+def followed(found: Sequence[tuple[Spin, Match | None]]) -> NDArray[np.int64]:
+    """Place (n_branches, n_spins) of every branch among the vibrations of each spin; -1 where it is lost."""
+    first = len(found[0][0].vibration.eigenvalues)
+    places = np.full((first, len(found)), -1, np.int64)
+    places[:, 0] = np.arange(first)
+    for k, (_, link) in enumerate(found[1:], start=1):
+        assert link is not None
+        before = places[:, k - 1]
+        places[:, k] = np.where(before >= 0, link.to[before], -1)
+    return places
+
+
+def _branch(steps: Sequence[Spin], row: NDArray[np.int64]) -> Branch:
+    """The branch at those places, yet without a name."""
+    there = [(s.vibration, s.shares, k) for s, k in zip(steps, row, strict=True)]
+    values = np.array([v.eigenvalues[k] if k >= 0 else complex(np.nan, np.nan) for v, _, k in there])
+    words = tuple(WORDS[int(np.argmax(share[k]))] if k >= 0 else "" for _, share, k in there)
+    growing = np.array([bool(k >= 0 and v.growing[k]) for v, _, k in there])
+    return Branch("", values, words, growing)
+
+
+def _start(branch: Branch) -> tuple[float, float]:
+    """Frequencies at the first speeds, by which branches are put in order."""
+    return tuple(round(float(v), 9) for v in np.nan_to_num(np.abs(branch.eigenvalues[:2])))  # type: ignore[return-value]
+
+
+def _named(branches: Sequence[Branch]) -> list[Branch]:
+    """Each with its name: what it is at the first speed, and its number among those that are the same.
+
+    At the very first speed flap and lag may be one frequency and any mixture; the second tells.
+    """
+    counts: dict[str, int] = {}
+    out = []
+    for branch in branches:
+        word = branch.characters[min(1, len(branch.characters) - 1)] or branch.characters[0]
+        counts[word] = counts.get(word, 0) + 1
+        name = f"{word} {counts[word]}"
+        out.append(Branch(name, branch.eigenvalues, branch.characters, branch.growing))
+    return out

@@ -1,0 +1,83 @@
+"""The Campbell diagram that a case asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.case import Case, read_case
+from femflex.case.campbell import CampbellTable
+from femflex.case.diagrams import spin_problems
+from femflex.case.problems import CaseError, Problem
+from femflex.dynamics import compile_system
+from femflex.pipeline.stiffening import Stiffening
+from femflex.studies.campbell.diagram import Campbell, assembled_diagram
+from femflex.studies.campbell.matching import Match
+from femflex.studies.campbell.sweep import Spin, frame_of, spins
+from femflex.system import System
+
+Array = NDArray[np.float64]
+
+
+def case_campbell(
+    case: Case | str | Path, at: float | None = None, progress: Callable[[float], None] | None = None
+) -> Campbell:
+    """The diagram of a case with a [campbell]. Raises CaseError and as `campbell` does."""
+    case = case if isinstance(case, Case) else read_case(case)
+    return diagram_of(case, list(case_spins(case, at, progress)))
+
+
+def diagram_of(case: Case, found: list[tuple[Spin, Match | None]], complete: bool = True) -> Campbell:
+    """The diagram of the spins of a case, all of them or those there were when it was broken off."""
+    table = table_of(case)
+    return assembled_diagram(found, table.modes, table.orders, case.title, complete)
+
+
+def case_spins(
+    case: Case, at: float | None = None, progress: Callable[[float], None] | None = None
+) -> Iterator[tuple[Spin, Match | None]]:
+    """The steady spins of a case in turn; its bodies are built before the first.
+
+    Warns (PhysicsWarning) of bodies whose stiffening by the fastest of them is left out.
+    """
+    from femflex.case.builders import build_system
+
+    table, axis = table_of(case), axis_of(case)
+    if case.initial is not None and case.initial.source == "equilibrium":
+        case = case.model_copy(update={"initial": None})  # it is found anew at every speed
+    system = build_system(case)
+    x = None
+    for found in spins(system, axis, table.speeds, table.modes, at, progress):
+        x = found[0].x
+        yield found
+    if x is not None:
+        warn_of_ignored_stiffening(system, axis * table.speeds[-1], x)
+
+
+def warn_of_ignored_stiffening(system: System, spin: Array, x: Array) -> None:
+    """Warn of bodies with linear strain that a steady spin (3,) [rad/s] would stiffen."""
+    model = compile_system(replace(system, frame=frame_of(spin, float(np.linalg.norm(spin)))))
+    guard = Stiffening(model)
+    guard.watch(model.observe(np.zeros(1), x[None]))
+    guard.warn()
+
+
+def table_of(case: Case) -> CampbellTable:
+    """The case's [campbell]. Raises CaseError without one."""
+    if case.campbell is None:
+        text = "the case has none; give one with speeds = '0:400 rpm:17', or --speeds on the command line"
+        raise CaseError(case.path.name, [Problem("campbell", text)])
+    return case.campbell
+
+
+def axis_of(case: Case) -> Array:
+    """Unit vector (3,) about which a case spins. Raises CaseError where it does not say."""
+    table = table_of(case)
+    if problems := list(spin_problems(table, case.attitude, case.orbit)):
+        raise CaseError(case.path.name, problems)
+    given = np.array(table.axis or case.attitude.spin)
+    return np.asarray(given / np.linalg.norm(given))

@@ -1,0 +1,115 @@
+"""Steady spins of a craft one after the other, each found from the one before and close enough to be followed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics import compile_system
+from femflex.dynamics.equilibrium import EquilibriumError, equilibrium
+from femflex.dynamics.frozen import frozen
+from femflex.dynamics.linearised import held_freedoms, linearised
+from femflex.dynamics.vibration import Vibrations, vibrations
+from femflex.studies.campbell.character import shares
+from femflex.studies.campbell.matching import Match, match
+from femflex.system import Frame, System, started
+
+Array = NDArray[np.float64]
+
+ALIKE = 0.8  # least likeness of the shapes that are followed from one speed to the next
+HALVINGS = 6  # of a step, at most: what changes within a 64th of it is passed as a crossing
+NOTHING = (
+    "nothing of the craft can vibrate: its bodies are rigid, and its joints welded, held or without springs; a "
+    "Campbell diagram needs a flexible body or a sprung joint"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Spin:
+    """A steady spin and the small motions about it.
+
+    speed      [rad/s]
+    asked      whether it is one of the speeds that were asked for, or one in between
+    x          (n_x,) the equilibrium
+    vibration  of the system with its damping
+    shares     (n, len(WORDS)) of the motion of each vibration, see `character`
+    """
+
+    speed: float
+    asked: bool
+    x: Array
+    vibration: Vibrations
+    shares: Array
+
+
+def spins(
+    system: System,
+    axis: Array,
+    speeds: Sequence[float],
+    count: int,
+    at: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Iterator[tuple[Spin, Match | None]]:
+    """Every steady spin about the axis (3,) in turn, with how its vibrations continue those of the one before.
+
+    Between speeds [rad/s] at which one of the `count` lowest shapes is not like that of the speed before, more are
+    looked at. Raises ValueError for a craft that cannot spin steadily or has nothing that vibrates, EquilibriumError
+    with the speed at which there is no equilibrium.
+    """
+    if system.loops:
+        raise ValueError(
+            f"{', '.join(repr(loop.label) for loop in system.loops)} close loops, and the shapes of a Campbell diagram "
+            "are followed for trees of bodies alone; open the loops, or take femflex equilibrium at single speeds"
+        )
+    still = frozen(replace(system, frame=frame_of(axis, speeds[0])), at)
+    before: Spin | None = None
+    for speed in speeds:
+        found = spin(still, axis, speed, None if before is None else before.x)
+        if before is None:
+            yield found, None
+        else:
+            yield from _between(still, axis, (before, found), count, HALVINGS)
+        before = found
+        if progress is not None:
+            progress(speed)
+
+
+def spin(system: System, axis: Array, speed: float, near: Array | None = None, asked: bool = True) -> Spin:
+    """The steady spin nearest to a state (n_x,), or to the initial one."""
+    spun = replace(system, frame=frame_of(axis, speed))
+    if near is not None:
+        spun = started(spun, near)
+    model = compile_system(spun)
+    if held_freedoms(model).all():
+        raise ValueError(NOTHING)
+    try:
+        rest = equilibrium(spun)
+    except EquilibriumError as error:
+        raise EquilibriumError(f"at a spin of {speed:.6g} rad/s {error}", error.last) from None
+    linear = linearised(model, 0.0, rest.x)
+    found = vibrations(linear, len(rest.neutral))
+    if not len(found.eigenvalues):
+        raise ValueError(NOTHING)
+    return Spin(speed, asked, rest.x, found, shares(model, rest.x, found, axis, linear.names))
+
+
+def frame_of(axis: Array, speed: float) -> Frame:
+    """The base frame that spins about the axis (3,) [rad/s]."""
+    return Frame("spinning", np.asarray(axis, float) / np.linalg.norm(axis) * speed)
+
+
+def _between(
+    system: System, axis: Array, ends: tuple[Spin, Spin], count: int, halvings: int
+) -> Iterator[tuple[Spin, Match | None]]:
+    """The second of two spins, and before it as many in between as it takes to follow shapes from one to the next."""
+    first, last = ends
+    found = match(first.vibration, last.vibration, count)
+    if found.worst >= ALIKE or halvings == 0:
+        yield last, found
+        return
+    middle = spin(system, axis, (first.speed + last.speed) / 2, first.x, asked=False)
+    yield from _between(system, axis, (first, middle), count, halvings - 1)
+    yield from _between(system, axis, (middle, last), count, halvings - 1)

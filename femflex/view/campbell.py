@@ -1,0 +1,147 @@
+"""The Campbell diagram as a picture: frequencies over the speed of spin, with the multiples of it, as PNG or SVG."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.view.convergence import check_kind
+from femflex.view.plot import finish, raised, saved
+from femflex.view.spun import Followed, Spun
+from femflex.view.theme import Theme, theme_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+WIDTH, HEIGHT, LOWER = 9.0, 6.0, 1.8  # inches: of the figure, of the frequencies, of the damping below
+FINE = 12  # points drawn between two speeds
+TOLD = 1e-6  # damping ratio below which there is none to draw
+CLEAR = 0.045  # of the axes, between crossings whose speeds are told
+APART = 0.032  # of the axes' height, between two names
+WORDS = ("flap", "lag", "torsion", "stretch", "chordwise")  # in the order of the theme's colours
+
+
+def plot_campbell(
+    diagram: Spun,
+    path: str | Path,
+    theme: str = "light",
+    scale: float = 1.0,
+    unit: str = "rad/s",
+    title: str | None = None,
+    dpi: int = 150,
+    force: bool = False,
+) -> Path:
+    """Path of a picture (.png or .svg) of a Campbell diagram, speeds in a unit that is `scale` rad/s.
+
+    Crossings with multiples of the spin are ringed; where a branch grows it is drawn wide and red. Damping ratios
+    stand below, where there are any.
+    """
+    check_kind(path)
+    from matplotlib.figure import Figure
+
+    colours = theme_of(theme)
+    damped = any(np.nanmax(np.abs(b.damping_ratios), initial=0.0) > TOLD for b in diagram.branches)
+    size = (WIDTH, HEIGHT + LOWER * damped)
+    figure = Figure(figsize=size, layout="constrained", facecolor=colours.background)
+    ratios = (HEIGHT, LOWER) if damped else (1,)
+    axes = figure.subplots(len(ratios), 1, sharex=True, squeeze=False, height_ratios=ratios)[:, 0]
+    figure.suptitle(title or diagram.title or "Campbell diagram", color=colours.text, fontsize=12, fontweight="bold")
+    _frequencies(axes[0], diagram, colours, scale)
+    axes[0].set_ylabel("frequency in the spinning frame [Hz]")
+    if damped:
+        _damping(axes[1], diagram, colours, scale)
+    for ax in axes:
+        finish(ax, (), colours)
+    axes[-1].set_xlabel(f"speed of spin [{raised(unit)}]")
+    axes[0].set_xlim(diagram.speeds[0] / scale, diagram.speeds[-1] / scale)
+    return saved(figure, path, dpi, force)
+
+
+def _frequencies(ax: Axes, diagram: Spun, colours: Theme, scale: float) -> None:
+    """Branches with their names, multiples of the spin, and where they meet."""
+    top = 1.06 * max(float(np.nanmax(b.frequencies)) for b in diagram.branches) or 1.0
+    ax.set_ylim(0, top)
+    _orders(ax, diagram, colours, scale, top)
+    ends = []
+    for branch in diagram.branches:
+        speeds, frequencies, style = diagram.speeds / scale, branch.frequencies, _style(branch, colours)
+        ax.plot(*_fine(speeds, frequencies), zorder=3, **style)
+        ax.plot(speeds[diagram.asked], frequencies[diagram.asked], ".", color=style["color"], markersize=3.5, zorder=3)
+        ax.plot(speeds, np.where(branch.growing, frequencies, np.nan), color=colours.trace, linewidth=5, alpha=0.6)
+        if np.isfinite(frequencies[-1]):
+            told = f"{branch.name} → {branch.becomes}" if branch.becomes else branch.name
+            ends.append((float(frequencies[-1]), told, style["color"]))
+    _names(ax, sorted(ends), top)
+    _crossings(ax, diagram, colours, scale, top)
+
+
+def _crossings(ax: Axes, diagram: Spun, colours: Theme, scale: float, top: float) -> None:
+    """A ring about each crossing, with its speed where there is room for it."""
+    last = float(diagram.speeds[-1]) / scale
+    places = np.array([[one.speed / scale, one.frequency] for one in diagram.crossings]).reshape(-1, 2)
+    for k, at in enumerate(places):
+        ax.plot(*at, "o", color=colours.text, markerfacecolor=colours.background, markersize=5.5, zorder=4)
+        apart = np.hypot(*((np.delete(places, k, axis=0) - at) / (last, top)).T)
+        if apart.min(initial=1.0) > CLEAR:
+            style: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7.5, "color": colours.text, "zorder": 5}
+            ax.annotate(f"{at[0]:.4g}", (at[0], at[1]), (6, -9), **style)
+
+
+def _orders(ax: Axes, diagram: Spun, colours: Theme, scale: float, top: float) -> None:
+    """The multiples of the spin as thin lines, each named where it leaves the axes."""
+    first, last = (float(v) / scale for v in (diagram.speeds[0], diagram.speeds[-1]))
+    for order in diagram.orders:
+        slope = order * scale / (2 * np.pi)
+        ax.plot([first, last], [slope * first, slope * last], color=colours.faint, linewidth=0.9, linestyle=(0, (4, 3)))
+        at = min(0.97 * last, 0.97 * top / slope)
+        if at > first:
+            style: dict[str, Any] = {
+                "fontsize": 8,
+                "color": colours.faint,
+                "ha": "right",
+                "va": "center",
+                "zorder": 3.5,
+            }
+            box = {"facecolor": colours.background, "edgecolor": "none", "alpha": 0.85, "pad": 1.0}
+            ax.annotate(f"{order}/rev", (at, slope * at), bbox=box, **style)
+
+
+def _names(ax: Axes, ends: list[tuple[float, str, str]], top: float) -> None:
+    """Names beside the ends of the branches, moved apart where they would lie on each other."""
+    places = [height / top for height, _, _ in ends]
+    for _ in range(200):
+        moved = False
+        for k in range(len(places) - 1):
+            if (short := APART - (places[k + 1] - places[k])) > 1e-9:
+                places[k], places[k + 1], moved = max(places[k] - short / 2, 0.0), places[k + 1] + short / 2, True
+        if not moved:
+            break
+    for place, (_, name, colour) in zip(places, ends, strict=True):
+        ax.text(1.012, place, name, transform=ax.transAxes, va="center", fontsize=9, color=colour)
+
+
+def _damping(ax: Axes, diagram: Spun, colours: Theme, scale: float) -> None:
+    """Damping ratios of the branches."""
+    for branch in diagram.branches:
+        ax.plot(diagram.speeds / scale, 100 * branch.damping_ratios, **_style(branch, colours))
+    ax.axhline(0, color=colours.faint, linewidth=0.8)
+    ax.set_ylabel("damping [% of critical]")
+
+
+def _style(branch: Followed, colours: Theme) -> dict[str, Any]:
+    """Colour by the kind of motion."""
+    word = branch.name.partition(" ")[0]
+    kind = WORDS.index(word) if word in WORDS else len(WORDS)
+    return {"color": colours.lines[kind], "linewidth": 1.5}
+
+
+def _fine(speeds: Array, frequencies: Array) -> tuple[Array, Array]:
+    """Points between the points: centrifugal stiffening makes f^2 straight over the speed's square."""
+    steps = np.arange(len(speeds) - 1)[:, None] + np.linspace(0, 1, FINE, endpoint=False)
+    fine = np.concatenate([np.interp(steps.ravel(), np.arange(len(speeds)), speeds), speeds[-1:]])
+    return fine, np.sqrt(np.interp(fine**2, speeds**2, frequencies**2))

@@ -1,0 +1,144 @@
+"""Campbell diagrams: exact frequencies at every speed, branches followed, crossings, damping, instability."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from mechanisms import four_bar
+from rotating_beams import Rotating
+
+from femflex.body import Marker, rigid_body
+from femflex.studies.campbell import campbell
+from femflex.system import System, revolute, weld
+
+
+def diagram(beam: Rotating, speeds, n: int = 10, **more):
+    return campbell(System({"beam": beam.body(n)}, (weld("beam"),)), speeds, **more)
+
+
+@pytest.fixture(scope="module")
+def blade():
+    """Flap and lag of a beam on a hub whose branches cross, in units of the beam."""
+    return diagram(Rotating(0.0, hub=0.1, lag=9.0), np.linspace(0, 12, 9), modes=4, orders=(1, 2, 3))
+
+
+@pytest.mark.parametrize("k", [pytest.param(k, marks=() if k == 5 else pytest.mark.slow) for k in range(9)])
+def test_frequencies_are_exact_at_every_speed(k, blade):
+    found = 2 * np.pi * np.array([branch.frequencies[k] for branch in blade.branches])
+    assert found == pytest.approx(Rotating(blade.speeds[k], hub=0.1, lag=9.0).exact(found), rel=1e-5)
+
+
+def test_branches_cross_without_changing_what_they_are(blade):
+    assert [branch.name for branch in blade.branches] == ["flap 1", "lag 1", "flap 2", "flap 3", "lag 2"]
+    assert all(set(branch.characters) == {branch.name.split()[0]} for branch in blade.branches)
+    flap, lag = blade.branch("flap 1").frequencies, blade.branch("lag 1").frequencies
+    assert flap[0] < lag[0] and flap[-1] > lag[-1]
+    assert not any(branch.growing.any() for branch in blade.branches)
+
+
+def test_southwell_bounds_hold_and_the_slope_at_rest_is_that_of_the_mode_at_rest():
+    speeds = np.linspace(0, 6, 7)
+    flap = 2 * np.pi * diagram(Rotating(0.0, lag=12.0), speeds, modes=1).branch("flap 1").frequencies
+    x, weight = np.polynomial.legendre.leggauss(60)
+    x, weight = (x + 1) / 2, weight / 2
+    beta = 1.8751040687119611
+    ratio = (np.cosh(beta) + np.cos(beta)) / (np.sinh(beta) + np.sin(beta))
+    phi = np.cosh(beta * x) - np.cos(beta * x) - ratio * (np.sinh(beta * x) - np.sin(beta * x))
+    slope = beta * (np.sinh(beta * x) + np.sin(beta * x) - ratio * (np.cosh(beta * x) - np.cos(beta * x)))
+    K = (weight @ (0.5 * (1 - x**2) * slope**2)) / (weight @ phi**2)  # Rayleigh's quotient of the pull: above
+    assert pytest.approx(1.1934, abs=2e-4) == K
+    gain = (flap[1:] ** 2 - flap[0] ** 2) / speeds[1:] ** 2
+    assert np.all(gain < K) and np.all(gain > 1.0)  # a string's own factor is 1: Southwell's from below
+    near = 2 * np.pi * diagram(Rotating(0.0, lag=12.0), [0.0, 0.05], modes=1).branch("flap 1").frequencies
+    assert (near[1] ** 2 - near[0] ** 2) / 0.05**2 == pytest.approx(K, rel=1e-3)
+
+
+def test_crossings_with_multiples_of_the_spin_are_where_the_exact_frequency_is_that_multiple(blade):
+    assert blade.crossings
+    assert [c.speed for c in blade.crossings] == sorted(c.speed for c in blade.crossings)
+    for c in blade.crossings:
+        assert c.frequency == pytest.approx(c.order * c.speed / (2 * np.pi), rel=1e-12)
+        exact = Rotating(c.speed, hub=0.1, lag=9.0).exact(np.array([2 * np.pi * c.frequency]))
+        assert exact == pytest.approx([c.order * c.speed], rel=2e-5)
+
+
+def test_a_round_blade_whose_flap_and_lag_are_one_at_rest_is_told_apart():
+    found = diagram(Rotating(0.0), np.linspace(0, 8, 5), modes=4)
+    names = [branch.name for branch in found.branches]
+    assert sorted(names) == ["flap 1", "flap 2", "lag 1", "lag 2"]
+    for k in (1, 2):
+        flap, lag = (2 * np.pi * found.branch(f"{word} {k}").frequencies for word in ("flap", "lag"))
+        assert flap**2 - lag**2 == pytest.approx(found.speeds**2, rel=1e-6, abs=1e-6)
+
+
+def test_branches_that_veer_away_from_each_other_are_followed_through():
+    """Turned by a small angle, flap and lag are coupled: they come near, exchange what they are, and never meet."""
+    speeds = np.linspace(0, 12, 7)
+    found = diagram(Rotating(0.0, lag=12.0, setting=0.1), speeds, modes=2)
+    low, high = found.branches
+    assert (low.name, high.name) == ("flap 1", "lag 1")
+    assert (low.becomes, high.becomes) == ("lag", "flap")
+    assert np.all(low.frequencies < high.frequencies)
+    assert not found.asked.all()  # through speeds in between
+    assert found.speeds[found.asked] == pytest.approx(speeds)
+    for k in np.flatnonzero(~found.asked):
+        here = 2 * np.pi * np.array([low.frequencies[k], high.frequencies[k]])
+        assert here == pytest.approx(Rotating(found.speeds[k], lag=12.0, setting=0.1).exact(here), rel=1e-5)
+
+
+MASS, ARM, RIM = 2.0, 1.2, 0.7
+X = 0.49 + MASS * ARM**2  # int x^2 dm and int z^2 dm about the hinge
+Z = 0.01
+
+
+def sprung_rod(rim: float, arm: float, stiffness: float, damping: float = 0.0) -> System:
+    """A rod hinged for flap on the rim of a hub that spins."""
+    hub = rigid_body(10.0, np.eye(3), markers={"rim": Marker.rigid(np.array([rim, 0.0, 0.0]))})
+    rod = rigid_body(MASS, np.diag([0.02, 0.5, 0.5]), np.array([arm, 0.0, 0.0]))
+    springs = {"stiffness": np.array([stiffness]), "damping": np.array([damping])}
+    hinge = revolute("rod", "hub", (0, 1, 0), parent_marker="rim", **springs)
+    return System({"hub": hub, "rod": rod}, (weld("hub"), hinge))
+
+
+def test_damping_and_frequency_of_a_hinged_rod_are_those_of_its_own_equation():
+    stiffness, damping = 40.0, 3.0
+    speeds = np.array([0.0, 2.0, 5.0])
+    (branch,) = campbell(sprung_rod(RIM, ARM, stiffness, damping), speeds, modes=1).branches
+    omega = np.sqrt((stiffness + speeds**2 * (MASS * RIM * ARM + X - Z)) / (X + Z))
+    assert branch.name == "flap 1"
+    assert np.abs(branch.eigenvalues) == pytest.approx(omega, rel=1e-8)
+    assert branch.damping_ratios == pytest.approx(damping / (2 * omega * (X + Z)), rel=1e-8)
+
+
+def test_a_rod_that_points_inwards_stops_swinging_and_grows_from_its_critical_speed_on():
+    stiffness, rim = 40.0, 3.0
+    pull = MASS * rim * ARM - (X - Z)  # towards the outside: against the spring
+    critical = np.sqrt(stiffness / pull)
+    speeds = np.linspace(0, 2 * critical, 9)
+    found = campbell(sprung_rod(rim, -ARM, stiffness, 0.0), speeds, modes=1)
+    (branch,) = found.branches
+    above = found.speeds > critical * (1 + 1e-6)
+    below = found.speeds < critical * (1 - 1e-6)
+    assert not branch.growing[below].any() and branch.growing[above].all()
+    square = (stiffness - found.speeds**2 * pull) / (X + Z)
+    assert (branch.eigenvalues**2).real[above | below] == pytest.approx(-square[above | below], rel=1e-6)
+    assert np.all(branch.frequencies[above] == 0)
+    assert all(c.speed < critical for c in found.crossings)
+
+
+def test_closed_loops_are_refused():
+    with pytest.raises(ValueError, match="'closure' close loops, and the shapes of a Campbell diagram are followed"):
+        campbell(four_bar(), [0.0, 1.0])
+
+
+def test_what_cannot_vibrate_is_refused():
+    with pytest.raises(ValueError, match="nothing of the craft can vibrate"):
+        campbell(System({"hub": rigid_body(1.0, np.eye(3))}, (weld("hub"),)), [0.0, 1.0])
+
+
+def test_unknown_branches_and_speeds_are_told(blade):
+    with pytest.raises(KeyError, match="branch 'torsion 1' is not in the diagram; it has flap 1, lag 1"):
+        blade.frequency("torsion 1", 0.0)
+    with pytest.raises(KeyError, match="2 rad/s is none of the diagram's speeds, from 0 to 12 rad/s"):
+        blade.frequency("flap 1", 2.0)
+    assert blade.frequency("flap 1", 3.0) == blade.branch("flap 1").frequencies[2]
