@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.structure import Structure
+from femflex.reduction.bent_states import over_mass
 from femflex.reduction.clamps import free_dofs
-from femflex.reduction.derivatives import over_mass, scaled_derivatives, static_response, without
+from femflex.reduction.derivatives import scaled_derivatives, static_response, without
 from femflex.reduction.modes import ritz
 from femflex.reduction.modeset import ModeSet
 
