@@ -18,9 +18,14 @@ def names(table: PicturesTable, output: Path) -> list[Path]:
 
 
 def draw(
-    table: PicturesTable, run: Run, bodies: Mapping[str, FlexibleBody], output: Path, force: bool = False
+    table: PicturesTable,
+    run: Run,
+    bodies: Mapping[str, FlexibleBody],
+    output: Path,
+    force: bool = False,
+    other: Run | None = None,
 ) -> Iterator[Path]:
-    """Draw one after the other; yields each path when it is there."""
+    """Draw one after the other; yields each path when it is there. other: a second run, dashed in the plots."""
     from femflex.cli.progress import Bar
     from femflex.view import mode_montage, plot_histories, render_movie, render_picture
 
@@ -42,7 +47,7 @@ def draw(
         elif kind == "modes":
             mode_montage(bodies[what], path, title=f"modes of {what}", force=force, theme=table.theme)
         else:
-            plot_histories(run, path, [what], force=force, theme=table.theme)
+            plot_histories(run, path, [what], force=force, theme=table.theme, other=other)
         yield path
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from femflex.cli.progress import Bar, Patience
+from femflex.cli.second_run import check_left_out, second_output, second_run
 from femflex.cli.verb import complain, verb
 
 if TYPE_CHECKING:
@@ -24,7 +26,10 @@ def run(
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the unfinished run in the output file.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
     without: Annotated[
-        str, typer.Option("--without", help="Switch off by name: gravity_gradient,gyroscopic, a load, flexibility.")
+        str,
+        typer.Option(
+            "--without", help="Switch off by name: gravity_gradient,gyroscopic, a load, flexibility, nonlinear_strain."
+        ),
     ] = "",
     no_pictures: Annotated[
         bool, typer.Option("--no-pictures", help="Leave out the pictures the case asks for.")
@@ -50,6 +55,8 @@ def run(
             "minute)"
         )
         prepared = pipeline.prepare(read, output, force=force, resume=resume, without=named(without))
+        if not no_pictures:
+            check_left_out(prepared)
         prepared.load_kernels()
     say_what_runs(prepared)
     with Bar("integrating", float(prepared.times[-1])) as bar:
@@ -221,11 +228,13 @@ def draw_pictures(prepared: Prepared, run: Run, output: Path, force: bool) -> No
     from femflex.cli.pictures import draw
     from femflex.view import NoRenderer
 
-    if prepared.case.pictures is None:
+    case = prepared.case
+    if case.pictures is None:
         return
     try:
-        for path in draw(prepared.case.pictures, run, prepared.system.bodies, output, force=force):
-            print(f"picture     {path}")
+        with second_run(case, output, force) if not run.without else nullcontext() as other:
+            for path in draw(case.pictures, run, prepared.system.bodies, output, force=force, other=other):
+                print(f"picture     {path}")
     except NoRenderer as error:
         complain(f"no pictures: {error}; the run is kept in {output}")
 
@@ -237,6 +246,8 @@ def check_pictures(case: Case, output: Path, force: bool) -> None:
     if force:
         return
     wanted = [] if case.pictures is None else names(case.pictures, output)
+    if (second := second_output(case, output)) is not None:
+        wanted.append(second)
     if case.campbell is not None:
         from femflex.cli.campbell import beside
 

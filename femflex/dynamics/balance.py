@@ -63,8 +63,8 @@ def balance(problem: Steady, q: Array, share: float) -> Balance:
             return Balance(q, True, k, residual, worst, neutral)
 
         def merit(left: Array, K: Array = K, size: float = size, A: Array = A) -> float:
-            # closing a loop stretches stiff shapes a little: large forces, which the next step takes away
-            return float(np.linalg.norm(newton_step(problem, K, left, size, A)[0] if len(A) else left))
+            # bending and closing loops stretch stiff shapes a little: large forces, which the next step takes away
+            return float(np.linalg.norm(newton_step(problem, K, left, size, A)[0]))
 
         q, moved = _along(problem, q, move * min(1.0, LONGEST / max(longest, 1e-300)), share, merit)
         if not moved:  # the forces are at their rounding, or do not fall at all

@@ -75,7 +75,7 @@ class Model:
             return self.tree
         from femflex.dynamics.second_order import ConstrainedCalls
 
-        return ConstrainedCalls(self.n_q, self.n_u)
+        return ConstrainedCalls(self.n_q, self.n_u, self.reduced)
 
     @property
     def tree(self) -> SecondOrderCalls:

@@ -9,8 +9,11 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from femflex.case import read_case
 from femflex.cli.app import app
+from femflex.pipeline.balanced import balanced
 from femflex.results import open_run
+from femflex.warning import PhysicsWarning
 
 CASES = Path(__file__).parents[2] / "cases"
 
@@ -183,3 +186,69 @@ def test_a_body_is_not_started_twice(craft, write_case, tmp_path):
             ),
         )[2]
     )
+
+
+LOADED = """
+title = "cantilever under a weight at its tip"
+
+[run]
+duration = 1
+
+[sections.rod]
+kind = "stiffness"
+EA = "2.8e9 N"
+EIy = "14000 N m^2"
+EIz = "14000 N m^2"
+GJ = "12000 N m^2"
+mass_per_length = "1.2 kg/m"
+ry = "2.24 mm"
+rz = "2.24 mm"
+
+[bodies.beam]
+kind = "flexible"
+mesh = "{mesh}"
+members = [{{ group = "beam", family = "beam", section = "rod" }}]
+reduction = {{ method = "cantilever", clamp = "root", modes = 4, derivatives = "auto" }}
+strain = "{strain}"
+markers.root = {{ group = "root" }}
+markers.tip = {{ group = "tip" }}
+
+[[joints]]
+kind = "weld"
+child = "beam"
+child_marker = "root"
+
+[[loads]]
+name = "weight"
+body = "beam"
+marker = "tip"
+frame = "inertial"
+force = [0, 0, {force}]
+"""
+BEAM = Path(__file__).parents[2] / "meshes" / "beam10.msh"
+
+
+def test_stretch_coordinates_do_not_hold_up_the_way_to_an_equilibrium(tmp_path):
+    """Stretch is 2e5 times stiffer than bending: every step of bending leaves large forces for the next step to take.
+
+    Nonlinear and condensed strain are two formulations of one body: their tips agree.
+    """
+    tips = []
+    for strain in ("nonlinear", "condensed"):
+        case = tmp_path / f"{strain}.toml"
+        case.write_text(LOADED.format(mesh=BEAM, strain=strain, force=-14))
+        code, out, err = told("equilibrium", case, "--json")
+        assert (code, err) == (0, "")
+        found = json.loads(out)
+        assert found["iterations"] < 150  # with the forces themselves as the measure it took thousands, or gave up
+        tips.append(found["markers"]["beam.tip"]["deflection"])
+    np.testing.assert_allclose(tips[0], tips[1], rtol=1e-4, atol=1e-5)  # of 0.3 m; derivatives are a choice of them
+
+
+@pytest.mark.parametrize(("strain", "bound"), [("linear", "10%"), ("condensed", "20%")])
+def test_an_equilibrium_bent_beyond_its_strain_is_warned_of_with_both_numbers(tmp_path, strain, bound):
+    case = tmp_path / "bent.toml"
+    text = LOADED.format(mesh=BEAM, strain=strain, force=-400)
+    case.write_text(text.replace(', derivatives = "auto"', "") if strain == "linear" else text)
+    with pytest.warns(PhysicsWarning, match=rf"'beam' is displaced by .* m, .*% of its size.* up to about {bound}"):
+        balanced(read_case(case))

@@ -23,6 +23,7 @@ from femflex.reduction import (
     RayleighDamping,
     UniformBeam,
     beam_body,
+    bending_damping,
     foreshortening,
     foreshortening_of,
     load_body,
@@ -205,7 +206,9 @@ def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> Fl
         body = body.truncated(n)
     damping = _damping(table.damping)
     if damping is not None:
-        body = replace(body, damping=damping.matrix(body.without_slaves().moments.elastic_mass(), body.strain.V1))
+        damped = [body.strain.is_linear or kind != "derivative" for kind in body.kinds or ("",) * body.n_modes]
+        Me = body.without_slaves().moments.elastic_mass()
+        body = replace(body, damping=bending_damping(damping, Me, body.strain.V1, damped[: body.n_modes]))
     return body
 
 

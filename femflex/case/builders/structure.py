@@ -99,7 +99,9 @@ def build_modes(structure: Structure, table: FlexibleTable, modes: int | None = 
     if isinstance(r, Stretchable):
         found = _vibrating(structure, r, modes)
         keep = r.derivatives
-        return structure, found if keep in (None, "none", 0) else with_derivatives(structure, found, keep)
+        if keep is None or keep in ("none", 0):
+            return structure, found
+        return structure, with_derivatives(structure, found, keep, r.deflection)
     if isinstance(r, NodalTable):
         return structure, nodal(structure, clamp_of(r.clamp))
     if isinstance(r, LumpedTable):
