@@ -126,6 +126,8 @@ class PicturesTable(Table):
     """auto, fixed, follow, orbital, body or body:<name>."""
     view: Direction | None = None
     """Direction from the scene to the camera, in the camera's frame."""
+    fit: Literal["run", "picture"] = "run"
+    """The camera is framed over the whole run, or over the instant of each picture."""
     triads: StrictBool = True
     edges: Literal["sharp", "mesh", "none"] = "sharp"
     size: tuple[Pixels, Pixels] = (1280, 720)

@@ -10,7 +10,7 @@ from femflex.reduction.damping import Damping, ModalDamping, RayleighDamping, be
 from femflex.reduction.derivatives import with_derivatives
 from femflex.reduction.effective_mass import EffectiveMass, effective_mass, mac, mac_of_bodies
 from femflex.reduction.foreshortening import foreshortening, foreshortening_of
-from femflex.reduction.initial_stress import relaxed
+from femflex.reduction.initial_stress import relaxed, warn_of_initial_stress
 from femflex.reduction.matrices import body_from_matrices
 from femflex.reduction.modes import cantilever_modes, free_free_modes, with_attachment
 from femflex.reduction.modeset import ModeSet, rigid_set
@@ -59,6 +59,7 @@ __all__ = [
     "save_body",
     "strain_tensors",
     "stretching",
+    "warn_of_initial_stress",
     "with_attachment",
     "with_derivatives",
 ]
