@@ -92,6 +92,8 @@ def test_load_shapes_are_added_where_the_case_names_them(write_case, craft):
             r"derivatives: found -1 \(a number\); expected a number of derivative shapes",
         ),
         (reduction("", "quadratic"), r"bodies.boom.strain: found 'quadratic'"),
+        (reduction(", third_derivatives = -1"), r"third_derivatives: found -1; it must be at least 0"),
+        (reduction(", third_derivatives = 1", "linear"), r"third_derivatives in the reduction of a body with linear"),
     ],
 )
 def test_mistakes_are_named(write_case, craft, line, text):
