@@ -23,7 +23,7 @@ from typing import Any
 from femflex.case.columns import column_of
 from femflex.case.problems import near
 from femflex.case.units import NOUNS, UnitError
-from femflex.case.values import Quantity, ValueProblem, _Readable, count, shown
+from femflex.case.values import Quantity, ValueProblem, _Readable, shown
 from femflex.system.profile import ENDS, Profile
 
 FREE, LOCKED = "free", "locked"
@@ -175,34 +175,6 @@ class MotionOf(_Readable):
             for kind, keys in KEYS.items()
         ]
         return {"anyOf": [{"enum": [FREE, LOCKED]}, Quantity(self.unit).json_schema(), *tables], "unit": self.unit}
-
-
-class MotionsOf(_Readable):
-    """A list of motions of coordinates with one unit; n of them, or any number."""
-
-    def __init__(self, unit: str, n: int | None = None) -> None:
-        self.one, self.n = MotionOf(unit), n
-
-    def read(self, value: Any) -> tuple[Motion | None, ...]:
-        """One motion per coordinate, None when free."""
-        if value == LOCKED and self.n is not None:
-            return (Motion(locked=True),) * self.n
-        if not isinstance(value, list):
-            raise ValueProblem(f"found {shown(value)}; expected a list with a motion for every coordinate")
-        if self.n is not None and len(value) != self.n:
-            raise ValueProblem(f"found {count(len(value), 'motion', 'motions')}; expected {self.n}, 'free' among them")
-        out = []
-        for k, entry in enumerate(value):
-            try:
-                out.append(self.one.read(entry))
-            except (ValueProblem, UnitError) as problem:
-                raise ValueProblem(f"entry {k + 1}: {problem}") from None
-        return tuple(out)
-
-    def json_schema(self) -> dict[str, Any]:
-        """JSON Schema of a list."""
-        size = {} if self.n is None else {"minItems": self.n, "maxItems": self.n}
-        return {"type": "array", "items": self.one.json_schema()} | size
 
 
 def _in(value: Any, unit: str) -> float:

@@ -2,10 +2,41 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from femflex.case.base import Table
-from femflex.case.motion import Motion, MotionOf, MotionsOf
+from femflex.case.motion import LOCKED, Motion, MotionOf
+from femflex.case.units import UnitError
+from femflex.case.values import ValueProblem, _Readable, count, shown
+
+
+class MotionsOf(_Readable):
+    """A list of motions of coordinates with one unit; n of them, or any number."""
+
+    def __init__(self, unit: str, n: int | None = None) -> None:
+        self.one, self.n = MotionOf(unit), n
+
+    def read(self, value: Any) -> tuple[Motion | None, ...]:
+        """One motion per coordinate, None when free."""
+        if value == LOCKED and self.n is not None:
+            return (Motion(locked=True),) * self.n
+        if not isinstance(value, list):
+            raise ValueProblem(f"found {shown(value)}; expected a list with a motion for every coordinate")
+        if self.n is not None and len(value) != self.n:
+            raise ValueProblem(f"found {count(len(value), 'motion', 'motions')}; expected {self.n}, 'free' among them")
+        out = []
+        for k, entry in enumerate(value):
+            try:
+                out.append(self.one.read(entry))
+            except (ValueProblem, UnitError) as problem:
+                raise ValueProblem(f"entry {k + 1}: {problem}") from None
+        return tuple(out)
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of a list."""
+        size = {} if self.n is None else {"minItems": self.n, "maxItems": self.n}
+        return {"type": "array", "items": self.one.json_schema()} | size
+
 
 Angle = Annotated[Motion | None, MotionOf("rad")]
 Position = Annotated[Motion | None, MotionOf("m")]

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from femflex.results import Run
     from femflex.system import System
 
+MOVED = 4  # initial values told on screen when the start moves them
+
 
 @verb("femflex run cases/orbiter_beam.toml -o run.h5")
 def run(
@@ -110,7 +112,18 @@ def say_what_runs(prepared: Prepared) -> None:
     print(f"integrator  {prepared.reason}")
     if (held := prepared.model.constraints) is not None:
         print(f"constraints {held.told(0.0, prepared.model.x0)}")
+        say_what_moved(prepared)
     print(f"output      {step}")
+
+
+def say_what_moved(prepared: Prepared) -> None:
+    """Print what was changed of the initial values to make them consistent with loops and constraints."""
+    moved = prepared.moved
+    told = ", ".join(map(str, moved[:MOVED]))
+    if len(moved) > MOVED:
+        told += f", and {len(moved) - MOVED} more (all in the file's attribute `start_moved`)"
+    if moved:
+        print(f"start       made consistent: {told}")
 
 
 def _orbit_lines(prepared: Prepared) -> list[str]:
@@ -181,18 +194,20 @@ def latch_lines(run: Run) -> list[str]:
 
 
 def conserved(run: Run, system: System) -> list[str]:
-    """The monitors that ought to be constant: none under loads and damping, for these do work.
+    """The monitors that ought to be constant: none under loads that have no potential and under damping.
 
     Without orbit energy, and angular momentum unless a joint holds the craft; on a free orbit energy; on a specified
     circular one the Jacobi integral.
     """
     import numpy as np
 
+    from femflex.dynamics.channels import conservative_loads
     from femflex.dynamics.law_report import is_damped
 
     led = any(profile.moves for joint in system.joints for profile in joint.held.values())
     working = any(spring.damping for spring in system.springs) or any(c.function for c in system.constraints)
-    if system.loads or led or working or is_damped(system):
+    weights = conservative_loads(system)
+    if len(weights) < len(system.loads) or led or working or is_damped(system):
         return []
     if set(run.without) & {"coriolis_centrifugal", "gyroscopic", "specified_motion", "gravity_gradient"}:
         return []
@@ -200,7 +215,8 @@ def conserved(run: Run, system: System) -> list[str]:
         roots = [joint for joint in system.joints if joint.parent is None]
         parents = [tie.parent for ties in (system.loops, system.constraints, system.springs) for tie in ties]
         tied = None in parents
-        adrift = len(roots) == 1 and roots[0].n_u == 6 and not roots[0].stiffness.any() and not tied
+        adrift = len(roots) == 1 and roots[0].n_u - len(roots[0].held) == 6 and not roots[0].stiffness.any()
+        adrift = adrift and not (tied or weights)
         fixed = system.frame.kind == "inertial"
         return ["monitors/energy"] * fixed + ["monitors/angular_momentum"] * adrift
     if system.orbit is not None and system.orbit.free:

@@ -25,6 +25,7 @@ SETTLED = 1e-8  # last step over usual sizes, likewise
 LONGEST = 0.5  # step over usual sizes: half a radian, half the craft's length
 NEUTRAL = 1e-7  # stiffness over the largest of the free coordinates below which a direction counts as neutral
 NOISE = 1e-9  # of the largest force: stiffness that differences cannot tell from none
+ROUNDING = 1e-14  # of the largest stiffness: what directions across many coordinates, as loops leave them, pick up
 TRIES, HALVINGS = 30, 12
 
 
@@ -90,7 +91,8 @@ def newton_step(problem: Steady, K: Array, g: Array, size: float, A: Array) -> t
     S = R.T @ K @ R - R.T @ K @ E @ relaxed[:, :-1]
     rest = R.T @ g - R.T @ K @ E @ relaxed[:, -1]
     U, sigma, Vt = np.linalg.svd(S)
-    kept = sigma > max(NEUTRAL * sigma.max(initial=0.0), NOISE * size)
+    rounding = ROUNDING * float(np.abs(K).max(initial=0.0)) if len(A) else 0.0
+    kept = sigma > max(NEUTRAL * sigma.max(initial=0.0), NOISE * size, rounding)
     along = -(Vt[kept].T @ ((U[:, kept].T @ rest) / sigma[kept]))
     move = R @ along - E @ (relaxed[:, -1] + relaxed[:, :-1] @ along)
     if not np.isfinite(move).all():

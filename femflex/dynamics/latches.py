@@ -2,12 +2,16 @@
 
 A rigid latch stops its freedom by an impulse J along it: M du = J e + A^T L with du = -u on the freedom and A du = 0 on
 the constraints, whose impulses L keep loops closed. Nothing else acts, so momentum and angular momentum stay. The
-energy lost is -J u / 2 (Carnot): what the constraints do not let move takes none.
+energy lost is -J u / 2 (Carnot): what the constraints do not let move takes none. Latches that close at the same
+instant are one impact, M du = sum J_i e_i + A^T L; each is told the work of its own impulse, -J_i u_i / 2, which add
+up to the energy lost and are the same for two that are alike.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,11 +20,23 @@ from numpy.typing import NDArray
 from femflex.dynamics.constraint_layout import R_LAMBDA
 from femflex.dynamics.law_report import latch_places
 from femflex.dynamics.layout import HEADER, N_HEADER
+from femflex.system import Latch
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Place:
+    """A latch, where its time and its coordinate stand in x and its freedom in u, and the sign of the way to it."""
+
+    latch: Latch
+    time: int
+    q: int
+    freedom: int
+    side: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,50 +45,63 @@ class Latches:
 
     model: Model
 
-    def values(self, t: float, x: Array) -> Array:
-        """How far each open latch's coordinate has to go; 1 for a closed one."""
-        out = []
-        for joint, latch, time, _ in latch_places(self.model.system):
+    @cached_property
+    def places(self) -> list[Place]:
+        """Where each latch stands in the state, and from which side its coordinate comes."""
+        found = []
+        for joint, latch, time, freedom in latch_places(self.model.system):
             first = time - joint.latch_places()[joint.latches.index(latch)]
             side = 1.0 if joint.q0[latch.freedom] > latch.at else -1.0
-            out.append(1.0 if x[time] >= 0.0 else side * (x[first + latch.freedom] - latch.at))
-        return np.array(out)
+            found.append(Place(latch, time, first + latch.freedom, freedom, side))
+        return found
 
-    def happen(self, k: int, t: float, x: Array) -> None:
-        """Close latch k."""
-        joint, latch, time, freedom = latch_places(self.model.system)[k]
-        first = time - joint.latch_places()[joint.latches.index(latch)]
-        x[time], x[first + latch.freedom] = t, latch.at
-        if latch.rigid:
-            u = self.model.n_q + freedom
-            moving = x[u]
-            after, impulse = impact(self.model, t, x, freedom)
-            x[time + 1] = -0.5 * impulse * moving
-            x[self.model.n_q :] = after
+    def values(self, t: float, x: Array) -> Array:
+        """How far each open latch's coordinate has to go; 1 for a closed one."""
+        return np.array([1.0 if x[p.time] >= 0.0 else p.side * (x[p.q] - p.latch.at) for p in self.places])
+
+    def rates(self, t: float, x: Array) -> Array:
+        """How fast that changes; 0 for a closed one."""
+        n_q = self.model.n_q
+        return np.array([0.0 if x[p.time] >= 0.0 else p.side * x[n_q + p.freedom] for p in self.places])
+
+    def happen(self, together: Sequence[int], t: float, x: Array) -> None:
+        """Close these latches at once."""
+        closing = [self.places[k] for k in together]
+        for place in closing:
+            x[place.time], x[place.q] = t, place.latch.at
+        stopped = [place for place in closing if place.latch.rigid]
+        if not stopped:
+            return
+        moving = [x[self.model.n_q + place.freedom] for place in stopped]
+        after, impulses = impact(self.model, t, x, [place.freedom for place in stopped])
+        for place, u, impulse in zip(stopped, moving, impulses, strict=True):
+            x[place.time + 1] = -0.5 * impulse * u
+        x[self.model.n_q :] = after
 
 
-def impact(model: Model, t: float, x: Array, freedom: int) -> tuple[Array, float]:
-    """Quasi-velocities u (n_u,) after the freedom is stopped, and the impulse along it; it is held in x already.
+def impact(model: Model, t: float, x: Array, freedoms: list[int]) -> tuple[Array, list[float]]:
+    """Quasi-velocities u (n_u,) after the freedoms are stopped, held in x already, and the impulses along them.
 
-    Beside constraints in two steps, both the shortest by M: to rest of the freedom, then onto the constraints with the
-    freedom at rest. Together they are the shortest way to both, for the second keeps what the first has reached.
+    Beside constraints in two steps, both the shortest by M: to rest of the freedoms, then onto the constraints with the
+    freedoms at rest. Together they are the shortest way to both, for the second keeps what the first has reached.
     """
     before = x[model.n_q :].copy()
     rhs, change = np.zeros(model.n_u), np.empty(model.n_u)
-    rhs[freedom] = -before[freedom]
+    rhs[freedoms] = -before[freedoms]
     q = np.ascontiguousarray(x[: model.n_q])
     model.tree.solve(t, q, rhs, change, 1.0, 0.0, 0.0, model.table, model.pool, model.work)
     drives = int(model.table[:N_HEADER].view(HEADER)[0]["drives"])
-    impulse = float(model.work[drives + freedom])
+    impulses = [float(model.work[drives + freedom]) for freedom in freedoms]
     after = before + change
-    after[freedom] = 0.0
+    after[freedoms] = 0.0
     if model.constraints is None:
-        return after, impulse
+        return after, impulses
     closed = np.concatenate([q, after])
     model.project(t, closed, model.table, model.pool, model.work)
     multipliers = model.constraints.rows()[:, R_LAMBDA].copy()
     more = closed[model.n_q :] - after
-    return closed[model.n_q :], impulse + held_impulse(model, t, x, more, multipliers, freedom)
+    held = [held_impulse(model, t, x, more, multipliers, freedom) for freedom in freedoms]
+    return closed[model.n_q :], [one + two for one, two in zip(impulses, held, strict=True)]
 
 
 def held_impulse(model: Model, t: float, x: Array, change: Array, multipliers: Array, freedom: int) -> float:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from femflex.dynamics import equations
 from femflex.dynamics.channels import channels_of, row_length, row_places
+from femflex.dynamics.contacts import observe_contacts
 from femflex.dynamics.drive_report import observe_held, specified_states
 from femflex.dynamics.frequency import highest_frequency
 from femflex.dynamics.joint_channels import observe_balls
@@ -22,6 +23,7 @@ from femflex.dynamics.lower_constraints import characteristic_length
 from femflex.dynamics.observe import observe
 from femflex.dynamics.orbit_force import observe_orbit_force
 from femflex.dynamics.pool import aligned
+from femflex.dynamics.sights import observe_sights
 from femflex.dynamics.terms import SWITCHED
 from femflex.rotations import is_extrinsic
 from femflex.system import Channel, System
@@ -174,6 +176,7 @@ class Model:
             first = int(records[i]["qe"])
             body = self.system.bodies[name]
             out[f"bodies/{name}/delta"] = body.amplitudes(states[:, first : first + body.n_modes])
+        out |= observe_sights(self.system, times, out) | observe_contacts(self.system, times, out)
         if self.constraints is not None:
             out |= self.constraints.observe(times, states)
         if self.system.reactions:

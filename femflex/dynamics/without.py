@@ -110,9 +110,17 @@ def resolved(model: Model, name: str) -> str:
     elif name in TERMS or name in (FLEXIBILITY, NONLINEAR):
         why = f"{name!r} cannot be switched off: this system has none."
     else:
-        near = get_close_matches(name, [*known, *(full.partition("/")[2] for full in known)], n=1)
-        why = f"{name!r} is not something that can be switched off" + (f"; did you mean {near[0]!r}?" if near else ".")
+        why = f"{name!r} is not something that can be switched off" + (
+            f"; did you mean {near!r}?" if (near := nearest(name, known)) else "."
+        )
     raise ValueError(f"{why} Known here are {known}.")
+
+
+def nearest(name: str, known: list[str]) -> str:
+    """The known name that is meant by another one, in full where its last part alone would not do; "" for none."""
+    short = {full.partition("/")[2]: full for full in known if "/" in full}
+    near = get_close_matches(name, [*known, *short], n=1)
+    return short.get(near[0], near[0]) if near else ""
 
 
 def changed(system: System, name: str) -> System:

@@ -10,7 +10,7 @@ from femflex.reduction.damping import Damping, ModalDamping, RayleighDamping, be
 from femflex.reduction.derivatives import with_derivatives
 from femflex.reduction.effective_mass import EffectiveMass, effective_mass, mac, mac_of_bodies
 from femflex.reduction.foreshortening import foreshortening, foreshortening_of
-from femflex.reduction.initial_stress import relaxed
+from femflex.reduction.initial_stress import relaxed, warn_of_initial_stress
 from femflex.reduction.matrices import body_from_matrices
 from femflex.reduction.modes import cantilever_modes, free_free_modes, with_attachment
 from femflex.reduction.modeset import ModeSet, rigid_set
@@ -20,6 +20,7 @@ from femflex.reduction.segments import chord_modes, reduce_segments
 from femflex.reduction.store import load_body, save_body
 from femflex.reduction.strain import strain_tensors
 from femflex.reduction.stretch import Stretching, require_stretch, stretching
+from femflex.reduction.third_derivatives import with_third_derivatives
 from femflex.reduction.uniform_beam import BeamFunctions, Taper, UniformBeam
 
 __all__ = [
@@ -59,6 +60,8 @@ __all__ = [
     "save_body",
     "strain_tensors",
     "stretching",
+    "warn_of_initial_stress",
     "with_attachment",
     "with_derivatives",
+    "with_third_derivatives",
 ]

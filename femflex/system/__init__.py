@@ -22,6 +22,7 @@ from femflex.system.loop import Closure, closure
 from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
 from femflex.system.profile import Profile
 from femflex.system.segments import Part, Segments
+from femflex.system.sight import Sight
 from femflex.system.spring import Spring
 from femflex.system.stop import Stop
 from femflex.system.system import System, assembled, started
@@ -44,6 +45,7 @@ __all__ = [
     "Part",
     "Profile",
     "Segments",
+    "Sight",
     "Spring",
     "Stop",
     "System",

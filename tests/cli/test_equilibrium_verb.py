@@ -15,6 +15,8 @@ from femflex.pipeline.balanced import balanced
 from femflex.results import open_run
 from femflex.warning import PhysicsWarning
 
+CASES = Path(__file__).parents[2] / "cases"
+
 SPUN = """
 title = "sprung rod on a spinning hub"
 
@@ -130,6 +132,24 @@ def test_a_craft_that_finds_no_rest_keeps_what_was_reached_and_exits_with_3(case
     assert "keeps the last state, and is marked incomplete" in wrong
     with open_run(tmp_path / "eq.h5") as run:
         assert not run.complete and "no equilibrium" in run.ended and len(run) == 1
+
+
+def test_beside_loops_it_tells_what_they_carry_and_how_well_they_close(tmp_path):
+    text = (CASES / "four_bar.toml").read_text(encoding="utf-8")
+    load = '[[loads]]\nname = "push"\nbody = "rocker"\nmarker = "tip"\nframe = "inertial"\nforce = [0, -5, 0]\n'
+    sprung = text.replace('rate = "4 rad/s"', "stiffness = 20\nrest = 0.4") + load
+    for name, words in (("loose", text), ("sprung", sprung)):
+        (tmp_path / f"{name}.toml").write_text(words, encoding="utf-8")
+    code, out, _ = told("equilibrium", tmp_path / "loose.toml")
+    assert code == 0 and "neutral along" in out and "loop        closure carries 0 N" in out
+    code, out, _ = told("equilibrium", tmp_path / "sprung.toml", "--json")
+    found = json.loads(out)
+    assert code == 0 and found["stable"] and found["gap"] < 1e-12 and not found["neutral"]
+    # the coupler has hinges at both ends and no load between: it pulls along its own line
+    root, tip = (np.array(found["markers"][f"coupler.{end}"]["position"]) for end in ("root", "tip"))
+    force = np.array(found["loops"]["closure"]["force"])
+    assert np.linalg.norm(force) > 1.0
+    assert np.linalg.norm(np.cross(force, tip - root)) < 1e-7 * np.linalg.norm(force) * np.linalg.norm(tip - root)
 
 
 def test_mistakes_are_told(case, tmp_path):

@@ -72,7 +72,7 @@ def test_the_jump_is_the_one_of_the_dense_equations():
     k = 6
     column = np.linalg.solve(M, np.eye(model.n_u)[k])
     expected = u - column * u[k] / column[k]
-    model.events.happen(0, 1.5, x)
+    model.events.happen([0], 1.5, x)
     assert x[model.n_q :] == pytest.approx(expected, abs=1e-11)
     lost = 0.5 * (u @ M @ u - expected @ M @ expected)
     names = [name for name, _ in model.system.coordinate_names()]
@@ -179,7 +179,7 @@ def test_an_impact_beside_a_loop_is_the_one_of_the_dense_equations():
     latch = replace(model.system.joints[1].latches[0], at=x[crank])  # where the crank is, so that no loop opens
     moved = replace(model.system.joints[1], latches=(latch,), q0=np.zeros(1))
     joints = (model.system.joints[0], moved, *model.system.joints[2:])
-    replace(model, system=replace(model.system, joints=joints)).events.happen(0, 1.5, x)
+    replace(model, system=replace(model.system, joints=joints)).events.happen([0], 1.5, x)
     assert x[model.n_q :] == pytest.approx(u + change, abs=1e-11)
     names = [name for name, _ in model.system.coordinate_names()]
     lost = 0.5 * (u @ M @ u - (u + change) @ M @ (u + change))
@@ -213,3 +213,54 @@ def test_a_cut_joint_has_no_law():
     cut = revolute("arm", "disc", laws=(Stop(upper=1.0, stiffness=1.0),), name="cut")
     with pytest.raises(ValueError, match="loop 'cut' has a spring or a damper, a law or a latch; a cut"):
         System({"disc": arm, "arm": arm}, (free("disc"), revolute("arm", "disc")), loops=(cut,))
+
+
+@pytest.mark.parametrize("depth", [1e-3, 1e-5, 1e-7])
+@pytest.mark.parametrize("method", ["dop853", "esdirk4"])
+def test_a_graze_that_no_row_of_a_step_shows_is_caught(method, depth):
+    """A swing of amplitude 1 comes to a latch `depth` short of its turning point, at arccos(1 - depth) before it."""
+    cart = prismatic("cart", stiffness=2.0, q0=[-1.0], latches=(Latch(0, 1.0 - depth),))
+    model = compile_system(System({"cart": rigid_body(2.0, np.eye(3))}, (cart,)))
+    tight = TIGHT if method == "dop853" else {"rtol": 1e-11, "atol": 1e-12}
+    _, _, seen = run(model, 7.0, 8, method, **tight)
+    before = np.arccos(1.0 - depth)
+    error = {"dop853": 1e-10, "esdirk4": 1e-8}[method] / before  # of q, through its slope there
+    assert seen["latches/base-cart.slide/time"][-1] == pytest.approx(np.pi - before, abs=error)
+    missed = replace(cart, latches=(Latch(0, 1.0 + depth),))
+    model = compile_system(System({"cart": rigid_body(2.0, np.eye(3))}, (missed,)))
+    _, _, seen = run(model, 7.0, 8, method, **tight)
+    assert seen["latches/base-cart.slide/locked"][-1] == 0.0
+
+
+def two_wings(delay=0.0):
+    """A floating hub that unfolds two flexible panels, one the image of the other; the second latch `delay` farther."""
+    rng = np.random.default_rng(8)
+    panel = random_body(rng, 2)[0]
+    mirror = np.diag([-1.0, -1.0, 1.0])  # half a turn about z
+    sides = {"left": Marker.rigid([0.5, 0.1, 0.0]), "right": Marker.rigid([-0.5, -0.1, 0.0], mirror)}
+    hub = rigid_body(30.0, np.diag([20.0, 30.0, 25.0]), markers=sides)
+    panel = replace(panel, damping=0.0 * panel.damping)
+    hinges = [
+        revolute(side, "hub", axis=(0, 1, 0), parent_marker=side, stiffness=30.0, rest=1.0, latches=(Latch(0, at),))
+        for side, at in (("left", 0.4), ("right", 0.4 + delay))
+    ]
+    return compile_system(System({"hub": hub, "left": panel, "right": panel}, (free("hub"), *hinges)))
+
+
+def test_latches_that_close_at_once_are_one_impact_shared_alike_by_like_wings():
+    _, _, seen = run(two_wings(), 1.5, 31)
+    names = ("hub-left.angle", "hub-right.angle")
+    times = [seen[f"latches/{name}/time"][-1] for name in names]
+    assert times[0] == times[1] > 0
+    losses = [seen[f"latches/{name}/loss"][-1] for name in names]
+    assert losses[0] == pytest.approx(losses[1], rel=1e-9)
+    lost = seen["monitors/energy"][0] - seen["monitors/energy"][-1]
+    assert lost > 1.0 and sum(losses) == pytest.approx(lost, rel=1e-9)
+    for name in ("momentum", "angular_momentum"):
+        assert np.abs(seen[f"monitors/{name}"]).max() < 1e-10
+    apart = run(two_wings(1e-4), 1.5, 31)[2]  # one after the other: the same energy in all, not alike
+    times = [apart[f"latches/{name}/time"][-1] for name in names]
+    assert 0 < times[1] - times[0] < 1e-3
+    assert sum(apart[f"latches/{name}/loss"][-1] for name in names) == pytest.approx(
+        apart["monitors/energy"][0] - apart["monitors/energy"][-1], rel=1e-9
+    )

@@ -113,10 +113,14 @@ def test_rolling_disc_falls_below_its_critical_speed():
 def test_fast_leaning_disc_keeps_its_energy():
     system = leaning_disc(0.6, 9.0)
     _, _, out = run(system, np.linspace(0, 20, 201))
-    height = out["bodies/disc/position"][:, 2]
-    total = out["monitors/energy"] + 2.0 * 9.81 * height
-    assert total == pytest.approx(np.full(201, total[0]), rel=1e-8)
+    weighed = 2.0 * 9.81 * out["bodies/disc/position"][:, 2]
+    assert out["monitors/load"] == pytest.approx(weighed, rel=1e-12)
+    assert out["monitors/energy"] == pytest.approx(np.full(201, out["monitors/energy"][0]), rel=1e-9)
     assert out["monitors/constraint_velocity"].max() < 1e-11
+    touches, center = out["constraints/contact/place"], out["bodies/disc/position"]
+    assert np.abs(touches[:, 2]).max() < 1e-11  # on the plane, a radius from the centre, along the material's rest
+    assert np.linalg.norm(touches - center, axis=1) == pytest.approx(np.full(201, 0.5), abs=1e-12)
+    assert np.ptp(touches[:, :2], axis=0).min() > 0.1
 
 
 def test_reaction_of_a_loop_is_mass_times_acceleration_less_weight():

@@ -148,6 +148,9 @@ def test_names_that_cannot_be_switched_off_are_answered():
     )
     with pytest.raises(ValueError, match=sentence + "'loads/push'"):
         model.without("gravity")
+    flexible = next(name for name in model.system.order if model.system.bodies[name].n_modes)
+    with pytest.raises(ValueError, match=rf"{flexible!r} is not something .*; did you mean 'flexibility/{flexible}'\?"):
+        model.without(flexible)
     with pytest.raises(ValueError, match="'inertia' cannot be switched off: without it there is no motion"):
         model.without("inertia")
     with pytest.raises(ValueError, match="'damping' is switched off already"):

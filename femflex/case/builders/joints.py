@@ -19,7 +19,7 @@ from femflex.case.joint_general import SLIDE_KEYS, TURN_KEYS, General
 from femflex.case.law import read_laws
 from femflex.case.orbit import AttitudeTable
 from femflex.case.problems import CaseError, Problem
-from femflex.rotations import dcm_from_angles
+from femflex.rotations import is_extrinsic, letters_of
 from femflex.system import (
     Joint,
     Part,
@@ -133,25 +133,35 @@ def root_joint(case: Case, bodies: Mapping[str, Part]) -> tuple[Joint | None, di
     name, attitude = case.attitude.root or loose[0], case.attitude
     place = bodies[name].marker(attitude.marker or "origin")
     C_BM = place.orientation if attitude.marker else nominal_axes(attitude)
-    C_BM = C_BM @ held_attitude(attitude).T  # a held joint's own axes are turned instead
     marker = attitude.marker or "origin"
     if not np.array_equal(C_BM, place.orientation):
         marker = LIBRATION
     body = _with_marker(bodies[name], marker, place.turned(C_BM), attitude.marker or "origin")
     where = {"child": name, "child_marker": marker}
-    rotation = ball_coordinates(attitude.rotation, attitude.sequence, np.array(attitude.turns()), attitude.rebase)
     rates = attitude.rates or (0.0, 0.0, 0.0)
     position, velocity = attitude.position or (0.0, 0.0, 0.0), attitude.velocity or (0.0, 0.0, 0.0)
-    slides = case.orbit.kind != "specified"
     if attitude.held:
-        floating = case.orbit.kind == "free"
-        held = Joint(name, child_marker=marker, translations=np.eye(3), q0=np.array(position), kind="prismatic")
-        joint = held if floating else weld(**where)
-    elif slides:
-        joint = free(**_set(attitude), q0=[*position, *rotation], u0=[*velocity, *rates], **where)
+        joint = _held(attitude, position if case.orbit.kind == "free" else (), where)
+    elif case.orbit.kind != "specified":
+        joint = free(**_set(attitude), q0=[*position, *_turned(attitude)], u0=[*velocity, *rates], **where)
     else:
-        joint = spherical(**_set(attitude), q0=rotation, u0=rates, **where)
+        joint = spherical(**_set(attitude), q0=_turned(attitude), u0=rates, **where)
     return joint, {**bodies, name: body}
+
+
+def _held(attitude: AttitudeTable, position: tuple[float, ...], where: dict[str, Any]) -> Joint:
+    """Turns by the angles of the attitude's sequence, specified to stay as they are, after slides that are free."""
+    letters, angles = letters_of(attitude.sequence), attitude.turns()
+    if is_extrinsic(attitude.sequence):  # the same as the intrinsic turns in the other order
+        letters, angles = letters[::-1], angles[::-1]
+    motion = (*(None for _ in position), *angles)
+    q0 = [*position, *angles]
+    return turns(sequence=letters, slides=np.eye(3)[: len(position)], motion=motion, q0=q0, **where)
+
+
+def _turned(attitude: AttitudeTable) -> Array:
+    """Initial coordinates of an attitude that is free, in its rotation set."""
+    return ball_coordinates(attitude.rotation, attitude.sequence, np.array(attitude.turns()), attitude.rebase)
 
 
 def _with_marker(body: Part, name: str, marker: Marker, beside: str) -> Part:
@@ -159,11 +169,6 @@ def _with_marker(body: Part, name: str, marker: Marker, beside: str) -> Part:
     if isinstance(body, Segments):
         return body.with_marker(name, marker, beside)
     return replace(body, markers={**body.markers, name: marker})
-
-
-def held_attitude(attitude: AttitudeTable) -> Array:
-    """C_FL (3, 3): where the libration axes are held in the frame; the unit matrix when they are free."""
-    return dcm_from_angles(attitude.turns(), attitude.sequence) if attitude.held else np.eye(3)
 
 
 def nominal_axes(attitude: AttitudeTable) -> Array:

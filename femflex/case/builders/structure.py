@@ -33,8 +33,10 @@ from femflex.reduction import (
     nodal_translations,
     relaxed,
     rigid_set,
+    warn_of_initial_stress,
     with_attachment,
     with_derivatives,
+    with_third_derivatives,
 )
 
 UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}  # of a mesh file, in metres
@@ -89,15 +91,21 @@ def point_masses_of(table: FlexibleTable) -> list[PointMass]:
     return [PointMass(m.group, m.mass, m.inertia, m.offset) for m in table.point_masses]
 
 
-def build_modes(structure: Structure, table: FlexibleTable, modes: int | None = None) -> tuple[Structure, ModeSet]:
+def build_modes(
+    structure: Structure, table: FlexibleTable, modes: int | None = None, name: str = ""
+) -> tuple[Structure, ModeSet]:
     """The structure a body's reduction works on and its mode set, of `modes` modes instead of the case's if given.
 
-    Initial stress is first let go where the clamps do not hold it (`relaxed`).
+    Initial stress is first let go where the clamps do not hold it (`relaxed`); what is doubtful of it is told of the
+    body of that name.
     """
     r = table.reduction
-    structure = relaxed(structure, clamp_of(getattr(r, "clamp", {})))
+    given, structure = structure, relaxed(structure, clamp_of(getattr(r, "clamp", {})))
+    if name:
+        meant = any(member.options.get("prestress") for member in table.members)
+        warn_of_initial_stress(f"bodies.{name}", given, structure, meant)
     if isinstance(r, Stretchable):
-        found = _vibrating(structure, r, modes)
+        found = with_third_derivatives(structure, _vibrating(structure, r, modes), r.third_derivatives)
         keep = r.derivatives
         if keep is None or keep in ("none", 0):
             return structure, found
