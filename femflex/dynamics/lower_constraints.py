@@ -54,11 +54,14 @@ def lower_closing(closing: np.void, system: System, pool: Pool, n_rows: int, n_c
 def take_scratch(closing: np.void, head: np.void, scratch: Scratch) -> None:
     """Places in the work array."""
     m, width = int(closing["n_rows"]), int(closing["width"])
-    sizes = {"rows": at.ROW_SIZE * m, "white": m * width, "roots": width, "small": 2 * m * m + 5 * m}
+    sizes = {"rows": at.ROW_SIZE * m, "white": m * width, "roots": width, "small": 3 * m * m + 5 * m}
     sizes |= {
         "step": int(head["n_u"]),
         "free": int(head["n_u"]),
         "moved": int(head["n_q"]),
+        "basis": m * width,
+        "moved_by": width,
+        "note": at.NOTE_SIZE,
         "marks": int(head["n_bodies"]),
     }
     for key, count in sizes.items():

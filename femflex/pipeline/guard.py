@@ -33,6 +33,7 @@ class Runaway:
     """
 
     def __init__(self, model: Model) -> None:
+        self._model = model
         self._worst: dict[str, float] = {}
         self._nonlinear: set[str] = set()
         self._reach: list[tuple[str, int, Array, float]] = []
@@ -66,11 +67,10 @@ class Runaway:
             if len(far):
                 row = slice(far[0], far[0] + 1)
                 k = int(np.argmax(moved[far[0]]))
+                advice = "Look for a spin faster than the body's lowest frequencies, or an unstable attitude"
                 text = (
                     f"the motion has run away, body {name!r} is displaced by {moved[far[0], k]:.3g} m, over "
-                    f"{FAR:g} times its "
-                    f"size of {size:.3g} m. Look for a spin faster than the body's lowest frequencies, or an "
-                    f"unstable attitude."
+                    f"{FAR:g} times its size of {size:.3g} m. {self._cause(block, far[0], advice)}"
                 )
                 return IntegrationError(text, block.times[row], block.states[row], first + k, block.steps)
         return None
@@ -84,13 +84,18 @@ class Runaway:
             return None
         row = slice(over[0], over[0] + 1)
         k = int(np.argmax(u[over[0]] / self._fastest))
+        advice = "Look for a load that is too large, or in another unit, and for negative damping"
         text = (
             f"the motion has run away, {self._names[k]} is {u[over[0], k]:.3g} {self._units[k]}, beyond "
-            f"{self._fastest[k]:g} {self._units[k]}, which no craft reaches. Look for a load that is too large, or in "
-            f"another unit, and for negative damping."
+            f"{self._fastest[k]:g} {self._units[k]}, which no craft reaches. {self._cause(block, over[0], advice)}"
         )
         column = block.states.shape[1] - len(self._fastest) + k
         return IntegrationError(text, block.times[row], block.states[row], column, block.steps)
+
+    def _cause(self, block: Block, row: int, otherwise: str) -> str:
+        """What the model says of a row that has run away, or else the advice given."""
+        said = self._model.diagnosis(float(block.times[row]), block.states[row])[0]
+        return f"{said[:1].upper()}{said[1:]}." if said else f"{otherwise}."
 
     def warn(self) -> None:
         """Warn of bodies that were bent by more than their strain is good for, with both numbers."""
@@ -128,6 +133,7 @@ class Singularities:
 
     def __init__(self, model: Model) -> None:
         self._paths = [path for path in model.channels if path.startswith("joints/") and path.endswith("/singularity")]
+        self._turning = {f"joints/{joint.label}/singularity" for joint in model.system.joints if joint.ball is None}
         self._least: dict[str, tuple[float, float]] = {}
 
     def watch(self, times: Array, channels: Mapping[str, Array]) -> None:
@@ -141,10 +147,12 @@ class Singularities:
         for path, (least, t) in self._least.items():
             if least < CLOSE:
                 name = path.removeprefix("joints/").removesuffix("/singularity")
+                of, way = "the singularity of its rotation set", "Ask for rebase, or for Euler parameters."
+                if path in self._turning:
+                    of, way = "gimbal lock of its free turns", "Choose a sequence of turns that stays clear of it."
                 warnings.warn(
-                    f"joint {name!r} came within {least:.3g} rad of the singularity of its rotation set at t = {t:.6g} "
-                    f"s (below {CLOSE:g} rad coordinates turn fast, and steps are short for them alone). Ask for "
-                    f"rebase, or for Euler parameters.",
+                    f"joint {name!r} came within {least:.3g} rad of {of} at t = {t:.6g} s (below {CLOSE:g} rad "
+                    f"coordinates turn fast, and steps are short for them alone). {way}",
                     PhysicsWarning,
                     stacklevel=2,
                 )
