@@ -9,7 +9,8 @@ import pytest
 
 import femflex
 from femflex.case import read_case
-from femflex.case.verdicts import judged
+from femflex.case.verdicts import judged, judged_diagram
+from femflex.studies.campbell import case_campbell
 
 CASES = sorted((Path(__file__).resolve().parents[1] / "cases").glob("*.toml"))
 
@@ -32,6 +33,8 @@ def test_a_shipped_case_meets_its_expectations(path: Path, tmp_path: Path):
     with femflex.run(case, tmp_path / "run.h5") as run:
         assert run.complete and run.case_text == path.read_text(encoding="utf-8")
         verdicts = judged(case, run)
+    if case.campbell is not None:
+        verdicts += judged_diagram(case, case_campbell(case))
     assert all(verdict.holds for verdict in verdicts), "\n".join(map(str, verdicts))
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.body.foreshortening import Foreshortening
 from femflex.body.marker import Marker
 from femflex.body.moments import MassMoments
 from femflex.body.skin import Skin
@@ -30,8 +31,7 @@ class FlexibleBody:
     slaves   (n_s, n, n)  A_s, symmetric: the last n_s shapes follow the first n, y_s = 1/2 delta.A_s delta
              (condensed form, THEORY section 3); none where every shape is a coordinate of its own
     note     what should be said of how the body was made; nothing if empty
-    ignored  (4, 3) G of reduction.foreshortening where linear strain leaves it out: fields of acceleration -(b + W r)
-             would stiffen the lowest shape by the part b . G[0] + W : G[1:] of its stiffness [s^2/m, s^2]; or None
+    ignored  Foreshortening where linear strain leaves it out, or None
     strain_field  parts over all shapes that recover strain over the body; none where it is not known
     """
 
@@ -44,7 +44,7 @@ class FlexibleBody:
     omega: Array = field(default_factory=lambda: np.zeros(0))
     slaves: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
     note: str = ""
-    ignored: Array | None = None
+    ignored: Foreshortening | None = None
     strain_field: tuple[StrainPart, ...] = ()
 
     def __post_init__(self) -> None:

@@ -11,6 +11,8 @@ from femflex.body.symmetric import form, gradient, hessian, packed_size, truncat
 
 Array = NDArray[np.float64]
 
+SETTLING, HALVINGS = 50, 30  # steps of Newton's method, and how often one of them is halved at most
+
 
 @dataclass(frozen=True, eq=False)
 class StrainTensors:
@@ -74,9 +76,32 @@ class StrainTensors:
             out = out + hessian(self.V2, d, 3)
         return out + hessian(self.V3, d, 4) / 2 if self.V3.size else out
 
+    def settled(self, d: Array, free: NDArray[np.intp]) -> Array:
+        """The state nearest to d (n,) in which the coordinates numbered `free` store least energy, the others kept.
+
+        Newton's method on the energy, with steps shortened until it falls.
+        """
+        d = np.array(d, float)
+        for _ in range(SETTLING if len(free) else 0):
+            step = np.asarray(
+                np.linalg.lstsq(self.tangent(d)[np.ix_(free, free)], -self.force(d)[free], rcond=1e-14)[0], float
+            )
+            trials = (_stepped(d, free, 0.5**k * step) for k in range(HALVINGS))
+            lower = next((trial for trial in trials if self.energy(trial) < self.energy(d)), None)
+            if lower is None:  # at rounding
+                return d
+            d = lower
+        return d
+
     def truncated(self, n: int) -> StrainTensors:
         """The tensors of the first n coordinates alone."""
         have = self.V1.shape[0]
         V2 = truncated(self.V2, have, n, 3) if self.V2.size else self.V2
         V3 = truncated(self.V3, have, n, 4) if self.V3.size else self.V3
         return StrainTensors(self.V1[:n, :n], self.f0[:n], V2, V3)
+
+
+def _stepped(d: Array, at: NDArray[np.intp], step: Array) -> Array:
+    out = d.copy()
+    out[at] += step
+    return out

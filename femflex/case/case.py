@@ -18,6 +18,7 @@ from femflex.case.measure import ExpectationsTable
 from femflex.case.orbit import AttitudeTable, OrbitTable
 from femflex.case.run import PicturesTable, RunTable, StudyTable
 from femflex.case.section import Material, Section
+from femflex.case.sight import SightTable
 
 
 class Case(Table):
@@ -39,6 +40,7 @@ class Case(Table):
     constraints: list[Constraint] = Field(default_factory=list)
     springs: list[SpringTable] = Field(default_factory=list)
     loads: list[LoadTable] = Field(default_factory=list)
+    sights: list[SightTable] = Field(default_factory=list)
     initial: StartTable | None = None
     pictures: PicturesTable | None = None
     study: StudyTable | None = None

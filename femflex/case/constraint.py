@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from femflex.case.base import Name, Table, refuse
-from femflex.case.joint import Axis, Damper, Spring
+from femflex.case.joint_values import Axis, Damper, Spring
 from femflex.case.values import PositiveLength, Quantity
 
 

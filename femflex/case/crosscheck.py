@@ -187,7 +187,7 @@ def answers(outline: Outline) -> Iterator[Problem]:
 
 def starts(outline: Outline) -> Iterator[Problem]:
     """A craft that starts where a result file ends needs no other start of its bodies."""
-    if outline.initial is None or outline.initial.source == EQUILIBRIUM:
+    if outline.initial is None or outline.initial.source in (None, EQUILIBRIUM):
         return
     for name, body in outline.bodies.items():
         if body is not None and body.initial is not None:
@@ -243,7 +243,7 @@ def _named_files(outline: Outline) -> Iterator[tuple[str, str]]:
                 for k, s in enumerate(body.shapes)
                 if isinstance(s, MeshShape)
             )
-    if outline.initial is not None and outline.initial.source != EQUILIBRIUM:
+    if outline.initial is not None and outline.initial.source not in (None, EQUILIBRIUM):
         yield "initial.from", outline.initial.source
     for where, load in outline.loads.items():
         if load is not None and load.table is not None:

@@ -48,6 +48,17 @@ EQUILIBRIUM = "equilibrium"
 class StartTable(Table):
     """Where the whole craft starts, instead of at what joints, bodies and [attitude] say."""
 
-    source: str = Field(alias="from")
+    source: str | None = Field(None, alias="from")
     """"equilibrium": the one nearest to the case's initial state, at the case's rates; or a result file of the same
     craft (`femflex equilibrium -o eq.h5`, or a run), whose last row is taken."""
+    keep: Annotated[list[str] | None, Field(min_length=1)] = None
+    """Joints, or single coordinates such as "drive.angle", whose initial values and rates are exact where loops close:
+    the others move to the nearest values that close them."""
+
+    @model_validator(mode="after")
+    def _one_at_least(self) -> StartTable:
+        if self.source is None and self.keep is None:
+            refuse("found neither from nor keep; say where the craft starts, or which of its initial values are exact")
+        if self.source not in (None, EQUILIBRIUM) and self.keep is not None:
+            refuse(f"found keep beside from = {self.source!r}, whose last row closes every loop already; drop keep")
+        return self

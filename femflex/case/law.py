@@ -14,7 +14,10 @@ from pydantic_core import CoreSchema, core_schema
 from femflex.case.problems import listed, near
 from femflex.case.units import UnitError
 from femflex.case.values import Quantity, ValueProblem, _Readable, count, shown
-from femflex.system.law import Friction, Latch, Law, Stop, TabulatedDamper, TabulatedSpring
+from femflex.system.latch import Latch
+from femflex.system.law import Friction, Law
+from femflex.system.stop import Stop
+from femflex.system.tabulated import TabulatedDamper, TabulatedSpring
 
 FORCE = {"m": "N", "rad": "N m"}
 STIFFNESS = {"m": "N/m", "rad": "N m/rad"}

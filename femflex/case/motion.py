@@ -13,18 +13,17 @@ motion.angles = ["locked", "free", {...}]                          # where a joi
 
 from __future__ import annotations
 
-import csv
 import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-from femflex.case.base import Table
+from femflex.case.columns import column_of
 from femflex.case.problems import near
-from femflex.case.units import UnitError, to_si
-from femflex.case.values import Quantity, ValueProblem, _Readable, count, shown
+from femflex.case.units import NOUNS, UnitError
+from femflex.case.values import Quantity, ValueProblem, _Readable, shown
 from femflex.system.profile import ENDS, Profile
 
 FREE, LOCKED = "free", "locked"
@@ -178,118 +177,8 @@ class MotionOf(_Readable):
         return {"anyOf": [{"enum": [FREE, LOCKED]}, Quantity(self.unit).json_schema(), *tables], "unit": self.unit}
 
 
-class MotionsOf(_Readable):
-    """A list of motions of coordinates with one unit; n of them, or any number."""
-
-    def __init__(self, unit: str, n: int | None = None) -> None:
-        self.one, self.n = MotionOf(unit), n
-
-    def read(self, value: Any) -> tuple[Motion | None, ...]:
-        """One motion per coordinate, None when free."""
-        if value == LOCKED and self.n is not None:
-            return (Motion(locked=True),) * self.n
-        if not isinstance(value, list):
-            raise ValueProblem(f"found {shown(value)}; expected a list with a motion for every coordinate")
-        if self.n is not None and len(value) != self.n:
-            raise ValueProblem(f"found {count(len(value), 'motion', 'motions')}; expected {self.n}, 'free' among them")
-        out = []
-        for k, entry in enumerate(value):
-            try:
-                out.append(self.one.read(entry))
-            except (ValueProblem, UnitError) as problem:
-                raise ValueProblem(f"entry {k + 1}: {problem}") from None
-        return tuple(out)
-
-    def json_schema(self) -> dict[str, Any]:
-        """JSON Schema of a list."""
-        size = {} if self.n is None else {"minItems": self.n, "maxItems": self.n}
-        return {"type": "array", "items": self.one.json_schema()} | size
-
-
 def _in(value: Any, unit: str) -> float:
     """A coefficient in SI; above jerk only plain numbers."""
-    from femflex.case.units import NOUNS
-
     if unit not in NOUNS and isinstance(value, str):
         raise ValueProblem(f"coefficients: found {shown(value)}; write it as a plain number in {unit}")
     return float(Quantity(unit if unit in NOUNS else "").read(value))
-
-
-def column_of(path: Path, column: str, unit: str) -> tuple[list[float], list[float]]:
-    """Times [s] and a column of a CSV file with a head such as "time [s],azimuth [deg]", in SI.
-
-    Raises ValueError naming the line and column of what cannot be read.
-    """
-    if not path.is_file():
-        raise ValueError(f"found file {path.name!r}, which does not exist beside the case; names are relative to it")
-    with open(path, newline="", encoding="utf-8") as file:
-        rows = [(k, row) for k, row in enumerate(csv.reader(file), start=1) if row and not row[0].startswith("#")]
-    heads = [re.fullmatch(r"\s*(\w+)\s*(?:[\[(](.*)[\])])?\s*", cell) for cell in (rows[0][1] if rows else [])]
-    names = [head[1] if head else "" for head in heads]
-    for wanted in ("time", column):
-        if wanted not in names:
-            raise ValueError(f"column {wanted!r} is not in {path.name}; its first line names {names}")
-    out = []
-    for name, its in (("time", "s"), (column, unit)):
-        j = names.index(name)
-        head = heads[j]
-        factor = to_si(f"1 {(head[2] if head else None) or its}", its)
-        out.append([factor * _number(row, j, line, name, path.name) for line, row in rows[1:]])
-    return out[0], out[1]
-
-
-def _number(row: list[str], j: int, line: int, name: str, file: str) -> float:
-    try:
-        return float(row[j])
-    except (ValueError, IndexError):
-        found = row[j].strip() if j < len(row) else ""
-        raise ValueError(f"line {line} of {file} has {found!r} for {name}; expected a number") from None
-
-
-Angle = Annotated[Motion | None, MotionOf("rad")]
-Position = Annotated[Motion | None, MotionOf("m")]
-Motions = tuple[Motion | None, ...]
-
-
-class AngleMotion(Table):
-    """How the angle moves."""
-
-    angle: Angle = None
-
-
-class PositionMotion(Table):
-    """How the slide moves."""
-
-    position: Position = None
-
-
-class CylinderMotion(Table):
-    """How slide and angle move."""
-
-    position: Position = None
-    angle: Angle = None
-
-
-class TwoAngles(Table):
-    """How the two angles move."""
-
-    angles: Annotated[Motions, MotionsOf("rad", 2)] = ()
-
-
-class ThreeAngles(Table):
-    """How the three angles of the joint's sequence move."""
-
-    angles: Annotated[Motions, MotionsOf("rad", 3)] = ()
-
-
-class FreeMotion(ThreeAngles):
-    """How the three slides, and the three angles of the joint's sequence, move."""
-
-    position: Annotated[Motions, MotionsOf("m", 3)] = ()
-
-
-class GeneralMotion(Table):
-    """How slides and turns move."""
-
-    position: Annotated[Motions, MotionsOf("m")] = ()
-    angles: Annotated[Motions, MotionsOf("rad")] = ()

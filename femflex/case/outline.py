@@ -17,7 +17,8 @@ from femflex.case.campbell import CampbellTable
 from femflex.case.case import Case
 from femflex.case.constraint import BetweenTable, Constraint, SpringTable
 from femflex.case.initial import StartTable
-from femflex.case.joint import Joint, JointTable
+from femflex.case.joint import Joint
+from femflex.case.joint_base import JointTable
 from femflex.case.load import LoadTable
 from femflex.case.measure import ExpectationsTable
 from femflex.case.orbit import AttitudeTable, OrbitTable

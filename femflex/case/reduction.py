@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, StrictBool, model_validator
 
 from femflex.case.base import Table, refuse
-from femflex.case.values import Count, Quantity, ValueProblem, Whole, _Readable, shown
+from femflex.case.values import Count, PositiveLength, Quantity, ValueProblem, Whole, _Readable, shown
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -106,6 +106,23 @@ class Stretchable(Table):
     derivatives: Derivatives = None
     """How many static derivatives of pairs of shapes are added, so that bending need not stretch: a number, 'auto'
     (until 1e-6 of their energy is left out), 'all', or 'none', which nonlinear strain takes as a choice."""
+    deflection: PositiveLength | None = None
+    """Largest deflection, of the lowest shape, that the derivatives are to serve: they are then taken from static
+    states bent so far (8 n^2 of n shapes) and not at rest. For what snaps through or bends by several thicknesses."""
+
+    @model_validator(mode="after")
+    def _derives(self) -> Stretchable:
+        if self.deflection is not None and self.derivatives in (None, "none", 0):
+            refuse(
+                f"found deflection = {self.deflection:g} m without derivatives, which it is for; give derivatives too, "
+                "such as derivatives = 8"
+            )
+        if self.deflection is not None and not getattr(self, "clamp", None):
+            refuse(
+                f"found deflection = {self.deflection:g} m in a reduction without a clamp; derivatives are taken from "
+                "bent states of a clamped structure alone, so leave it out"
+            )
+        return self
 
 
 class CantileverTable(Stretchable):

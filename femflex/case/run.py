@@ -114,6 +114,9 @@ class PicturesTable(Table):
     """Bodies whose modes are drawn as a montage."""
     plots: list[str] = Field(default_factory=list)
     """Channels drawn over time, such as "attitude/angles"."""
+    without: list[str] = Field(default_factory=list)
+    """What a second run leaves out, as in `run --without`, such as "nonlinear_strain": its plots are dashed over the
+    first's, as far as it gets; its file stands beside the first with "_without" in its name."""
     traces: list[str] = Field(default_factory=list)
     """Markers, "body.marker", whose path is drawn."""
     scale: Annotated[float | str, _Scale()] = 1.0
@@ -123,6 +126,8 @@ class PicturesTable(Table):
     """auto, fixed, follow, orbital, body or body:<name>."""
     view: Direction | None = None
     """Direction from the scene to the camera, in the camera's frame."""
+    fit: Literal["run", "picture"] = "run"
+    """The camera is framed over the whole run, or over the instant of each picture."""
     triads: StrictBool = True
     edges: Literal["sharp", "mesh", "none"] = "sharp"
     size: tuple[Pixels, Pixels] = (1280, 720)

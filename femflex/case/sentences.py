@@ -90,7 +90,7 @@ _EXPECTED = {
 
 
 def _unknown_key(place: _Place) -> str:
-    fields = [name for table in place.tables for name in table.model_fields]
+    fields = [field.alias or name for table in place.tables for name, field in table.model_fields.items()]
     tags = [f"{d} = {v!r}" for table in place.elsewhere if place.key in table.model_fields for d, v in [_tag_of(table)]]
     if tags:
         return f"this key is not known here; it belongs to {' or '.join(tags)}"

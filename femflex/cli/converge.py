@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from textwrap import fill
 from threading import Event, Lock, Thread
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,7 +18,8 @@ from femflex.cli.tables import print_json, print_table
 from femflex.cli.verb import complain, verb
 
 if TYPE_CHECKING:
-    from femflex.studies import Convergence, Point, Study
+    from femflex.case import Case
+    from femflex.studies import Convergence, Point, StrainStudy, Study
 
 BEAT = 0.5  # seconds
 
@@ -26,7 +28,12 @@ BEAT = 0.5  # seconds
 def converge(
     case: Annotated[Path, typer.Argument(help="Case file (TOML) with a [study].", show_default=False)],
     over: Annotated[
-        str, typer.Option("--over", help="What is varied: modes, mesh, derivatives or segments.")
+        str,
+        typer.Option(
+            "--over",
+            help="What is varied: modes, mesh, derivatives, segments, strain (linear, condensed, nonlinear); or "
+            "several in turn, modes,derivatives,strain, each with what the ones before found enough.",
+        ),
     ] = "modes",
     levels: Annotated[
         str | None,
@@ -43,27 +50,68 @@ def converge(
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing picture.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
 ) -> None:
-    """Vary modes, mesh, derivative shapes or segments of a case, watch the quantity its [study] names, and judge.
+    """Vary modes, mesh, derivative shapes, segments or the form of strain, watch the quantity of [study], and judge.
 
     Prints a table, the observed order, the extrapolated limit, and a verdict with a recommended number. Modes: the
-    case runs with more and more modes. Mesh: every cell is divided in two along each edge, again and again. Ctrl-C
-    keeps what there is (exit code 130).
+    case runs with more and more modes. Mesh: every cell is divided in two along each edge, again and again. Strain:
+    the three forms against the one that holds furthest, with what each costs. Ctrl-C keeps what there is (exit code
+    130).
     """
     wanted = Wanted(tolerance, as_json, output, theme, force)
     wanted.check()
-    numbers = None if levels is None else read_levels(levels)
+    varied = list(dict.fromkeys(word.strip() for word in over.split(",") if word.strip()))
+    numbers = checked_levels(levels, varied)
     with Patience("building the bodies"):
         from femflex.case import read_case
-        from femflex.studies import planned
+        from femflex.studies import with_choice
         from femflex.warning import PhysicsWarning
 
         warnings.simplefilter("once", PhysicsWarning)  # not again at every level
-        study = planned(read_case(case), over, numbers)  # type: ignore[arg-type]  # another word is refused there
+        read = read_case(case)
+    findings: list[Convergence | StrainStudy] = []
+    for word in varied or ["modes"]:
+        found, names, stopped = studied(read, word, numbers, tolerance)
+        if found is not None:
+            findings.append(found)
+            wanted.say(found)
+        if stopped is not None:
+            wanted.tell(findings, complete=False)
+            if found is not None and wanted.picture is not None:
+                complain("no picture is drawn")
+            raise stopped
+        assert found is not None
+        read = with_choice(read, found, names)
+    wanted.tell(findings, complete=True)
+
+
+def checked_levels(levels: str | None, varied: list[str]) -> list[int] | None:
+    """The numbers of --levels. Raises ValueError where they cannot belong to what is varied."""
+    if levels is not None and (len(varied) > 1 or varied == ["strain"]):
+        raise ValueError(
+            f"--levels goes with one study over modes, mesh, derivatives or segments; found --over {','.join(varied)}. "
+            "Leave it out, or name the numbers in the case's [study]"
+        )
+    return None if levels is None else read_levels(levels)
+
+
+def studied(
+    case: Case, over: str, levels: list[int] | None, tolerance: float | None
+) -> tuple[Convergence | StrainStudy | None, tuple[str, ...], BaseException | None]:
+    """What a study found, the bodies it varied, and what broke it off, if anything did."""
+    from femflex.studies import assessed, planned, strain_forms
+
+    if over == "strain":
+        with Bar("comparing", 100.0, unit="%") as bar, kept_alive(bar) as told:
+            compared = strain_forms(case, tolerance, lambda part: told(float(round(100.0 * part))))
+        return compared, tuple(compared.own), None
+    study = planned(case, over, levels)  # type: ignore[arg-type]  # another word is refused there
     points, stopped = climbed(study)
-    if any(not point.problem for point in points):
-        wanted.tell(study, points, stopped is None)
-    if stopped is not None:
-        raise stopped
+    valued = any(not point.problem for point in points)
+    if stopped is not None and valued:
+        complain(f"broken off after {len(points)} of {len(study.ladder.rungs)} levels")
+    if not valued:
+        return None, study.ladder.varied, stopped
+    return assessed(study, points, tolerance, stopped is None), study.ladder.varied, stopped
 
 
 def climbed(study: Study) -> tuple[list[Point], BaseException | None]:
@@ -130,45 +178,78 @@ class Wanted:
             check_kind(self.picture)
             check_place(self.picture, self.force)
 
-    def tell(self, study: Study, points: list[Point], complete: bool) -> None:
-        """Print the study, and draw it if asked for."""
-        from femflex.studies import assessed
+    def say(self, found: Convergence | StrainStudy) -> None:
+        """Print one study as it is done."""
+        if not self.as_json:
+            print_forms(found) if found.over == "strain" else print_study(found)  # type: ignore[arg-type]
 
-        found = assessed(study, points, self.tolerance, complete)
-        if self.as_json:
-            print_json(found.to_dict())
-        else:
-            print_study(found)
+    def tell(self, findings: list[Convergence | StrainStudy], complete: bool) -> None:
+        """Print what they come to together, and draw them if asked for."""
+        from femflex.studies import choice, choice_text
+
+        if self.as_json and len(findings) == 1:
+            print_json(findings[0].to_dict())
+        elif self.as_json and findings:
+            chosen = {found.over: choice(found) for found in findings}
+            studies = [found.to_dict() for found in findings]
+            print_json({"studies": studies, "choice": chosen, "verdict": choice_text(findings)})
+        elif len(findings) > 1:
+            print(fill(f"together    {choice_text(findings)}", 110, subsequent_indent=" " * 12))
         if self.picture is not None and complete:  # an interrupt does not wait for a picture
-            from femflex.view.convergence import plot_convergence
+            from femflex.view.side_by_side import plot_studies
 
-            plot_convergence(found, self.picture, self.theme, force=self.force)
+            plot_studies(findings, self.picture, choice_text(findings), self.theme, force=self.force)
             if not self.as_json:
                 print(f"picture     {self.picture}")
-        if not complete:
-            without = "; no picture is drawn" if self.picture is not None else ""
-            complain(f"broken off after {len(points)} of {len(study.ladder.rungs)} levels{without}")
+
+
+def print_forms(found: StrainStudy) -> None:
+    """Print the comparison of the three forms of strain."""
+    from math import isfinite
+
+    print(f"{found.title} [{found.unit}]" if found.unit not in ("", "1") else found.title)
+    rows = []
+    for form in found.forms:
+        off = found.difference(form)
+        counts = [str(n) for n in (form.coordinates, form.coordinates - form.derivatives, form.derivatives)]
+        told = [f"{form.value:.12g}", f"{off:.2e}", f"{form.seconds:.3g}"] if isfinite(off) else ["", "", ""]
+        rows.append(
+            [form.strain, *counts, str(form.followers), *told, "<-" if form.strain == found.recommended else ""]
+        )
+    heads = ["strain", "coordinates", "vibration", "derivatives", "following", "value", "difference", "seconds", ""]
+    print_table(heads, rows)
+    print(fill(f"verdict     {found.verdict}", 110, subsequent_indent=" " * 12))
 
 
 def print_study(found: Convergence) -> None:
     """Print table, order, limit and verdict."""
     from math import isfinite
-    from textwrap import fill
 
     print(f"{found.title} [{found.unit}]" if found.unit not in ("", "1") else found.title)
-    rows, split = [], found.over == "modes" and bool(found.derivatives.any())
+    rows, apart, heads = [], *derivatives_apart(found)
     for k, level in enumerate(found.levels):
         change, error = found.changes[k], found.errors[k]
         told = [f"{change:.3e}" if isfinite(change) else "", f"{error:.2e}" if isfinite(error) else ""]
         mark = "<-" if level == found.recommended else ""
-        apart = [str(found.derivatives[k])] if split else []
-        rows.append([str(level), str(found.counts[k]), *apart, f"{found.values[k]:.12g}", *told, mark])
-    heads = ["refined", "dofs"] if found.over == "mesh" else [found.over, "coordinates"]
-    heads += ["of them derivatives"] if split else []
+        rows.append([str(level), str(found.counts[k]), *apart[k], f"{found.values[k]:.12g}", *told, mark])
     print_table([*heads, "value", "change", "error", ""], rows)
     for text in found.left_out:
         print(fill(f"left out    {text}", 110, subsequent_indent=" " * 12))
     print(fill(f"verdict     {found.verdict}", 110, subsequent_indent=" " * 12))
+
+
+def derivatives_apart(found: Convergence) -> tuple[list[list[str]], list[str]]:
+    """Further cells of every row that count vibration and derivative shapes apart, and the heads before the value."""
+    if found.over == "mesh":
+        return [[] for _ in found.levels], ["refined", "dofs"]
+    of = "shapes" if found.over == "derivatives" and found.followers.any() else "coordinates"
+    parts, heads = [], [found.over, of]
+    if found.derivatives.any() or found.followers.any():
+        inside = found.derivatives + (found.followers if of == "shapes" else 0)
+        parts, heads = [found.counts - inside, found.derivatives], [*heads, "vibration", "derivatives"]
+    if found.followers.any():
+        parts, heads = [*parts, found.followers], [*heads, "following"]
+    return [[str(part[k]) for part in parts] for k in range(len(found.levels))], heads
 
 
 def read_levels(text: str, option: str = "--levels") -> list[int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -87,6 +88,11 @@ def print_equilibrium(found: Equilibrium) -> None:
     )
     print(f"frame       {frame_text(found)}")
     print(f"residual    {found.residual:.2e} of the largest force, after {found.iterations} iterations")
+    for name, loop in loops(found).items():
+        force, torque = (math.hypot(*loop[key]) for key in ("force", "torque"))
+        print(f"loop        {name} carries {force:.6g} N and {torque:.6g} N m")
+    if found.model.constraints is not None:
+        print(f"loops       closed to {found.gap:.1e} m")
     print(f"stability   {found.verdict}")
 
 
@@ -103,6 +109,17 @@ def markers(found: Equilibrium) -> dict[str, dict[str, Any]]:
                 0.0 if abs(v) < 1e-13 * size else float(v) for v in row
             ]
     return out
+
+
+def loops(found: Equilibrium) -> dict[str, dict[str, list[float]]]:
+    """Force and torque (3,) that every loop carries at its child's marker, by its name."""
+    if found.model.constraints is None:
+        return {}
+    seen = found.model.observe([0.0], found.x[None])  # type: ignore[arg-type]
+    names = [loop.label for loop in found.model.system.loops]
+    return {
+        name: {key: [float(v) for v in seen[f"loops/{name}/{key}"][0]] for key in ("force", "torque")} for name in names
+    }
 
 
 def frame_text(found: Equilibrium) -> str:
@@ -124,6 +141,8 @@ def equilibrium_data(found: Equilibrium) -> dict[str, Any]:
         "frame": found.model.system.frame.kind,
         "residual": found.residual,
         "iterations": found.iterations,
+        "loops": loops(found),
+        "gap": found.gap,
         "neutral": list(found.neutral),
         "stable": found.stable,
         "growth": found.growth,

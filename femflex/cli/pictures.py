@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,14 +18,30 @@ def names(table: PicturesTable, output: Path) -> list[Path]:
     return [path for path, _ in _wanted(table, output)]
 
 
+def portable(name: str) -> str:
+    """A channel or body as part of a file name that every system can store.
+
+    >>> portable("q:gimbal.angle1"), portable("latches/hinge.angle/loss")
+    ('q_gimbal.angle1', 'latches_hinge.angle_loss')
+    """
+    return re.sub(r"[^\w.-]", "_", name, flags=re.ASCII)
+
+
 def draw(
-    table: PicturesTable, run: Run, bodies: Mapping[str, FlexibleBody], output: Path, force: bool = False
+    table: PicturesTable,
+    run: Run,
+    bodies: Mapping[str, FlexibleBody],
+    output: Path,
+    force: bool = False,
+    other: Run | None = None,
 ) -> Iterator[Path]:
-    """Draw one after the other; yields each path when it is there."""
+    """Draw one after the other; yields each path when it is there. other: a second run, dashed in the plots."""
     from femflex.cli.progress import Bar
     from femflex.view import mode_montage, plot_histories, render_movie, render_picture
 
-    look: dict[str, Any] = table.model_dump(include={"scale", "theme", "camera", "view", "triads", "edges", "size"})
+    look: dict[str, Any] = table.model_dump(
+        include={"scale", "theme", "camera", "view", "triads", "edges", "size", "fit"}
+    )
     look["traces"] = tuple(table.traces)
     for path, (kind, what) in _wanted(table, output):
         if run.without and not _there(run, bodies, kind, what):
@@ -42,7 +59,7 @@ def draw(
         elif kind == "modes":
             mode_montage(bodies[what], path, title=f"modes of {what}", force=force, theme=table.theme)
         else:
-            plot_histories(run, path, [what], force=force, theme=table.theme)
+            plot_histories(run, path, [what], force=force, theme=table.theme, other=other)
         yield path
 
 
@@ -59,6 +76,6 @@ def _wanted(table: PicturesTable, output: Path) -> list[tuple[Path, tuple[str, A
     found += [(stem.with_name(f"{stem.name}_{t:g}s.png"), ("picture", t)) for t in table.times]
     if table.movie:
         found.append((stem.with_name(f"{stem.name}.mp4"), ("movie", None)))
-    found += [(stem.with_name(f"{stem.name}_modes_{body}.png"), ("modes", body)) for body in table.modes]
-    found += [(stem.with_name(f"{stem.name}_{path.replace('/', '_')}.png"), ("plot", path)) for path in table.plots]
+    found += [(stem.with_name(f"{stem.name}_modes_{portable(body)}.png"), ("modes", body)) for body in table.modes]
+    found += [(stem.with_name(f"{stem.name}_{portable(path)}.png"), ("plot", path)) for path in table.plots]
     return found

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from femflex.cli.progress import Bar, Patience
+from femflex.cli.second_run import check_left_out, second_output, second_run
 from femflex.cli.verb import complain, verb
 
 if TYPE_CHECKING:
@@ -15,6 +17,8 @@ if TYPE_CHECKING:
     from femflex.pipeline import Prepared
     from femflex.results import Run
     from femflex.system import System
+
+MOVED = 4  # initial values told on screen when the start moves them
 
 
 @verb("femflex run cases/orbiter_beam.toml -o run.h5")
@@ -24,7 +28,10 @@ def run(
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the unfinished run in the output file.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
     without: Annotated[
-        str, typer.Option("--without", help="Switch off by name: gravity_gradient,gyroscopic, a load, flexibility.")
+        str,
+        typer.Option(
+            "--without", help="Switch off by name: gravity_gradient,gyroscopic, a load, flexibility, nonlinear_strain."
+        ),
     ] = "",
     no_pictures: Annotated[
         bool, typer.Option("--no-pictures", help="Leave out the pictures the case asks for.")
@@ -50,6 +57,8 @@ def run(
             "minute)"
         )
         prepared = pipeline.prepare(read, output, force=force, resume=resume, without=named(without))
+        if not no_pictures:
+            check_left_out(prepared)
         prepared.load_kernels()
     say_what_runs(prepared)
     with Bar("integrating", float(prepared.times[-1])) as bar:
@@ -103,7 +112,18 @@ def say_what_runs(prepared: Prepared) -> None:
     print(f"integrator  {prepared.reason}")
     if (held := prepared.model.constraints) is not None:
         print(f"constraints {held.told(0.0, prepared.model.x0)}")
+        say_what_moved(prepared)
     print(f"output      {step}")
+
+
+def say_what_moved(prepared: Prepared) -> None:
+    """Print what was changed of the initial values to make them consistent with loops and constraints."""
+    moved = prepared.moved
+    told = ", ".join(map(str, moved[:MOVED]))
+    if len(moved) > MOVED:
+        told += f", and {len(moved) - MOVED} more (all in the file's attribute `start_moved`)"
+    if moved:
+        print(f"start       made consistent: {told}")
 
 
 def _orbit_lines(prepared: Prepared) -> list[str]:
@@ -177,18 +197,20 @@ def latch_lines(run: Run) -> list[str]:
 
 
 def conserved(run: Run, system: System) -> list[str]:
-    """The monitors that ought to be constant: none under loads and damping, for these do work.
+    """The monitors that ought to be constant: none under loads that have no potential and under damping.
 
     Without orbit energy, and angular momentum unless a joint holds the craft; on a free orbit energy; on a specified
     circular one the Jacobi integral.
     """
     import numpy as np
 
+    from femflex.dynamics.channels import conservative_loads
     from femflex.dynamics.law_report import is_damped
 
     led = any(profile.moves for joint in system.joints for profile in joint.held.values())
     working = any(spring.damping for spring in system.springs) or any(c.function for c in system.constraints)
-    if system.loads or led or working or is_damped(system):
+    weights = conservative_loads(system)
+    if len(weights) < len(system.loads) or led or working or is_damped(system):
         return []
     if set(run.without) & {"coriolis_centrifugal", "gyroscopic", "specified_motion", "gravity_gradient"}:
         return []
@@ -196,7 +218,8 @@ def conserved(run: Run, system: System) -> list[str]:
         roots = [joint for joint in system.joints if joint.parent is None]
         parents = [tie.parent for ties in (system.loops, system.constraints, system.springs) for tie in ties]
         tied = None in parents
-        adrift = len(roots) == 1 and roots[0].n_u == 6 and not roots[0].stiffness.any() and not tied
+        adrift = len(roots) == 1 and roots[0].n_u - len(roots[0].held) == 6 and not roots[0].stiffness.any()
+        adrift = adrift and not (tied or weights)
         fixed = system.frame.kind == "inertial"
         return ["monitors/energy"] * fixed + ["monitors/angular_momentum"] * adrift
     if system.orbit is not None and system.orbit.free:
@@ -224,11 +247,13 @@ def draw_pictures(prepared: Prepared, run: Run, output: Path, force: bool) -> No
     from femflex.cli.pictures import draw
     from femflex.view import NoRenderer
 
-    if prepared.case.pictures is None:
+    case = prepared.case
+    if case.pictures is None:
         return
     try:
-        for path in draw(prepared.case.pictures, run, prepared.system.bodies, output, force=force):
-            print(f"picture     {path}")
+        with second_run(case, output, force) if not run.without else nullcontext() as other:
+            for path in draw(case.pictures, run, prepared.system.bodies, output, force=force, other=other):
+                print(f"picture     {path}")
     except NoRenderer as error:
         complain(f"no pictures: {error}; the run is kept in {output}")
 
@@ -240,6 +265,8 @@ def check_pictures(case: Case, output: Path, force: bool) -> None:
     if force:
         return
     wanted = [] if case.pictures is None else names(case.pictures, output)
+    if (second := second_output(case, output)) is not None:
+        wanted.append(second)
     if case.campbell is not None:
         from femflex.cli.campbell import beside
 

@@ -13,6 +13,8 @@ from femflex.dynamics.constrained import Constraints
 from femflex.dynamics.discs import told_flat
 from femflex.dynamics.second_order import advance
 from femflex.dynamics.start_accelerations import refuse_accelerations
+from femflex.system import System
+from femflex.system.kept import kept
 
 Array = NDArray[np.float64]
 MassMatrix = Callable[[float, Array], Array]
@@ -30,7 +32,8 @@ SETTLED = 1e-13  # change of coordinates at which the nearest configuration is f
 def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: MassMatrix) -> Array:
     """x0 brought onto the constraints: q nearest to the given q and u nearest to the given u, both by the mass matrix.
 
-    Shapes stay as given unless the joints alone cannot close the loops. Every step goes to the point nearest to the
+    What the system's `keep` names stays exactly as given, and shapes too unless the joints alone cannot close the
+    loops. Every step goes to the point nearest to the
     given one on the constraints linearised at the present one:
     d <- M^-1 A^T (A M^-1 A^T)^-1 (A d - g), q = q0 o exp(d). Raises ValueError naming the loop that stays open.
     """
@@ -59,20 +62,30 @@ def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: Mas
 
 
 def nearest_of(constraints: Constraints, mass_matrix: MassMatrix, shapes: bool) -> Nearest:
-    """The smallest change by mass, of the joints alone unless `shapes`."""
-    if shapes or not any(body.n_modes for body in constraints.system.bodies.values()):
+    """The smallest change by mass of what may move; of the joints alone unless `shapes`."""
+    free = movable(constraints.system, shapes)
+    held = sum(len(joint.held) for joint in constraints.system.joints)
+    if len(free) + held == constraints.n_u:
         return constraints.nearest
-    return joints_nearest(constraints, mass_matrix)
+    return nearest_among(constraints, mass_matrix, free)
 
 
-def joints_nearest(constraints: Constraints, mass_matrix: MassMatrix) -> Nearest:
-    """As Constraints.nearest, with the shapes kept still; by dense matrices."""
+def movable(system: System, shapes: bool) -> list[int]:
+    """Freedoms that neither a motion holds nor the initial values keep; elastic ones among them only with `shapes`."""
     free: list[int] = []
     at = 0
-    for name in constraints.system.order:
-        joint, n = constraints.system.joint_of(name), constraints.system.bodies[name].n_modes
-        free += [at + k for k in range(joint.n_u) if k not in joint.held]
-        at += joint.n_u + n
+    for name in system.order:
+        joint, n = system.joint_of(name), system.bodies[name].n_modes
+        still = {*joint.held, *kept(system.keep, joint)}
+        free += [at + k for k in range(joint.n_u) if k not in still]
+        at += joint.n_u
+        free += range(at, at + n) if shapes else ()
+        at += n
+    return free
+
+
+def nearest_among(constraints: Constraints, mass_matrix: MassMatrix, free: list[int]) -> Nearest:
+    """As Constraints.nearest, of the freedoms `free` alone; by dense matrices."""
 
     def nearest(t: float, x: Array, targets: Array) -> tuple[Array, int]:
         A = np.take(constraints.matrix(t, x), free, axis=1)
@@ -118,9 +131,8 @@ def refuse_open(constraints: Constraints, x: Array, tolerance: float) -> None:
     worst = max(constraints.names, key=lambda name: gaps[constraints.rows_of(name)].max())
     raise ValueError(
         f"{constraints.kind_of(worst)} cannot close{beside(constraints, 0.0, x, worst)}: the best configuration found "
-        "leaves a gap of "
-        f"{gaps[constraints.rows_of(worst)].max():.3g} (m or rad). Check the lengths and the markers' axes, or start "
-        "nearer to a closed configuration."
+        f"leaves a gap of {gaps[constraints.rows_of(worst)].max():.3g} (m or rad){told_kept(constraints)}. Check the "
+        "lengths and the markers' axes, or start nearer to a closed configuration."
     )
 
 
@@ -149,6 +161,12 @@ def refuse_moving(constraints: Constraints, x: Array, tolerance: float) -> None:
     worst = max(constraints.names, key=lambda name: speeds[constraints.rows_of(name)].max())
     raise ValueError(
         f"{constraints.kind_of(worst)} cannot be held{beside(constraints, 0.0, x, worst)}: the nearest velocities "
-        "still miss it by "
-        f"{speeds[constraints.rows_of(worst)].max():.3g} (m/s or rad/s). Take one of them out."
+        f"still miss it by {speeds[constraints.rows_of(worst)].max():.3g} (m/s or rad/s){told_kept(constraints)}. Take "
+        "one of them out."
     )
+
+
+def told_kept(constraints: Constraints) -> str:
+    """Which initial values are not allowed to move, in words."""
+    names = constraints.system.keep
+    return f", with {', '.join(repr(name) for name in names)} kept as given" if names else ""

@@ -11,6 +11,7 @@ from femflex.dynamics.joint_reactions import reaction_channels
 from femflex.dynamics.law_report import law_channels
 from femflex.dynamics.lower import reported_markers
 from femflex.dynamics.orbit_force import orbit_channels
+from femflex.dynamics.sights import sight_channels
 from femflex.rotations import is_extrinsic, is_symmetric, letters_of
 from femflex.system import Channel, System
 from femflex.system.segments import marker_label
@@ -18,6 +19,11 @@ from femflex.system.segments import marker_label
 XYZ = ("x", "y", "z")
 EULER = ("e0", "e1", "e2", "e3")
 ANGLE_WORDS = {"x": "pitch", "y": "yaw", "z": "roll"}  # about the orbit normal, the vertical, the flight direction
+
+
+def conservative_loads(system: System) -> list[str]:
+    """Names of the loads whose potential is part of the energy."""
+    return [load.name for load in system.loads if load.conservative and system.orbit is None]
 
 
 def row_length(system: System) -> int:
@@ -48,6 +54,8 @@ def row_places(system: System) -> dict[str, slice | int]:
             "monitors/gravity": s.ROW_GRAVITY,
             "monitors/jacobi": s.ROW_JACOBI,
         }
+    if conservative_loads(system):
+        places["monitors/load"] = s.ROW_LOAD_ENERGY
     at = s.ROW_FIXED
     for name in system.order:
         for key, start, stop in (("position", 0, 3), ("attitude", 3, 7), ("rate", 7, 10)):
@@ -88,6 +96,8 @@ def channels_of(system: System) -> dict[str, Channel]:
         "monitors/center_of_mass": Channel("m", f"centre of mass {where}", (3,), XYZ, "inertial"),
         "monitors/quaternion_norm": Channel("1", "largest departure of Euler parameters from unit length"),
     }
+    if conservative_loads(system):
+        out["monitors/load"] = Channel("J", "energy of forces that are constant in inertial axes, -F.r")
     if system.orbit is not None:
         out |= {
             "orbit/radius": Channel("m", "distance of O from the Earth's centre"),
@@ -124,7 +134,7 @@ def channels_of(system: System) -> dict[str, Channel]:
             f"loads/{load.name}/torque": Channel("N m", f"torque of {load.name}", (3,), XYZ, "body"),
         }
     out |= held_channels(system) | law_channels(system) | orbit_channels(system)
-    return out | constraint_channels(system) | reaction_channels(system)
+    return out | sight_channels(system) | constraint_channels(system) | reaction_channels(system)
 
 
 def constraint_channels(system: System) -> dict[str, Channel]:

@@ -111,8 +111,9 @@ class Constraints:
         redundant = self.redundant(t, x)
         if redundant == 0:
             return f"{self.n_rows} constraint rows, none redundant."
+        follow = "follows" if redundant == 1 else "follow"
         return (
-            f"{self.n_rows} constraint rows, of which {redundant} follow from the others; reactions are the smallest "
+            f"{self.n_rows} constraint rows, of which {redundant} {follow} from the others; reactions are the smallest "
             "that hold the motion."
         )
 

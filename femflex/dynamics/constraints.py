@@ -66,6 +66,12 @@ def constrain(t: float, q: Array, u: Array, udot: Array, table: Table, pool: Arr
     """
     write_rows(t, q, u, table, pool, work)
     aim_accelerations(udot, table, work)
+    add_answer(udot, table, pool, work, stiff)
+
+
+@inner
+def add_answer(udot: Array, table: Table, pool: Array, work: Array, stiff: bool) -> None:
+    """Add to udot what the multipliers of the rows' right sides give, by the recursion's factors."""
     whiten_rows(table, work, stiff)
     factorise_products(table, pool, work)
     step = answer(table, work, stiff)

@@ -16,7 +16,8 @@ from femflex.dynamics.equations import place
 from femflex.dynamics.forces import write_forces
 from femflex.dynamics.held import add_known_accelerations, held_state
 from femflex.dynamics.lanes import lane, nothing, put, start
-from femflex.dynamics.layout import W_TAU, body_of, header_of
+from femflex.dynamics.laws import write_law_resistance
+from femflex.dynamics.layout import W_RESIST, W_TAU, body_of, header_of
 from femflex.dynamics.recursion import accelerate, reduce_written
 from femflex.dynamics.second_order import CORRECT
 from femflex.dynamics.stiffening import add_varying_force
@@ -32,7 +33,10 @@ def add_resistance(b: Record, udot: Array, pool: Array, work: Array, c_d: float,
     free, tau = b["n_h"] - (3 if b["hidden"] else 0), b["work"] + W_TAU
     if b["sprung"]:
         for k in range(free):
-            work[tau + k] += (c_d * pool[b["damper"] + k] + c_k * pool[b["spring"] + k]) * udot[b["u"] + k]
+            resistance = c_d * pool[b["damper"] + k] + c_k * pool[b["spring"] + k]
+            if b["lawful"]:
+                resistance += work[b["work"] + W_RESIST + k]
+            work[tau + k] += resistance * udot[b["u"] + k]
     row, bias, rates = b["row"], b["border"] + b["row"] + 7, b["ue"]
     for k in range(0, row, 4):
         force = nothing()
@@ -64,6 +68,8 @@ def resisted_accelerations(
     head = header_of(table)
     place(t, q, u, table, pool, work)
     write_forces(t, q, u, table, pool, work)
+    if head["n_laws"] > 0:
+        write_law_resistance(q, u, c_d, c_k, table, pool, work)
     if head["n_holds"] > 0:
         add_known_accelerations(table, work)
     for i in range(1, head["n_bodies"]):

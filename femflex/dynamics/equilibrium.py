@@ -1,9 +1,8 @@
 """Equilibria: rest in the base frame under constant loads, steady spin, or the gravity gradient of a circular orbit.
 
-Newton's method on the compiled residual with u = du/dt = 0, coordinates with a stiffness of their own eliminated
-first. Where it does not get there at once, the outer forces grow from zero to full share in steps (continuation).
-Coordinates that nothing resists (a free body's place, the angle of an axle) are held: they move along the least
-change, and no force may remain along them.
+Newton's method (femflex.dynamics.balance) on the compiled residual with u = du/dt = 0. Where it does not get there at
+once, the outer forces grow from zero to full share in steps (continuation). Coordinates that nothing resists (a free
+body's place, the angle of an axle) are held: they move along the least change, and no force may remain along them.
 """
 
 from __future__ import annotations
@@ -13,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.linearised import advanced, linearised
+from femflex.dynamics.balance import Balance, balance
+from femflex.dynamics.linearised import linearised
 from femflex.dynamics.model import Model
 from femflex.dynamics.steady import Steady, steady
 from femflex.dynamics.vibration import GROWING
@@ -21,13 +21,6 @@ from femflex.system import System
 
 Array = NDArray[np.float64]
 
-BALANCED = 1e-9  # residual over the largest force at which an equilibrium is found
-FADED = 1e-6  # of the forces at the start, and of the energy of spin: equilibria without any forces are measured by it
-SETTLED = 1e-8  # last step over usual sizes, likewise
-LONGEST = 0.5  # step over usual sizes: half a radian, half the craft's length
-NEUTRAL = 1e-7  # stiffness over the largest of the free coordinates below which a direction counts as neutral
-NOISE = 1e-9  # of the largest force: stiffness that differences cannot tell from none
-TRIES, HALVINGS = 30, 12
 FIRST, LEAST = 0.25, 1e-4  # share of the outer forces added in a step of the continuation
 
 
@@ -56,6 +49,12 @@ class Equilibrium:
     def q(self) -> Array:
         """Coordinates (n_q,)."""
         return self.x[: self.model.n_q]
+
+    @property
+    def gap(self) -> float:
+        """Largest gap of the loops, as lengths or angles; 0 without any."""
+        tied = self.model.constraints
+        return 0.0 if tied is None else float(np.abs(tied.residuals(0.0, self.x)[0]).max())
 
     @property
     def growth(self) -> float:
@@ -133,82 +132,6 @@ def equilibrium(system: System, at: float | None = None) -> Equilibrium:
         neutral=found.neutral,
         eigenvalues=linear.eigenvalues(),
     )
-
-
-@dataclass(frozen=True, eq=False)
-class Balance:
-    """Where Newton's method came to at a share of the outer forces, and what is left over along which coordinate."""
-
-    q: Array
-    balanced: bool
-    iterations: int
-    residual: float
-    worst: int
-    neutral: tuple[str, ...]
-
-
-def balance(problem: Steady, q: Array, share: float) -> Balance:
-    """Newton's method with shortened steps from the coordinates q (n_q,), under a share of the outer forces."""
-    neutral: tuple[str, ...] = ()
-    residual, worst, balanced = np.inf, 0, False
-    least = FADED * max(problem.largest(q, share), share * problem.energy_of_spin)
-    for k in range(TRIES):
-        inner, outer = problem.forces(q)
-        g = inner + share * outer
-        worst = int(np.argmax(np.abs(g))) if g.size else 0
-        size = max(problem.largest(q, share), least)
-        try:
-            move, neutral, held = newton_step(problem, problem.stiffness(q, share), g, size)
-        except np.linalg.LinAlgError:
-            break
-        residual = _ratio(g, max(size, held))
-        longest = float(np.abs(move).max(initial=0.0))
-        balanced = residual <= BALANCED
-        if balanced and longest <= SETTLED:
-            return Balance(q, True, k, residual, worst, neutral)
-        q, moved = _along(problem, q, move * min(1.0, LONGEST / max(longest, 1e-300)), share, float(np.linalg.norm(g)))
-        if not moved:  # the forces are at their rounding, or do not fall at all
-            return Balance(q, balanced, k + 1, residual, worst, neutral)
-    return Balance(q, False, TRIES, residual, worst, neutral)
-
-
-def newton_step(problem: Steady, A: Array, g: Array, size: float) -> tuple[Array, tuple[str, ...], float]:
-    """The step (n_u,) in usual sizes that balances g, least along neutral directions.
-
-    With it the names of the coordinates along which these lead most, and the largest stiffness of the others that have
-    none of their own [J].
-    """
-    e, r = problem.elastic & ~problem.held, ~problem.elastic & ~problem.held
-    move = np.zeros(len(g))
-    relaxed = np.linalg.solve(A[np.ix_(e, e)], np.column_stack([A[np.ix_(e, r)], g[e]]))
-    S = A[np.ix_(r, r)] - A[np.ix_(r, e)] @ relaxed[:, :-1]
-    rest = g[r] - A[np.ix_(r, e)] @ relaxed[:, -1]
-    U, sigma, Vt = np.linalg.svd(S)
-    kept = sigma > max(NEUTRAL * sigma.max(initial=0.0), NOISE * size)
-    move[r] = -(Vt[kept].T @ ((U[:, kept].T @ rest) / sigma[kept]))
-    move[e] = -(relaxed[:, -1] + relaxed[:, :-1] @ move[r])
-    if not np.isfinite(move).all():
-        raise np.linalg.LinAlgError("the step is not finite")
-    names = np.array([name for name, _ in problem.full.system.velocity_names()])[r]
-    neutral = tuple(str(names[np.argmax(np.abs(row))]).removesuffix("_rate") for row in Vt[~kept])
-    return move, neutral, float(sigma[kept].max(initial=0.0))
-
-
-def _along(problem: Steady, q: Array, move: Array, share: float, before: float) -> tuple[Array, bool]:
-    """The coordinates a step further, shortened until the forces fall, and whether that helped."""
-    for k in range(HALVINGS):
-        part = 0.5**k
-        tried = advanced(problem.full, q, part * move * problem.sizes)
-        inner, outer = problem.forces(tried)
-        after = float(np.linalg.norm(inner + share * outer))
-        if np.isfinite(after) and after <= before * (1.0 - 1e-4 * part):
-            return tried, True
-    return q, False
-
-
-def _ratio(left: Array, size: float) -> float:
-    largest = float(np.abs(left).max(initial=0.0))
-    return largest / size if size > 0 else (np.inf if largest > 0 else 0.0)
 
 
 def _failed(problem: Steady, q: Array, share: float, count: int, tried: Balance) -> EquilibriumError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.law_report import law_places
 from femflex.dynamics.layout import body_records
-from femflex.system import Law
+from femflex.system import Law, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
@@ -23,10 +24,55 @@ STEP = 1e-6  # of the difference quotient, times a unit of the coordinate
 def highest_frequency(model: Model) -> float:
     """Highest natural frequency of shapes and springs at the initial configuration, at rest [rad/s].
 
-    The largest eigenvalue of M^-1 K, which turns displacements of the elastic, sliding and turning coordinates that
-    have stiffness into the accelerations that they call up.
+    That of the whole system, bodies and joints coupled and loops closed: the largest eigenvalue of M^-1 K, which turns
+    displacements of the elastic, sliding and turning coordinates that have stiffness into the accelerations that they
+    call up. Where dampers let motion die faster than anything vibrates, their rate.
     """
-    return max(linear_frequency(model), law_frequency(model))
+    return max(linear_frequency(model), law_frequency(model), damping_rate(model))
+
+
+def damping_rate(model: Model) -> float:
+    """Fastest rate at which motion dies by dampers, shapes' damping and friction at rest [1/s]; 0 without any.
+
+    The largest real part among the eigenvalues of M^-1 D, which turns velocities into decelerations; gyroscopic forces
+    have none.
+    """
+    if not damped(model.system):
+        return 0.0
+    rest = np.concatenate([model.x0[: model.n_q], np.zeros(model.n_u)])
+
+    def slowed(velocity: Array) -> Array:
+        ahead, behind = (
+            model.state_rate(0.0, rest + np.concatenate([np.zeros(model.n_q), sign * STEP * np.ravel(velocity)]))
+            for sign in (1.0, -1.0)
+        )
+        return np.asarray((behind - ahead)[model.n_q :] / (2.0 * STEP))
+
+    return max(0.0, largest_eigenvalue(slowed, model.n_u))
+
+
+def damped(system: System) -> bool:
+    """Whether anything in a system resists velocities linearly."""
+    return (
+        any(joint.damping.any() or joint.laws for joint in system.joints)
+        or any(body.damping.any() for body in system.bodies.values())
+        or any(spring.damping for spring in system.springs)
+    )
+
+
+def largest_eigenvalue(operator: Callable[[Array], Array], n: int) -> float:
+    """Largest real part of the eigenvalues of a linear map of vectors (n,); of many, by Arnoldi's method."""
+    if n <= MANY:
+        values = np.linalg.eigvals(np.column_stack([operator(unit) for unit in np.eye(n)]))
+    else:
+        from scipy.sparse.linalg import LinearOperator, eigs
+
+        start = np.random.default_rng(0).normal(size=n)
+        values = eigs(
+            LinearOperator((n, n), matvec=operator, dtype=float), 1, which="LR", v0=start, tol=1e-6,
+            return_eigenvectors=False,
+        )  # fmt: skip
+    return float(values.real.max())
 
 
 def law_frequency(model: Model) -> float:
@@ -66,15 +112,7 @@ def linear_frequency(model: Model) -> float:
             moved[q] += STEP * np.ravel(displacement)
         return np.asarray((base - model.state_rate(0.0, moved)[model.n_q :][u]) / STEP)
 
-    n = len(u)
-    if n <= MANY:
-        values = np.linalg.eigvals(np.column_stack([called_up(unit) for unit in np.eye(n)]))
-    else:
-        from scipy.sparse.linalg import LinearOperator, eigs
-
-        operator, start = LinearOperator((n, n), matvec=called_up, dtype=float), np.random.default_rng(0).normal(size=n)
-        values = eigs(operator, 1, which="LR", v0=start, tol=1e-6, return_eigenvectors=False)
-    return float(np.sqrt(max(values.real.max(), 0.0)))
+    return float(np.sqrt(max(largest_eigenvalue(called_up, len(u)), 0.0)))
 
 
 def stiff_coordinates(record: np.void) -> list[tuple[int, int]]:

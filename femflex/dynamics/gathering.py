@@ -14,7 +14,7 @@ from femflex.dynamics.formula import formula
 from femflex.dynamics.held import add_known_accelerations, held_state, hold_rows, is_held
 from femflex.dynamics.inertia import accelerate_uniformly, zero_forces
 from femflex.dynamics.lanes import lane, nothing, plus, put, totals
-from femflex.dynamics.laws import write_law_stiffness
+from femflex.dynamics.laws import write_law_resistance
 from femflex.dynamics.layout import W_ACC, W_BIAS, W_CIN, W_CIP, W_H, W_M, W_P, W_R, W_TAU, body_of, header_of
 from femflex.dynamics.pairs import Pair, along_four, at_origin, dot_pair, nothing_pair, pair, pair_of, put_pair
 from femflex.dynamics.recursion import accelerate, carry_acceleration, reduce_to_root
@@ -157,7 +157,8 @@ def write_solution(
 ) -> None:
     """out = (c_m M + c_d D + c_k K)^-1 rhs; the velocities handed to `place` only reach biases, which are cleared.
 
-    On held freedoms the matrix is c_m times the unit matrix.
+    On held freedoms the matrix is c_m times the unit matrix. K counts the stiffness of laws; D leaves out what these
+    resist at a rate, which is not known here.
     """
     head = header_of(table)
     if head["n_holds"] > 0:
@@ -166,7 +167,7 @@ def write_solution(
             work[head["known"] + k] = work[head["flags"] + k] * rhs[k] / c_m
     place(t, q, rhs, table, pool, work)
     if head["n_laws"] > 0:
-        write_law_stiffness(q, table, pool, work)
+        write_law_resistance(q, rhs, 0.0, c_k / c_m, table, pool, work)
     for i in range(1, head["n_bodies"]):
         b = body_of(table, i)
         w = b["work"]

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.layout import W_NEAR, body_records
 from femflex.rotations import (
     EULER_PARAMETERS,
     coordinates_from_dcm,
@@ -28,6 +29,12 @@ def balls(system: System) -> Iterator[tuple[Joint, str, int]]:
         if joint.ball is not None and joint.ball != EULER_PARAMETERS:
             yield joint, joint.ball, at + joint.ball_places().start
         at += joint.n_q + system.bodies[name].n_modes
+
+
+def singularity_notes(system: System, table: NDArray[np.int64]) -> dict[str, int]:
+    """Where in the work array the steps note how near a ball came to its singularity, and when, by its channel."""
+    blocks = {name: int(b["work"]) + W_NEAR for name, b in zip(system.order, body_records(table)[1:], strict=True)}
+    return {f"joints/{joint.label}/singularity": blocks[joint.child] for joint, _, _ in balls(system)}
 
 
 def ball_channels(system: System) -> dict[str, Channel]:

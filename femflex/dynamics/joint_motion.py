@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.compiled import inner
 from femflex.dynamics.lanes import last, plus, reciprocal, with_last
-from femflex.dynamics.layout import W_ACC, W_BIAS, W_H, W_M, W_PIVOT, W_STIFF, W_TAU, W_U
+from femflex.dynamics.layout import W_ACC, W_BIAS, W_H, W_M, W_PIVOT, W_RESIST, W_TAU, W_U
 from femflex.dynamics.pairs import dot_pair, pair, put_pair
 from femflex.dynamics.spatial import free_motion, less_outer, pulled, put_six_rows, six_rows, with_bias
 from femflex.dynamics.vectors import dot, load3, scale, store_lane, sub
@@ -20,8 +20,8 @@ Record = np.void
 def eliminate_joint(b: Record, pool: Array, work: Array, c_d: float, c_k: float, forced: bool) -> None:
     """Take the joint's freedoms out of [A | p], one after the other, the bias acceleration included in p.
 
-    Freedom k with column h: U = A h, d = h . U + c_d damper + c_k spring, and the force that remains is
-    h . p - tau, kept in the last place of U. Held freedoms (pivot 0, see held) stay in [A | p].
+    Freedom k with column h: U = A h, d = h . U + c_d damper + c_k spring + that of laws, and the force that remains
+    is h . p - tau, kept in the last place of U. Held freedoms (pivot 0, see held) stay in [A | p].
     """
     w = b["work"]
     rows = with_bias(six_rows(work, w + W_M), pair(work, w + W_BIAS))
@@ -37,8 +37,8 @@ def eliminate_joint(b: Record, pool: Array, work: Array, c_d: float, c_k: float,
                 force -= work[w + W_TAU + k - hidden]
             if b["sprung"]:
                 d += c_d * pool[b["damper"] + k - hidden] + c_k * pool[b["spring"] + k - hidden]
-                if b["lawful"]:
-                    d += c_k * work[w + W_STIFF + k - hidden]
+                if b["lawful"] and (c_d != 0.0 or c_k != 0.0):
+                    d += work[w + W_RESIST + k - hidden]
         d = reciprocal(d)
         U = (U[0], with_last(U[1], force))
         put_pair(work, w + W_U + 8 * k, U)

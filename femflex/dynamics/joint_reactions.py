@@ -41,14 +41,9 @@ def observe_reactions(model: Model, times: Array, states: Array) -> dict[str, Ar
     """The channels of `reaction_channels` at times (n_t,) and states (n_t, n_x) of the model.
 
     All that a joint passes on: constraint forces, and what its springs, dampers and specified motions do along its
-    freedoms. Redundant loops share their load as the smallest multipliers say. Raises ValueError for a model from
-    which terms are left out.
+    freedoms. Redundant loops share their load as the smallest multipliers say. A model from which terms are left out
+    has none.
     """
-    if model.reduced:
-        raise ValueError(
-            f"forces in joints are those of the full equations, and {', '.join(model.omitted)} is switched off; run "
-            "without reactions"
-        )
     records, order = body_records(model.table), model.system.order
     wrenches = np.empty((len(times), len(order), 6))  # at the bodies' origins, body components
     turns = np.empty((len(times), len(order), 3, 3))

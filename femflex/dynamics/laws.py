@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.compiled import inner
-from femflex.dynamics.layout import W_STIFF, W_TAU, body_of, header_of, law_of
+from femflex.dynamics.layout import W_RESIST, W_TAU, body_of, header_of, law_of
 from femflex.dynamics.profiles import profile_at
 from femflex.dynamics.vectors import Vector
 from femflex.system.law import CONTACT, DAMPER, FRICTION, LATCHED, SPRING
@@ -60,16 +60,35 @@ def add_law_forces(q: Array, u: Array, table: Table, pool: Array, work: Array) -
 
 
 @inner
-def write_law_stiffness(q: Array, table: Table, pool: Array, work: Array) -> None:
-    """Write the laws' stiffness along the freedoms of every joint that has laws, where it is not negative."""
+def law_slopes(law: Record, q: Array, u: Array, pool: Array) -> tuple[float, float]:
+    """Slopes of a law's force, by its coordinate and by its rate."""
+    x, rate, at = q[law["q"]], u[law["u"]], law["numbers"]
+    stiffness, drag = elastic_law(law, q, pool)[2], 0.0
+    if law["kind"] == DAMPER:
+        drag = profile_at(rate, at, pool)[2]
+    elif law["kind"] == CONTACT:
+        c = profile_at(x, at, pool)
+        stiffness, drag = stiffness + c[1] * rate, c[0]
+    elif law["kind"] == FRICTION:
+        slip = math.tanh(rate / pool[at + 1])
+        drag = pool[at] / pool[at + 1] * (1.0 - slip * slip)
+    elif law["kind"] == LATCHED and q[law["latch"]] >= 0.0:
+        drag = pool[at + 1]
+    return stiffness, drag
+
+
+@inner
+def write_law_resistance(q: Array, u: Array, c_d: float, c_k: float, table: Table, pool: Array, work: Array) -> None:
+    """Write c_d D + c_k K of the laws along the freedoms of every joint, each slope where it is not negative."""
     head = header_of(table)
     for i in range(1, head["n_bodies"]):
         for k in range(6):
-            work[body_of(table, i)["work"] + W_STIFF + k] = 0.0
+            work[body_of(table, i)["work"] + W_RESIST + k] = 0.0
     for j in range(head["n_laws"]):
         law = law_of(table, j)
-        at = body_of(table, law["body"])["work"] + W_STIFF + law["freedom"]
-        work[at] += max(0.0, elastic_law(law, q, pool)[2])
+        stiffness, drag = law_slopes(law, q, u, pool)
+        at = body_of(table, law["body"])["work"] + W_RESIST + law["freedom"]
+        work[at] += c_d * max(0.0, drag) + c_k * max(0.0, stiffness)
 
 
 @inner

@@ -174,8 +174,9 @@ W_VEL = 216  # velocity of the origin, body components (3)
 W_OMEGA = 219  # rate of the body, body components (3)
 W_S = 222  # first moment s y (3)
 W_Q = 225  # second moment Q_ab (9)
-W_STIFF = 234  # stiffness of laws along the joint's freedoms (6)
-W_FIXED = 240  # first of the arrays whose place the record holds
+W_RESIST = 234  # c_d damping + c_k stiffness of laws along the joint's freedoms (6)
+W_NEAR = 240  # of a ball: least angle that was left to its set's singularity, and when
+W_FIXED = 244  # first of the arrays whose place the record holds
 
 SLOTS = (0, 1, 2, 4, 5, 6)  # where the components of force and couple stand among the eight of a row
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
+from femflex.dynamics.closed_motion import carried, independent, refuse_rolling
 from femflex.dynamics.layout import BALL_NONE, body_records
 from femflex.dynamics.model import Model
 
@@ -24,7 +25,10 @@ STEP = 1e-5  # of a coordinate's usual size: error of central differences h^2 ~ 
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """Linear equations about a state: M, D, K, W (n, n) of the freedoms that are not held; their names."""
+    """Linear equations about a state: M, D, K, W (n, n) of the freedoms that are not held; their names.
+
+    Beside loops n counts the independent ones, which the others follow (see femflex.dynamics.closed_motion).
+    """
 
     M: Array
     D: Array
@@ -48,15 +52,17 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
     """The linear equations about the state x (n_x,) at t with accelerations udot (n_u,), zero when left out.
 
     M is exact, D exact too (the residual is of second degree in u); K is that of shapes and springs exactly, plus
-    central differences of the rest. Raises ValueError for a model with loops or constraints.
+    central differences of the rest. Beside loops K holds the stiffness that their forces add as they turn along, and
+    the state must be at rest. Raises ValueError for nonholonomic constraints, and for loops in motion.
     """
-    if model.constraints is not None:
-        raise ValueError(
-            f"{model.constraints.names} constrain the system, and linear equations are those of trees of bodies alone; "
-            "leave them out"
-        )
     accelerations = np.zeros(model.n_u) if udot is None else np.asarray(udot, float)
     q, u = x[: model.n_q], x[model.n_q :]
+    refuse_rolling(model.system, "linear equations")
+    if model.system.loops and (u.any() or accelerations.any()):
+        raise ValueError(
+            f"the loops {[loop.label for loop in model.system.loops]} are in motion, and linear equations beside loops "
+            "are those about rest; take a state of rest, or let the base frame spin ([attitude] frame = 'spinning')"
+        )
     n = model.n_u
 
     def residual(q: Array, u: Array) -> Array:
@@ -65,10 +71,13 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
     unit = np.eye(n) * max(1.0, float(np.abs(u).max(initial=0.0)))
     D = np.column_stack([(residual(q, u + e) - residual(q, u - e)) / (2 * e.max()) for e in unit])
     free = np.flatnonzero(~held_freedoms(model))
-    K = stiffness(model, t, x, accelerations)
+    K = stiffness(model, t, x, accelerations, multipliers(model, t, x))
     M, D, K, W = (A[np.ix_(free, free)] for A in (model.mass_matrix(t, x), D, K, turning(model, u)))
-    names = model.system.velocity_names()
-    return Linearised(M, D, K, W, tuple(names[k][0] for k in free))
+    names = np.array([name for name, _ in model.system.velocity_names()])[free]
+    if model.constraints is not None:
+        own, Z = independent(model.constraints.matrix(t, x)[:, free], usual_sizes(model)[free])
+        M, D, K, W, names = Z.T @ M @ Z, Z.T @ D @ Z, Z.T @ K @ Z, W[np.ix_(own, own)], names[own]
+    return Linearised(M, D, K, W, tuple(str(name) for name in names))
 
 
 def held_freedoms(model: Model) -> NDArray[np.bool_]:
@@ -79,15 +88,24 @@ def held_freedoms(model: Model) -> NDArray[np.bool_]:
     return held
 
 
-def stiffness(model: Model, t: float, x: Array, udot: Array) -> Array:
-    """K (n_u, n_u): derivative of the residual by increments of the coordinates."""
+def multipliers(model: Model, t: float, x: Array) -> Array:
+    """Multipliers (n_rows,) of the loops that hold a system at rest at x; none for a tree."""
+    if model.constraints is None:
+        return np.zeros(0)
+    ties, force = model.constraints.matrix(t, x), model.bias(t, x)
+    return carried(np.where(held_freedoms(model), 0.0, ties), np.where(held_freedoms(model), 0.0, force))
+
+
+def stiffness(model: Model, t: float, x: Array, udot: Array, lambdas: Array) -> Array:
+    """K (n_u, n_u): derivative of the residual by increments of the coordinates, at constant multipliers (n_rows,)."""
     q, u = x[: model.n_q], x[model.n_q :]
     K, at = linear_stiffness(model)
     own = at >= 0
 
     def other(moved: Array) -> Array:
-        change = np.where(own, moved[at] - q[at], 0.0)
-        return model.residual(t, np.concatenate([moved, u]), udot) - K @ change
+        change, y = np.where(own, moved[at] - q[at], 0.0), np.concatenate([moved, u])
+        tied = lambdas @ model.constraints.matrix(t, y) if model.constraints is not None else 0.0
+        return model.residual(t, y, udot) - tied - K @ change
 
     columns = []
     for j, size in enumerate(usual_sizes(model)):

@@ -7,7 +7,18 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.compiled import inner
 from femflex.dynamics.lanes import lane, put
-from femflex.dynamics.layout import LOAD_BODY, LOAD_INERTIAL, LOAD_MARKER, W_CIN, W_P, body_of, header_of
+from femflex.dynamics.layout import (
+    LOAD_BODY,
+    LOAD_INERTIAL,
+    LOAD_MARKER,
+    ORBIT_NONE,
+    W_CIN,
+    W_P,
+    W_POS,
+    body_of,
+    header_of,
+    load_of,
+)
 from femflex.dynamics.shapes import combined, rows3
 from femflex.dynamics.turns import vector_tangent, vector_turn
 from femflex.dynamics.vectors import (
@@ -80,6 +91,23 @@ def load_wrench(
     else:
         C = product(C_iN, load9(work, header_of(table)["orbit_state"] + 4))
     return turn(C, force), turn(C, torque), r, T
+
+
+@inner
+def energy_of_loads(t: float, shift: Vector, table: Table, pool: Array, work: Array) -> float:
+    """Potential energy -F.r of the loads that have one: forces constant in inertial axes, with no torque, in no orbit.
+
+    r of the marker from `shift`, inertial components.
+    """
+    energy, head = 0.0, header_of(table)
+    for i in range(head["n_loads"] if head["orbit"] == ORBIT_NONE else 0):
+        load = load_of(table, i)
+        if load["n_times"] == 0 and load["frame"] == LOAD_INERTIAL:
+            force, torque, r, _ = load_wrench(t, load, table, pool, work)
+            w = body_of(table, load["body"])["work"]
+            at = add(r, turn(load9(work, w + W_CIN), sub(load3(work, w + W_POS), shift)))
+            energy -= dot(force, at) if dot(torque, torque) == 0.0 else 0.0
+    return energy
 
 
 @inner

@@ -48,7 +48,7 @@ def lower(system: System) -> tuple[Table, Array, int]:
     head = np.zeros(1, at.HEADER)
     head[0]["n_bodies"], head[0]["n_loads"], head[0]["n_markers"] = len(bodies), len(loads), len(markers)
     head[0]["n_q"], head[0]["n_u"] = nq, nu
-    head[0]["angle_axes"] = pool.put([*axis_numbers(system.libration_sequence), *system.libration_axes.ravel()])
+    head[0]["angle_axes"] = pool.put(axis_numbers(system.libration_sequence))
     head[0]["mass"] = pool.put([sum(body.moments.mass for body in system.bodies.values())])
     head[0]["orbit_state"], head[0]["total"] = scratch.take(19), scratch.take(6)
     lower_orbit(head[0], system, pool)

@@ -17,12 +17,13 @@ from femflex.dynamics.gimbal_lock import observe_locks
 from femflex.dynamics.joint_channels import observe_balls
 from femflex.dynamics.joint_reactions import observe_reactions
 from femflex.dynamics.law_report import observe_laws
-from femflex.dynamics.layout import BALL_MODIFIED, BALL_QUATERNION, body_records
+from femflex.dynamics.layout import BALL_QUATERNION, body_records
 from femflex.dynamics.lower import lower
 from femflex.dynamics.lower_constraints import characteristic_length
 from femflex.dynamics.observe import observe
 from femflex.dynamics.orbit_force import observe_orbit_force
 from femflex.dynamics.pool import aligned
+from femflex.dynamics.sights import observe_sights
 from femflex.dynamics.terms import SWITCHED
 from femflex.rotations import is_extrinsic
 from femflex.system import Channel, System
@@ -76,7 +77,7 @@ class Model:
             return self.tree
         from femflex.dynamics.second_order import ConstrainedCalls
 
-        return ConstrainedCalls(self.n_q, self.n_u)
+        return ConstrainedCalls(self.n_q, self.n_u, self.reduced)
 
     @property
     def tree(self) -> SecondOrderCalls:
@@ -92,9 +93,8 @@ class Model:
 
     @property
     def switch(self) -> Any:
-        """The call that changes coordinates between two steps, or None where no rotation set asks for it."""
-        records = body_records(self.table)
-        if not np.any((records["ball"] == BALL_MODIFIED) | (records["reference"] > 0)):
+        """The call that watches and changes coordinates between two steps; None where no rotation set can fail."""
+        if not np.any(body_records(self.table)["ball"] > BALL_QUATERNION):
             return None
         from femflex.dynamics.switching import switch
 
@@ -182,6 +182,7 @@ class Model:
             first = int(records[i]["qe"])
             body = self.system.bodies[name]
             out[f"bodies/{name}/delta"] = body.amplitudes(states[:, first : first + body.n_modes])
+        out |= observe_sights(self.system, times, out)
         if self.constraints is not None:
             out |= self.constraints.observe(times, states)
         if self.system.reactions:

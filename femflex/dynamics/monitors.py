@@ -26,6 +26,7 @@ from femflex.dynamics.layout import (
     body_of,
     header_of,
 )
+from femflex.dynamics.loads import energy_of_loads
 from femflex.dynamics.shapes import nothing3, rows3, rows9, totals3, turning_of
 from femflex.dynamics.springs import energy_of_springs
 from femflex.dynamics.stiffening import varying_energy, write_varying_stiffness
@@ -38,7 +39,6 @@ from femflex.dynamics.vectors import (
     dot,
     load3,
     load9,
-    product,
     scale,
     store3,
     store4,
@@ -54,12 +54,13 @@ Record = np.void
 ROW_RADIUS, ROW_ANOMALY, ROW_ORBIT, ROW_ANGLES = 0, 1, 2, 6
 ROW_KINETIC, ROW_ELASTIC, ROW_SPRING, ROW_GRAVITY, ROW_ENERGY, ROW_JACOBI = 9, 10, 11, 12, 13, 14
 ROW_MOMENTUM, ROW_ANGULAR, ROW_CENTER, ROW_NORM = 15, 18, 21, 24
-ROW_FIXED = 25
+ROW_LOAD_ENERGY = 25
+ROW_FIXED = 26
 
 
 @inner
 def observe_energies(
-    q: Array, row: Array, shift: Vector, drift: Vector, table: Table, pool: Array, work: Array
+    t: float, q: Array, row: Array, shift: Vector, drift: Vector, table: Table, pool: Array, work: Array
 ) -> None:
     """Orbit, attitude angles, energies, momenta and quaternion norm into the fixed part of a row."""
     head = header_of(table)
@@ -100,7 +101,8 @@ def observe_energies(
     store3(row, ROW_ANGULAR, sub(spin, cross(center, momentum)))
     store3(row, ROW_CENTER, center)
     row[ROW_NORM] = norm
-    observe_orbit(row, kinetic + elastic + spring, spin, momentum, table, pool, work)
+    row[ROW_LOAD_ENERGY] = energy_of_loads(t, shift, table, pool, work)
+    observe_orbit(row, kinetic + elastic + spring + row[ROW_LOAD_ENERGY], spin, momentum, table, pool, work)
     observe_angles(body_of(table, 1), row, head, pool, work)
 
 
@@ -143,9 +145,8 @@ def observe_orbit(
 
 @inner
 def observe_angles(b: Record, row: Array, head: Record, pool: Array, work: Array) -> None:
-    """Attitude angles of the root body's libration axes relative to the base frame, in the reported sequence."""
-    C_PL = product(load9(work, b["work"] + W_CPQ), load9(pool, head["angle_axes"] + 3))
-    store3(row, ROW_ANGLES, angles_of(C_PL, load3(pool, head["angle_axes"])))
+    """Attitude angles of the root joint's marker relative to the base frame, in the reported sequence."""
+    store3(row, ROW_ANGLES, angles_of(load9(work, b["work"] + W_CPQ), load3(pool, head["angle_axes"])))
 
 
 @inner

@@ -109,7 +109,7 @@ def observe(times: Array, states: Array, rows: Array, table: Table, pool: Array,
             q, u = held_state(times[j], q, u, records, numbers, scratch)
         place(times[j], q, u, records, numbers, scratch)
         shift, drift = origin(records, numbers, scratch)
-        observe_energies(q, row, shift, drift, records, numbers, scratch)
+        observe_energies(times[j], q, row, shift, drift, records, numbers, scratch)
         at = ROW_FIXED
         for i in range(1, head["n_bodies"]):
             observe_body(body_of(records, i), row, at, shift, scratch)

@@ -93,12 +93,15 @@ class SecondOrderCalls:
 class ConstrainedCalls(SecondOrderCalls):
     """The second-order calls of a model with loops or other constraints.
 
-    The residual is M udot + h - Q - A^T lambda with the multipliers of the motion itself; there is no `solve`.
+    The residual is M udot + h - Q - A^T lambda with the multipliers of the motion itself, of the whole equations alone;
+    there is no `solve`.
     """
 
     @property
     def residual(self) -> Any:
-        """The call of signature RESIDUAL."""
+        """The call of signature RESIDUAL; AttributeError where terms are left out."""
+        if self.reduced:
+            raise AttributeError("what joints carry follows from the whole equations, and terms are switched off here")
         from femflex.dynamics.constrained_residual import residual
 
         return residual
@@ -106,6 +109,10 @@ class ConstrainedCalls(SecondOrderCalls):
     @property
     def correct(self) -> Any:
         """The call of signature CORRECT."""
+        if self.reduced:
+            from femflex.dynamics.reduced_constrained_correction import reduced_constrained_correct
+
+            return reduced_constrained_correct
         from femflex.dynamics.constrained_correction import correct
 
         return correct

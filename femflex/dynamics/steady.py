@@ -8,14 +8,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.closed_motion import closing_directions
+from femflex.dynamics.frozen import frozen, undamped
 from femflex.dynamics.layout import body_records
 from femflex.dynamics.linearised import held_freedoms, linear_stiffness, stiffness, usual_sizes
 from femflex.dynamics.model import Model, compile_system
-from femflex.system import Frame, Joint, Load, Profile, System
+from femflex.system import Frame, System
 
 Array = NDArray[np.float64]
 
-CIRCULAR = 1e-9  # eccentricity below which an orbit counts as circular
+SLACK = 1e-12  # of the largest: stiffness of a direction that neither shapes nor springs resist
 CHANGED = 1e-9  # relative change of the forces over time that is still rounding
 
 
@@ -62,13 +64,42 @@ class Steady:
         """Stiffness of shapes and springs on slides and turns, and the coordinates it multiplies."""
         return linear_stiffness(self.full)
 
-    def stiffness(self, q: Array, share: float) -> Array:
-        """Derivative (n_u, n_u) of the forces by increments of the coordinates in their sizes [J]."""
+    def stiffness(self, q: Array, share: float, lambdas: Array) -> Array:
+        """Derivative (n_u, n_u) of the forces by increments of the coordinates in their sizes [J].
+
+        Loops carry the multipliers (n_rows,) along.
+        """
         x, still = np.concatenate([q, np.zeros(self.full.n_u)]), np.zeros(self.full.n_u)
-        K = share * stiffness(self.full, 0.0, x, still)
+        K = share * stiffness(self.full, 0.0, x, still, lambdas)
         if share < 1.0:
-            K += (1.0 - share) * stiffness(self.inner, 0.0, x, still)
+            K += (1.0 - share) * stiffness(self.inner, 0.0, x, still, lambdas)
         return K * self.sizes * self.sizes[:, None]
+
+    def ties(self, q: Array) -> Array:
+        """A (n_rows, n_u) of the loops at q, by increments in their sizes; no rows for a tree."""
+        if self.full.constraints is None:
+            return np.zeros((0, self.full.n_u))
+        A = self.full.constraints.matrix(0.0, np.concatenate([q, np.zeros(self.full.n_u)]))
+        return np.where(self.held, 0.0, A * self.sizes)
+
+    def directions(self, A: Array) -> tuple[Array, Array]:
+        """Directions (n_u, .) that keep loops closed: those that shapes and springs resist, and the others."""
+        unit = np.eye(self.full.n_u)
+        if not len(A):
+            return unit[:, self.elastic & ~self.held], unit[:, ~self.elastic & ~self.held]
+        Z = unit[:, ~self.held] @ closing_directions(A[:, ~self.held])
+        K = self.own_stiffness[0] * self.sizes * self.sizes[:, None]
+        values, V = np.linalg.eigh(Z.T @ K @ Z)
+        stiff = values > SLACK * values.max(initial=0.0)
+        return Z @ V[:, stiff], Z @ V[:, ~stiff]
+
+    def closed(self, q: Array) -> Array:
+        """The coordinates with their loops closed again, by the shortest way."""
+        if self.full.constraints is None:
+            return q
+        x = np.concatenate([q, np.zeros(self.full.n_u)])
+        self.full.project(0.0, x, self.full.table, self.full.pool, self.full.work)
+        return x[: self.full.n_q]
 
 
 def steady(system: System, at: float | None = None) -> Steady:
@@ -88,100 +119,6 @@ def steady(system: System, at: float | None = None) -> Steady:
     found = Steady(full, inner, usual_sizes(full), elastic, held)
     _check_constant(found)
     return found
-
-
-def frozen(system: System, at: float | None = None) -> System:
-    """The system with loads and specified motions as they are at a time [s].
-
-    Raises ValueError with what changes over time there for a system at rest in its base frame.
-    """
-    still = replace(
-        system,
-        joints=tuple(_still(joint, at) for joint in system.joints),
-        loads=tuple(_frozen(load, at) for load in system.loads),
-    )
-    if problems := [*_tie_problems(still), *_orbit_problems(still), *_load_problems(still)]:
-        raise ValueError("\n".join(problems))
-    return still
-
-
-def undamped(system: System) -> System:
-    """The system without the damping of bodies, joints and springs."""
-    return replace(
-        system,
-        bodies={name: replace(body, damping=0.0 * body.damping) for name, body in system.bodies.items()},
-        joints=tuple(replace(joint, damping=0.0 * joint.damping) for joint in system.joints),
-        springs=tuple(replace(spring, damping=0.0) for spring in system.springs),
-    )
-
-
-def _still(joint: Joint, at: float | None) -> Joint:
-    """The joint with its specified freedoms locked where they are at a time."""
-    still: list[Profile | float | None] = list(joint.motion)
-    q0 = joint.q0.copy()
-    for k, profile in joint.held.items():
-        if profile.moves and at is None:
-            raise ValueError(
-                f"the motion of {joint.freedom_names()[k]!r} changes over time, so there is no equilibrium with it; "
-                "say at which time its value is meant (--at), or let the base frame spin instead ([attitude] frame = "
-                "'spinning')"
-            )
-        still[k] = q0[k] = float(profile(at or 0.0)[0])
-    return replace(joint, motion=tuple(still), q0=q0, u0=0.0 * joint.u0)
-
-
-def _frozen(load: Load, at: float | None) -> Load:
-    """The load as it is at a time; without one, a load that does not change."""
-    if load.times is None:
-        return load
-    values = [
-        np.array([np.interp(at or 0.0, load.times, row, 0.0, 0.0) for row in rows.T])
-        for rows in (load.force, load.torque)
-    ]
-    if at is None and (np.ptp(load.force, axis=0).any() or np.ptp(load.torque, axis=0).any()):
-        raise ValueError(
-            f"load {load.name!r} changes over time, so there is no equilibrium under it; say at which time its value "
-            "is meant (--at), or switch it off"
-        )
-    return replace(load, times=None, force=values[0], torque=values[1])
-
-
-def _tie_problems(system: System) -> list[str]:
-    names = [repr(loop.label) for loop in system.loops] + [repr(c.name) for c in system.constraints]
-    if not names:
-        return []
-    return [
-        f"{', '.join(names)} constrain the system, and equilibria are found for trees of bodies alone; leave them out, "
-        "or let a damped run come to rest"
-    ]
-
-
-def _orbit_problems(system: System) -> list[str]:
-    orbit, kind = system.orbit, system.frame.kind
-    if orbit is None:
-        return []
-    out = []
-    if orbit.eccentricity > CIRCULAR:
-        out.append(
-            f"the orbit's eccentricity is {orbit.eccentricity:g}, and gravity and its frame's rate change along it; "
-            "an equilibrium in orbit needs a circular one"
-        )
-    if kind != "orbital":
-        out.append(
-            f"the attitude is measured from the {kind} frame, in which gravity turns around once per orbit; an "
-            "equilibrium in orbit is at rest in the orbital frame"
-        )
-    return out
-
-
-def _load_problems(system: System) -> list[str]:
-    turning = {"inertial": [], "orbital": ["inertial"], "spinning": ["inertial"]}[system.frame.kind]
-    return [
-        f"load {load.name!r} keeps its direction in the {load.frame} frame, around which the {system.frame.kind} frame "
-        "turns; an equilibrium needs loads that turn along (frame 'body' or 'marker')"
-        for load in system.loads
-        if load.frame in turning and (load.force.any() or load.torque.any())
-    ]
 
 
 def _check_constant(found: Steady) -> None:

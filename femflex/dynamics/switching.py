@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from femflex.dynamics.ball import intrinsic_angles, own_turn
 from femflex.dynamics.compiled import inner, kernel
 from femflex.dynamics.lanes import start
-from femflex.dynamics.layout import BALL_MODIFIED, BALL_RODRIGUES, body_of, header_of
+from femflex.dynamics.layout import BALL_MODIFIED, BALL_QUATERNION, BALL_RODRIGUES, W_NEAR, body_of, header_of
 from femflex.dynamics.symbols import types
 from femflex.dynamics.turns import angles_turn, quaternion_of, quaternion_turn
 from femflex.dynamics.vectors import ZERO, dot, load3, load4, product, scale, store3, store4, transpose
@@ -25,7 +25,7 @@ Table = NDArray[np.int64]
 Record = np.void
 
 _vector = types.float64[::1]
-SWITCH = types.int64(_vector, types.int64[::1], _vector, _vector)
+SWITCH = types.int64(types.float64, _vector, types.int64[::1], _vector, _vector)
 
 FAR_RODRIGUES = math.tan(0.5 * (math.pi - NEAR)) ** 2
 NEAR_ANGLES = math.sin(NEAR)
@@ -69,11 +69,35 @@ def switch_ball(b: Record, q: Array, pool: Array) -> int:
     return 0
 
 
+@inner
+def angle_left(b: Record, q: Array, pool: Array) -> float:
+    """Angle left to the singularity of a ball's set (see femflex.rotations.singularity_distance)."""
+    j = b["q"] + b["n_slide"]
+    if b["ball"] == BALL_RODRIGUES or b["ball"] == BALL_MODIFIED:
+        half = math.atan(math.sqrt(dot(load3(q, j), load3(q, j))))
+        return math.pi - 2.0 * half if b["ball"] == BALL_RODRIGUES else 2.0 * math.pi - 4.0 * half
+    axes = b["axes"] + 3 * b["n_slide"]
+    turn = math.sin(q[j + 1]) if pool[axes] == pool[axes + 2] else math.cos(q[j + 1])
+    return math.asin(abs(turn))
+
+
+@inner
+def note_nearest(b: Record, t: float, q: Array, pool: Array, work: Array) -> None:
+    """Keep the least angle that was left to a ball's singularity, and when."""
+    near = b["work"] + W_NEAR
+    left = angle_left(b, q, pool)
+    if left < work[near]:
+        work[near], work[near + 1] = left, t
+
+
 @kernel(SWITCH)
-def switch(x: Array, table: Table, pool: Array, work: Array) -> int:
-    """Number of balls whose coordinates were changed in the state x, in place."""
+def switch(t: float, x: Array, table: Table, pool: Array, work: Array) -> int:
+    """Number of balls whose coordinates were changed in the state x, in place; notes how near to failing they were."""
     records = start(table)
     changed = 0
     for i in range(1, header_of(records)["n_bodies"]):
-        changed += switch_ball(body_of(records, i), start(x), start(pool))
+        b = body_of(records, i)
+        if b["ball"] > BALL_QUATERNION:
+            note_nearest(b, t, start(x), start(pool), start(work))
+            changed += switch_ball(b, start(x), start(pool))
     return changed

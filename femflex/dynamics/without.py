@@ -1,7 +1,8 @@
-"""A model with something switched off by name: a term of eq. (9), a load, or flexibility."""
+"""A model with something switched off by name: a term of eq. (9), a load, flexibility, or nonlinear strain."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import replace
 from difflib import get_close_matches
@@ -9,15 +10,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from femflex.body import FlexibleBody
+from femflex.body import FlexibleBody, StrainTensors
 from femflex.dynamics.law_report import law_places
 from femflex.dynamics.terms import DRIVES, LAWS, LOADS, SPRINGS_OF, SWITCHED, TERMS, all_rows, term_names
 from femflex.system import Joint, Latch, System
+from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
 FLEXIBILITY = "flexibility"
+NONLINEAR = "nonlinear_strain"
 
 LOOPS, CONSTRAINTS = "loops/", "constraints/"
 FOLDERS = (LOADS, LAWS, SPRINGS_OF, LOOPS, CONSTRAINTS)  # whose parts may go by their own name alone
@@ -29,12 +32,24 @@ def without_strain(body: FlexibleBody, name: str) -> FlexibleBody:
     return replace(body, strain=replace(body.strain, **{name: 0.0 * getattr(body.strain, name)}))
 
 
+def with_linear_strain(body: FlexibleBody) -> FlexibleBody:
+    """The body to first order: no cubic and quartic strain, and nothing that follows its bending."""
+    linear = StrainTensors(body.strain.V1, body.strain.f0)
+    return replace(body.without_slaves(), strain=linear)
+
+
+def bends_nonlinearly(body: FlexibleBody) -> bool:
+    """Whether a body's strain is of more than first order, or shapes follow its bending."""
+    return not body.strain.is_linear or len(body.slaves) > 0
+
+
 BODY_CHANGES: dict[str, Callable[[FlexibleBody], FlexibleBody]] = {
     "elastic": lambda body: without_strain(body, "V1"),
     "elastic_K2": lambda body: without_strain(body, "V2"),
     "elastic_K3": lambda body: without_strain(body, "V3"),
     "prestress": lambda body: without_strain(body, "f0"),
     "damping": lambda body: replace(body, damping=0.0 * body.damping),
+    NONLINEAR: lambda body: with_linear_strain(body),
 }
 JOINT_CHANGES: dict[str, Callable[[Joint], Joint]] = {
     "joint_springs": lambda joint: replace(joint, stiffness=0.0 * joint.stiffness),
@@ -43,7 +58,8 @@ JOINT_CHANGES: dict[str, Callable[[Joint], Joint]] = {
 
 
 def without(model: Model, *names: str) -> Model:
-    """The model without what is named: a term (see `terms`), a load, "flexibility" or "flexibility/<body>".
+    """The model without what is named: a term (see `terms`), a load, "flexibility" or that of a body, or
+    "nonlinear_strain".
 
     A rigid, undamped, unloaded ... system is one in which the thing is not there. The inertia forces by degree in u and
     gravity are left out of the compiled equations instead; the monitors of energy still count what they stand for.
@@ -55,10 +71,11 @@ def without(model: Model, *names: str) -> Model:
         system = changed(system, name)
     from femflex.dynamics.model import compile_system
 
-    found = compile_system(system)
+    omitted = (*model.omitted, *chosen)
+    found = compile_system(without_reactions(system, omitted))
     if model.constraints is not None and found.n_x == model.n_x:
         found = replace(found, x0=model.x0)  # closed loops start where they did
-    return reduced(found, (*model.omitted, *chosen))
+    return reduced(found, omitted)
 
 
 def switchable(model: Model) -> list[str]:
@@ -72,6 +89,8 @@ def switchable(model: Model) -> list[str]:
     names = [name for name in term_names(system) if name not in fixed and name not in model.omitted]
     if model.constraints is not None:
         names += model.constraints.paths
+    if NONLINEAR not in model.omitted and any(bends_nonlinearly(body) for body in system.bodies.values()):
+        names.append(NONLINEAR)
     return [*names, *([FLEXIBILITY] if flexible else []), *(f"{FLEXIBILITY}/{name}" for name in flexible)]
 
 
@@ -88,12 +107,20 @@ def resolved(model: Model, name: str) -> str:
         why = f"{name!r} cannot be switched off: it is what the specified motion needs."
     elif name in model.omitted:
         why = f"{name!r} is switched off already."
-    elif name in TERMS or name == FLEXIBILITY:
+    elif name in TERMS or name in (FLEXIBILITY, NONLINEAR):
         why = f"{name!r} cannot be switched off: this system has none."
     else:
-        near = get_close_matches(name, [*known, *(full.partition("/")[2] for full in known)], n=1)
-        why = f"{name!r} is not something that can be switched off" + (f"; did you mean {near[0]!r}?" if near else ".")
+        why = f"{name!r} is not something that can be switched off" + (
+            f"; did you mean {near!r}?" if (near := nearest(name, known)) else "."
+        )
     raise ValueError(f"{why} Known here are {known}.")
+
+
+def nearest(name: str, known: list[str]) -> str:
+    """The known name that is meant by another one, in full where its last part alone would not do; "" for none."""
+    short = {full.partition("/")[2]: full for full in known if "/" in full}
+    near = get_close_matches(name, [*known, *short], n=1)
+    return short.get(near[0], near[0]) if near else ""
 
 
 def changed(system: System, name: str) -> System:
@@ -136,6 +163,20 @@ def stiffened(system: System, names: set[str]) -> System:
     )
 
 
+def without_reactions(system: System, omitted: tuple[str, ...]) -> System:
+    """The system without reports of what joints carry, where terms are left out of the equations they follow from."""
+    struck = [name for name in omitted if name in SWITCHED]
+    if not (system.reactions and struck):
+        return system
+    warnings.warn(
+        f"forces in joints are left out of the run: they are those of the full equations, and {', '.join(struck)} is "
+        "switched off",
+        PhysicsWarning,
+        stacklevel=4,
+    )
+    return replace(system, reactions=False)
+
+
 def rigid(body: FlexibleBody) -> FlexibleBody:
     """The body without its shapes."""
     return replace(body.without_slaves().truncated(0), damping=np.zeros((0, 0)))
@@ -146,18 +187,19 @@ def reduced(model: Model, omitted: tuple[str, ...]) -> Model:
     rows = all_rows(model.system)
     if not any(name in SWITCHED for name in omitted):
         return replace(model, omitted=omitted)
-    if model.constraints is not None:
-        names = ", ".join(name for name in omitted if name in SWITCHED)
-        raise ValueError(
-            f"{names} cannot be switched off in a system with loops or constraints, whose forces follow from the whole "
-            "equations; switch the loops and constraints off too, or leave it on"
-        )
     from femflex.dynamics.layout import HEADER, N_HEADER
     from femflex.dynamics.pool import aligned
-    from femflex.dynamics.reduced import reduced_rate
 
     kept = [0.0 if name in SWITCHED and name in omitted else 1.0 for name in rows]
     table, pool = model.table.copy(), aligned(len(model.pool) + len(kept))
     pool[:] = np.concatenate([model.pool, kept])
     table[:N_HEADER].view(HEADER)[0]["kept"] = len(model.pool)
-    return replace(model, table=table, pool=pool, rate=reduced_rate, omitted=omitted)
+    model = replace(model, table=table, pool=pool, omitted=omitted)
+    if model.constraints is None:
+        from femflex.dynamics.reduced import reduced_rate
+
+        return replace(model, rate=reduced_rate)
+    from femflex.dynamics.reduced_constraints import reduced_constrained_rate as rate
+
+    tied = replace(model.constraints, own=(table, pool, model.work), rate=rate)
+    return replace(model, rate=rate, constraints=tied)

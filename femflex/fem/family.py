@@ -41,10 +41,14 @@ class SkinPart:
 
 @dataclass(frozen=True, eq=False)
 class StrainPlaces:
-    """Where the points of a strain block lie, x (e, q, 3) [m], and of what they are a part: line, plate or solid."""
+    """Where the points of a strain block lie, x (e, q, 3) [m], and of what they are a part: line, plate or solid.
+
+    quartic (e, q, 3): those of `StrainBlock.quartic`, left out where they are the same.
+    """
 
     kind: str
     x: Array
+    quartic: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)

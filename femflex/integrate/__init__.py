@@ -21,6 +21,7 @@ from femflex.integrate.protocol import (
 )
 from femflex.integrate.register import INTEGRATORS, integrator
 from femflex.integrate.scipy_check import Scipy
+from femflex.integrate.trial import Forecast, foretold
 
 __all__ = [
     "ADVANCE",
@@ -32,6 +33,7 @@ __all__ = [
     "Choice",
     "Dop853",
     "Esdirk4",
+    "Forecast",
     "GeneralizedAlpha",
     "IntegrationError",
     "Integrator",
@@ -42,5 +44,6 @@ __all__ = [
     "Solution",
     "Steps",
     "choose",
+    "foretold",
     "integrator",
 ]

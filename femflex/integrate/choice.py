@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+
+from femflex.integrate.trial import Forecast
 
 EXPLICIT, IMPLICIT = "dop853", "esdirk4"
 KINDS = {EXPLICIT: "explicit, order 8", IMPLICIT: "implicit, order 4"}
 STABLE = 5.5  # omega h up to which dop853 is stable on the imaginary axis (it ends at 5.9)
-RESOLVED = 0.6  # omega h at which dop853 follows a mode to about 1e-9 a step
-FOLLOWED = 0.2  # omega h at which esdirk4 follows a mode to about 1e-6 a step
-EXPLICIT_COST, IMPLICIT_COST = 12, 17  # rates a step; implicit: 5 stages, about 2.5 corrections, 1.4 rates each
-WORTH = 1e7  # explicit rates (about ten seconds of work) below which stiffness is no reason to leave order 8
+RESOLVED = 0.3  # omega h at which dop853 follows a mode to about 1e-11 a step
+STEP_RATES = 12  # of dop853
+CORRECTION_RATES = 2.0  # cost of Newton's correction and its kinematics; measured 0.7 (long chains) to 3 (few bodies)
+WORTH = 1e5  # explicit rates, about half a second of work, below which nothing is gained by a trial
+
+Trial = Callable[[str], Forecast]  # name of a method -> what the run costs by it
 
 
 @dataclass(frozen=True)
@@ -23,32 +28,52 @@ class Choice:
 
 
 def choose(
-    highest: float, duration: float, output_step: float, band: float | None = None, asked: str = "auto"
+    highest: float,
+    duration: float,
+    output_step: float,
+    trial: Trial,
+    band: float | None = None,
+    asked: str = "auto",
 ) -> Choice:
     """The method for a run, or the one `asked` for, with a sentence that says why.
 
-    highest      highest natural frequency of the linear elastic and joint part [rad/s]; 0 for rigid systems
+    highest      highest frequency of small motions of the whole system [rad/s]; 0 for rigid systems
     duration     of the run [s]
     output_step  between output times [s]
+    trial        foretells the cost by a method at the tolerance of the explicit one; called only where it decides
     band         highest frequency wanted [rad/s]; by default what the output can show, pi / output_step
 
-    The implicit method is chosen when modes lie above the band, and keeping them stable costs the explicit one more
-    rates than following the band costs the implicit one, and more than is worth mentioning.
+    The implicit method is chosen when modes lie above the band and it costs less at the same tolerance. What it costs
+    depends on whether they swing, not on how high they are: hence the trial.
     """
+    if asked != "auto":
+        return Choice(asked, f"{asked} (as asked): {_frequencies(highest, output_step, band)}.")
     wanted = math.pi / output_step if band is None else band
-    followed = min(wanted, highest)
-    explicit = EXPLICIT_COST * duration * max(highest / STABLE, followed / RESOLVED)
-    implicit = IMPLICIT_COST * duration * followed / FOLLOWED
-    best = IMPLICIT if highest > wanted and explicit > max(implicit, WORTH) else EXPLICIT
-    name, kind = (best, KINDS[best]) if asked == "auto" else (asked, "as asked")
-    if highest == 0.0:
-        numbers = "nothing in the model vibrates by linear stiffness (0 Hz)."
-    else:
-        source = "the output can show" if band is None else "wanted"
-        numbers = (
-            f"the highest natural frequency is {highest / (2 * math.pi):.4g} Hz, the highest {source} "
-            f"{wanted / (2 * math.pi):.4g} Hz; {duration:.4g} s cost about {explicit:.1e} rates explicitly, "
-            f"{implicit:.1e} implicitly."
+    told = _frequencies(highest, output_step, band)
+    if highest <= wanted:
+        return Choice(EXPLICIT, f"{EXPLICIT} ({KINDS[EXPLICIT]}): {told}.")
+    most = STEP_RATES * duration * highest / RESOLVED
+    if most < WORTH:
+        return Choice(
+            EXPLICIT, f"{EXPLICIT} ({KINDS[EXPLICIT]}): {told}; {duration:.4g} s cost {most:.1e} rates at most."
         )
-    other = "" if name == best else f" The automatic choice is {best}."
-    return Choice(name, f"{name} ({kind}): {numbers}{other}")
+    forecasts = {name: trial(name) for name in KINDS}
+    explicit = max(forecasts[EXPLICIT].calls, STEP_RATES * duration * highest / STABLE)
+    implicit = CORRECTION_RATES * forecasts[IMPLICIT].calls
+    name = IMPLICIT if implicit < explicit else EXPLICIT
+    steps = min(forecasts[EXPLICIT].step, STABLE / highest), forecasts[IMPLICIT].step
+    return Choice(
+        name,
+        f"{name} ({KINDS[name]}): {told}; as the run begins, and at the same tolerance, {duration:.4g} s cost about "
+        f"{explicit:.1e} rates explicitly (steps of {steps[0]:.2g} s), {implicit:.1e} implicitly ({steps[1]:.2g} s).",
+    )
+
+
+def _frequencies(highest: float, output_step: float, band: float | None) -> str:
+    if highest == 0.0:
+        return "nothing in the model vibrates by linear stiffness (0 Hz)"
+    wanted, source = (math.pi / output_step, "the output can show") if band is None else (band, "wanted")
+    return (
+        f"the highest natural frequency is {highest / (2 * math.pi):.4g} Hz, the highest {source} "
+        f"{wanted / (2 * math.pi):.4g} Hz"
+    )

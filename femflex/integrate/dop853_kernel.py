@@ -196,7 +196,7 @@ def fill(
             return status, row
         budget -= 1
 
-        if switch(x, *own) > 0:  # every row of the last step is handed out
+        if switch(state[head.T], x, *own) > 0:  # every row of the last step is handed out
             rate(clipped(t, span[1], span[2]), x, vectors[K1], *own)
             state[head.EVALUATIONS] += 1
         h = cut(t, wanted, span[0])

@@ -80,7 +80,7 @@ class Adaptive(ABC):
         """
         times, x0 = checked(times, x0, model.n_x)
         breaks = np.unique(np.asarray(model.breaks, float))
-        resume = self._begin(model, times, x0, breaks) if state is None else self._continued(model, times, state)
+        resume = self.begin(model, times, x0, breaks) if state is None else self._continued(model, times, state)
         return self._blocks(model, times[times > resume[head.LAST_OUT]], breaks, resume)
 
     def solve(
@@ -92,7 +92,8 @@ class Adaptive(ABC):
         """
         return collected(self.blocks(model, times, x0, state), progress, model.n_x)
 
-    def _begin(self, model: Model, times: Array, x0: Array, breaks: Array) -> Array:
+    def begin(self, model: Model, times: Array, x0: Array, breaks: Array) -> Array:
+        """The resume array of a run over `times` that is about to begin at x0 (n_x,)."""
         resume = np.zeros(head.HEAD + self.n_vectors * model.n_x)
         resume[head.METHOD], resume[head.N_X] = self.number, model.n_x
         resume[head.T], resume[head.T_OLD], resume[head.LAST_OUT] = times[0], times[0], -math.inf

@@ -106,8 +106,8 @@ def renew_coordinates(
 ) -> None:
     """Change coordinates that are about to fail, once every row of the last step is handed out."""
     x = vectors[X]
-    if switch(x, *own) > 0:
-        t = clipped(state[head.T], span[1], span[2])
+    t = clipped(state[head.T], span[1], span[2])
+    if switch(t, x, *own) > 0:
         kinematic(t, x[:n_q], x[n_q:], vectors[XDOT][:n_q], *own)
         state[head.DENSE] = 0.0  # the polynomial of the last step holds no longer
 

@@ -21,9 +21,11 @@ CONSTRAINTS (models that have them; the others offer None)
                model, and its residual, give the motion of the constrained system on and off the constraints.
 CHANGE OF COORDINATES (models whose rotation sets need one)
 
-    SWITCH     switch(x, table, pool, work) -> number of changes
+    SWITCH     switch(t, x, table, pool, work) -> number of changes
                puts other coordinates of the same motion into x where these are about to fail, in place; called before
                every step. What it leaves is good: called again it changes nothing. udot is not touched by a change.
+               It sees every accepted state, and may keep note of the nearest to failing in a place of `work` of its
+               own, which nothing here reads.
 
 SECOND-ORDER CALLS (models that offer the implicit methods). There x = (q, u) with q (n_q,) and u (n_u,),
 n_x = n_q + n_u; n_q may exceed n_u (Euler parameters). Quasi-coordinate increments are (n_u,), like u.
@@ -67,7 +69,7 @@ PROJECT = REAL(REAL, VECTOR, *_OWN)
 CORRECT = types.void(REAL, VECTOR, VECTOR, VECTOR, VECTOR, REAL, REAL, *_OWN)
 KINEMATIC = types.void(REAL, VECTOR, VECTOR, VECTOR, *_OWN)
 ADVANCE = types.void(VECTOR, VECTOR, VECTOR, *_OWN)
-SWITCH = INTEGER(VECTOR, *_OWN)
+SWITCH = INTEGER(REAL, VECTOR, *_OWN)
 OWN = types.Tuple(_OWN)  # the three arrays as kernels take them
 
 

@@ -123,7 +123,7 @@ class Scipy:
                     solver.status = "failed"
                 yield solver
                 t, x = float(solver.t), solver.y.copy()
-                if model.switch is not None and model.switch(x, model.table, model.pool, model.work) > 0:
+                if model.switch is not None and model.switch(solver.t, x, model.table, model.pool, model.work) > 0:
                     break
             if solver.status == "failed" or solver.t >= end:
                 return

@@ -13,7 +13,7 @@ IntArray = NDArray[np.int64]
 
 
 @kernel(SWITCH)
-def stay(x: Array, table: IntArray, pool: Array, work: Array) -> int:
+def stay(t: float, x: Array, table: IntArray, pool: Array, work: Array) -> int:
     """0: nothing is changed."""
     return 0
 

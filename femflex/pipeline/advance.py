@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from femflex.pipeline.prepared import Prepared
     from femflex.results import RunWriter
 
+MOST_MOVED = 200  # initial values that a file's attributes have room for
+
 Progress = Callable[[float], object]  # called with the time reached [s]
 
 
@@ -87,6 +89,7 @@ def _writer(prepared: Prepared, output: Path, force: bool, resume: bool) -> Iter
         "case_text": case.text,
         "case_path": str(case.path),
         "without": ", ".join(model.omitted),
+        "start_moved": ", ".join(map(str, prepared.moved[:MOST_MOVED])),
         "integrator": prepared.integrator.name,
         "frame": f"N inertial; attitude from the {prepared.system.frame.kind} frame",
     }

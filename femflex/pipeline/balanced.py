@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from femflex.pipeline.bends import bends
+
 if TYPE_CHECKING:
     from femflex.case import Case
     from femflex.dynamics.equilibrium import Equilibrium
@@ -15,6 +17,8 @@ if TYPE_CHECKING:
 def balanced(case: Case, at: float | None = None) -> Equilibrium:
     """The equilibrium of a case, with its loads as at a time [s].
 
+    Warns of bodies that are bent by more than their strain is good for.
+
     Raises CaseError and ValueError for what cannot be in equilibrium, EquilibriumError when none is found.
     """
     from femflex.case.builders import build_system
@@ -22,7 +26,11 @@ def balanced(case: Case, at: float | None = None) -> Equilibrium:
 
     if case.initial is not None and case.initial.source == "equilibrium":
         case = case.model_copy(update={"initial": None})  # it is what is sought here
-    return equilibrium(build_system(case), at)
+    found = equilibrium(build_system(case), at)
+    for bend in bends(found.model):
+        bend.moved(found.x[None])
+        bend.warn("is")
+    return found
 
 
 def keep(found: Equilibrium, case: Case, output: str | Path, *, force: bool = False, ended: str = "") -> None:

@@ -9,17 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.pipeline.bends import bends
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
-    from femflex.body import FlexibleBody
     from femflex.dynamics import Model
     from femflex.integrate import Block, IntegrationError
 
 Array = NDArray[np.float64]
 
-BENT = 0.1  # elastic displacement over the body's size up to which linear strain is taken to hold
-SWUNG = 0.2  # the same for nonlinear strain: curvature is linear still, 3 % off in the tip of a cantilever there
 CLOSE = 0.05  # rad; angle left to the singularity of a rotation set below which a run warns of it
 FASTEST = {"rad/s": 1e5, "m/s": 3e6}  # ten times what flywheels reach; a hundredth of the speed of light
 FAR = 100.0  # elastic displacement over the body's size beyond which the motion has run away
@@ -34,22 +32,11 @@ class Runaway:
 
     def __init__(self, model: Model) -> None:
         self._model = model
-        self._worst: dict[str, float] = {}
-        self._nonlinear: set[str] = set()
-        self._reach: list[tuple[str, int, Array, float]] = []
         units = [unit for _, unit in model.system.velocity_names()]
         self._names = [name for name, _ in model.system.velocity_names()]
         self._units = units
         self._fastest = np.array([FASTEST.get(unit, np.inf) for unit in units])
-        at = 0
-        for name in model.system.order:
-            body = model.system.bodies[name]
-            at += model.system.joint_of(name).n_q
-            if body.n_modes:
-                self._reach.append((name, at, *_reach(body)))
-                if not body.strain.is_linear or len(body.slaves):
-                    self._nonlinear.add(name)
-            at += body.n_modes
+        self._bends = bends(model)
 
     def found(self, block: Block) -> IntegrationError | None:
         """The error that tells of the first row of a block that has run away, or of the state beyond it, if it has."""
@@ -60,19 +47,18 @@ class Runaway:
             block = Block(np.append(block.times, block.t), states, block.resume)
         if (error := self._too_fast(block)) is not None:
             return error
-        for name, first, largest, size in self._reach:
-            moved = np.abs(block.states[:, first : first + len(largest)]) * largest
-            self._worst[name] = max(self._worst.get(name, 0.0), float(moved.max(initial=0.0)))
-            far = np.flatnonzero(moved.max(axis=1) > FAR * size)
+        for bend in self._bends:
+            moved = bend.moved(block.states)
+            far = np.flatnonzero(moved.max(axis=1) > FAR * bend.size)
             if len(far):
                 row = slice(far[0], far[0] + 1)
                 k = int(np.argmax(moved[far[0]]))
                 advice = "Look for a spin faster than the body's lowest frequencies, or an unstable attitude"
                 text = (
-                    f"the motion has run away, body {name!r} is displaced by {moved[far[0], k]:.3g} m, over "
-                    f"{FAR:g} times its size of {size:.3g} m. {self._cause(block, far[0], advice)}"
+                    f"the motion has run away, body {bend.name!r} is displaced by {moved[far[0], k]:.3g} m, over "
+                    f"{FAR:g} times its size of {bend.size:.3g} m. {self._cause(block, far[0], advice)}"
                 )
-                return IntegrationError(text, block.times[row], block.states[row], first + k, block.steps)
+                return IntegrationError(text, block.times[row], block.states[row], bend.at + k, block.steps)
         return None
 
     def _too_fast(self, block: Block) -> IntegrationError | None:
@@ -99,18 +85,8 @@ class Runaway:
 
     def warn(self) -> None:
         """Warn of bodies that were bent by more than their strain is good for, with both numbers."""
-        for name, _, _, size in self._reach:
-            strain, bound, way = ("linear", BENT, "choose strain = 'condensed', ")
-            if name in self._nonlinear:
-                strain, bound, way = ("nonlinear", SWUNG, "cut the member into segments, ")
-            if self._worst.get(name, 0.0) > bound * size:
-                warnings.warn(
-                    f"body {name!r} was displaced by {self._worst[name]:.3g} m in one of its shapes, "
-                    f"{self._worst[name] / size:.0%} of its size of {size:.3g} m; {strain} strain holds up to about "
-                    f"{bound:.0%}. Check stiffness, loads and units, {way}or read the run as an indication.",
-                    PhysicsWarning,
-                    stacklevel=2,
-                )
+        for bend in self._bends:
+            bend.warn("was")
 
 
 def first_overflow(seen: Mapping[str, Array], block: Block) -> IntegrationError | None:
@@ -129,18 +105,27 @@ def first_overflow(seen: Mapping[str, Array], block: Block) -> IntegrationError 
 
 
 class Singularities:
-    """Watches how near the rotation sets of joints come to their singularities, row by row, and warns of it."""
+    """Watches how near the rotation sets of joints come to their singularities, by steps and rows, and warns of it."""
 
     def __init__(self, model: Model) -> None:
+        from femflex.dynamics.joint_channels import singularity_notes
+
         self._paths = [path for path in model.channels if path.startswith("joints/") and path.endswith("/singularity")]
         self._turning = {f"joints/{joint.label}/singularity" for joint in model.system.joints if joint.ball is None}
+        self._notes, self._work = singularity_notes(model.system, model.table), model.work
+        for note in self._notes.values():  # a trial of the integrator may have passed here before
+            self._work[note] = np.inf
         self._least: dict[str, tuple[float, float]] = {}
 
     def watch(self, times: Array, channels: Mapping[str, Array]) -> None:
-        """Take note of a block of rows."""
+        """Take note of a block of rows, and of the steps that led to it."""
         for path in self._paths:
             k = int(np.argmin(channels[path]))
-            self._least[path] = min(self._least.get(path, (np.inf, 0.0)), (float(channels[path][k]), float(times[k])))
+            near = [self._least.get(path, (np.inf, 0.0)), (float(channels[path][k]), float(times[k]))]
+            if path in self._notes:
+                note = self._notes[path]
+                near.append((float(self._work[note]), float(self._work[note + 1])))
+            self._least[path] = min(near)
 
     def warn(self) -> None:
         """Warn of joints that came closer to their singularity than CLOSE, with both numbers."""
@@ -156,14 +141,3 @@ class Singularities:
                     PhysicsWarning,
                     stacklevel=2,
                 )
-
-
-def _reach(body: FlexibleBody) -> tuple[Array, float]:
-    """Largest displacement of any place per unit of each elastic coordinate (n,), and the body's size [m]."""
-    body = body.without_slaves()
-    if body.skin is not None and len(body.skin.points):
-        largest = np.linalg.norm(body.skin.shapes, axis=2).max(axis=1)
-        return largest, float(np.linalg.norm(np.ptp(body.skin.points, axis=0)))
-    places = np.stack([marker.position for marker in body.markers.values()])
-    largest = np.max([np.linalg.norm(marker.phi, axis=0) for marker in body.markers.values()], axis=0)
-    return largest, max(float(np.linalg.norm(np.ptp(places, axis=0))), 1.0)

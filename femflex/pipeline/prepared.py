@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
 
     from femflex.case import Case
     from femflex.dynamics import Model
+    from femflex.dynamics.moved_start import Moved
     from femflex.integrate import Integrator
     from femflex.system import Part, System
 
@@ -26,6 +28,13 @@ class Prepared:
     integrator: Integrator
     reason: str
     times: NDArray[Any]
+
+    @cached_property
+    def moved(self) -> list[Moved]:
+        """The initial values that were moved to make the start consistent, those moved farthest first."""
+        from femflex.dynamics.moved_start import moved_start
+
+        return moved_start(self.model)
 
     def load_kernels(self) -> None:
         """Have everything compiled, or read from disk, that the run will call."""

@@ -6,11 +6,11 @@ from femflex.reduction.admissible import beam_body, sampled_functions
 from femflex.reduction.buckling import critical_factor
 from femflex.reduction.condense import condense
 from femflex.reduction.craig_bampton import craig_bampton
-from femflex.reduction.damping import Damping, ModalDamping, RayleighDamping
+from femflex.reduction.damping import Damping, ModalDamping, RayleighDamping, bending_damping
 from femflex.reduction.derivatives import with_derivatives
 from femflex.reduction.effective_mass import EffectiveMass, effective_mass, mac, mac_of_bodies
 from femflex.reduction.foreshortening import foreshortening, foreshortening_of
-from femflex.reduction.initial_stress import relaxed
+from femflex.reduction.initial_stress import relaxed, warn_of_initial_stress
 from femflex.reduction.matrices import body_from_matrices
 from femflex.reduction.modes import cantilever_modes, free_free_modes, with_attachment
 from femflex.reduction.modeset import ModeSet, rigid_set
@@ -33,6 +33,7 @@ __all__ = [
     "Taper",
     "UniformBeam",
     "beam_body",
+    "bending_damping",
     "body_from_matrices",
     "cantilever_modes",
     "chord_modes",
@@ -58,6 +59,7 @@ __all__ = [
     "save_body",
     "strain_tensors",
     "stretching",
+    "warn_of_initial_stress",
     "with_attachment",
     "with_derivatives",
 ]

@@ -15,7 +15,7 @@ from femflex.reduction.beam_functions import ends_of, gauss, points_for
 from femflex.reduction.beam_strain import beam_strain
 from femflex.reduction.clamps import Groups, held_dofs, names
 from femflex.reduction.condense import condense
-from femflex.reduction.damping import Damping, ModalDamping
+from femflex.reduction.damping import Damping, ModalDamping, bending_damping
 from femflex.reduction.modes import TURN
 from femflex.reduction.modeset import ModeSet
 from femflex.reduction.moments import point_moments
@@ -77,18 +77,26 @@ def _body(
     moments = point_moments(dm, rho, shapes @ X)
     V1 = X.T @ raw @ X
     V1 = (V1 + V1.T) / 2
+    damped = _damped(functions, X, strain)
     return FlexibleBody(
         moments=moments,
         strain=StrainTensors.linear(V1)
         if strain == "linear"
         else beam_strain(beam, functions, X, V1, strain == "condensed"),
-        damping=(damping or ModalDamping(0.0)).matrix(moments.elastic_mass(), V1),
+        damping=bending_damping(damping or ModalDamping(0.0), moments.elastic_mass(), V1, damped),
         markers={"root": _marker(beam, functions, 0, X), "tip": _marker(beam, functions, 1, X)},
         skin=_skin(beam, functions, X),
         kinds=("admissible",) * functions.own + ("derivative",) * (X.shape[1] - functions.own),
         omega=omega,
         strain_field=(beam_field(beam, functions, X, strain != "linear", strain == "condensed"),),
     )
+
+
+def _damped(functions: BeamFunctions, X: Array, strain: str) -> NDArray[np.bool_]:
+    """Which columns X (count, n) are damped: not followers, nor what takes back the stretch of bending."""
+    stretch = (X[functions.y + functions.z :][: functions.axial] ** 2).sum(axis=0) > (X**2).sum(axis=0) / 2
+    own = np.arange(X.shape[1]) < functions.own
+    return own & ~stretch if strain == "nonlinear" else own
 
 
 def _own_columns(

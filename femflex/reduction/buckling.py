@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
@@ -11,9 +13,11 @@ from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
 from femflex.fem.tables import assemble_blocks
 from femflex.reduction.clamps import free_dofs
+from femflex.warning import PhysicsWarning
 
 Index = NDArray[np.int64]
 
+CLOSE = 1.25  # times the stress given: below this margin to buckling it is told
 SMALL = 400  # dofs up to which a dense solution is cheaper
 
 
@@ -43,7 +47,10 @@ def _lowest_ratio(K_sigma: sparse.csr_array, K0: sparse.csr_array) -> float:
 
 
 def refuse_buckled(structure: Structure, held: Index) -> None:
-    """Raise ValueError when the initial stress is more than the structure with these dofs held can bear."""
+    """Raise ValueError when the initial stress is more than the structure with these dofs held can bear.
+
+    Warns where it is close to that.
+    """
     if not structure.stressed:
         return
     factor = critical_factor(structure, held)
@@ -51,4 +58,12 @@ def refuse_buckled(structure: Structure, held: Index) -> None:
         raise ValueError(
             f"the initial stress buckles the structure: it bears {factor:.4g} times the stress given. Lower the "
             "prestress or the thermal strain, hold more of its groups, or give the mesh the buckled shape."
+        )
+    if factor < CLOSE:
+        warnings.warn(
+            f"the initial stress is close to what buckles the structure: it bears {factor:.4g} times the stress given, "
+            f"less than {CLOSE:g}, and has {1 - 1 / factor:.0%} of its stiffness left in that shape. Small errors of "
+            "shape, stress and support count there",
+            PhysicsWarning,
+            stacklevel=3,
         )

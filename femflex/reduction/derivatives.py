@@ -5,7 +5,9 @@ To second order the static shape that carries amplitudes q of shapes phi is
     x = phi_i q_i + 1/2 theta_ij q_i q_j,      K theta_ij = -(dK/dphi_j) phi_i,
 
 symmetric in i and j because V has a third derivative. In a set of shapes theta takes the stretch back that bending
-would otherwise store in V2 and V3 (Idelsohn and Cardona, Comput. Methods Appl. Mech. Engng 49 (1985) 253).
+would otherwise store in V2 and V3 (Idelsohn and Cardona, Comput. Methods Appl. Mech. Engng 49 (1985) 253). What a
+structure does at a deflection of several thicknesses it does not show at rest; there its static states take the place
+of theta (`bent_states`).
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from numpy.typing import NDArray
 
 from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
+from femflex.reduction.bent_states import bent_states, over_mass
 from femflex.reduction.clamps import free_dofs
 from femflex.reduction.markers import marker_rows
 from femflex.reduction.modes import ritz
@@ -30,25 +33,27 @@ LEFT_OUT = 1e-6  # share of the derivatives' energy that "auto" leaves out
 SOFT = 1e-7  # spring to the ground that lets a free stiffness be factorised, over the lowest eigenvalue of the set
 
 
-def with_derivatives(structure: Structure, modes: ModeSet, keep: int | str = "auto") -> ModeSet:
+def with_derivatives(
+    structure: Structure, modes: ModeSet, keep: int | str = "auto", deflection: float | None = None
+) -> ModeSet:
     """The set with static derivatives of all pairs of its shapes added, M-orthonormal, kind "derivative".
 
     The set is taken out of the derivatives, and of their combinations those come first that store most energy when
-    every shape carries the amplitude of an equal static load, 1 / omega^2. keep: how many; "auto": until at most
-    LEFT_OUT of that energy is left out; "all" that are independent, whatever they store. omega of the added shapes is
-    that of the structure confined to them. `note` says how many of how many pairs were kept, and the share left out.
-    Raises ValueError when keep is another word, or below zero.
+    every shape carries the amplitude of an equal static load, 1 / omega^2. deflection [m]: the shapes are taken from
+    the static states of the structure bent so far instead of at rest, each state counting by its part of that state's
+    energy. keep: how many; "auto": until at most LEFT_OUT of that energy is left out; "all" that are independent,
+    whatever they store. omega of the added shapes is that of the structure confined to them. `note` says how many of
+    how many pairs were kept, and the share left out. Raises ValueError when keep is another word, or below zero, and
+    as `bent_states`.
     """
-    theta = _without(structure, modes, scaled_derivatives(structure, modes))
-    if keep != "all":
-        theta = theta * load_weights(structure, modes)
+    theta, note = _followers(structure, modes, keep, deflection)
     energy, X = np.linalg.eigh(theta.T @ (structure.K @ theta))
     energy, X = np.maximum(energy[::-1], 0.0), X[:, ::-1]
     count = number_kept(energy, keep)
     shapes = _without(structure, modes, theta @ (X[:, :count] / np.sqrt(energy[:count])))
     omega, shapes = ritz(structure, shapes)
     left = float(energy[count:].sum() / max(energy.sum(), np.finfo(float).tiny))
-    note = f"{count} derivative shapes for {theta.shape[1]} pairs, {left:.1e} of their energy left out"
+    note = f"{count} derivative shapes for {note}, {left:.1e} of their energy left out"
     return replace(
         modes,
         phi=np.column_stack([modes.phi, shapes]),
@@ -58,20 +63,25 @@ def with_derivatives(structure: Structure, modes: ModeSet, keep: int | str = "au
     )
 
 
+def _followers(structure: Structure, modes: ModeSet, keep: int | str, deflection: float | None) -> tuple[Array, str]:
+    """Displacements (n_dof, k) outside the set that its bending brings about, weighted, and of what they are."""
+    if deflection is not None and modes.n_modes:
+        y, energy = bent_states(structure, modes, deflection)
+        return y / np.sqrt(energy), f"{y.shape[1]} states bent by {deflection:.3g} m"
+    theta = _without(structure, modes, scaled_derivatives(structure, modes))
+    if keep != "all":
+        theta = theta * load_weights(structure, modes)
+    return theta, f"{theta.shape[1]} pairs"
+
+
 def load_weights(structure: Structure, modes: ModeSet) -> Array:
     """Amplitudes q_i q_j (n(n+1)/2,) of pairs i <= j under equal loads of unit-mass shapes, over those of equal energy.
 
     Pairs of two shapes stand for i j and j i, hence the root of two.
     """
     i, j = np.triu_indices(modes.n_modes)
-    omega = np.sqrt(_over_mass(structure, modes))
+    omega = np.sqrt(over_mass(structure, modes))
     return np.asarray(np.where(i == j, 1.0, np.sqrt(2.0)) * omega.min() ** 2 / (omega[i] * omega[j]))
-
-
-def _over_mass(structure: Structure, modes: ModeSet) -> Array:
-    """Stiffness over mass of every shape (n,), its omega^2."""
-    mass = np.einsum("in,in->n", modes.phi, structure.M @ modes.phi)
-    return np.asarray(np.einsum("in,in->n", modes.phi, structure.K @ modes.phi) / mass)
 
 
 def _without(structure: Structure, modes: ModeSet, shapes: Array) -> Array:
@@ -116,7 +126,7 @@ def static_response(structure: Structure, modes: ModeSet, load: Array) -> Array:
     R = R[:, independent_columns(R)]
     MR = structure.M @ R
     load = load - MR @ np.linalg.solve(R.T @ MR, R.T @ load)
-    lowest = float(_over_mass(structure, modes).min())
+    lowest = float(over_mass(structure, modes).min())
     x = factorised(structure.K + SOFT * lowest * structure.M).solve(np.ascontiguousarray(load))
     if modes.reference:
         rows = marker_rows(structure, modes.reference)

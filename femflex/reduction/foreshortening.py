@@ -1,41 +1,48 @@
-"""How a spin stiffens a body's lowest shape: its foreshortening, which linear strain leaves out."""
+"""How pulls along a body stiffen its lowest shape: its foreshortening, which linear strain leaves out."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 
-from femflex.body import FlexibleBody
+from femflex.body import FlexibleBody, Foreshortening
 from femflex.fem.structure import Structure
 from femflex.reduction.derivatives import scaled_derivatives
+from femflex.reduction.markers import marker_rows
 from femflex.reduction.modeset import ModeSet
 from femflex.reduction.moments import mass_moments
 
 Array = NDArray[np.float64]
 
 
-def foreshortening(structure: Structure, modes: ModeSet) -> Array:
-    """G (4, 3): int z theta^T dm over its stiffness, z = (1, rho), theta the static derivative of the lowest shape.
+def foreshortening(structure: Structure, modes: ModeSet, markers: Mapping[str, str] | None = None) -> Foreshortening:
+    """Foreshortening of the lowest shape that a set can make: theta is its static derivative.
 
-    In a field of accelerations -(b + W r), W = omega omega^T - |omega|^2 1, the lowest shape is stiffened by the part
-    b . G[0] + W : G[1:] of its own stiffness (see `stiffened_by`). Zeros for a set without shapes.
+    markers: name -> mesh group; the set's own groups count under their own names. None of a set without shapes.
     """
     if not modes.n_modes:
-        return np.zeros((4, 3))
-    energy = np.einsum("in,in->n", modes.phi, structure.K @ modes.phi)
-    lowest = modes.picked([int(np.argmin(energy / np.einsum("in,in->n", modes.phi, structure.M @ modes.phi)))])
-    theta = scaled_derivatives(structure, lowest)
+        return Foreshortening()
+    K, M = (modes.phi.T @ (A @ modes.phi) for A in (structure.K, structure.M))
+    lowest = linalg.eigh(K, M, subset_by_index=[0, 0])[1]  # of a set of unit displacements, a mixture of many
+    theta = scaled_derivatives(structure, replace(modes.picked([0]), phi=modes.phi @ lowest))
     moments = mass_moments(structure.inertia, structure.T @ theta)
-    return np.vstack([moments.first[1], moments.second[0, :, 1, :]])
+    places = {**{group: group for group in modes.groups}, **(markers or {})}
+    at = {name: (marker_rows(structure, group).translation @ theta)[:, 0] for name, group in places.items()}
+    return Foreshortening(np.vstack([moments.first[1], moments.second[0, :, 1, :]]), at)
 
 
-def foreshortening_of(body: FlexibleBody) -> Array:
-    """The same G (4, 3) of a condensed body."""
+def foreshortening_of(body: FlexibleBody) -> Foreshortening:
+    """The same of a condensed body."""
     if not len(body.slaves):
-        return np.zeros((4, 3))
+        return Foreshortening()
     n, moments = body.n_modes, body.moments
     stiffness = np.diag(body.strain.V1)
     lowest = int(np.argmin(stiffness / np.diag(moments.elastic_mass())[:n]))
     followed = body.slaves[:, lowest, lowest] / stiffness[lowest]
     rows = np.concatenate([moments.first[1 + n :, None, :], moments.second[0, :, 1 + n :, :].swapaxes(0, 1)], axis=1)
-    return np.asarray(np.einsum("s,sza->za", followed, rows))
+    at = {name: marker.phi[:, n:] @ followed for name, marker in body.markers.items()}
+    return Foreshortening(np.asarray(np.einsum("s,sza->za", followed, rows)), at)

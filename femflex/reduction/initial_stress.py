@@ -20,6 +20,8 @@ from femflex.warning import PhysicsWarning
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+HELD = 0.5  # share of the energy of a wanted stress that clamps must hold not to be told
+SMALL = 0.01  # strain up to which it is small: stiffness and shape change by as much
 SLACK = 0.01  # share of the stress's energy that supports may let go before linear strain is doubtful
 
 
@@ -61,6 +63,45 @@ def warn_if_slack(structure: Structure, modes: ModeSet) -> None:
             PhysicsWarning,
             stacklevel=4,
         )
+
+
+def warn_of_initial_stress(name: str, given: Structure, left: Structure, meant: bool = True) -> None:
+    """Warn of a structure whose supports let go of its initial stress, or that is strained beyond small strain by it.
+
+    name   what the structure is called
+    given  before `relaxed`; left: after it
+    meant  whether the stress is wanted: heat that supports do not hold is no mistake, and not told
+    """
+    if not given.stressed:
+        return
+    held = stress_energy(left) / max(stress_energy(given), 1e-300)
+    if meant and held < HELD:
+        _warn(
+            f"{name}: its clamps hold {held:.0%} of the energy of the initial stress, less than {HELD:.0%}; the rest "
+            "has gone before its modes were made. Clamp it wherever the stress is to be held, such as at both ends"
+        )
+    largest = largest_strain(given, left)
+    if largest > SMALL:
+        _warn(
+            f"{name}: its initial stress strains it by up to {largest:.1%}, and strain is taken to be small, below "
+            f"{SMALL:.0%}. Check prestress, thermal strain and units"
+        )
+
+
+def largest_strain(given: Structure, left: Structure) -> float:
+    """Largest strain that goes with the stress that is left, in the components that stress was given to."""
+    largest = 0.0
+    for before, after in zip(given.strain, left.strain, strict=True):
+        n = before.linear_map.shape[0]
+        named = np.abs(np.asarray(before.stress)).reshape(-1, n).max(axis=0) > 0
+        stress = np.broadcast_to(after.stress, (*after.weight.shape, n))
+        strain = np.linalg.solve(after.elastic, stress[..., None])[..., 0]
+        largest = max(largest, float(np.abs(strain[..., named]).max(initial=0.0)))
+    return largest
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, PhysicsWarning, stacklevel=3)
 
 
 def stress_energy(structure: Structure) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody, Skin, StrainTensors
 from femflex.fem.structure import Structure
 from femflex.reduction.condense import condense
-from femflex.reduction.damping import Damping, ModalDamping
+from femflex.reduction.damping import Damping, ModalDamping, bending_damping
 from femflex.reduction.initial_stress import warn_if_slack
 from femflex.reduction.markers import marker, marker_rows
 from femflex.reduction.modeset import ModeSet
@@ -49,10 +49,11 @@ def reduce_structure(
     moments = mass_moments(structure.inertia, structure.T @ phi)
     V1 = linear_stiffness(structure.K, phi)
     linear = StrainTensors(V1, phi.T @ structure.f0)
+    damped = [strain == "linear" or kind != "derivative" for kind in modes.kinds]
     body = FlexibleBody(
         moments=moments,
         strain=linear if strain == "linear" else strain_tensors(structure, phi),
-        damping=(damping or ModalDamping(0.0)).matrix(moments.elastic_mass(), V1),
+        damping=bending_damping(damping or ModalDamping(0.0), moments.elastic_mass(), V1, damped),
         markers={
             name: marker(marker_rows(structure, group), phi, name, turning is None or name in turning)
             for name, group in places.items()

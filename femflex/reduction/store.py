@@ -6,6 +6,7 @@ and `units` each:
     moments/{mass, first, second}     strain/{V1, f0, V2, V3}     damping     omega     slaves (if any)
     markers/<name>/{position, phi, psi, orientation}
     skin/{points, shapes}, skin/cells/<meshio cell name>         absent for a body that cannot be drawn
+    ignored/{mass, at/<marker>}                                  where linear strain leaves it out
     strain_field/<k>/{places, weight, rows, linear, quadratic, elastic, stress}      see femflex.body.strain_field
 """
 
@@ -20,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.body import FlexibleBody, Marker, MassMoments, Skin, StrainTensors
+from femflex.body import FlexibleBody, Foreshortening, Marker, MassMoments, Skin, StrainTensors
 from femflex.body.strain_field import read_field, write_field
 
 if TYPE_CHECKING:
@@ -130,6 +131,13 @@ def _write(file: h5py.File, body: FlexibleBody) -> None:
         cells = skin.create_group("cells", track_order=True)
         for kind, rows in body.skin.cells.items():
             cells.create_dataset(kind, data=rows)
+    if body.ignored is not None:
+        ignored = file.create_group("ignored")
+        ignored.attrs["description"] = "foreshortening of the lowest shape over its stiffness, see body.Foreshortening"
+        ignored.create_dataset("mass", data=body.ignored.mass).attrs["units"] = "s^2/m | s^2"
+        at = ignored.create_group("at", track_order=True)
+        for name, theta in body.ignored.at.items():
+            at.create_dataset(_escaped(name), data=theta).attrs["units"] = "1/N"
     write_field(file, body.strain_field)
 
 
@@ -152,8 +160,13 @@ def _read(file: h5py.File) -> FlexibleBody:
         kinds=tuple(str(kind) for kind in file.attrs["kinds"]),
         omega=_get(file, "omega"),
         slaves=_get(file, "slaves") if "slaves" in file else np.zeros((0, 0, 0)),
+        ignored=_ignored(file["ignored"]) if "ignored" in file else None,
         strain_field=read_field(file),
     )
+
+
+def _ignored(group: h5py.Group) -> Foreshortening:
+    return Foreshortening(_get(group, "mass"), {_unescaped(name): _get(group["at"], name) for name in group["at"]})
 
 
 def _put_all(group: h5py.Group, owner: Any, *names: str) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,17 +32,19 @@ def strain_field(structure: Structure, phi: Array, nonlinear: bool) -> tuple[Str
 
 
 def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool) -> StrainPart:
-    e, q = block.weight.shape
-    whole = nonlinear or bool(block.stress.any())  # the quadratic part of strain has a meaning
+    """One part; its points are those at which its energy is integrated: of nonlinear strain, more than of linear."""
+    points = _Points.of(block, nonlinear)
+    e, q = points.weight.shape
+    whole = nonlinear or bool(points.stress.any())  # the quadratic part of strain has a meaning
     by_element = e * q > MOST_POINTS
-    share = block.weight / block.weight.sum(axis=1, keepdims=True)
+    share = points.weight / points.weight.sum(axis=1, keepdims=True)
     s, g = block.linear_map.shape
     rows = np.empty((e, 1 if by_element else q, g if whole else s, raw.shape[1]), np.float32)
     for chunk in element_chunks(e, q * (g + s) * max(1, raw.shape[1])):
-        gradients = block.gradients(raw, chunk)
+        gradients = points.gradients(raw, chunk)
         own = gradients if whole else block.linear_map @ gradients
         rows[chunk] = np.einsum("eq,eqgn->egn", share[chunk], own)[:, None] if by_element else own
-    x, weight = places.x, block.weight
+    x, weight = places.x if not nonlinear or places.quartic is None else places.quartic, points.weight
     if by_element:
         x, weight = np.einsum("eq,eqa->ea", share, x), weight.sum(axis=1)
     return StrainPart(
@@ -50,11 +54,41 @@ def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool)
         rows=rows.reshape(-1, *rows.shape[2:]),
         linear=block.linear_map if whole else np.eye(s),
         quadratic=block.quadratic_map if whole else np.zeros((s, s, s)),
-        elastic=_kept(block.elastic, share, by_element),
-        stress=_kept(block.stress, share, by_element),
+        elastic=_kept(points.elastic, share, by_element),
+        stress=_kept(points.stress, share, by_element),
         leading=raw.shape[1],
         nonlinear=nonlinear,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Points:
+    """Weights (e, q), elastic matrices (e|1, q|1, s, s) and stresses (e|1, q|1, s) of the points of a block."""
+
+    block: StrainBlock
+    nonlinear: bool
+    weight: Array
+    elastic: Array
+    stress: Array
+
+    @classmethod
+    def of(cls, block: StrainBlock, nonlinear: bool) -> _Points:
+        """Those of its linear strain, or of the fourth powers of nonlinear strain."""
+        if not nonlinear:
+            return cls(block, False, block.weight, block.elastic, block.stress)
+        chunks = element_chunks(len(block.dofs), 100 * block.linear_map.shape[1])
+        parts = [(part.weight, part.elastic, part.stress) for part in (block.quartic(chunk) for chunk in chunks)]
+        weight, elastic, stress = (
+            arrays[0] if arrays[0].shape[0] == 1 < len(block.dofs) else np.concatenate(arrays)
+            for arrays in zip(*parts, strict=True)
+        )
+        return cls(block, True, weight, elastic, stress)
+
+    def gradients(self, raw: Array, elements: slice) -> Array:
+        """Gradients (e, q, g, n) of raw shapes at the points of these elements."""
+        if self.nonlinear:
+            return self.block.quartic(elements).gradients(raw, slice(None))
+        return self.block.gradients(raw, elements)
 
 
 def _kept(table: Array, share: Array, by_element: bool) -> Array:

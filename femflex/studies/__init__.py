@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from femflex.studies.chosen import choice, choice_text, with_choice
 from femflex.studies.convergence import Convergence, assessed, convergence
 from femflex.studies.decay import mode_trend
 from femflex.studies.harmonic_balance import Backbone, backbone
 from femflex.studies.law import Law, Trend
 from femflex.studies.richardson import extrapolated, mesh_trend, observed_order
+from femflex.studies.strain_forms import StrainForm, StrainStudy, strain_forms
 from femflex.studies.study import Point, Study, planned
 
 __all__ = [
@@ -14,14 +16,20 @@ __all__ = [
     "Convergence",
     "Law",
     "Point",
+    "StrainForm",
+    "StrainStudy",
     "Study",
     "Trend",
     "assessed",
     "backbone",
+    "choice",
+    "choice_text",
     "convergence",
     "extrapolated",
     "mesh_trend",
     "mode_trend",
     "observed_order",
     "planned",
+    "strain_forms",
+    "with_choice",
 ]

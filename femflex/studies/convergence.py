@@ -39,6 +39,7 @@ class Convergence:
     left_out      levels too coarse for the case, each with the reason
     complete      False when the study was broken off
     derivatives   (n,) how many of the counted coordinates are derivative shapes
+    followers     (n,) how many derivative shapes follow the coordinates of condensed bodies
     """
 
     title: str
@@ -55,6 +56,7 @@ class Convergence:
     left_out: tuple[str, ...] = ()
     complete: bool = True
     derivatives: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    followers: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
     @property
     def changes(self) -> Array:
@@ -117,7 +119,7 @@ class Convergence:
     def to_dict(self) -> dict[str, Any]:
         """Everything in plain numbers, lists and text."""
         law = self.trend.law
-        names = ("levels", "counts", "derivatives", "values", "changes", "errors")
+        names = ("levels", "counts", "derivatives", "followers", "values", "changes", "errors")
         arrays = {key: getattr(self, key).tolist() for key in names}
         return {
             "quantity": self.title,
@@ -186,6 +188,7 @@ def assessed(
         left_out=tuple(f"{point.level}: {point.problem}" for point in points if point.problem),
         complete=complete,
         derivatives=np.array([point.derivatives for point in kept], np.int64),
+        followers=np.array([point.followers for point in kept], np.int64),
     )
 
 

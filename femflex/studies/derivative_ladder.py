@@ -24,7 +24,9 @@ def derivative_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder
     names = varied(case, _can, "nonlinear strain with derivatives to vary")
     owns = {_number(build_body(case, name)) for name in names}
     most = max(_number(build_body(with_derivatives_of(case, names, EVERY), name)) for name in names)
-    counts = sorted({*(levels or [k for k in COUNTS if k < most] + [most])})
+    counts = sorted(
+        {*(levels or [k for k in COUNTS if k < most] + [most])} - ({0} if _condensed(case, names) else set())
+    )
     rungs = (Rung(n, 1.0 + n**2, partial(_built, case, names, n)) for n in counts)
     return Ladder(tuple(names), tuple(rungs), owns.pop() if len(owns) == 1 else None)
 
@@ -41,9 +43,14 @@ def with_derivatives_of(case: Case, names: Sequence[str], n: int) -> Case:
 
 
 def _can(table: BodyTable) -> bool:
-    if not isinstance(table, FlexibleTable) or table.cut is not None or table.strain != "nonlinear":
-        return False  # condensed bodies have derivatives, but no coordinates for them
+    if not isinstance(table, FlexibleTable) or table.cut is not None or table.strain in (None, "linear"):
+        return False
     return isinstance(table.reduction, Stretchable)
+
+
+def _condensed(case: Case, names: Sequence[str]) -> bool:
+    """Whether a body lets its derivatives follow, and so needs one."""
+    return any(getattr(case.bodies[name], "strain", None) == "condensed" for name in names)
 
 
 def _number(body: FlexibleBody) -> int:
@@ -53,4 +60,5 @@ def _number(body: FlexibleBody) -> int:
 def _built(case: Case, names: Sequence[str], n: int) -> Built:
     other = with_derivatives_of(case, names, n)
     bodies = {name: build_body(other, name) for name in names}
-    return Built(bodies, sum(body.n_modes for body in bodies.values()))
+    built = Built(bodies, 0)
+    return Built(bodies, sum(body.n_modes for body in bodies.values()) + built.followers)

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 MANY = 16  # names listed in an error
 TELLING = 3  # coordinates shown unless some are named
 ROUNDING = 1e-9  # of the parts of the inertia: what is below it is none
-NOTICEABLE = 1e-3  # of the most strongly pushed coordinate of the same unit
+NOTICEABLE = 1e-3  # of the power on the coordinate that takes most
 SWINGS = 24  # half oscillations that can be told apart in a picture
 
 
@@ -29,6 +29,7 @@ SWINGS = 24  # half oscillations that can be told apart in a picture
 class Explanation:
     """The terms of a run: time (n_t,) [s], name -> (n_t, n_u) with the signs of M udot + h - Q = 0, and M udot split.
 
+    u              (n_t, n_u) quasi-velocities
     names, units   of the quasi-velocities and of the generalised forces on them (n_u)
     own            the source in `inertia` that each coordinate belongs to (n_u)
     """
@@ -36,6 +37,7 @@ class Explanation:
     time: Array
     terms: dict[str, Array]
     inertia: dict[str, Array]
+    u: Array
     names: tuple[str, ...]
     units: tuple[str, ...]
     own: tuple[str, ...]
@@ -55,7 +57,7 @@ class Explanation:
         """The same up to that time [s]."""
         rows = self.time <= last
         cut = [{name: part[rows] for name, part in parts.items()} for parts in (self.terms, self.inertia)]
-        return Explanation(self.time[rows], cut[0], cut[1], self.names, self.units, self.own)
+        return Explanation(self.time[rows], cut[0], cut[1], self.u[rows], self.names, self.units, self.own)
 
     def sizes(self, k: int) -> dict[str, tuple[float, float]]:
         """Peak (with its sign) and root mean square of every term on coordinate k, the inertia whole and split."""
@@ -78,17 +80,19 @@ class Explanation:
         raise KeyError(f"{name!r} is not a coordinate of the run; {told}")
 
     def telling(self) -> list[int]:
-        """The coordinates that show most: of every unit in turn the ones under the largest forces, at most three."""
+        """The coordinates that show most, at most three: through which most power goes.
+
+        The power of all terms |Q u|, averaged, is told of any coordinate in the same unit. The first two are of
+        different units where there is such a pair.
+        """
         whole, split = (
-            np.sqrt(sum(np.mean(rows**2, axis=0) for rows in parts.values())) for parts in (self.terms, self.inertia)
+            sum(np.mean(np.abs(rows), axis=0) for rows in parts.values()) for parts in (self.terms, self.inertia)
         )
-        there = whole > ROUNDING * split  # parts of the inertia may cancel to nothing
-        by_unit = []
-        for unit in dict.fromkeys(self.units):
-            group = [k for k in np.argsort(-whole) if self.units[k] == unit and there[k]]
-            by_unit.append([k for k in group if whole[k] > NOTICEABLE * whole[group[0]]])
-        turns = [group[turn] for turn in range(TELLING) for group in by_unit if turn < len(group)]
-        return sorted(int(k) for k in turns[:TELLING]) or [0]
+        power = sum(np.mean(np.abs(rows * self.u), axis=0) for rows in self.terms.values())
+        power = np.where(whole > ROUNDING * split, power, 0.0)  # parts of the inertia may cancel to nothing
+        ranked = [int(k) for k in np.argsort(-power, kind="stable") if power[k] > NOTICEABLE * power.max()]
+        other = [k for k in ranked if self.units[k] != self.units[ranked[0]]]
+        return sorted(list(dict.fromkeys([*ranked[:1], *other[:1], *ranked]))[:TELLING]) or [0]
 
 
 def readable_span(found: Explanation, places: Sequence[int]) -> tuple[float, float]:
@@ -118,7 +122,7 @@ def explain(run: Run, model: Model, span: tuple[float, float] | None = None) -> 
         own[places] = [INERTIA_OF + source] * (places.stop - places.start)
     names = tuple(name for name, _ in model.system.velocity_names())
     whole, split = terms(model, time, states), inertia_by_source(model, time, states)
-    return Explanation(time, whole, split, names, tuple(force_units(model.system)), tuple(own))
+    return Explanation(time, whole, split, states[:, model.n_q :], names, tuple(force_units(model.system)), tuple(own))
 
 
 def chosen(found: Explanation, names: Sequence[str]) -> list[int]:

@@ -20,6 +20,7 @@ from femflex.fem.eigen.canonical import whole_clusters
 from femflex.fem.eigen.modes import stiffness_ratio
 from femflex.mesh.cells import CELL_TYPES
 from femflex.reduction import load_body
+from femflex.system import Segments
 
 COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)  # numbers of modes tried when none are named
 REFINED = 4  # refinements tried when none are named, if the mesh stays below
@@ -38,7 +39,12 @@ class Built:
     @property
     def derivatives(self) -> int:
         """How many of the coordinates of all bodies are derivative shapes."""
-        return sum(getattr(body, "kinds", ()).count("derivative") for body in self.bodies.values())
+        return sum(_derivatives(body)[0] for body in self.bodies.values())
+
+    @property
+    def followers(self) -> int:
+        """How many derivative shapes follow the coordinates of condensed bodies."""
+        return sum(_derivatives(body)[1] for body in self.bodies.values())
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +70,15 @@ class Modal:
     """What a frequency study asks of a meshed body: natural frequencies alone [rad/s]."""
 
     omega: np.ndarray
+
+
+def _derivatives(body: Any) -> tuple[int, int]:
+    """Derivative shapes that are coordinates, and those that follow."""
+    if isinstance(body, Segments):
+        pairs = [_derivatives(piece) for piece in body.bodies]
+        return sum(own for own, _ in pairs), sum(led for _, led in pairs)
+    kinds, n = getattr(body, "kinds", ()), getattr(body, "n_modes", 0)
+    return kinds[:n].count("derivative"), kinds[n:].count("derivative")
 
 
 def mode_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder:
@@ -149,7 +164,7 @@ def varied(case: Case, can: Callable[[BodyTable], bool], what: str) -> list[str]
         about = f"there is no {what}" if named is None else f"body {named!r}, which the study is about, has no {what}"
         raise ValueError(
             f"{case.path.name}: {about}; its bodies are {told}. Vary something else (modes, mesh, "
-            "derivatives, segments), or another body."
+            "derivatives, segments, strain), or another body."
         )
     return names
 

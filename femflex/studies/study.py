@@ -18,7 +18,9 @@ from femflex.case import Case, CaseError
 from femflex.case.builders import build_part
 from femflex.case.evaluate import measured, measured_unit
 from femflex.case.measure import MeasureTable
+from femflex.case.run import StudyTable
 from femflex.pipeline import Prepared, prepare
+from femflex.pipeline.guard import Runaway
 from femflex.studies.derivative_ladder import derivative_ladder
 from femflex.studies.ladder import Built, Ladder, Rung, mesh_ladder, mode_ladder
 from femflex.studies.segment_ladder import segment_ladder
@@ -50,8 +52,8 @@ EXAMPLE = '[study]\nquantity = { of = "peak", channel = "markers/beam.tip/deflec
 class Point:
     """A level with its count of elastic coordinates or dofs, the value there, the value's own rounding, and their unit.
 
-    derivatives says how many of the coordinates are derivative shapes; problem, why a level too coarse for the case has
-    no value (nan).
+    derivatives says how many of the coordinates are derivative shapes, followers how many follow; problem, why a level
+    too coarse for the case has no value (nan).
     """
 
     level: int
@@ -61,6 +63,7 @@ class Point:
     unit: str = ""
     problem: str = ""
     derivatives: int = 0
+    followers: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +136,7 @@ class Study:
 
     def _point(self, rung: Rung, built: Built, progress: Progress, may_fail: bool) -> Point:
         try:
-            seen = self._seen(built, progress)
+            seen = self.seen(built, progress)
             value = measured(self.quantity, seen, seen.mean_motion)
         except ValueError as error:
             if not (may_fail and self._is_coarse(error)):
@@ -142,14 +145,14 @@ class Study:
             return Point(rung.level, built.count, math.nan, math.nan, problem=text)
         noise = max(built.rounding, STEPS * seen.rtol, EPS) * abs(value)
         unit = measured_unit(self.quantity, seen)
-        return Point(rung.level, built.count, value, noise, unit, derivatives=built.derivatives)
+        return Point(rung.level, built.count, value, noise, unit, "", built.derivatives, built.followers)
 
     def _is_coarse(self, error: ValueError) -> bool:
         """Whether the trouble is one that more modes may end."""
         initial = isinstance(error, CaseError) and all(problem.where.endswith(".initial") for problem in error.problems)
         return self.over == "modes" and (initial or self.quantity.of == "mode_frequency")
 
-    def _seen(self, built: Built, progress: Progress) -> Seen:
+    def seen(self, built: Built, progress: Progress) -> Seen:
         """The run of the case with these bodies, or the bodies alone where that is all the quantity needs."""
         path = self.quantity.channel
         if path is None:
@@ -175,11 +178,8 @@ def planned(case: Case, over: Over = "modes", levels: Sequence[int] | None = Non
     Raises ValueError when the case has no [study], nothing to vary, or the levels make no ladder.
     """
     if over not in LADDERS:
-        raise ValueError(f"a study varies {', '.join(list(LADDERS)[:-1])} or {list(LADDERS)[-1]}; found {over!r}.")
-    if case.study is None:
-        raise ValueError(
-            f"{case.path.name} has no [study] to say which quantity is watched; add one, such as\n{EXAMPLE}"
-        )
+        raise ValueError(f"a study varies {', '.join(LADDERS)} or strain; found {over!r}.")
+    require_study(case)
     what, least = LEVELS[over]
     if levels is not None and (len(set(levels)) < 2 or min(levels) < least):
         found, what = ", ".join(map(str, levels)) or "none", f"{what}, each at least {least}"
@@ -187,11 +187,22 @@ def planned(case: Case, over: Over = "modes", levels: Sequence[int] | None = Non
     return Study(case, over, LADDERS[over](case, levels))
 
 
+def require_study(case: Case) -> StudyTable:
+    """The [study] of a case. Raises ValueError when it has none."""
+    if case.study is None:
+        raise ValueError(
+            f"{case.path.name} has no [study] to say which quantity is watched; add one, such as\n{EXAMPLE}"
+        )
+    return case.study
+
+
 def watched(prepared: Prepared, path: str, progress: Progress) -> Array:
     """One channel of a run that leaves no file, (n_t, ...)."""
     model, times = prepared.model, prepared.times
-    rows = []
+    rows, guard = [], Runaway(model)
     for block in prepared.integrator.blocks(model, times, model.x0):
+        if (error := guard.found(block)) is not None:
+            raise error
         if len(block.times):
             rows.append(model.observe(block.times, block.states)[path])
         progress((block.t - times[0]) / (times[-1] - times[0]))

@@ -37,7 +37,11 @@ def level_text(found: Convergence, level: int) -> str:
     apart = int(found.derivatives[at[0]]) if at.size and found.derivatives.size else 0
     if count is None or (count == level and not apart):
         return told
+    led = int(found.followers[at[0]]) if at.size and found.followers.size else 0
+    if led and found.over == "derivatives":
+        return f"{told} a body ({count} shapes, {led} of them derivative shapes that follow)"
     of_them = f", {apart} of them derivative shapes" if apart else ""
+    of_them += f", and {led} derivative shapes that follow" if led else ""
     return f"{told} a body ({count} elastic coordinates{of_them})"
 
 

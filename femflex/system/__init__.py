@@ -3,9 +3,9 @@
 from femflex.system.ball import ball_coordinates
 from femflex.system.channel import Channel
 from femflex.system.constraint import Nonholonomic, knife_edge, rolling_disc, velocity_rows
-from femflex.system.joint import (
+from femflex.system.joint import Joint
+from femflex.system.kinds import (
     JOINTS,
-    Joint,
     cylindrical,
     free,
     prismatic,
@@ -15,14 +15,18 @@ from femflex.system.joint import (
     universal,
     weld,
 )
-from femflex.system.law import Friction, Latch, Law, Stop, TabulatedDamper, TabulatedSpring
+from femflex.system.latch import Latch
+from femflex.system.law import Friction, Law
 from femflex.system.load import Load
 from femflex.system.loop import Closure, closure
 from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
 from femflex.system.profile import Profile
 from femflex.system.segments import Part, Segments
+from femflex.system.sight import Sight
 from femflex.system.spring import Spring
+from femflex.system.stop import Stop
 from femflex.system.system import System, assembled, started
+from femflex.system.tabulated import TabulatedDamper, TabulatedSpring
 
 __all__ = [
     "EARTH_RADIUS",
@@ -41,6 +45,7 @@ __all__ = [
     "Part",
     "Profile",
     "Segments",
+    "Sight",
     "Spring",
     "Stop",
     "System",

@@ -11,16 +11,17 @@ the four Euler parameters of C_PR, constant between changes, follow its coordina
 
 from __future__ import annotations
 
-from collections.abc import Sized
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from femflex.rotations import EULER_PARAMETERS, letters_of
-from femflex.system.ball import ball_coordinates, ball_names, check_ball, singular_start
+from femflex.rotations import EULER_PARAMETERS
+from femflex.system.ball import ball_coordinates, check_ball, singular_start
+from femflex.system.freedom_names import coordinate_names, velocity_names
 from femflex.system.freedoms import OPEN, check_laws, started_motion
-from femflex.system.law import Latch, Law
+from femflex.system.latch import Latch
+from femflex.system.law import Law
 from femflex.system.profile import Profile
 from femflex.system.turning import locked_start
 
@@ -147,29 +148,11 @@ class Joint:
 
     def coordinate_names(self) -> list[tuple[str, str]]:
         """Name and unit of each coordinate."""
-        found = self._freedoms()
-        for k in range(len(self.latches)):
-            name = f"{self.label}.latch{_number(k, self.latches)}"
-            found += [(f"{name}_time", "s"), (f"{name}_loss", "J")]
-        return found
-
-    def _freedoms(self) -> list[tuple[str, str]]:
-        slides = [(f"{self.label}.slide{_number(j, self.translations)}", "m") for j in range(len(self.translations))]
-        if self.ball is None:
-            return slides + [
-                (f"{self.label}.angle{_number(j, self.rotations)}", "rad") for j in range(len(self.rotations))
-            ]
-        if self.ball == EULER_PARAMETERS:
-            return slides + [(f"{self.label}.e{j}", "1") for j in range(4)]
-        reference = [(f"{self.label}.reference_e{j}", "1") for j in range(4)] if self.rebase else []
-        return slides + [(f"{self.label}.{name}", unit) for name, unit in ball_names(self.ball)] + reference
+        return coordinate_names(self)
 
     def velocity_names(self) -> list[tuple[str, str]]:
         """Name and unit of each quasi-velocity."""
-        if self.ball is None:
-            return [(f"{name}_rate", unit + "/s") for name, unit in self._freedoms()]
-        slides = self._freedoms()[: len(self.translations)]
-        return [(f"{n}_rate", u + "/s") for n, u in slides] + [(f"{self.label}.omega_{a}", "rad/s") for a in "xyz"]
+        return velocity_names(self)
 
     def with_initial(self, q0: Array | None = None, u0: Array | None = None) -> Joint:
         """A copy with other initial coordinates (n_q,) or quasi-velocities (n_u,)."""
@@ -197,59 +180,6 @@ class Joint:
         return np.concatenate([np.zeros(len(self.translations)), ball, np.tile(OPEN, len(self.latches))])
 
 
-def weld(child: str, parent: str | None = None, **where: object) -> Joint:
-    """A joint without freedom."""
-    return Joint(child, parent, kind="weld", **where)  # type: ignore[arg-type]
-
-
-def revolute(child: str, parent: str | None = None, axis: object = (0, 0, 1), **where: object) -> Joint:
-    """One turn about an axis of the parent's marker."""
-    return Joint(child, parent, rotations=_rows(axis), kind="revolute", **where)  # type: ignore[arg-type]
-
-
-def prismatic(child: str, parent: str | None = None, axis: object = (1, 0, 0), **where: object) -> Joint:
-    """One slide along an axis of the parent's marker."""
-    return Joint(child, parent, translations=_rows(axis), kind="prismatic", **where)  # type: ignore[arg-type]
-
-
-def cylindrical(child: str, parent: str | None = None, axis: object = (0, 0, 1), **where: object) -> Joint:
-    """A slide and a turn along one axis of the parent's marker."""
-    return Joint(child, parent, translations=_rows(axis), rotations=_rows(axis), kind="cylindrical", **where)  # type: ignore[arg-type]
-
-
-def universal(child: str, parent: str | None = None, axes: object = ((1, 0, 0), (0, 1, 0)), **where: object) -> Joint:
-    """Two successive turns, the second about an axis that the first has turned."""
-    return Joint(child, parent, rotations=_rows(axes), kind="universal", **where)  # type: ignore[arg-type]
-
-
-def spherical(child: str, parent: str | None = None, rotation: str = EULER_PARAMETERS, **where: object) -> Joint:
-    """Free rotation by the coordinates of a rotation set, such as "euler_parameters" or "intrinsic xzy"."""
-    return Joint(child, parent, ball=rotation, kind="spherical", **where)  # type: ignore[arg-type]
-
-
-def free(child: str, parent: str | None = None, rotation: str = EULER_PARAMETERS, **where: object) -> Joint:
-    """Three slides and free rotation."""
-    return Joint(child, parent, translations=np.eye(3), ball=rotation, kind="free", **where)  # type: ignore[arg-type]
-
-
-def turns(
-    child: str, parent: str | None = None, sequence: str = "xyz", slides: ArrayLike = (), **where: object
-) -> Joint:
-    """Slides along given axes, then three successive turns about the axes of a sequence: each freedom by itself.
-
-    The joint to hold, or to specify, single rotations or all of a body that would otherwise be free.
-    """
-    axes = np.eye(3)[["xyz".index(axis) for axis in letters_of(sequence)]]
-    return Joint(child, parent, translations=np.reshape(slides, (-1, 3)), rotations=axes, kind="general", **where)  # type: ignore[arg-type]
-
-
-JOINTS = {f.__name__: f for f in (weld, revolute, prismatic, cylindrical, universal, spherical, free)}
-
-
-def _rows(axes: object) -> Array:
-    return np.atleast_2d(np.asarray(axes, float))
-
-
 def _unit_rows(axes: Array, what: str, label: str) -> Array:
     axes = np.asarray(axes, float).reshape(-1, 3)
     length = np.linalg.norm(axes, axis=1, keepdims=True)
@@ -267,7 +197,3 @@ def _sized(value: Array, size: int, key: str, label: str) -> Array:
     if value.shape != (size,):
         raise ValueError(f"{key} of joint {label!r} has {value.size} values; the joint needs {size}")
     return value
-
-
-def _number(j: int, axes: Sized) -> str:
-    return "" if len(axes) == 1 else str(j + 1)

@@ -48,3 +48,8 @@ class Load:
                     f"times of load {self.name!r} must be finite, at least two, and not decreasing: {times.tolist()}"
                 )
             object.__setattr__(self, "times", times)
+
+    @property
+    def conservative(self) -> bool:
+        """Whether it is a force alone, constant in inertial axes, such as a weight."""
+        return self.times is None and self.frame == "inertial" and not self.torque.any()

@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Marker
 from femflex.system.constraint import Nonholonomic
-from femflex.system.joint import Joint, weld
+from femflex.system.joint import Joint
+from femflex.system.kinds import weld
 from femflex.system.load import Load
+from femflex.system.sight import Sight
 from femflex.system.spring import Spring
 
 Array = NDArray[np.float64]
@@ -68,7 +70,7 @@ class Segments:
 
 
 Part = FlexibleBody | Segments
-Tie = TypeVar("Tie", Joint, Nonholonomic, Spring)
+Tie = TypeVar("Tie", Joint, Nonholonomic, Spring, Sight)
 
 
 def segment_name(body: str, j: int) -> str:
@@ -121,11 +123,11 @@ def expanded(
 
 
 def at_segments(tie: Tie, parts: Mapping[str, Part]) -> Tie:
-    """A loop, constraint or spring with the segments that hold its markers in place of cut bodies."""
+    """A loop, constraint, spring or sight with the segments that hold its markers in place of cut bodies."""
     moved: dict[str, Any] = {"name": tie.label} if isinstance(tie, Joint) else {}
     body = ("child", "child_marker") if isinstance(tie, Joint) else ("body", "marker")
     for key, marker in (body, ("parent", "parent_marker")):
-        name = getattr(tie, key)
+        name: str = getattr(tie, key, None) or ""
         if isinstance(part := parts.get(name), Segments):
             moved[key] = segment_name(name, part.holder(getattr(tie, marker)))
     return replace(tie, **moved)

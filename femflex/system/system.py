@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody
 from femflex.system.constraint import Nonholonomic
 from femflex.system.joint import Joint
+from femflex.system.kept import keep_problems
 from femflex.system.load import Load
 from femflex.system.orbit import Frame, Orbit
 from femflex.system.segments import Part, at_segments, expanded
+from femflex.system.sight import Sight
 from femflex.system.spring import Spring
 from femflex.system.ties import tie_places, tie_problems
 
@@ -31,16 +33,18 @@ class System:
     frame    base frame F of joints without a parent
     orbit    None, or the orbit of O; then one root body, and F's origin is O
     delta0   body name -> initial elastic coordinates (n,);  ddelta0 their rates
-    libration_sequence  angles reported of the libration axes L relative to F, such as "xzy" or "extrinsic xzy"
-    libration_axes      (3, 3) C_QL: libration axes in components of the root joint's marker Q on the root body
+    libration_sequence  angles reported of the root joint's marker on the root body relative to F, such as "xzy" or
+             "extrinsic xzy"
     loops        joints cut out of the tree: each closes a loop between two bodies, or to the base frame
     constraints  on velocities: rolling, knife edges, general rows
     springs      between two markers
+    sights       axes that are to look at a station on the Earth
     reactions    whether runs report what the joints carry
+    keep         joints, or slides and turns such as "drive.angle", whose initial values stay exact where loops close
     segments  body cut into segments -> names of the bodies that are its segments, near to far (see `assembled`)
 
     With a specified orbit O is the centre of mass: the root joint's translation is eliminated, so the root joint must
-    have none (spherical: attitude free; weld: attitude held). With a free orbit the root joint is `free`.
+    have none (spherical: attitude free; specified turns: attitude held). With a free orbit the root joint is `free`.
     Raises ValueError for a tree that is not one, markers or bodies that do not exist, and shapes that do not fit.
     """
 
@@ -52,15 +56,17 @@ class System:
     delta0: dict[str, Array] = field(default_factory=dict)
     ddelta0: dict[str, Array] = field(default_factory=dict)
     libration_sequence: str = "xzy"
-    libration_axes: Array = field(default_factory=lambda: np.eye(3))
     segments: dict[str, tuple[str, ...]] = field(default_factory=dict)
     loops: tuple[Joint, ...] = ()
     constraints: tuple[Nonholonomic, ...] = ()
     springs: tuple[Spring, ...] = ()
+    sights: tuple[Sight, ...] = ()
     reactions: bool = False
+    keep: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems(), *self._latch_problems()]
+        problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems()]
+        problems += keep_problems(self.keep, self.joints)
         problems += tie_problems(self.loops, self.constraints, self.springs, self.orbit)
         if problems:
             raise ValueError("\n".join(problems))
@@ -162,17 +168,6 @@ class System:
             ]
         return []
 
-    def _latch_problems(self) -> list[str]:
-        """Latches where what an impact does is not known."""
-        if not (self.loops or self.constraints):
-            return []
-        return [
-            f"joint {j.label!r} has a latch in a system with closed loops or constraints; what an impact does to their "
-            "multipliers is not known here, so take a stop for the latch, or open the loop"
-            for j in self.joints
-            if j.latches
-        ]
-
     def _name_problems(self) -> list[str]:
         out = []
         places = [
@@ -182,6 +177,9 @@ class System:
             if b in self.bodies
         ]
         places += [(f"load {load.name!r}", load.body, load.marker) for load in self.loads]
+        places += [(f"sight {sight.name!r}", sight.body, sight.marker) for sight in self.sights]
+        if self.sights and self.orbit is None:
+            out.append(f"sight {self.sights[0].name!r} looks at a station on the Earth; give an orbit")
         places += tie_places(self.loops, self.constraints, self.springs)
         for who, body, marker in places:
             if body not in self.bodies:
@@ -212,6 +210,6 @@ def started(system: System, x: Array) -> System:
 def assembled(parts: Mapping[str, Part], joints: Sequence[Joint], loads: Sequence[Load] = (), **more: Any) -> System:
     """The System of bodies some of which are cut into Segments; what acts on them names these as one body."""
     bodies, all_joints, acting, segments = expanded(parts, joints, loads)
-    for key in ("loops", "constraints", "springs"):
+    for key in ("loops", "constraints", "springs", "sights"):
         more[key] = tuple(at_segments(tie, parts) for tie in more.get(key, ()))
     return System(bodies, all_joints, acting, segments=segments, **more)

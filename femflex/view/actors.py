@@ -104,6 +104,23 @@ class TraceActor:
         self._data.Modified()
 
 
+class SightActor:
+    """A line of sight, drawn a little way towards what is looked at."""
+
+    def __init__(self, plotter: Any, length: float, theme: Theme, pixel: float) -> None:
+        import pyvista as pv
+
+        self._length = length
+        self._data: Any = pv.PolyData(np.zeros((2, 3), np.float32), lines=_packed(np.array([[0, 1]])))
+        plotter.add_mesh(self._data, color=theme.trace, line_width=2.5 * pixel, lighting=False, reset_camera=False)
+
+    def show(self, start: Array, direction: Array) -> None:
+        """Draw it from a place (3,) along a direction (3,)."""
+        self._data.points[:] = np.stack([start, start + self._length * direction])
+        self._data.GetPoints().Modified()
+        self._data.Modified()
+
+
 def _parts(surface: Surface) -> dict[str, Any]:
     import pyvista as pv
 

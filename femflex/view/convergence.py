@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,10 +40,9 @@ def plot_convergence(
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 3))
     heading = title or f"{study.title[0].upper()}{study.title[1:]} over {VARIED.get(study.over, study.over)}"
     figure.suptitle(heading, color=colours.text, fontsize=12, fontweight="bold")
-    _values(above, study, colours)
-    _errors(below, study, colours)
+    draw_study(above, below, study, colours)
     for ax in (above, below):
-        _finish(ax, colours)
+        finish(ax, colours)
     words = "\n".join(textwrap.wrap(study.verdict, WIDTH))
     figure.supxlabel(words, color=colours.text, fontsize=8.5, ha="left", x=0.02, linespacing=1.4)
     with placed(path, force) as part:
@@ -55,6 +54,12 @@ def check_kind(path: str | Path) -> None:
     """Raise ValueError when the suffix is neither .png nor .svg."""
     if Path(path).suffix.lower() not in (".png", ".svg"):
         raise ValueError(f"a plot is written as .png or .svg; {Path(path).name} is neither")
+
+
+def draw_study(above: Axes, below: Axes, study: Studied, colours: Theme) -> None:
+    """Values into the upper axes, errors into the lower ones."""
+    _values(above, study, colours)
+    _errors(below, study, colours)
 
 
 def _values(ax: Axes, study: Studied, colours: Theme) -> None:
@@ -114,6 +119,7 @@ def _errors(ax: Axes, study: Studied, colours: Theme) -> None:
     ax.margins(y=0.12)
     ax.set_ylabel("estimated relative error")
     what = "degrees of freedom" if study.over == "mesh" else "elastic coordinates"
+    what = "shapes" if study.over == "derivatives" and study.followers.any() else what
     numbers = "refinements of the mesh" if study.over == "mesh" else f"{VARIED.get(study.over, study.over)} a body"
     ax.set_xlabel(f"{what}   (at a point: {numbers})" if named else what)
     _count_ticks(ax, study)
@@ -136,7 +142,8 @@ def _count_ticks(ax: Axes, study: Studied) -> None:
     ax.set_xticklabels([str(count) for count in study.counts])
 
 
-def _finish(ax: Axes, colours: Theme) -> None:
+def finish(ax: Axes, colours: Theme, inside: bool = False) -> None:
+    """The look of all axes of studies; the legend stands beside them or, where there is no room, inside."""
     ax.set_facecolor(colours.background)
     ax.grid(True, color=colours.faint, alpha=0.25, linewidth=0.6)
     ax.tick_params(colors=colours.text, which="both", labelsize=9)
@@ -145,6 +152,9 @@ def _finish(ax: Axes, colours: Theme) -> None:
     for side, spine in ax.spines.items():
         spine.set_visible(side in ("left", "bottom"))
         spine.set_color(colours.faint)
-    legend = ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=9)
+    if not ax.get_legend_handles_labels()[0]:
+        return
+    place: dict[str, Any] = {"loc": "best"} if inside else {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)}
+    legend = ax.legend(frameon=False, fontsize=9 - 1.5 * inside, **place)
     for text in legend.get_texts():
         text.set_color(colours.text)

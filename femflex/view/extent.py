@@ -54,8 +54,8 @@ def displacement(run: Run, skins: dict[str, Skin]) -> tuple[Array, Array]:
     return run.time[rows], largest
 
 
-def cloud(motion: Motion, skins: dict[str, Skin], scale: float, arms: dict[str, Array]) -> Array:
-    """Points (n_t, n, 3) that thinned skins, axes of such lengths, and traces reach at each instant [m]."""
+def cloud(motion: Motion, skins: dict[str, Skin], scale: float, arms: dict[str, Array], sight: float = 0.0) -> Array:
+    """Points (n_t, n, 3) that thinned skins, axes and sights of such lengths, and traces reach at each instant [m]."""
     parts = []
     for name, r in motion.position.items():
         C = motion.attitude[name]
@@ -69,7 +69,8 @@ def cloud(motion: Motion, skins: dict[str, Skin], scale: float, arms: dict[str, 
             )
             local = np.concatenate([local, skin.points + scale * moved + np.zeros((len(r), 1, 1))], axis=1)
         parts.append(r[:, None] + np.einsum("tij,tpj->tpi", C, local))
-    return np.concatenate([*parts, *(line[:, None] for line in motion.traces.values())], axis=1)
+    ends = [start + sight * direction for start, direction in motion.sights.values()]
+    return np.concatenate([*parts, *(line[:, None] for line in (*motion.traces.values(), *ends))], axis=1)
 
 
 def automatic_scale(largest: float, size: float) -> float:

@@ -24,6 +24,7 @@ class Motion:
     amplitudes  body -> (n_t, n)  delta, of a segment that of its own shapes
     reference (n_t, 3, 3)  C_VR, R the orbital axes when orbiting, else the inertial ones
     traces    marker -> (n_t, 3) [m], with its deflection magnified as the bodies are drawn
+    sights    line of sight -> where it begins (n_t, 3) [m], and its direction (n_t, 3)
     """
 
     times: Array
@@ -33,6 +34,7 @@ class Motion:
     amplitudes: dict[str, Array]
     reference: Array
     traces: dict[str, Array]
+    sights: dict[str, tuple[Array, Array]]
 
 
 class Interpolated:
@@ -106,7 +108,11 @@ def motion(
         C_VB = turned[marker.split(".")[0]]
         lines[marker] = np.einsum("tji,tj->ti", C_NV, at(f"markers/{marker}/position") - place)
         lines[marker] += (scale - 1.0) * np.einsum("tij,tj->ti", C_VB, at(f"markers/{marker}/deflection"))
-    return Motion(np.asarray(times, float), moved, turned, delta, amplitudes, reference, lines)
+    sights = {}
+    for path in (path for path in run if path.startswith("sights/") and path.endswith("/direction")):
+        start = at(path.replace("/direction", "/position")) - place
+        sights[path.split("/")[1]] = tuple(np.einsum("tji,tj->ti", C_NV, v) for v in (start, at(path)))
+    return Motion(np.asarray(times, float), moved, turned, delta, amplitudes, reference, lines, sights)
 
 
 def chosen_camera(run: Run, bodies: dict[str, RunBody], camera: str, size: float) -> tuple[str, str]:

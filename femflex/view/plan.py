@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 
 FRAMING_ROWS = 200
 ARMS = 0.08  # length of the axes of a body, or by which they reach out of a rigid one, parts of the craft's size
+SIGHT = 0.4  # length at which lines of sight are drawn, parts of the craft's size
 TINY = 1e-12  # m; an elastic displacement below this is none
 
 
@@ -35,6 +36,7 @@ class Plan:
     span      first and last time of the run [s]
     bar       the colour bar, None where nothing deforms
     paints    body -> what colours it, where that is not the displacement
+    sight     length at which lines of sight are drawn [m]
     """
 
     skins: dict[str, Skin]
@@ -48,6 +50,7 @@ class Plan:
     span: tuple[float, float]
     bar: Bar | None
     paints: dict[str, BodyPaint]
+    sight: float
 
 
 def planned(run: Run, look: Look, time: float | None = None) -> Plan:
@@ -75,13 +78,14 @@ def planned(run: Run, look: Look, time: float | None = None) -> Plan:
     instants = np.union1d(_spread(times), [peak])
     if look.fit == "picture":
         instants = np.array([peak if time is None else time])
-    points = cloud(motion(run, instants, camera, body, look.traces, scale), thin, scale, arms).reshape(-1, 3)
+    moving = motion(run, instants, camera, body, look.traces, scale)
+    points = cloud(moving, thin, scale, arms, SIGHT * size).reshape(-1, 3)
     view = _view(points, look, camera, largest > TINY or look.colour != "displacement")
     paints, bar = painted(run, bodies, look.colour)
     if look.colour == "displacement":
         bar = colour_bar(largest) if largest > TINY else None
     span = float(run.time[0]), float(run.time[-1])
-    return Plan(skins, arms, camera, body, view, scale, largest, peak, span, bar, paints)
+    return Plan(skins, arms, camera, body, view, scale, largest, peak, span, bar, paints, SIGHT * size)
 
 
 def _view(points: Array, look: Look, camera: str, bar: bool) -> View:

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 WIDTH, HEIGHT, TITLE = 9.0, 2.5, 0.5  # inches: of the figure, of one pair of axes, of the title
 LEGEND_ROWS = 8  # more curves than this are named in several columns
 DEPTH = 3e-5  # a spectrum is shown down to this part of its highest peak
+AWAY = 3.0  # times the range of the first run that a second may go beyond it and still be shown whole
+SHOWN = 1.0  # of that range, shown beyond it where the second goes further
 APART = 0.05  # peaks nearer than this part of the axis are named once
 
 
@@ -51,6 +53,7 @@ def plot_histories(
         ax.set_ylabel(_ordinate(group))
         finish(ax, group, colours)
         ax.margins(x=0)
+        _frame(ax, group)
     axes[-1].set_xlabel(f"time [{unit}]")
     return saved(figure, path, dpi, force)
 
@@ -100,6 +103,17 @@ def plot_spectra(
         finish(ax, seen, colours)
     axes[-1].set_xlabel(f"{axes[-1].get_xlabel()}   ({WINDOW}, trend removed)")
     return saved(figure, path, dpi, force)
+
+
+def _frame(ax: Axes, group: list[Curve]) -> None:
+    """Limits that show the first run where a second leaves it far behind, as one does that runs away."""
+    first, second = ([c.values for c in group if c.second == which] for which in (False, True))
+    if not first or not second:
+        return
+    low, high = min(v.min() for v in first), max(v.max() for v in first)
+    span = (high - low) or 1.0
+    if max(v.max() for v in second) > high + AWAY * span or min(v.min() for v in second) < low - AWAY * span:
+        ax.set_ylim(low - SHOWN * span, high + SHOWN * span)
 
 
 def _name_peaks(ax: Axes, peaks: list[tuple[float, float]], colours: Theme) -> None:

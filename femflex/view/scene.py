@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.results import Run
-from femflex.view.actors import BodyActor, TraceActor
+from femflex.view.actors import BodyActor, SightActor, TraceActor
 from femflex.view.extent import some_rows
 from femflex.view.look import Look
 from femflex.view.motion import Motion, motion
@@ -40,6 +40,8 @@ class Scene:
         self._path_times = run.time[some_rows(run)] if look.traces else np.zeros(0)
         paths = motion(run, self._path_times, plan.camera, plan.body, look.traces, plan.scale).traces
         self._traces = {name: TraceActor(self._plotter, path, theme, pixel) for name, path in paths.items()}
+        watched = motion(run, run.time[:1]).sights
+        self._sights = {name: SightActor(self._plotter, plan.sight, theme, pixel) for name in watched}
         self._corner: CornerTriad | None = None
         if look.triads:
             self._add_triads(look, (width, height))
@@ -56,6 +58,8 @@ class Scene:
             triad.SetUserMatrix(matrix(moving.position[name][k], moving.attitude[name][k]))
         for name, trace in self._traces.items():
             trace.show(int(np.searchsorted(self._path_times, t)), moving.traces[name][k])
+        for name, sight in self._sights.items():
+            sight.show(*(values[k] for values in moving.sights[name]))
         if self._corner is not None:
             self._corner.show(moving.reference[k])
         self._clock.SetInput(f"t = {clock(t, plan.span[1] - plan.span[0])}")

@@ -41,6 +41,10 @@ class Studied(Protocol):
         """Elastic coordinates, or dofs."""
 
     @property
+    def followers(self) -> NDArray[np.int64]:
+        """Derivative shapes that follow the coordinates."""
+
+    @property
     def values(self) -> Array:
         """The quantity."""
 

@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 MOST = 7  # contributions named one by one; the others go together
-SMALL = 2e-3  # of all contributions together, root mean square: below it, one is not named
+SMALL = 2e-3  # of all contributions together, mean magnitude: below it, one is not named
+CANCELLED = 0.5  # the inertia of all below this part of a coordinate's own is drawn as one
+RARE, SPIKE = 2.0, 2.5  # percent of the instants; what goes this many times beyond all the others is cut off
 STRIP, STACK = 0.5, 1.35  # heights of the strip of the motion and of the stack, in those of a plot's axes
 WORDS = {
     "coriolis_centrifugal": "Coriolis, centrifugal",
@@ -91,17 +93,36 @@ def said(name: str) -> str:
 
 
 def contributions(parts: Mapping[str, Array], one: Explained) -> tuple[Array, dict[str, Array]]:
-    """A coordinate's own inertia times acceleration (n_t,), and what pushes it, strongest first: name -> (n_t,)."""
-    pushes = {name: -rows[:, one.index] for name, rows in parts.items() if name != one.own}
-    size = {name: float(np.sqrt(np.mean(push**2))) for name, push in pushes.items()}
+    """Inertia times acceleration (n_t,), and what pushes the coordinate, strongest first: name -> (n_t,).
+
+    The inertia is the coordinate's own, and that of other sources pushes; where most of the two cancels, as of bodies
+    that share an acceleration, the inertia of all is one.
+    """
+    line = lined(parts, one)
+    pushes = {name: -rows[:, one.index] for name, rows in parts.items() if name not in line}
+    size = {name: _size(push) for name, push in pushes.items()}
     total = sum(size.values()) or 1.0
     ranked = sorted(pushes, key=lambda name: -size[name])
     kept = [name for name in ranked[:MOST] if size[name] > SMALL * total]
     found = {name: pushes[name] for name in kept}
     rest = np.sum([pushes[name] for name in ranked if name not in kept], axis=0)
-    if np.sqrt(np.mean(rest**2)) > SMALL * total:
+    if _size(rest) > SMALL * total:
         found["others"] = rest
-    return parts[one.own][:, one.index], found
+    return np.sum([parts[name][:, one.index] for name in line], axis=0), found
+
+
+def lined(parts: Mapping[str, Array], one: Explained) -> list[str]:
+    """The parts that the line adds up: the coordinate's own inertia, or the inertia of all where most cancels."""
+    inertia = [name for name in parts if name.startswith("inertia/")]
+    whole = np.sum([parts[name][:, one.index] for name in inertia], axis=0) if inertia else np.zeros(0)
+    if one.own in inertia and _size(whole) < CANCELLED * _size(parts[one.own][:, one.index]):
+        return inertia
+    return [one.own]
+
+
+def _size(values: Array) -> float:
+    """Mean magnitude, to which a short spike adds little."""
+    return float(np.mean(np.abs(values)))
 
 
 def _colours(parts: Mapping[str, Array], coordinates: Sequence[Explained], colours: Theme) -> dict[str, str]:
@@ -132,10 +153,10 @@ def _draw_stack(
     ax: Axes, time: Array, parts: Mapping[str, Array], one: Explained, named: dict[str, str], colours: Theme
 ) -> None:
     own, pushes = contributions(parts, one)
-    total = sum(float(np.sqrt(np.mean(push**2))) for push in pushes.values()) or 1.0
+    total = sum(map(_size, pushes.values())) or 1.0
     up, down = np.zeros(len(time)), np.zeros(len(time))
     for name, push in pushes.items():
-        share = float(np.sqrt(np.mean(push**2))) / total
+        share = _size(push) / total
         label = f"{said(name)}  {100 * share:.{1 if share < 0.1 else 0}f} %"
         higher, lower = up + np.maximum(push, 0.0), down + np.minimum(push, 0.0)
         style: dict[str, Any] = {"color": named[name], "alpha": 0.75, "linewidth": 0.0}
@@ -144,8 +165,28 @@ def _draw_stack(
         up, down = higher, lower
     ax.axhline(0.0, color=colours.faint, linewidth=0.6)
     ax.plot(time, own, color=colours.background, linewidth=3.0)
-    ax.plot(time, own, color=colours.text, linewidth=1.3, label=f"sum: {said(one.own)}")
+    ax.plot(
+        time,
+        own,
+        color=colours.text,
+        linewidth=1.3,
+        label=f"sum: {said(one.own) if len(lined(parts, one)) == 1 else 'inertia'}",
+    )
     what = {"N": "force", "N m": "moment"}.get(one.unit, "generalised force")
     ax.set_ylabel(f"{what} [{raised(one.unit)}]")
     finish(ax, list(pushes), colours)
     ax.margins(x=0)
+    _cut_spikes(ax, time, np.maximum(up, own), np.minimum(down, own), one.unit, colours)
+
+
+def _cut_spikes(ax: Axes, time: Array, high: Array, low: Array, unit: str, colours: Theme) -> None:
+    """Where a few instants go far beyond all others, scale the axes to these and say how far the others go."""
+    top, bottom = float(np.percentile(high, 100 - RARE)), float(np.percentile(low, RARE))
+    span = top - bottom
+    largest = max(float(high.max()) - top, bottom - float(low.min()))
+    if not span > 0 or largest < SPIKE * span:
+        return
+    ax.set_ylim(bottom - 0.3 * span, top + 0.3 * span)
+    at = time[np.argmax(np.maximum(high - top, bottom - low))]
+    told = f"cut off: up to {high.max():.3g}, down to {low.min():.3g} {raised(unit)}, the farthest at {at:.3g}"
+    ax.annotate(told, (0.01, 0.97), xycoords="axes fraction", va="top", fontsize=8, color=colours.text)

@@ -15,7 +15,7 @@ from femflex.case.builders.doubts import warn_of_doubtful_bodies
 from femflex.case.builders.shapes import equivalent_box
 from femflex.dynamics import compile_system
 from femflex.reduction import save_body
-from femflex.rotations import dcm_from_quaternion
+from femflex.rotations import dcm_from_angles, dcm_from_quaternion
 from femflex.warning import PhysicsWarning
 
 HUB = """
@@ -95,14 +95,30 @@ def test_pitch_yaw_and_roll_come_back_as_reported_angles(rotation: str):
     np.testing.assert_allclose(seen["bodies/hub/rate"], C_OB.T @ [n, 0, 0] + [0.001, 0, 0], atol=1e-15)
 
 
-def test_a_held_attitude_has_no_freedom_and_the_given_angles():
-    system = build_system(parse_case(HUB + ORBIT + "[attitude]\nheld = true\nyaw = '30 deg'\n"))
-    assert system.velocity_names() == []
-    (marker,) = [m for name, m in system.bodies["hub"].markers.items() if name == system.joints[0].child_marker]
-    c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
-    np.testing.assert_allclose(
-        marker.orientation.T, [[c, 0, s], [0, 1, 0], [-s, 0, c]], atol=1e-15
-    )  # C_OB, turned about y0
+@pytest.mark.parametrize("sequence", ["xzy", "extrinsic yxz", "zxz"])
+def test_a_held_attitude_tells_the_torque_that_holds_it(sequence: str):
+    """Euler's equation at rest in the orbital frame: T = n^2 (x0 x J x0 - 3 y0 x J y0), along the axes of the turns."""
+    angles = np.array([0.4, 0.3, 0.7])
+    text = HUB + ORBIT + f"[attitude]\nheld = true\nsequence = '{sequence}'\nangles = {angles.tolist()}\n"
+    system = build_system(parse_case(text))
+    (joint,) = system.joints
+    assert len(joint.held) == joint.n_u == 3
+    model = compile_system(system)
+    seen = model.observe(np.zeros(1), model.x0[None])
+    assert seen["attitude/angles"][0] == pytest.approx(angles, abs=1e-14)
+    C_OB = dcm_from_quaternion(seen["orbit/attitude"][0]).T @ dcm_from_quaternion(seen["bodies/hub/attitude"][0])
+    assert C_OB == pytest.approx(dcm_from_angles(angles, sequence), abs=1e-14)
+    n2 = 3.986004418e14 / (6378137.0 + 331e3) ** 3
+    J = C_OB @ system.bodies["hub"].moments.inertia() @ C_OB.T
+    x0, y0, _ = np.eye(3)
+    torque = n2 * (np.cross(x0, J @ x0) - 3 * np.cross(y0, J @ y0))
+    turned, axes = np.eye(3), []
+    order = 1 if "extrinsic" not in sequence else -1
+    for axis, angle in zip(sequence[-3:][::order], angles[::order], strict=True):
+        axes.append(turned[:, "xyz".index(axis)])
+        turned = turned @ dcm_from_angles([angle if letter == axis else 0.0 for letter in "xyz"], "xyz")
+    assert np.linalg.norm(torque) > 1e-6
+    assert seen["joints/base-hub/drive"][0] == pytest.approx(np.array(axes) @ torque, rel=1e-10)
 
 
 def test_a_free_orbit_starts_with_the_centre_of_mass_at_rest_at_o(craft: str, write_case: Callable[..., Path]):
@@ -140,6 +156,26 @@ def test_a_static_initial_shape_stores_the_energy_of_the_textbook(craft: str, wr
 def test_a_large_initial_displacement_is_warned_of_with_both_numbers(craft: str, write_case: Callable[..., Path]):
     with pytest.warns(PhysicsWarning, match=r"'tip' is 0.6 m, 20% of the length 3 m; strain is linear"):
         build_system(read_case(write_case(craft.replace('"10 mm"', '"60 cm"'))))
+
+
+@pytest.mark.parametrize(("shape", "stiffness", "drawn_in"), [("modes", 12.3624 / 4, 0.58097), ("static", 3.0, 0.6)])
+def test_a_body_drawn_far_aside_does_not_start_stretched(
+    craft: str, write_case: Callable[..., Path], shape: str, stiffness: float, drawn_in: float
+):
+    """Bent by a at its end it stores stiffness EI a^2 / 2 L^3, and the end comes in by drawn_in a^2 / L.
+
+    The first mode phi of a cantilever has int phi''^2 = 12.3624 and int phi'^2 = 4.6478 at phi(1) = 2. Strain is
+    nonlinear here: vibration modes alone would store over a thousand times that energy by stretch.
+    """
+    a, L, r, t = 0.15, 3.0, 0.03, 0.002
+    EI = 70e9 * np.pi / 4 * (r**4 - (r - t) ** 4)
+    wanted = f'displacement = [0, {a}, 0], shape = "{shape}"'
+    text = craft.replace('displacement = [0, "10 mm", 0]', wanted)
+    text = text.replace("modes = 4 }", 'modes = 4, derivatives = "auto" }')
+    text = text.replace('kind = "flexible"', 'kind = "flexible"\nstrain = "nonlinear"')
+    seen = observed(read_case(write_case(text)))
+    assert seen["monitors/elastic"] == pytest.approx(stiffness / 2 * EI * a**2 / L**3, rel=0.01)  # three elements
+    np.testing.assert_allclose(seen["markers/boom.tip/deflection"], [-drawn_in * a**2 / L, a, 0], rtol=0.01, atol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -56,6 +57,10 @@ MISTAKES = [
         "loops[closure].motion",
         "has no coordinates of its own",
     ),
+    (FOUR_BAR, 'keep = ["drive"]', 'keep = ["drvie"]', "initial.keep", "did you mean 'drive'?"),
+    (FOUR_BAR, 'keep = ["drive"]', 'keep = ["drive", "ground-rocker"]', "'closure'", "'ground-rocker' kept as given"),
+    (FOUR_BAR, 'keep = ["drive"]', "", "initial", "neither from nor keep"),
+    (FOUR_BAR, 'keep = ["drive"]', 'keep = ["drive"]\nfrom = "eq.h5"', "initial", "closes every loop already"),
     (SLEIGH, 'body = "sleigh"', 'body = "sleigh"\nparent = "sleigh"', "constraints[blade]", "joined to itself"),
     (SLEIGH, 'kind = "knife_edge"', 'kind = "rolling_disc"\nradius = 0', "constraints[blade].radius", "above 0 m"),
 ]
@@ -82,6 +87,37 @@ def test_a_run_says_how_many_rows_follow_from_others(tmp_path):
         FOUR_BAR.replace('duration = "5 s"\nsamples = 1001', 'duration = "5 ms"\nsamples = 3'), encoding="utf-8"
     )
     done = CliRunner().invoke(app, ["run", str(file), "-o", str(output)])
-    assert "5 constraint rows, of which 1 follow from the others" in " ".join(done.stdout.split())
+    assert "5 constraint rows, of which 1 follows from the others" in " ".join(done.stdout.split())
     with open_run(output) as found:
         assert {"loops/closure/force", "joints/drive/torque", "monitors/constraint_rank"} <= set(found.channels)
+
+
+def begun(tmp_path, text):
+    """What a short run of a case says, and the open result file."""
+    file, output = tmp_path / "case.toml", tmp_path / "run.h5"
+    file.write_text(text, encoding="utf-8")
+    done = CliRunner().invoke(app, ["run", str(file), "-o", str(output), "--no-pictures", "--force"])
+    assert done.exit_code == 0
+    return " ".join(done.stdout.split()), open_run(output)
+
+
+def test_initial_values_that_the_loop_moves_are_told_and_kept_in_the_file(tmp_path):
+    short = FOUR_BAR.replace('duration = "5 s"\nsamples = 1001', 'duration = "5 ms"\nsamples = 3')
+    said, opened = begun(tmp_path, short.replace('keep = ["drive"]', 'keep = ["ground-rocker"]'))
+    with opened as run:
+        turned = np.rad2deg(run["q"][0, run.names("q").index("drive.angle")])
+        rate = run["u"][0, run.names("u").index("drive.angle_rate")]
+        moved = run.attributes["start_moved"]
+    assert abs(turned - 20) > 0.1 and abs(rate - 4) > 0.1
+    for told in (f"drive.angle 20 -> {turned:.4g} deg", f"drive.angle_rate 4 -> {rate:.4g} rad/s"):
+        assert told in said and told in moved
+    assert "start made consistent: " in said and "ground-rocker" not in moved
+    said, opened = begun(tmp_path, short)
+    with opened as run:
+        assert "drive" not in run.attributes["start_moved"]  # kept
+
+
+def test_nothing_is_told_of_a_start_that_is_consistent(tmp_path):
+    said, opened = begun(tmp_path, SLEIGH.replace('duration = "5 s"\nsamples = 251', 'duration = "5 ms"\nsamples = 3'))
+    with opened as run:
+        assert "start " not in said and run.attributes["start_moved"] == ""

@@ -34,6 +34,25 @@ def test_a_nonlinear_body_has_tensors_and_shapes_that_stretch(write_case, craft)
     np.testing.assert_allclose(fewer.strain.V1[:4, :4], body.strain.V1[:4, :4])
 
 
+def test_derivatives_may_be_those_at_a_deflection(write_case, craft):
+    rest = build(write_case, craft, reduction(", derivatives = 2"))
+    bent = build(write_case, craft, reduction(', derivatives = 2, deflection = "0.1 m"'))
+    assert bent.kinds == rest.kinds
+    assert np.abs(bent.strain.V2 - rest.strain.V2).max() > 1e-3 * np.abs(rest.strain.V2).max()
+
+
+@pytest.mark.parametrize(
+    ("more", "text"),
+    [
+        (', deflection = "10 cm"', "found deflection = 0.1 m without derivatives, which it is for; give derivatives"),
+        (', derivatives = 2, deflection = "-1 m"', "found -1"),
+    ],
+)
+def test_a_deflection_that_serves_nothing_is_refused(write_case, craft, more, text):
+    with pytest.raises(CaseError, match=text):
+        build(write_case, craft, reduction(more))
+
+
 def test_linear_strain_may_keep_the_same_shapes(write_case, craft):
     body = build(write_case, craft, reduction(', derivatives = "auto"', "linear"))
     assert body.strain.is_linear and body.strain.V2.size == 0 and "derivative" in body.kinds

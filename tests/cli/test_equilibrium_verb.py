@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from femflex.case import read_case
 from femflex.cli.app import app
+from femflex.pipeline.balanced import balanced
 from femflex.results import open_run
+from femflex.warning import PhysicsWarning
+
+CASES = Path(__file__).parents[2] / "cases"
 
 SPUN = """
 title = "sprung rod on a spinning hub"
@@ -128,6 +134,24 @@ def test_a_craft_that_finds_no_rest_keeps_what_was_reached_and_exits_with_3(case
         assert not run.complete and "no equilibrium" in run.ended and len(run) == 1
 
 
+def test_beside_loops_it_tells_what_they_carry_and_how_well_they_close(tmp_path):
+    text = (CASES / "four_bar.toml").read_text(encoding="utf-8")
+    load = '[[loads]]\nname = "push"\nbody = "rocker"\nmarker = "tip"\nframe = "inertial"\nforce = [0, -5, 0]\n'
+    sprung = text.replace('rate = "4 rad/s"', "stiffness = 20\nrest = 0.4") + load
+    for name, words in (("loose", text), ("sprung", sprung)):
+        (tmp_path / f"{name}.toml").write_text(words, encoding="utf-8")
+    code, out, _ = told("equilibrium", tmp_path / "loose.toml")
+    assert code == 0 and "neutral along" in out and "loop        closure carries 0 N" in out
+    code, out, _ = told("equilibrium", tmp_path / "sprung.toml", "--json")
+    found = json.loads(out)
+    assert code == 0 and found["stable"] and found["gap"] < 1e-12 and not found["neutral"]
+    # the coupler has hinges at both ends and no load between: it pulls along its own line
+    root, tip = (np.array(found["markers"][f"coupler.{end}"]["position"]) for end in ("root", "tip"))
+    force = np.array(found["loops"]["closure"]["force"])
+    assert np.linalg.norm(force) > 1.0
+    assert np.linalg.norm(np.cross(force, tip - root)) < 1e-7 * np.linalg.norm(force) * np.linalg.norm(tip - root)
+
+
 def test_mistakes_are_told(case, tmp_path):
     code, _, wrong = told("equilibrium", case(PUSH.format("inertial", "[0, 0, 1]")))
     assert code == 2 and "load 'push' keeps its direction in the inertial frame" in wrong
@@ -162,3 +186,69 @@ def test_a_body_is_not_started_twice(craft, write_case, tmp_path):
             ),
         )[2]
     )
+
+
+LOADED = """
+title = "cantilever under a weight at its tip"
+
+[run]
+duration = 1
+
+[sections.rod]
+kind = "stiffness"
+EA = "2.8e9 N"
+EIy = "14000 N m^2"
+EIz = "14000 N m^2"
+GJ = "12000 N m^2"
+mass_per_length = "1.2 kg/m"
+ry = "2.24 mm"
+rz = "2.24 mm"
+
+[bodies.beam]
+kind = "flexible"
+mesh = "{mesh}"
+members = [{{ group = "beam", family = "beam", section = "rod" }}]
+reduction = {{ method = "cantilever", clamp = "root", modes = 4, derivatives = "auto" }}
+strain = "{strain}"
+markers.root = {{ group = "root" }}
+markers.tip = {{ group = "tip" }}
+
+[[joints]]
+kind = "weld"
+child = "beam"
+child_marker = "root"
+
+[[loads]]
+name = "weight"
+body = "beam"
+marker = "tip"
+frame = "inertial"
+force = [0, 0, {force}]
+"""
+BEAM = Path(__file__).parents[2] / "meshes" / "beam10.msh"
+
+
+def test_stretch_coordinates_do_not_hold_up_the_way_to_an_equilibrium(tmp_path):
+    """Stretch is 2e5 times stiffer than bending: every step of bending leaves large forces for the next step to take.
+
+    Nonlinear and condensed strain are two formulations of one body: their tips agree.
+    """
+    tips = []
+    for strain in ("nonlinear", "condensed"):
+        case = tmp_path / f"{strain}.toml"
+        case.write_text(LOADED.format(mesh=BEAM, strain=strain, force=-14))
+        code, out, err = told("equilibrium", case, "--json")
+        assert (code, err) == (0, "")
+        found = json.loads(out)
+        assert found["iterations"] < 150  # with the forces themselves as the measure it took thousands, or gave up
+        tips.append(found["markers"]["beam.tip"]["deflection"])
+    np.testing.assert_allclose(tips[0], tips[1], rtol=1e-4, atol=1e-5)  # of 0.3 m; derivatives are a choice of them
+
+
+@pytest.mark.parametrize(("strain", "bound"), [("linear", "10%"), ("condensed", "20%")])
+def test_an_equilibrium_bent_beyond_its_strain_is_warned_of_with_both_numbers(tmp_path, strain, bound):
+    case = tmp_path / "bent.toml"
+    text = LOADED.format(mesh=BEAM, strain=strain, force=-400)
+    case.write_text(text.replace(', derivatives = "auto"', "") if strain == "linear" else text)
+    with pytest.warns(PhysicsWarning, match=rf"'beam' is displaced by .* m, .*% of its size.* up to about {bound}"):
+        balanced(read_case(case))

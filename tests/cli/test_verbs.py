@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from PIL import Image
 from femflex import view
 from femflex.results import open_run
 
+PLOTS = "[pictures]\nplots = ['attitude/angles', 'q:boom.delta1']\n"
 VERBS = ("run", "modes", "body", "render", "plot", "check", "info", "schema")
 
 
@@ -78,8 +80,10 @@ def test_existing_pictures_are_refused_before_the_run(
 def test_the_plots_a_case_asks_for_are_left_beside_the_run(
     femflex: Callable[..., tuple[int, str, str]], craft: str, write_case: Callable[..., Path], tmp_path: Path
 ):
-    code, out, _ = femflex("run", write_case(craft + "[pictures]\nplots = ['attitude/angles']\n"), "-o", "a.h5")
+    code, out, _ = femflex("run", write_case(craft + PLOTS), "-o", "a.h5")
     assert code == 0 and "picture     a_attitude_angles.png" in out
+    assert "picture     a_q_boom.delta1.png" in out
+    assert all(re.fullmatch(r"[\w.-]+", path.name, re.ASCII) for path in tmp_path.iterdir()), "a name not portable"
     assert (tmp_path / "a_attitude_angles.png").stat().st_size > 5000
     assert femflex("plot", "a.h5", "markers/boom.tip/deflection", "--spectrum", "-o", "tip.svg")[0] == 0
     assert (tmp_path / "tip.svg").read_text().startswith("<?xml")

@@ -59,21 +59,27 @@ class SpinUp:
         states = integrator("dop853", rtol=rtol, atol=rtol).solve(model, times, model.x0).states
         return model.observe(times, states)["markers/beam.tip/deflection"]
 
-    def segmented(self, k, times=TIMES, n=0, rtol=1e-6):
+    def segmented(self, k, times=TIMES, rtol=1e-6, shapes=reduction.chord_modes, strain="linear", cells=4):
         """The same of a beam cut into k segments."""
         radius = np.sqrt(self.inertia / self.mass)
         section = fem.sections.StiffnessSection(self.EA, self.EI, self.EI, self.EI, self.mass, ry=radius, rz=radius)
-        mesh = line([[0, 0, 0], list(self.length * self.direction)], 4 * k)
+        mesh = line([[0, 0, 0], list(self.length * self.direction)], cells * k)
         pieces = fem.cut(mesh, [fem.Member("line", "beam", section)], k, start="start")
-        parts = reduction.reduce_segments(
-            pieces, {"root": "start", "tip": "end"}, lambda s: reduction.chord_modes(s, n)
-        )
+        parts = reduction.reduce_segments(pieces, {"root": "start", "tip": "end"}, shapes, strain=strain)
         model = compile_system(system.assembled({"beam": system.Segments(parts)}, [self.joint()]))
         states = integrator("esdirk4", rtol=rtol, atol=rtol).solve(model, times, model.x0).states
         tip = model.observe(times, states)["markers/beam.tip/position"]
         c, s = np.cos(self.angle(times)), np.sin(self.angle(times))
         turned = np.stack([c * tip[:, 0] + s * tip[:, 1], c * tip[:, 1] - s * tip[:, 0], tip[:, 2]], axis=1)
         return turned - self.length * self.direction
+
+    def few(self, k, strain, n=1, times=TIMES, rtol=1e-7):
+        """The same of k segments of that strain, each with its ends' shapes, n modes between, and their derivatives."""
+
+        def shapes(structure):
+            return reduction.with_derivatives(structure, reduction.chord_modes(structure, n))
+
+        return self.segmented(k, times, rtol=rtol, shapes=shapes, strain=strain, cells=8)
 
     @property
     def stretch(self):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from mechanisms import four_bar
 from random_systems import random_body
 
 from femflex.body import Marker, rigid_body
@@ -71,7 +72,7 @@ def test_the_jump_is_the_one_of_the_dense_equations():
     k = 6
     column = np.linalg.solve(M, np.eye(model.n_u)[k])
     expected = u - column * u[k] / column[k]
-    model.events.happen(0, 1.5, x)
+    model.events.happen([0], 1.5, x)
     assert x[model.n_q :] == pytest.approx(expected, abs=1e-11)
     lost = 0.5 * (u @ M @ u - expected @ M @ expected)
     names = [name for name, _ in model.system.coordinate_names()]
@@ -157,14 +158,109 @@ def test_scipys_solvers_say_that_they_do_not_follow_latches():
         integrator("scipy_dop853").solve(model, np.linspace(0, 1, 3), model.x0)
 
 
-def test_a_latch_beside_a_constraint_is_refused():
-    from femflex.system import rolling_disc
+def closing_bars(spin=0.4):
+    """A free four-bar that a spring unfolds until its crank latches; the loop is closed by an ordinary revolute."""
+    system = four_bar(speed=0.0)
+    _, crank, coupler, rocker = system.joints
+    root = free("ground", u0=[0.1, -0.2, 0.05, 0.1, -0.05, spin])
+    crank = replace(crank, stiffness=np.array([20.0]), rest=np.array([1.2]), latches=(Latch(0, 0.8),), q0=crank.q0)
+    return compile_system(replace(system, joints=(root, crank, coupler, rocker)))
 
-    disc = rigid_body(1.0, np.eye(3), markers={"rim": Marker.rigid(np.array([0.0, 0.0, -1.0]))})
+
+def test_an_impact_beside_a_loop_is_the_one_of_the_dense_equations():
+    model = closing_bars()
+    x, k = model.x0.copy(), [name for name, _ in model.system.velocity_names()].index("drive.angle_rate")
+    x[model.n_q :] += np.random.default_rng(4).normal(size=model.n_u)
+    model.project(0.0, x, model.table, model.pool, model.work)
+    u, M, A = x[model.n_q :].copy(), model.mass_matrix(0.0, x), model.constraints.matrix(0.0, x)
+    B = np.vstack([A, np.eye(model.n_u)[k]])  # loops and the latch
+    change = -np.linalg.solve(M, B.T) @ np.linalg.pinv(B @ np.linalg.solve(M, B.T), rcond=1e-10) @ (B @ u)
+    crank = next(i for i, (name, _) in enumerate(model.system.coordinate_names()) if name == "drive.angle")
+    latch = replace(model.system.joints[1].latches[0], at=x[crank])  # where the crank is, so that no loop opens
+    moved = replace(model.system.joints[1], latches=(latch,), q0=np.zeros(1))
+    joints = (model.system.joints[0], moved, *model.system.joints[2:])
+    replace(model, system=replace(model.system, joints=joints)).events.happen([0], 1.5, x)
+    assert x[model.n_q :] == pytest.approx(u + change, abs=1e-11)
+    names = [name for name, _ in model.system.coordinate_names()]
+    lost = 0.5 * (u @ M @ u - (u + change) @ M @ (u + change))
+    assert lost > 0.01 and x[names.index("drive.latch_loss")] == pytest.approx(lost, rel=1e-10)
+
+
+@pytest.mark.parametrize("method", ["dop853", "esdirk4"])
+def test_an_impact_beside_a_loop_keeps_momentum_and_the_loop_and_tells_what_it_loses(method):
+    model = closing_bars()
+    settings = {"rtol": 1e-8, "atol": 1e-9} if method == "esdirk4" else TIGHT
+    error = 1e-6 if method == "esdirk4" else 1e-9
+    times, _, seen = run(model, 2.0, 201, method, **settings)
+    locked = seen["latches/drive.angle/time"][-1]
+    assert 0 < locked < 2
+    for name in ("monitors/momentum", "monitors/angular_momentum"):
+        assert seen[name] == pytest.approx(
+            np.tile(seen[name][0], (len(times), 1)), abs=error * np.abs(seen[name]).max()
+        )
+    loss = seen["latches/drive.angle/loss"]
+    assert loss[-1] > 0.05
+    assert seen["monitors/energy"] + loss == pytest.approx(np.full(len(times), seen["monitors/energy"][0]), abs=error)
+    assert seen["monitors/constraint_position"].max() < 1e-11
+    assert seen["monitors/constraint_velocity"].max() < 1e-10
+    after = times > locked
+    still = [i for i, (name, _) in enumerate(model.system.velocity_names()) if "angle" in name]
+    assert np.abs(seen["u"][after][:, still]).max() < 1e-11  # one freedom: the linkage is rigid from then on
+
+
+def test_a_cut_joint_has_no_law():
     arm = rigid_body(1.0, np.eye(3))
-    joints = (free("disc"), revolute("arm", "disc", latches=(Latch(0, 0.4),)))
-    with pytest.raises(ValueError, match="joint 'disc-arm' has a latch in a system with closed loops or constraints"):
-        System({"disc": disc, "arm": arm}, joints, constraints=(rolling_disc("roll", "disc", 1.0),))
     cut = revolute("arm", "disc", laws=(Stop(upper=1.0, stiffness=1.0),), name="cut")
     with pytest.raises(ValueError, match="loop 'cut' has a spring or a damper, a law or a latch; a cut"):
-        System({"disc": disc, "arm": arm}, (free("disc"), revolute("arm", "disc")), loops=(cut,))
+        System({"disc": arm, "arm": arm}, (free("disc"), revolute("arm", "disc")), loops=(cut,))
+
+
+@pytest.mark.parametrize("depth", [1e-3, 1e-5, 1e-7])
+@pytest.mark.parametrize("method", ["dop853", "esdirk4"])
+def test_a_graze_that_no_row_of_a_step_shows_is_caught(method, depth):
+    """A swing of amplitude 1 comes to a latch `depth` short of its turning point, at arccos(1 - depth) before it."""
+    cart = prismatic("cart", stiffness=2.0, q0=[-1.0], latches=(Latch(0, 1.0 - depth),))
+    model = compile_system(System({"cart": rigid_body(2.0, np.eye(3))}, (cart,)))
+    tight = TIGHT if method == "dop853" else {"rtol": 1e-11, "atol": 1e-12}
+    _, _, seen = run(model, 7.0, 8, method, **tight)
+    before = np.arccos(1.0 - depth)
+    error = {"dop853": 1e-10, "esdirk4": 1e-8}[method] / before  # of q, through its slope there
+    assert seen["latches/base-cart.slide/time"][-1] == pytest.approx(np.pi - before, abs=error)
+    missed = replace(cart, latches=(Latch(0, 1.0 + depth),))
+    model = compile_system(System({"cart": rigid_body(2.0, np.eye(3))}, (missed,)))
+    _, _, seen = run(model, 7.0, 8, method, **tight)
+    assert seen["latches/base-cart.slide/locked"][-1] == 0.0
+
+
+def two_wings(delay=0.0):
+    """A floating hub that unfolds two flexible panels, one the image of the other; the second latch `delay` farther."""
+    rng = np.random.default_rng(8)
+    panel = random_body(rng, 2)[0]
+    mirror = np.diag([-1.0, -1.0, 1.0])  # half a turn about z
+    sides = {"left": Marker.rigid([0.5, 0.1, 0.0]), "right": Marker.rigid([-0.5, -0.1, 0.0], mirror)}
+    hub = rigid_body(30.0, np.diag([20.0, 30.0, 25.0]), markers=sides)
+    panel = replace(panel, damping=0.0 * panel.damping)
+    hinges = [
+        revolute(side, "hub", axis=(0, 1, 0), parent_marker=side, stiffness=30.0, rest=1.0, latches=(Latch(0, at),))
+        for side, at in (("left", 0.4), ("right", 0.4 + delay))
+    ]
+    return compile_system(System({"hub": hub, "left": panel, "right": panel}, (free("hub"), *hinges)))
+
+
+def test_latches_that_close_at_once_are_one_impact_shared_alike_by_like_wings():
+    _, _, seen = run(two_wings(), 1.5, 31)
+    names = ("hub-left.angle", "hub-right.angle")
+    times = [seen[f"latches/{name}/time"][-1] for name in names]
+    assert times[0] == times[1] > 0
+    losses = [seen[f"latches/{name}/loss"][-1] for name in names]
+    assert losses[0] == pytest.approx(losses[1], rel=1e-9)
+    lost = seen["monitors/energy"][0] - seen["monitors/energy"][-1]
+    assert lost > 1.0 and sum(losses) == pytest.approx(lost, rel=1e-9)
+    for name in ("momentum", "angular_momentum"):
+        assert np.abs(seen[f"monitors/{name}"]).max() < 1e-10
+    apart = run(two_wings(1e-4), 1.5, 31)[2]  # one after the other: the same energy in all, not alike
+    times = [apart[f"latches/{name}/time"][-1] for name in names]
+    assert 0 < times[1] - times[0] < 1e-3
+    assert sum(apart[f"latches/{name}/loss"][-1] for name in names) == pytest.approx(
+        apart["monitors/energy"][0] - apart["monitors/energy"][-1], rel=1e-9
+    )

@@ -17,6 +17,7 @@ from femflex.system import (
     System,
     TabulatedDamper,
     TabulatedSpring,
+    knife_edge,
     prismatic,
     revolute,
     spherical,
@@ -175,6 +176,51 @@ def test_stiffness_of_laws_counts_in_the_highest_frequency_and_in_newtons_matrix
     q, out = np.array([0.6]), np.empty(1)
     model.second_order.solve(0.0, q, np.ones(1), out, 2.0, 0.0, 0.5, model.table, model.pool, model.work)
     assert out[0] == pytest.approx(1 / (2.0 * 2.0 + 0.5 * (8.0 + 2e4)))
+
+
+def test_dampers_faster_than_any_vibration_count_as_the_highest_frequency():
+    assert slider(stiffness=8.0, damping=400.0).max_frequency == pytest.approx(200.0, rel=1e-8)  # c / m
+    stuck = slider(laws=(Friction(limit=3.0, velocity=1e-3),))
+    assert stuck.max_frequency == pytest.approx(3.0 / 1e-3 / 2.0, rel=1e-5)
+
+
+LAWFUL = (
+    Stop(upper=0.5, stiffness=2e4, damping=30.0, width=0.02),
+    Friction(limit=3.0, velocity=1e-2),
+    TabulatedDamper(rate=[-1.0, 0.0, 2.0], resisting=[-4.0, 0.0, 6.0]),
+    TabulatedSpring(stretch=[0.0, 0.5, 1.0], resisting=[0.0, 1.0, 5.0]),
+)
+
+
+@pytest.mark.parametrize("tied", [False, True], ids=["tree", "constraint"])
+@pytest.mark.parametrize("place", [0.3, 0.513, 0.6])
+def test_newtons_correction_counts_every_slope_of_laws(place, tied):
+    """-(M + c_d D + c_k K)^-1 r with D and K by differences of the residual, also right after another matrix."""
+    model = slider(laws=LAWFUL, stiffness=8.0, damping=0.1)
+    if tied:  # a second cart beside it, held together by a knife edge that does not bind this motion
+        edge = knife_edge("edge", "cart", (0, 1, 0))
+        model = compile_system(replace(model.system, constraints=(edge,)))
+    own, c_d, c_k = (model.table, model.pool, model.work), 0.02, 4e-4
+    q, u, udot, out = np.array([place]), np.array([0.004]), np.array([0.7]), np.empty(1)
+    model.tree.solve(0.0, np.array([0.6]), np.ones(1), out, 1.0, 0.0, 0.5, *own)  # leaves its own slopes behind
+    model.second_order.correct(0.0, q, u, udot, out, c_d, c_k, *own)
+
+    def r(q, u, udot=udot):
+        return model.residual(0.0, np.concatenate([q, u]), udot)[0]
+
+    h = 1e-7
+    S = r(q, u, udot + 1) - r(q, u) + (c_d * (r(q, u + h) - r(q, u - h)) + c_k * (r(q + h, u) - r(q - h, u))) / (2 * h)
+    assert out[0] == pytest.approx(-r(q, u) / S, rel=1e-6)
+
+
+def test_a_joint_that_sticks_by_friction_takes_long_implicit_steps():
+    """Without friction's slope Newton's method contracts only up to h = 0.8 m v / (gamma limit), 2 ms here."""
+    limit, creep, mass, gamma = 3.0, 1e-3, 2.0, 0.25
+    model = slider(laws=(Friction(limit=limit, velocity=creep),), stiffness=2.0, u0=[1.0])
+    solution = integrator("esdirk4", rtol=1e-6, atol=1e-7).solve(model, np.linspace(0, 40, 11), model.x0)
+    without = 0.8 * mass * creep / (gamma * limit)
+    assert solution.steps.largest > 100 * without
+    assert solution.steps.evaluations < 0.1 * 5 * 40 / without
 
 
 @pytest.mark.parametrize(

@@ -141,6 +141,30 @@ def test_energy_changes_by_the_power_of_loads_less_that_of_dampers(seed):
     assert np.diff(energy)[0] / (2 * h) == pytest.approx(expected, abs=1e-7 * scale)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_constant_force_has_an_energy_that_the_motion_draws_on(seed):
+    system, x = loaded_tree(seed)
+    weights = tuple(replace(load, frame="inertial", torque=np.zeros(3)) for load in system.loads)
+    bodies = {name: replace(body, damping=0.0 * body.damping) for name, body in system.bodies.items()}
+    joints = tuple(replace(joint, damping=0.0 * joint.damping) for joint in system.joints)
+    model, h = compile_system(replace(system, bodies=bodies, joints=joints, loads=weights)), 1e-6
+    rate = model.state_rate(0.0, x)
+    seen = model.observe(np.zeros(2), np.array([x - h * rate, x + h * rate]))
+    spent = -load_power(model, x)
+    assert np.diff(seen["monitors/load"])[0] / (2 * h) == pytest.approx(spent, abs=1e-7 * (1 + abs(spent)))
+    assert np.diff(seen["monitors/energy"])[0] / (2 * h) == pytest.approx(0.0, abs=1e-7 * np.abs(rate).max() ** 2)
+
+
+def test_forces_that_turn_or_change_have_no_energy():
+    times = np.array([0.0, 1.0])
+    for load in (
+        Load("jet", "block", "pad", "body", force=[1.0, 0, 0]),
+        Load("twist", "block", "pad", "inertial", torque=[1.0, 0, 0]),
+        Load("pulse", "block", "pad", "inertial", force=np.ones((2, 3)), times=times),
+    ):
+        assert "monitors/load" not in block(load).channels
+
+
 def test_a_specified_orbit_takes_up_the_momentum_that_the_loads_bring():
     """The same body tumbling far from any orbit gains momentum at the rate that the orbit's force takes away."""
     loads = (Load("jet", "block", "pad", "marker", force=[0.3, 0.1, -0.2]), Load("twist", "block", torque=[0, 0.2, 0]))

@@ -57,6 +57,20 @@ def test_closed_loops_move_as_the_dense_equations_say(seed, n_loops):
     assert model.state_rate(0.0, x)[model.n_q :] == pytest.approx(udot, abs=1e-10 * np.abs(udot).max())
 
 
+@pytest.mark.parametrize("n_loops", [1, 2])
+@pytest.mark.parametrize("seed", seeds(2, 12))
+def test_mass_bias_and_rows_are_those_of_the_dense_equations(seed, n_loops):
+    """M and h of the spanning tree, and gamma of A udot = gamma, each by itself; A udot = gamma of the motion."""
+    system, clouds, (q, u) = random_loops(seed, n_loops)
+    model = compile_system(system)
+    u, M, h, A, swept = dense(system, clouds, q, u, frozen(np.eye(3)), no_force)
+    x = np.concatenate([q, u])
+    assert model.mass_matrix(0.0, x) == pytest.approx(M, abs=1e-10 * np.abs(M).max())
+    assert model.bias(0.0, x) == pytest.approx(h, abs=1e-10 * np.abs(h).max())
+    udot = model.state_rate(0.0, x)[model.n_q :]
+    assert A @ udot == pytest.approx(-swept, abs=1e-10 * max(1.0, (np.abs(A) @ np.abs(udot)).max()))
+
+
 @pytest.mark.parametrize("seed", seeds(2, 12))
 def test_closed_loops_on_a_specified_orbit(seed):
     orbit = Orbit(7e6, 0.3, inclination=0.4, node=0.2, perigee=1.0, true_anomaly=0.7, mu=5e20)

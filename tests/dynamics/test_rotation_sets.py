@@ -7,8 +7,15 @@ from scipy.spatial.transform import Rotation
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
+from femflex.dynamics.joint_channels import singularity_notes
 from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha, driver, integrator
-from femflex.rotations import NAMED_SEQUENCES, coordinates_from_dcm, dcm_from_coordinates, is_symmetric
+from femflex.rotations import (
+    NAMED_SEQUENCES,
+    coordinates_from_dcm,
+    dcm_from_coordinates,
+    is_symmetric,
+    singularity_distance,
+)
 from femflex.system import System, ball_coordinates, free, spherical, weld
 
 REBASED = ("rodrigues", *NAMED_SEQUENCES)
@@ -209,10 +216,25 @@ def test_sets_that_need_no_rebasing_say_so(joint, told):
         spherical("hub", rebase=True, **joint)
 
 
-def test_a_model_without_such_sets_has_no_change_of_coordinates():
+def test_a_model_whose_coordinates_cannot_fail_has_no_change_of_them():
     assert tumbling().switch is None
-    assert tumbling("xzy").switch is None
-    assert tumbling("xzy", True).switch is not None
+    assert tumbling("xzy").switch is not None
+
+
+@pytest.mark.parametrize("rotation", ["xzy", "zxz", "extrinsic xyz", "rodrigues", "modified_rodrigues"])
+def test_steps_note_how_near_they_came_to_the_singularity(rotation):
+    """Without rows, the least angle at all accepted states; with rows at all of them it is the channel's least."""
+    model = tumbling(rotation)
+    note = singularity_notes(model.system, model.table)["joints/base-hub/singularity"]
+    model.work[note] = np.inf
+    x = model.x0.copy()
+    left = []
+    for t in (0.0, 0.7, 1.1, 2.3):
+        x[3:6] = coordinates_from_dcm(Rotation.from_rotvec([0.3 + t, 0.5, 0.2]).as_matrix(), rotation)
+        left.append(float(singularity_distance(x[3:6], rotation)))
+        model.switch(t, x, model.table, model.pool, model.work)
+    k = int(np.argmin(left))
+    assert model.work[note : note + 2] == pytest.approx([left[k], (0.0, 0.7, 1.1, 2.3)[k]], abs=1e-12)
 
 
 @pytest.mark.parametrize("rotation", ["rodrigues", "modified_rodrigues", *NAMED_SEQUENCES])

@@ -29,6 +29,18 @@ def test_one_condensed_body_follows_the_segmented_beam_through_its_spin_up(name)
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("strain", ["condensed", "nonlinear"])
+@pytest.mark.parametrize("name", ["Kane", "inclined"])
+def test_two_segments_that_bend_far_follow_it_within_a_tenth_of_a_per_cent(name, strain):
+    """Each bends by half the angle: what is of fifth order in the energy of one body is far less in two."""
+    case = CASES[name]
+    coarse, fine = (case.segmented(k, rtol=1e-7) for k in (16, 32))
+    reference = fine + (fine - coarse) / 3
+    tip, peak = case.few(2, strain), np.abs(reference).max()
+    assert np.abs(tip - reference).max() < 1e-3 * peak
+
+
+@pytest.mark.slow
 def test_stretching_coordinates_in_place_of_the_condensed_form_do_so_too():
     reference = converged(KANE, TIMES)
     tip = KANE.one("nonlinear", y=3, axial=10)

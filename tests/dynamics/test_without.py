@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from random_systems import random_tree
+from spin_up import KANE
 from test_terms import one, random_model
 
 from femflex.body import StrainTensors
@@ -147,6 +148,9 @@ def test_names_that_cannot_be_switched_off_are_answered():
     )
     with pytest.raises(ValueError, match=sentence + "'loads/push'"):
         model.without("gravity")
+    flexible = next(name for name in model.system.order if model.system.bodies[name].n_modes)
+    with pytest.raises(ValueError, match=rf"{flexible!r} is not something .*; did you mean 'flexibility/{flexible}'\?"):
+        model.without(flexible)
     with pytest.raises(ValueError, match="'inertia' cannot be switched off: without it there is no motion"):
         model.without("inertia")
     with pytest.raises(ValueError, match="'damping' is switched off already"):
@@ -159,3 +163,19 @@ def test_names_that_cannot_be_switched_off_are_answered():
         "gravity_gradient",
         "loads/pull",
     )
+
+
+@pytest.mark.parametrize("strain", ["condensed", "nonlinear"])
+def test_without_nonlinear_strain_a_beam_is_the_linear_one(strain):
+    def model(which, **functions):
+        return compile_system(System({"beam": KANE.body(which, y=3, **functions)}, (KANE.joint(),)))
+
+    axial = 3 if strain == "nonlinear" else 0
+    curved, linear = model(strain, axial=axial), model("linear", axial=axial)
+    less = curved.without("nonlinear_strain")
+    x = np.random.default_rng(1).normal(size=linear.n_x) * 0.1
+    assert less.omitted == ("nonlinear_strain",)
+    assert accelerations(less, x) == pytest.approx(accelerations(linear, x), rel=1e-9)
+    assert not np.allclose(accelerations(curved, x), accelerations(linear, x), rtol=1e-3)
+    with pytest.raises(ValueError, match="'nonlinear_strain' cannot be switched off: this system has none"):
+        linear.without("nonlinear_strain")

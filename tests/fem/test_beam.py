@@ -13,6 +13,7 @@ from scipy.special import iv, jv
 from femflex.fem import Material, Member, PointMass, Structure, build_structure
 from femflex.fem.sections import Circle, GivenSection, Rectangle, StiffnessSection, Tube
 from femflex.mesh import Mesh, line
+from femflex.reduction import cantilever_modes
 
 E, RHO, L = 70e9, 2700.0, 10.0
 ALUMINIUM = Material(E, 0.33, RHO)
@@ -50,7 +51,8 @@ def two_planes(roots, b: float, h: float, count: int) -> np.ndarray:
 @pytest.mark.parametrize(("order", "n", "count"), [(3, 75, 8), (5, 8, 8), (6, 4, 6), (8, 2, 6)])
 def test_an_oblique_cantilever_has_the_closed_form_frequencies_with_the_advised_meshes(order, n, count):
     structure = beam(boom(n), Rectangle(0.02, 0.03), order=order, rotary_inertia=False)
-    omega, _ = modes(structure, structure.clamped_dofs("start"))
+    # by inverse iteration: many short elements put rounding of the highest axial wave into a dense solution
+    omega = cantilever_modes(structure, "start", count).omega
     assert omega[:count] == pytest.approx(two_planes(CANTILEVER, 0.02, 0.03, count), rel=1e-6)
 
 

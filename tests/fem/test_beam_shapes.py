@@ -15,7 +15,7 @@ H = np.array([0.5, 2.0])
 def test_cubic_bending_is_the_hermite_element_of_scikit_fem():
     mesh = MeshLine(np.array([0.0, 0.5]))
     basis = Basis(mesh, ElementLineHermite(), quadrature=(XI[None], np.ones(7)))
-    rows = [field_rows(BeamOrder(3, 2), XI, H[:1], d)[0] for d in (0, 1, 2)]
+    rows = [field_rows(BeamOrder(3, 5, 2), XI, H[:1], d)[0] for d in (0, 1, 2)]
     for local, dof in enumerate([1, 5, 7, 11]):  # v1, theta_z1, v2, theta_z2
         field = basis.basis[local][0]
         for row, reference in zip(rows, (np.asarray(field), field.grad[0], field.hess[0, 0]), strict=True):
@@ -23,7 +23,7 @@ def test_cubic_bending_is_the_hermite_element_of_scikit_fem():
 
 
 def test_axial_and_torsional_bubbles_are_those_of_scikit_fem_but_for_scale():
-    order = BeamOrder(6, 5)
+    order = BeamOrder(6, 5, 5)
     rows = field_rows(order, XI, np.ones(1), 0)[0]
     element = ElementLinePp(5)
     for k in range(4):
@@ -36,10 +36,10 @@ def test_axial_and_torsional_bubbles_are_those_of_scikit_fem_but_for_scale():
 @pytest.mark.parametrize("bending", range(3, 9))
 def test_every_polynomial_of_the_order_is_held_and_its_derivatives_agree(bending):
     """A random polynomial, with slopes as rotations, is found again by least squares on the element's rows."""
-    order = BeamOrder(bending, bending - 1)
+    order = BeamOrder(bending, 2 * bending - 1, bending - 1)
     rng = np.random.default_rng(bending)
     xi = np.linspace(0, 1, 25)
-    for field, degree in ((0, order.axial), (1, bending), (2, bending), (3, order.axial)):
+    for field, degree in ((0, order.axial), (1, bending), (2, bending), (3, order.torsion)):
         p = np.polynomial.Polynomial(rng.normal(size=degree + 1))
         values, first, second = (field_rows(order, xi, H, d)[:, :, field] for d in (0, 1, 2))
         for e, h in enumerate(H):
@@ -55,7 +55,23 @@ def test_every_polynomial_of_the_order_is_held_and_its_derivatives_agree(bending
 
 @pytest.mark.parametrize("bending", [4, 8])
 def test_bubbles_vanish_with_their_slopes_at_both_nodes(bending):
-    order = BeamOrder(bending, bending - 1)
+    order = BeamOrder(bending, 2 * bending - 1, bending - 1)
     ends = np.array([0.0, 1.0])
     assert np.abs(field_rows(order, ends, H, 0)[..., NODAL:]).max() < 1e-13
     assert np.abs(field_rows(order, ends, H, 1)[:, :, 1:3, NODAL:]).max() < 1e-11
+
+
+@pytest.mark.parametrize("bending", range(3, 9))
+def test_an_axial_field_of_twice_the_order_takes_back_the_stretch_of_any_bend(bending):
+    """u' = -(v'^2 + w'^2) / 2 point by point, for random bending dofs; one order less cannot."""
+    rng = np.random.default_rng(bending)
+    xi = np.linspace(0, 1, 41)
+    left = []
+    for axial in (2 * bending - 1, 2 * bending - 2):
+        rows = field_rows(BeamOrder(bending, axial, 2), xi, H[:1], 1)[0]
+        bend = rng.normal(size=rows.shape[-1])
+        stretch = ((rows[:, 1:3] @ bend) ** 2).sum(axis=1) / 2
+        u = np.linalg.lstsq(rows[:, 0], -stretch, rcond=None)[0]
+        left.append(np.abs(rows[:, 0] @ u + stretch).max() / stretch.max())
+    assert left[0] < 1e-10
+    assert left[1] > 1e-5

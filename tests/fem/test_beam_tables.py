@@ -242,7 +242,8 @@ def test_varying_mass_is_the_integral():
     [
         (SECTION, {"order": 9}, "beam on group 'line' has order 9; it may be 3 to 8"),
         (SECTION, {"order": 2}, "has order 2"),
-        (SECTION, {"axial_order": 0}, "has axial_order 0; it may be 1 to 8"),
+        (SECTION, {"axial_order": 0}, "has axial_order 0; it may be 1 to 15"),
+        (SECTION, {"torsion_order": 16}, "has torsion_order 16; it may be 1 to 15"),
         (SECTION, {"oder": 4}, r"has no option 'oder'; .* Did you mean 'order'\?"),
         (SECTION, {"orientation": [0, 0, 0]}, "give three components, not all zero"),
         (SECTION, {"orientation": [1, 2]}, "give three components"),

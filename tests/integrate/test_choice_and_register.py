@@ -4,57 +4,71 @@ import numpy as np
 import pytest
 from integrate_models import chain, explosion, failing, oscillator, pulse, rigid_body
 
-from femflex.integrate import INTEGRATORS, Dop853, IntegrationError, Integrator, choose, integrator
+from femflex.integrate import INTEGRATORS, Dop853, Forecast, IntegrationError, Integrator, choose, foretold, integrator
 
 TAU = 2 * np.pi
 
 
-def test_low_frequencies_are_integrated_explicitly():
-    choice = choose(highest=TAU * 3.0, duration=100.0, output_step=0.1)
+def told_only(calls):
+    """A trial that knows the cost already: calls and step of each method."""
+    return lambda name: Forecast(*calls[name])
+
+
+def no_trial(name):
+    raise AssertionError(f"no trial of {name} was needed")
+
+
+def test_modes_that_the_output_shows_are_followed_explicitly():
+    choice = choose(TAU * 3.0, duration=100.0, output_step=0.1, trial=no_trial)
     assert choice.name == "dop853"
     assert "the highest natural frequency is 3 Hz, the highest the output can show 5 Hz" in choice.sentence
 
 
-def test_a_long_run_with_modes_far_above_the_band_is_integrated_implicitly():
-    choice = choose(highest=TAU * 2e4, duration=3000.0, output_step=0.01, band=TAU * 5.0)
+def test_a_short_run_stays_explicit_without_a_trial():
+    choice = choose(TAU * 1e3, 0.3, 0.01, no_trial, band=TAU * 5.0)
+    assert choice.name == "dop853"
+    assert f"{12 * 0.3 * TAU * 1e3 / 0.3:.1e} rates at most" in choice.sentence
+
+
+def test_the_cheaper_method_is_chosen_and_both_costs_are_told():
+    trial = told_only({"dop853": (4e5, 1e-4), "esdirk4": (1e5, 5e-3)})
+    choice = choose(TAU * 5e3, 10.0, 0.1, trial, band=TAU * 4.0)
     assert choice.name == "esdirk4"
-    # 12 rates each 5.5 / omega_max, and 17 each 0.2 / omega_band
-    assert f"{12 * 3000 * TAU * 2e4 / 5.5:.1e} rates explicitly" in choice.sentence
-    assert f"{17 * 3000 * TAU * 5 / 0.2:.1e} implicitly" in choice.sentence
-    assert "2e+04 Hz" in choice.sentence
-    assert "the highest wanted 5 Hz" in choice.sentence
-
-
-def test_a_short_run_stays_explicit_however_stiff():
-    assert choose(highest=TAU * 2e4, duration=1.0, output_step=0.01, band=TAU * 5.0).name == "dop853"
-
-
-def test_modes_within_the_band_are_followed_explicitly():
-    assert choose(highest=TAU * 2e4, duration=3000.0, output_step=1e-5).name == "dop853"
+    assert "10 s cost about 6.9e+05 rates explicitly (steps of 0.0001 s)" in choice.sentence  # what stability takes
+    assert "2.0e+05 implicitly (0.005 s)" in choice.sentence
+    assert "the highest wanted 4 Hz" in choice.sentence
+    swinging = told_only({"dop853": (4e5, 1e-4), "esdirk4": (5e5, 1e-3)})
+    assert choose(TAU * 5e3, 10.0, 0.1, swinging, band=TAU * 4.0).name == "dop853"
 
 
 def test_a_rigid_system_says_so():
-    assert "nothing in the model vibrates" in choose(0.0, 100.0, 0.1).sentence
+    assert "nothing in the model vibrates" in choose(0.0, 100.0, 0.1, no_trial).sentence
 
 
-def test_what_is_asked_for_is_taken_and_the_automatic_choice_is_told():
-    choice = choose(TAU * 3.0, 100.0, 0.1, asked="generalized_alpha")
+def test_what_is_asked_for_is_taken():
+    choice = choose(TAU * 30.0, 1e6, 0.1, no_trial, asked="generalized_alpha")
     assert choice.name == "generalized_alpha"
-    assert choice.sentence.startswith("generalized_alpha (as asked)")
-    assert choice.sentence.endswith("The automatic choice is dop853.")
+    assert choice.sentence.startswith("generalized_alpha (as asked): the highest natural frequency is 30 Hz")
 
 
-def test_the_rates_foretold_are_about_those_spent():
-    """On a chain with modes above the band: within a factor of three, for both methods."""
+@pytest.mark.parametrize("method", ["dop853", "esdirk4"])
+def test_the_calls_foretold_are_about_those_spent(method):
+    """A slow swing beside a stiff mode, undamped: what the first 120 steps say holds for thousands."""
     model = chain(np.ones(2), np.array([1.0, 2e5, 0.0]), np.array([0.0, 500.0, 0.0]))
-    duration, highest, slow = 20.0, np.sqrt(4e5), np.sqrt(0.5)
     x0 = np.array([1.0, 1.0, 0.0, 0.0])
-    sentence = choose(highest, duration, 0.1, band=slow).sentence
-    explicit, implicit = (float(word) for word in sentence.split() if "e+" in word)
-    spent = Dop853().solve(model, np.array([0.0, duration]), x0).steps.evaluations
-    assert explicit / 3 < spent < explicit * 3
-    spent = 1.4 * integrator("esdirk4").solve(model, np.array([0.0, duration]), x0).steps.evaluations
-    assert implicit / 3 < spent < implicit * 3
+    for end in (0.02, 60.0):
+        forecast = foretold(integrator(method, rtol=1e-9), model, end, x0)
+        steps = integrator(method, rtol=1e-9).solve(model, np.array([0.0, end]), x0).steps
+        assert forecast.calls == pytest.approx(steps.evaluations, rel=0.2)
+        assert forecast.step == pytest.approx(end / steps.accepted, rel=0.2)
+    assert steps.accepted > 300
+
+
+def test_a_forecast_goes_on_beyond_breaks():
+    times = (0.001, 0.002, 0.5)
+    forecast = foretold(Dop853(), pulse(*times[:2]), 3.0, np.zeros(2))
+    steps = Dop853().solve(pulse(*times[:2]), np.array([0.0, 3.0]), np.zeros(2)).steps
+    assert forecast.calls == pytest.approx(steps.evaluations, rel=0.2)
 
 
 def test_every_registered_integrator_has_its_own_name_and_follows_the_protocol():

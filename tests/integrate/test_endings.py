@@ -107,7 +107,10 @@ class Bounce:
     def values(self, t, x):
         return np.array([x[0] - 0.5])
 
-    def happen(self, k, t, x):
+    def rates(self, t, x):
+        return np.array([x[1]])
+
+    def happen(self, together, t, x):
         x[:] = self.left
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from mechanisms import four_bar
 from rotating_beams import Rotating
 
 from femflex.body import Marker, rigid_body
@@ -123,6 +124,11 @@ def test_a_rod_that_points_inwards_stops_swinging_and_grows_from_its_critical_sp
     assert (branch.eigenvalues**2).real[above | below] == pytest.approx(-square[above | below], rel=1e-6)
     assert np.all(branch.frequencies[above] == 0)
     assert all(c.speed < critical for c in found.crossings)
+
+
+def test_closed_loops_are_refused():
+    with pytest.raises(ValueError, match="'closure' close loops, and the shapes of a Campbell diagram are followed"):
+        campbell(four_bar(), [0.0, 1.0])
 
 
 def test_what_cannot_vibrate_is_refused():

@@ -99,7 +99,7 @@ def test_an_interrupt_keeps_the_levels_there_are(converge: Called, written: Call
     code, out, err = converge(written(), "--levels", "2,3,4,6,8,10", "-o", "study.png")
     assert code == 130
     assert [row[0] for row in rows(out)] == ["2", "3", "4", "6"] and "verdict" in out
-    assert err == "femflex: broken off after 4 of 6 levels; no picture is drawn\nfemflex: interrupted\n"
+    assert err == "femflex: broken off after 4 of 6 levels\nfemflex: no picture is drawn\nfemflex: interrupted\n"
     assert not Path("study.png").exists()
 
 
@@ -123,7 +123,7 @@ def test_numerics_that_fail_keep_the_levels_there_are(converge: Called, written:
     [
         (["--levels", "1,x"], "--levels is '1,x'; give whole numbers with commas, such as 1,2,4,8"),
         (["--levels", "3"], "found levels 3; give at least two different numbers of modes"),
-        (["--over", "time"], "a study varies modes, mesh, derivatives or segments; found 'time'"),
+        (["--over", "time"], "a study varies modes, mesh, derivatives, segments or strain; found 'time'"),
         (["--tolerance", "0"], "--tolerance is 0; give a relative error between 0 and 1"),
         (["-o", "study.pdf"], "a plot is written as .png or .svg; study.pdf is neither"),
         (["-o", "there.png"], "there.png exists"),

@@ -10,6 +10,7 @@ import pytest
 from femflex.case import Case
 from femflex.cli.converge import print_study
 from femflex.studies import convergence, planned
+from femflex.studies.verdict import level_text
 
 QUANTITY = 'of = "value", channel = "markers/beam.tip/deflection", component = "y"'
 FAR = [
@@ -29,7 +30,7 @@ def test_without_derivatives_a_beam_bends_far_less_and_a_few_are_enough(built: C
     assert np.abs(found.values[2] / exact - 1) < 1e-3
     assert "1 derivative shape a body (4 elastic coordinates, 1 of them derivative shapes) suffices" in found.verdict
     print_study(found)
-    assert "derivatives coordinates value" in " ".join(capsys.readouterr().out.split())
+    assert "derivatives coordinates vibration derivatives value" in " ".join(capsys.readouterr().out.split())
 
 
 def test_modes_and_derivatives_are_counted_apart(built: Callable[..., Case], capsys):
@@ -37,7 +38,7 @@ def test_modes_and_derivatives_are_counted_apart(built: Callable[..., Case], cap
     found = convergence(case, "modes", [1, 2, 3])
     assert found.counts.tolist() == (found.levels + found.derivatives).tolist() and found.derivatives.all()
     print_study(found)
-    assert "of them derivatives" in capsys.readouterr().out
+    assert "modes coordinates vibration derivatives value" in " ".join(capsys.readouterr().out.split())
 
 
 def test_levels_left_out_go_as_far_as_there_are_shapes(built: Callable[..., Case]):
@@ -52,3 +53,14 @@ def test_linear_bodies_have_no_derivatives_to_vary(built: Callable[..., Case]):
         planned(built(), "derivatives")
     with pytest.raises(ValueError, match="at least two different numbers of derivative shapes, each at least 0"):
         planned(built(*FAR), "derivatives", [-1, 2])
+
+
+def test_shapes_that_follow_are_counted_apart_from_coordinates(built: Callable[..., Case], capsys):
+    case = built(*FAR[1:], ("modes = 4 }", 'modes = 3, derivatives = "auto" }\nstrain = "condensed"'))
+    found = convergence(case, "derivatives", [0, 1, 2, 3])
+    assert found.levels.tolist() == found.followers.tolist() == [1, 2, 3]  # with none there is nothing to condense
+    assert found.counts.tolist() == [4, 5, 6] and not found.derivatives.any()
+    print_study(found)
+    assert "derivatives shapes vibration derivatives following value" in " ".join(capsys.readouterr().out.split())
+    told = level_text(found, 2)
+    assert told == "2 derivative shapes a body (5 shapes, 2 of them derivative shapes that follow)"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -21,11 +23,20 @@ def found() -> Explanation:
     half[:, 2] = 50.0 * np.cos(TIME)
     inertia = {"inertia/base-hub": -half, "inertia/boom": half - push}
     own = ("inertia/base-hub",) * 3 + ("inertia/base-hub",) * 2
-    return Explanation(TIME, {"inertia": -push, "loads/push": push}, inertia, NAMES, UNITS, own)
+    u = np.outer(np.sin(2.0 * np.pi * TIME), [1.0, 1.0, 1.0, 1.0, 0.5])
+    return Explanation(TIME, {"inertia": -push, "loads/push": push}, inertia, u, NAMES, UNITS, own)
 
 
-def test_the_most_strongly_pushed_of_every_unit_are_told_of(found):
+def test_the_coordinates_through_which_most_power_goes_are_told_of(found):
     assert found.telling() == [0, 1, 4]  # not the slide, whose parts cancel, nor the hardly pushed boom.delta1
+    still = replace(found, u=found.u * [1.0, 0.0, 1.0, 1.0, 1.0])
+    assert still.telling() == [0, 4]  # what does not move takes no power, however hard it is pushed
+
+
+def test_a_short_spike_does_not_make_a_coordinate_telling(found):
+    spiked = {name: rows.copy() for name, rows in found.terms.items()}
+    spiked["loads/push"][:2, 3], spiked["inertia"][:2, 3] = 1e3, -1e3
+    assert replace(found, terms=spiked).telling() == [0, 1, 4]
 
 
 def test_sizes_are_peaks_with_their_sign_and_root_mean_squares(found):

@@ -66,6 +66,27 @@ def test_many_small_contributions_go_together():
     assert sum(pushes.values()) == pytest.approx(own)
 
 
+def test_inertia_that_cancels_is_one():
+    """Two bodies that share an acceleration: their shares are a hundred times what the spring does."""
+    own = -100.0 * np.cos(TIME)
+    parts = {"inertia/base-hub": own, "inertia/boom": -own - SPRING, "joint_springs": SPRING}
+    line, pushes = contributions({name: rows[:, None] for name, rows in parts.items()}, HUB)
+    assert list(pushes) == ["joint_springs"] and line == pytest.approx(-SPRING)
+    small = {"inertia/base-hub": own, "inertia/boom": 0.2 * np.abs(own), "joint_springs": -own - 0.2 * np.abs(own)}
+    line, pushes = contributions({name: rows[:, None] for name, rows in small.items()}, HUB)
+    assert list(pushes) == ["joint_springs", "inertia/boom"] and line == pytest.approx(own)
+
+
+def test_a_spike_is_cut_off_and_told(tmp_path, run, figure):
+    spike = np.where(TIME == TIME[20], 1000.0, 0.0)
+    parts = {"inertia/base-hub": -SPRING - spike, "joint_springs": SPRING, "loads/push": spike}
+    plot_terms(run, TIME, {name: rows[:, None] for name, rows in parts.items()}, [HUB], tmp_path / "a.png", dpi=50)
+    stack = figure().axes[1]
+    assert max(np.abs(stack.get_ylim())) < 10
+    (told,) = (text.get_text() for text in stack.texts)
+    assert told == "cut off: up to 3, down to -1e+03 N m, the farthest at 1"
+
+
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_motion_above_and_stack_below(tmp_path, run, figure, theme):
     rows = TIME <= 8

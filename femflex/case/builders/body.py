@@ -16,13 +16,14 @@ from femflex.case.builders.structure import PLACE, build_mesh, build_modes, buil
 from femflex.case.case import Case
 from femflex.case.load import LoadTable
 from femflex.case.problems import CaseError, Problem, near
-from femflex.case.reduction import DampingTable, Stretchable
+from femflex.case.reduction import DampingTable, LumpedTable, Stretchable
 from femflex.fem.structure import Structure
 from femflex.reduction import (
     ModalDamping,
     RayleighDamping,
     UniformBeam,
     beam_body,
+    bending_damping,
     foreshortening,
     foreshortening_of,
     load_body,
@@ -34,6 +35,7 @@ from femflex.reduction.modeset import ModeSet
 from femflex.reduction.uniform_beam import BeamFunctions
 from femflex.system import Part, Segments
 
+MANY = 1200  # coordinates up to which the lowest shape of a set is sought
 Told = Callable[[str], None]  # called with what is being done, for a progress display
 
 
@@ -102,9 +104,8 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
     if isinstance(table, FileTable):
         return _from_file(case, name, table, modes)
     assert isinstance(table, FlexibleTable)
-    structure, modeset = build_modes(
-        build_structure_of(case, name, table, build_mesh(case, name, table, refine)), table, modes
-    )
+    given = build_structure_of(case, name, table, build_mesh(case, name, table, refine))
+    structure, modeset = build_modes(given, table, modes, name)
     return _meshed(case, name, table, structure, modeset)
 
 
@@ -112,14 +113,14 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
     """The body of a structure and its set, with the strain that the case says or calls for."""
     r, strain, note = table.reduction, table.strain, ""
     keep = r.derivatives if isinstance(r, Stretchable) else "none"
-    stretches = isinstance(r, Stretchable) and modeset.n_modes > 0
-    ignored = foreshortening(structure, modeset) if stretches and strain in (None, "linear") else None
+    groups, turning = marker_groups(table), turning_markers(case, name)
+    ignored = None
+    if strain in (None, "linear") and 0 < modeset.n_modes <= MANY and not isinstance(r, LumpedTable):
+        ignored = foreshortening(structure, modeset, groups)
     if strain is None:
-        stressed = bool(np.any(structure.f0))  # what stress does to slaved shapes is for the case to decide
-        strain, note = ("linear", "") if ignored is None or stressed else chosen_strain(case, table, ignored)
+        strain, note = ("linear", "") if ignored is None else chosen_strain(case, table, ignored)
     if strain == "condensed" and keep is None:
         modeset = with_derivatives(structure, modeset)
-    groups, turning = marker_groups(table), turning_markers(case, name)
     body = reduce_structure(structure, modeset, groups, _damping(table.damping), strain, turning)
     if strain == "nonlinear" and isinstance(r, Stretchable) and keep != "none" and body.n_modes:
         require_stretch(structure, modeset, body.strain)
@@ -205,7 +206,9 @@ def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> Fl
         body = body.truncated(n)
     damping = _damping(table.damping)
     if damping is not None:
-        body = replace(body, damping=damping.matrix(body.without_slaves().moments.elastic_mass(), body.strain.V1))
+        damped = [body.strain.is_linear or kind != "derivative" for kind in body.kinds or ("",) * body.n_modes]
+        Me = body.without_slaves().moments.elastic_mass()
+        body = replace(body, damping=bending_damping(damping, Me, body.strain.V1, damped[: body.n_modes]))
     return body
 
 

@@ -13,10 +13,13 @@ from numpy.typing import NDArray
 from femflex.body import Marker
 from femflex.case import joint as tables
 from femflex.case.case import Case
+from femflex.case.joint_ball import Free, Spherical
+from femflex.case.joint_base import JointTable
+from femflex.case.joint_general import SLIDE_KEYS, TURN_KEYS, General
 from femflex.case.law import read_laws
 from femflex.case.orbit import AttitudeTable
 from femflex.case.problems import CaseError, Problem
-from femflex.rotations import dcm_from_angles
+from femflex.rotations import is_extrinsic, letters_of
 from femflex.system import (
     Joint,
     Part,
@@ -51,14 +54,14 @@ def build_joints(case: Case) -> list[Joint]:
     return joints
 
 
-def build_joint(table: tables.JointTable, folder: Path) -> Joint:
+def build_joint(table: JointTable, folder: Path) -> Joint:
     """The Joint of one entry of [[joints]] of a case in that folder. Raises ValueError."""
     joint = _with_motion(_loose_joint(table), table, folder)
     laws, latches = read_laws(table.laws, table.coordinates())
     return replace(joint, laws=laws, latches=latches) if laws or latches else joint
 
 
-def _with_motion(joint: Joint, table: tables.JointTable, folder: Path) -> Joint:
+def _with_motion(joint: Joint, table: JointTable, folder: Path) -> Joint:
     """The joint with the motions that its table specifies."""
     slides = table.motions("position") or (None,) * len(joint.translations)
     turns_ = table.motions("angle") or table.motions("angles") or (None,) * (joint.n_u - len(joint.translations))
@@ -69,7 +72,7 @@ def _with_motion(joint: Joint, table: tables.JointTable, folder: Path) -> Joint:
     return replace(joint, motion=tuple(motion)) if any(m is not None for m in motion) else joint
 
 
-def _loose_joint(table: tables.JointTable) -> Joint:
+def _loose_joint(table: JointTable) -> Joint:
     """The joint with all its freedoms free."""
     where: dict[str, Any] = table.model_dump(include={"child", "parent", "child_marker", "parent_marker", "name"})
     match table:
@@ -82,7 +85,7 @@ def _loose_joint(table: tables.JointTable) -> Joint:
             return cylindrical(axis=table.axis, **start, **_springs(table, "slide_"), **where)
         case tables.Universal():
             return universal(axes=table.axes, q0=table.angles, u0=table.rates, **_springs(table), **where)
-        case tables.Spherical() if table.turning:
+        case Spherical() if table.turning:
             position, velocity = getattr(table, "position", ()), getattr(table, "velocity", ())
             start = {"q0": [*position, *table.angles], "u0": [*velocity, 0.0, 0.0, 0.0]}
             zero = np.zeros(3)
@@ -92,13 +95,13 @@ def _loose_joint(table: tables.JointTable) -> Joint:
             }
             slides = np.eye(3)[: len(position)]
             return turns(sequence=table.sequence, slides=slides, **start, **springs, **where)
-        case tables.Free():
+        case Free():
             start = {"q0": [*table.position, *_ball(table)], "u0": [*table.velocity, *table.rates]}
             return free(**_set(table), **start, **_springs(table, "slide_"), **where)
-        case tables.Spherical():
+        case Spherical():
             return spherical(**_set(table), q0=_ball(table), u0=table.rates, **_springs(table), **where)
-        case tables.General():
-            values = {key: table.padded(key) for key in (*tables.SLIDE_KEYS, *tables.TURN_KEYS)}
+        case General():
+            values = {key: table.padded(key) for key in (*SLIDE_KEYS, *TURN_KEYS)}
             numbers: dict[str, Any] = {
                 key: np.array(values[f"slide_{key}"] + values[key]) for key in ("stiffness", "damping", "rest")
             }
@@ -109,7 +112,7 @@ def _loose_joint(table: tables.JointTable) -> Joint:
     return weld(**where)
 
 
-def _springs(table: tables.JointTable, first: str = "") -> dict[str, Any]:
+def _springs(table: JointTable, first: str = "") -> dict[str, Any]:
     """Stiffness, damping and rest of every quasi-coordinate; those whose keys begin with `first` come before."""
     keys = ("stiffness", "damping", "rest")
     found = {key: np.atleast_1d(getattr(table, key)) for key in keys}
@@ -130,20 +133,17 @@ def root_joint(case: Case, bodies: Mapping[str, Part]) -> tuple[Joint | None, di
     name, attitude = case.attitude.root or loose[0], case.attitude
     place = bodies[name].marker(attitude.marker or "origin")
     C_BM = place.orientation if attitude.marker else nominal_axes(attitude)
-    C_BM = C_BM @ held_attitude(attitude).T  # a held joint's own axes are turned instead
     marker = attitude.marker or "origin"
     if not np.array_equal(C_BM, place.orientation):
         marker = LIBRATION
     body = _with_marker(bodies[name], marker, place.turned(C_BM), attitude.marker or "origin")
     where = {"child": name, "child_marker": marker}
-    rotation = ball_coordinates(attitude.rotation, attitude.sequence, np.array(attitude.turns()), attitude.rebase)
-    rates = attitude.rates or (0.0, 0.0, 0.0)
+    rates, turned = attitude.rates or (0.0, 0.0, 0.0), attitude.turns()
     position, velocity = attitude.position or (0.0, 0.0, 0.0), attitude.velocity or (0.0, 0.0, 0.0)
-    slides = case.orbit.kind != "specified"
+    rotation = () if attitude.held else ball_coordinates(attitude.rotation, attitude.sequence, turned, attitude.rebase)
+    slides = case.orbit.kind == "free" if attitude.held else case.orbit.kind != "specified"
     if attitude.held:
-        floating = case.orbit.kind == "free"
-        held = Joint(name, child_marker=marker, translations=np.eye(3), q0=np.array(position), kind="prismatic")
-        joint = held if floating else weld(**where)
+        joint = _held(attitude, position if slides else (), where)
     elif slides:
         joint = free(**_set(attitude), q0=[*position, *rotation], u0=[*velocity, *rates], **where)
     else:
@@ -151,16 +151,21 @@ def root_joint(case: Case, bodies: Mapping[str, Part]) -> tuple[Joint | None, di
     return joint, {**bodies, name: body}
 
 
+def _held(attitude: AttitudeTable, position: tuple[float, ...], where: dict[str, Any]) -> Joint:
+    """Turns by the angles of the attitude's sequence, specified to stay as they are, after slides that are free."""
+    letters, angles = letters_of(attitude.sequence), attitude.turns()
+    if is_extrinsic(attitude.sequence):  # the same as the intrinsic turns in the other order
+        letters, angles = letters[::-1], angles[::-1]
+    motion = (*(None for _ in position), *angles)
+    q0 = [*position, *angles]
+    return turns(sequence=letters, slides=np.eye(3)[: len(position)], motion=motion, q0=q0, **where)
+
+
 def _with_marker(body: Part, name: str, marker: Marker, beside: str) -> Part:
     """A copy with a marker; of a body cut into segments it is on the segment that holds the marker `beside`."""
     if isinstance(body, Segments):
         return body.with_marker(name, marker, beside)
     return replace(body, markers={**body.markers, name: marker})
-
-
-def held_attitude(attitude: AttitudeTable) -> Array:
-    """C_FL (3, 3): where the libration axes are held in the frame; the unit matrix when they are free."""
-    return dcm_from_angles(attitude.turns(), attitude.sequence) if attitude.held else np.eye(3)
 
 
 def nominal_axes(attitude: AttitudeTable) -> Array:
@@ -171,9 +176,9 @@ def nominal_axes(attitude: AttitudeTable) -> Array:
     return np.stack(columns, axis=1)
 
 
-def _ball(table: tables.Spherical) -> Array:
+def _ball(table: Spherical) -> Array:
     return ball_coordinates(table.rotation, table.sequence, np.array(table.angles), table.rebase)
 
 
-def _set(table: tables.Spherical | AttitudeTable) -> dict[str, Any]:
+def _set(table: Spherical | AttitudeTable) -> dict[str, Any]:
     return {"rotation": table.rotation, "rebase": table.rebase}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 
 import numpy as np
@@ -27,6 +28,7 @@ from femflex.reduction import (
     with_derivatives,
 )
 from femflex.system import Segments
+from femflex.warning import PhysicsWarning
 
 
 def build_segments(
@@ -55,6 +57,13 @@ def build_segments(
     except ValueError as error:
         where = f"bodies.{name}.members[{member.group}].segments"
         raise CaseError(case.path.name, [Problem(where, str(error))]) from error
+    if force := member.options.get("prestress"):
+        warnings.warn(
+            f"bodies.{name}: the prestress of {force:g} N on {member.group!r} is let go, and 0 N are left: segments "
+            "are welded end to end, and nothing holds them apart. Leave segments or the prestress out",
+            PhysicsWarning,
+            stacklevel=2,
+        )
     places = {**{group: group for group in groups}, **markers}
     return Segments(reduce_segments(pieces, places, _shapes(table, modes), damping, table.strain or "linear"))
 

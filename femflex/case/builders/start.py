@@ -19,7 +19,7 @@ def placed(case: Case, system: System) -> System:
     Raises CaseError when the file is of another craft or there can be no equilibrium, EquilibriumError when none is
     found.
     """
-    if case.initial is None:
+    if case.initial is None or case.initial.source is None:
         return system
     if case.initial.source != EQUILIBRIUM:
         return started(system, _last_row(case, system))
@@ -37,7 +37,7 @@ def _last_row(case: Case, system: System) -> Array:
     """The state (n_x,) in the last row of the file."""
     from femflex.results import open_run
 
-    assert case.initial is not None
+    assert case.initial is not None and case.initial.source is not None
     try:
         with open_run(case.beside(case.initial.source)) as run:
             wanted = {"q": system.coordinate_names(), "u": system.velocity_names()}

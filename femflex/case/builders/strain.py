@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from femflex.body import Foreshortening
 from femflex.case.body import AnalyticTable, FlexibleTable
 from femflex.case.case import Case
 from femflex.case.reduction import Stretchable
@@ -20,8 +20,8 @@ LONG = 1e4  # s, looked at of a specified motion where the duration is given in 
 SAMPLES = 400  # of a specified motion, for its largest rate
 
 
-def chosen_strain(case: Case, table: FlexibleTable | AnalyticTable, ignored: NDArray[np.float64]) -> tuple[Strain, str]:
-    """Strain of a body that does not say, and the reason; ignored (4, 3): see `reduction.foreshortening`."""
+def chosen_strain(case: Case, table: FlexibleTable | AnalyticTable, ignored: Foreshortening) -> tuple[Strain, str]:
+    """Strain of a body that does not say, and the reason; ignored: what linear strain would leave out."""
     r = getattr(table, "reduction", None)
     if isinstance(table, FlexibleTable) and (
         not isinstance(r, Stretchable) or getattr(r, "derivatives", None) in ("none", 0)
@@ -31,7 +31,7 @@ def chosen_strain(case: Case, table: FlexibleTable | AnalyticTable, ignored: NDA
     gain = np.sqrt(1.0 + largest_stiffening(ignored, spin)) - 1.0
     if gain > STIFFENED:
         return "condensed", (
-            f"strain is condensed: turning at {spin:.4g} rad/s may stiffen the first shape by {gain:.1%} in frequency, "
+            f"strain is condensed: turning at {spin:.4g} rad/s may raise the first frequency {grown(gain)}, "
             f"which linear strain leaves out (strain = 'linear' would keep it so)"
         )
     bent = initial_bend(table)
@@ -40,17 +40,28 @@ def chosen_strain(case: Case, table: FlexibleTable | AnalyticTable, ignored: NDA
             f"strain is condensed: the body starts bent by {bent:.0%} of its length, and linear strain holds up to "
             f"about {BENT:.0%} (strain = 'linear' would keep it so)"
         )
-    if gain < TOLD:
+    if spin == 0.0:
         return "linear", "strain is linear: the case tells of no spin that would stiffen it"
+    if gain < TOLD:
+        return "linear", f"strain is linear: turning at {spin:.4g} rad/s does not stiffen it (by less than {TOLD:.3%})"
     return (
         "linear",
-        f"strain is linear: turning at {spin:.4g} rad/s stiffens the first shape by {gain:.2%} in frequency",
+        f"strain is linear: turning at {spin:.4g} rad/s raises the first frequency by {gain:.2%}",
     )
 
 
-def largest_stiffening(ignored: NDArray[np.float64], spin: float) -> float:
+def grown(gain: float) -> str:
+    """How much larger in words: "by 16.2%", and beyond that "14.5-fold".
+
+    >>> grown(0.162), grown(13.49)
+    ('by 16.2%', '14.5-fold')
+    """
+    return f"by {gain:.1%}" if gain < 1.0 else f"{1.0 + gain:.3g}-fold"
+
+
+def largest_stiffening(ignored: Foreshortening, spin: float) -> float:
     """The largest part of its own stiffness that a spin about any axis through the origin adds to the first shape."""
-    g = ignored[1:]
+    g = ignored.mass[1:]
     return max(float(spin**2 * (np.linalg.eigvalsh((g + g.T) / 2)[-1] - np.trace(g))), 0.0)
 
 

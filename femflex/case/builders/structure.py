@@ -33,6 +33,7 @@ from femflex.reduction import (
     nodal_translations,
     relaxed,
     rigid_set,
+    warn_of_initial_stress,
     with_attachment,
     with_derivatives,
 )
@@ -89,17 +90,25 @@ def point_masses_of(table: FlexibleTable) -> list[PointMass]:
     return [PointMass(m.group, m.mass, m.inertia, m.offset) for m in table.point_masses]
 
 
-def build_modes(structure: Structure, table: FlexibleTable, modes: int | None = None) -> tuple[Structure, ModeSet]:
+def build_modes(
+    structure: Structure, table: FlexibleTable, modes: int | None = None, name: str = ""
+) -> tuple[Structure, ModeSet]:
     """The structure a body's reduction works on and its mode set, of `modes` modes instead of the case's if given.
 
-    Initial stress is first let go where the clamps do not hold it (`relaxed`).
+    Initial stress is first let go where the clamps do not hold it (`relaxed`); what is doubtful of it is told of the
+    body of that name.
     """
     r = table.reduction
-    structure = relaxed(structure, clamp_of(getattr(r, "clamp", {})))
+    given, structure = structure, relaxed(structure, clamp_of(getattr(r, "clamp", {})))
+    if name:
+        meant = any(member.options.get("prestress") for member in table.members)
+        warn_of_initial_stress(f"bodies.{name}", given, structure, meant)
     if isinstance(r, Stretchable):
         found = _vibrating(structure, r, modes)
         keep = r.derivatives
-        return structure, found if keep in (None, "none", 0) else with_derivatives(structure, found, keep)
+        if keep is None or keep in ("none", 0):
+            return structure, found
+        return structure, with_derivatives(structure, found, keep, r.deflection)
     if isinstance(r, NodalTable):
         return structure, nodal(structure, clamp_of(r.clamp))
     if isinstance(r, LumpedTable):

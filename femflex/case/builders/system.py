@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from femflex.case.builders.body import build_bodies
 from femflex.case.builders.closed import build_constraint, build_loops, build_spring
 from femflex.case.builders.initial import initial_shape
-from femflex.case.builders.joints import build_joints, held_attitude, root_joint
+from femflex.case.builders.joints import build_joints, root_joint
 from femflex.case.builders.loads import build_loads
 from femflex.case.builders.references import channel_problems, motion_problems, size_problems
 from femflex.case.builders.start import placed
 from femflex.case.case import Case
 from femflex.case.orbit import OrbitTable
 from femflex.case.problems import CaseError, Problem
-from femflex.system import Frame, Load, Orbit, Part, System, assembled
+from femflex.system import Frame, Load, Orbit, Part, Sight, System, assembled
 
 Array = NDArray[np.float64]
 
@@ -41,10 +41,10 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
             frame=build_frame(case),
             orbit=orbit,
             libration_sequence=case.attitude.sequence,
-            libration_axes=held_attitude(case.attitude),
             loops=build_loops(case),
             constraints=tuple(build_constraint(table) for table in case.constraints),
             springs=tuple(build_spring(table) for table in case.springs),
+            sights=tuple(Sight(**table.model_dump()) for table in case.sights),
             reactions=case.run.reactions,
         )
     except CaseError:
@@ -52,7 +52,7 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
     except (ValueError, KeyError) as error:
         problems = [Problem("", line) for line in str(error.args[0]).splitlines()]
         raise CaseError(case.path.name, problems) from error
-    system = _with_initial(case, system)
+    system = _kept(case, _with_initial(case, system))
     _check_references(case, system)
     given = case.attitude.position is not None, case.attitude.velocity is not None
     if orbit is not None and orbit.free and joint is not None and not all(given):
@@ -89,6 +89,16 @@ def _check_references(case: Case, system: System) -> None:
     problems += size_problems(case, system, channels, Path.cwd())
     if problems:
         raise CaseError(case.path.name, problems)
+
+
+def _kept(case: Case, system: System) -> System:
+    """The system with the initial values that its case keeps where loops close."""
+    if case.initial is None or case.initial.keep is None:
+        return system
+    try:
+        return replace(system, keep=tuple(case.initial.keep))
+    except ValueError as error:
+        raise CaseError(case.path.name, [Problem("initial.keep", str(error.args[0]))]) from error
 
 
 def build_orbit(table: OrbitTable) -> Orbit | None:

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem.quadrature import get_quadrature
-from skfem.refdom import RefLine
 
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.beam.shapes import NODAL, BeamOrder, field_rows
+from femflex.fem.beam.elements import BeamElements, stations
+from femflex.fem.beam.shapes import NODAL, BeamOrder
 from femflex.fem.beam.skin import swept_outline
+from femflex.fem.beam.strain import beam_strain
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells, member_options
 from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length, element_frames, straight_elements
-from femflex.fem.sections.section import Resultants
-from femflex.fem.tables import DenseInertia, DenseStrain
+from femflex.fem.tables import DenseInertia
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -31,6 +29,7 @@ Index = NDArray[np.int64]
 OPTIONS: dict[str, Any] = {
     "order": 3,
     "axial_order": None,
+    "torsion_order": None,
     "orientation": None,
     "rotary_inertia": True,
     "start": None,
@@ -39,50 +38,9 @@ OPTIONS: dict[str, Any] = {
     "thermal_strain": 0.0,
 }
 ORDERS = range(3, 9)
+STRETCH_ORDERS = range(1, 2 * ORDERS.stop - 2)  # of the axial and torsional fields, up to 2 * 8 - 1
 VARYING_DEGREE = 8  # polynomial degree added to the quadrature where properties vary along the element
 SLENDER = 20.0  # length over radius of gyration below which shear, left out here, shifts the first mode by over 1 %
-
-
-@dataclass(frozen=True, eq=False)
-class BeamElements:
-    """Geometry and dofs of a member's elements.
-
-    origin (e, 3), length (e,), frame (e, 3, 3) rows x, y, z; dofs (e, n_local); arc: arc length along the member
-    """
-
-    origin: Array
-    length: Array
-    frame: Array
-    dofs: Index
-    arc: ArcLength
-    order: BeamOrder
-
-    def rows(self, xi: Array, derivative: int = 0) -> Array:
-        """Rows of u, v, w, theta in element axes on the element's (global) dofs at xi (q,): (e, q, 4, n_local)."""
-        rows = field_rows(self.order, xi, self.length, derivative)
-        for node in range(0, NODAL, 3):
-            rows[..., node : node + 3] = np.matmul(rows[..., node : node + 3], self.frame[:, None])
-        return rows
-
-    def places(self, xi: Array, offsets: Array) -> Array:
-        """Undeformed positions (e, q, k, 3) of section points offsets (e, q, k, 2) at xi (q,)."""
-        axis = self.origin[:, None] + self.length[:, None, None] * xi[:, None] * self.frame[:, None, 0]
-        return axis[:, :, None] + np.matmul(offsets, self.frame[:, None, 1:])
-
-    def motion(self, xi: Array, offsets: Array, rotary: bool = True) -> Array:
-        """Rows of the global displacement u + theta x offset of section points: (e, q, k, 3, n_local).
-
-        Without rotary the section moves along x as a whole: the offsets see the twist alone.
-        """
-        rows = self.rows(xi)
-        y, z = offsets[..., 0, None], offsets[..., 1, None]
-        u, v, w, theta = (rows[:, :, None, i] for i in range(4))
-        axial = np.broadcast_to(u, (*offsets.shape[:3], rows.shape[-1]))
-        if rotary:
-            slope = self.rows(xi, 1)
-            axial = u - y * slope[:, :, None, 1] - z * slope[:, :, None, 2]
-        local = np.stack([axial, v - z * theta, w + y * theta], axis=-2)
-        return np.matmul(self.frame.swapaxes(1, 2)[:, None, None], local)
 
 
 @family("beam")
@@ -91,12 +49,14 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
 
     Cells line, or line3, which is two straight elements joined at its middle node. Section: any of
     `femflex.fem.sections`; a shape needs an isotropic Material. Fields: bending cubic Hermite with bubbles up
-    to `order`, axial and torsion of order max(2, order - 1). Strains: eps = u' + (u'^2 + v'^2 + w'^2)/2 + (I_p/2A)
-    theta'^2, curvatures v'' and -w'', twist (THEORY section 3).
+    to `order`, torsion of order max(2, order - 1), axial of order 2 order - 1: u' is then a polynomial of the degree
+    of v'^2 and takes back, in every element, the stretch that bending would store (no membrane locking). Strains:
+    eps = u' + (u'^2 + v'^2 + w'^2)/2 + (I_p/2A) theta'^2, curvatures v'' and -w'', twist (THEORY section 3).
 
     Options
     order           3 ... 8, order of the bending fields (3)
-    axial_order     of the axial and torsional fields, if not max(2, order - 1)
+    axial_order     of the axial field, if not 2 order - 1; below it a bent element locks under nonlinear strain
+    torsion_order   of the torsional field, if not max(2, order - 1)
     orientation     (3,) vector near the section's y axis; see chain.element_frames for the default
     rotary_inertia  True; False leaves out the section's rotary inertia in bending (torsional inertia stays), as
                     the classical closed forms beta L do
@@ -113,11 +73,13 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """
     options = _checked(member_options(member, OPTIONS), member)
     elements = _elements(mesh, member, numbering, options)
-    order, varying = elements.order, member.section.varies
-    blocks = _inertia(elements, member, 2 * order.bending + VARYING_DEGREE * varying, options["rotary_inertia"])
-    degree = 4 * (max(order.bending, order.axial) - 1) + VARYING_DEGREE * varying
-    strain = _strain(elements, member, degree, options)
-    axis = elements.places(_stations(elements, member, degree)[0], np.zeros((*strain.weight.shape, 1, 2)))[:, :, 0]
+    order, varying = elements.order, VARYING_DEGREE * member.section.varies
+    highest = max(order.bending, order.axial, order.torsion)
+    blocks = _inertia(elements, member, 2 * highest + varying, options["rotary_inertia"])
+    # u' is of the size of v'^2, so that its square is the highest power of it that matters
+    degree = max(4 * (order.bending - 1), 2 * (order.axial - 1), 4 * (order.torsion - 1)) + varying
+    strain = beam_strain(elements, member, degree, options)
+    axis = elements.places(stations(elements, member, degree)[0], np.zeros((*strain.weight.shape, 1, 2)))[:, :, 0]
     places = StrainPlaces("line", axis)
     return Contribution((blocks,), (strain,), partial(swept_outline, elements, member.section), (places,))
 
@@ -130,7 +92,7 @@ def _elements(mesh: Mesh, member: Member, numbering: Numbering, options: dict[st
         arc = arc_length(mesh, nodes, member.group, options["start"])
     else:
         arc = ArcLength(np.zeros((len(nodes), 2)), np.ones(len(nodes)))
-    order = BeamOrder(options["order"], options["axial_order"])
+    order = BeamOrder(options["order"], options["axial_order"], options["torsion_order"])
     nodal = [numbering.translation(nodes.ravel()), numbering.rotation(nodes.ravel())]
     n_bubbles = order.n_local - NODAL
     bubbles = numbering.extra(len(nodes) * n_bubbles, np.repeat(nodes, n_bubbles, axis=0)).reshape(len(nodes), -1)
@@ -140,7 +102,7 @@ def _elements(mesh: Mesh, member: Member, numbering: Numbering, options: dict[st
 
 def _inertia(elements: BeamElements, member: Member, degree: int, rotary: bool) -> DenseInertia:
     """Four points per station at (+-sqrt(2) rz, 0) and (0, +-sqrt(2) ry): the section's mass and second moments."""
-    xi, weight, r = _stations(elements, member, degree)
+    xi, weight, r = stations(elements, member, degree)
     a, b = np.sqrt(2 * r.rz2), np.sqrt(2 * r.ry2)
     o = np.zeros_like(a)
     offsets = np.stack([a, o, -a, o, o, b, o, -b], axis=-1).reshape(*a.shape, 4, 2)
@@ -151,42 +113,18 @@ def _inertia(elements: BeamElements, member: Member, degree: int, rotary: bool) 
     return DenseInertia(elements.dofs, dm, rho, N)
 
 
-def _strain(elements: BeamElements, member: Member, degree: int, options: dict[str, Any]) -> DenseStrain:
-    """Strains (eps, kappa_z, kappa_y, r theta') of gradients (u', v', w', r theta', v'', w''), r^2 = I_p / A.
-
-    The twist is carried as r theta' with stiffness GJ / r^2, so that its share of the axial strain is a constant too.
-    """
-    xi, weight, r = _stations(elements, member, degree)
-    first, second = elements.rows(xi, 1), elements.rows(xi, 2)
-    first[:, :, 3] *= np.sqrt(r.polar2)[..., None]
-    elastic = np.stack([r.EA, r.EIz, r.EIy, r.GJ / r.polar2], axis=-1)[..., None] * np.eye(4)
-    linear_map = np.zeros((4, 6))
-    linear_map[[0, 1, 2, 3], [0, 4, 5, 3]] = 1.0, 1.0, -1.0, 1.0
-    quadratic_map = np.zeros((4, 6, 6))
-    quadratic_map[0, range(4), range(4)] = 1.0
-    G = np.concatenate([first, second[:, :, 1:3]], axis=2)
-    stress = np.zeros((*weight.shape, 4))
-    stress[:, :, 0] = options["prestress"] - r.EA * options["thermal_strain"]
-    return DenseStrain(elements.dofs, weight, elastic, linear_map, quadratic_map, G, stress)
-
-
-def _stations(elements: BeamElements, member: Member, degree: int) -> tuple[Array, Array, Resultants]:
-    """Gauss points xi (q,), lengths they stand for (e, q) [m], and the section's resultants there (e, q)."""
-    points, weights = get_quadrature(RefLine, degree)
-    s = elements.arc.at(points[0])
-    resultants = member.section.resultants(member.material, s, elements.arc.whole[:, None])
-    return points[0], elements.length[:, None] * weights, resultants
-
-
 def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
     """The options with defaults that depend on others filled in; ValueError on values the family cannot use."""
     where = f"beam on group {member.group!r}"
     order = options["order"]
     if order not in ORDERS:
         raise ValueError(f"{where} has order {order!r}; it may be {ORDERS.start} to {ORDERS.stop - 1}")
-    axial = max(2, order - 1) if options["axial_order"] is None else options["axial_order"]
-    if axial not in range(1, ORDERS.stop):
-        raise ValueError(f"{where} has axial_order {axial!r}; it may be 1 to {ORDERS.stop - 1}")
+    fields = {"order": int(order)}
+    for name, default in (("axial_order", 2 * order - 1), ("torsion_order", max(2, order - 1))):
+        found = default if options[name] is None else options[name]
+        if found not in STRETCH_ORDERS:
+            raise ValueError(f"{where} has {name} {found!r}; it may be 1 to {STRETCH_ORDERS.stop - 1}")
+        fields[name] = int(found)
     if not hasattr(member.section, "resultants"):
         raise ValueError(
             f"{where} has section {member.section!r}; give one of femflex.fem.sections (tube, box, rectangle, I, ...)"
@@ -199,7 +137,7 @@ def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
         orientation = np.asarray(orientation, float)
         if orientation.shape != (3,) or not np.isfinite(orientation).all() or not orientation.any():
             raise ValueError(f"{where} has orientation {orientation.tolist()}; give three components, not all zero")
-    return {**options, "order": int(order), "axial_order": int(axial), "orientation": orientation}
+    return {**options, **fields, "orientation": orientation}
 
 
 def _warn_if_stout(rho: Array, gyration: float, member: Member) -> None:

@@ -19,11 +19,12 @@ class BeamOrder:
 
     bending: int
     axial: int
+    torsion: int
 
     @property
     def n_local(self) -> int:
         """Number of element dofs: 12 at the nodes, then bubbles of u, theta, v and w."""
-        return NODAL + 2 * (self.axial - 1) + 2 * (self.bending - 3)
+        return NODAL + (self.axial - 1) + (self.torsion - 1) + 2 * (self.bending - 3)
 
 
 def field_rows(order: BeamOrder, xi: Array, h: Array, derivative: int) -> Array:
@@ -33,13 +34,13 @@ def field_rows(order: BeamOrder, xi: Array, h: Array, derivative: int) -> Array:
     """
     rows = np.zeros((len(h), len(xi), 4, order.n_local))
     scale = h[:, None, None] ** -derivative
-    linear, hermite = scale * _linear(order.axial, xi, derivative), scale * _hermite(order.bending, xi, derivative)
+    hermite = scale * _hermite(order.bending, xi, derivative)
     hermite[:, :, [1, 3]] *= h[:, None, None]
-    n_axial, n_bending = order.axial - 1, order.bending - 3
-    starts = NODAL + np.cumsum([0, n_axial, n_axial, n_bending])
-    bubbles = [start + np.arange(n) for start, n in zip(starts, (n_axial, n_axial, n_bending, n_bending), strict=True)]
-    rows[:, :, 0][:, :, [0, 6, *bubbles[0]]] = linear
-    rows[:, :, 3][:, :, [3, 9, *bubbles[1]]] = linear
+    counts = (order.axial - 1, order.torsion - 1, order.bending - 3, order.bending - 3)
+    starts = NODAL + np.cumsum([0, *counts[:-1]])
+    bubbles = [start + np.arange(n) for start, n in zip(starts, counts, strict=True)]
+    rows[:, :, 0][:, :, [0, 6, *bubbles[0]]] = scale * _linear(order.axial, xi, derivative)
+    rows[:, :, 3][:, :, [3, 9, *bubbles[1]]] = scale * _linear(order.torsion, xi, derivative)
     rows[:, :, 1][:, :, [1, 5, 7, 11, *bubbles[2]]] = hermite
     hermite[:, :, [1, 3]] *= -1
     rows[:, :, 2][:, :, [2, 4, 8, 10, *bubbles[3]]] = hermite

@@ -11,7 +11,7 @@ from femflex.fem.family import SkinPart
 from femflex.fem.sections.section import Section
 
 if TYPE_CHECKING:
-    from femflex.fem.beam.member import BeamElements
+    from femflex.fem.beam.elements import BeamElements
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -66,7 +66,7 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     xi, eta = (grid.ravel() for grid in np.meshgrid(_POINTS, _POINTS, indexing="ij"))
     area = (a * b)[:, None] * np.outer(_WEIGHTS, _WEIGHTS).ravel()
     place = rectangle_fields.inplane_shapes(xi, eta)
-    middle = np.matmul(place[:, :4], mesh.points[corners])
+    middle = _places(mesh.points[corners], _POINTS)
     dm, rho, heights = mass_points(middle, area, axes, section)
     one = slice(0, 1) if _alike(a) and _alike(b) else slice(None)
     rows = rectangle_fields.deflection_and_rotation(xi, eta, a[one], b[one])
@@ -76,8 +76,14 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         inertia=(PlateInertia(dm, rho, dof_map, axes, heights, place, partial(of, rows.swapaxes(1, 2).copy())),),
         strain=(rectangle_strain(a, b, elastic, stress, dof_map, (_POINTS, _WEIGHTS)),),
         skin=partial(plate_skin, mesh.points, corners, axes, section.thickness, dof_map),
-        places=(StrainPlaces("plate", middle),),
+        places=(StrainPlaces("plate", middle, _places(mesh.points[corners], _QUARTIC[0])),),
     )
+
+
+def _places(corners: Array, points: Array) -> Array:
+    """Places (e, q, 3) of a Gauss rule in both directions between corners (e, 4, 3)."""
+    xi, eta = (grid.ravel() for grid in np.meshgrid(points, points, indexing="ij"))
+    return np.asarray(np.matmul(rectangle_fields.inplane_shapes(xi, eta)[:, :4], corners))
 
 
 def rectangle_strain(

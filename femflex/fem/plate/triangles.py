@@ -78,7 +78,7 @@ def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         inertia=(triangle_inertia(x, axes, section, fields, dof_map),),
         strain=(triangle_strain(elastic, stress, fields, dof_map, LINEAR),),
         skin=partial(plate_skin, mesh.points, corners, axes, section.thickness, dof_map),
-        places=(StrainPlaces("plate", np.matmul(area_points(LINEAR)[0], x)),),
+        places=(StrainPlaces("plate", *(np.matmul(area_points(degree)[0], x) for degree in (LINEAR, QUARTIC))),),
     )
 
 

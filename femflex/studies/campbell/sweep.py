@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibrium import EquilibriumError, equilibrium
+from femflex.dynamics.frozen import frozen
 from femflex.dynamics.linearised import held_freedoms, linearised
-from femflex.dynamics.steady import frozen
 from femflex.dynamics.vibration import Vibrations, vibrations
 from femflex.studies.campbell.character import shares
 from femflex.studies.campbell.matching import Match, match
@@ -59,6 +59,11 @@ def spins(
     looked at. Raises ValueError for a craft that cannot spin steadily or has nothing that vibrates, EquilibriumError
     with the speed at which there is no equilibrium.
     """
+    if system.loops:
+        raise ValueError(
+            f"{', '.join(repr(loop.label) for loop in system.loops)} close loops, and the shapes of a Campbell diagram "
+            "are followed for trees of bodies alone; open the loops, or take femflex equilibrium at single speeds"
+        )
     still = frozen(replace(system, frame=frame_of(axis, speeds[0])), at)
     before: Spin | None = None
     for speed in speeds:

@@ -1,0 +1,79 @@
+"""Joints that turn freely: spherical and free."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import StrictBool, model_validator
+
+from femflex.case.base import refuse
+from femflex.case.joint_base import JointTable
+from femflex.case.joint_values import ZERO, Dampers, Springs, TurnDampers, TurnSprings
+from femflex.case.motions import FreeMotion, ThreeAngles
+from femflex.case.rotation import RotationSet, Sequence_
+from femflex.case.values import Angles, Position, Rates, Velocity
+from femflex.rotations import is_extrinsic
+
+
+class Spherical(JointTable):
+    """Free rotation; springs act on the rotation vector."""
+
+    kind: Literal["spherical"]
+    rotation: RotationSet = "euler_parameters"
+    """Coordinates that describe the rotation: Euler parameters, an angle sequence such as "intrinsic xzy" or
+    "extrinsic xzy", Gibbs' vector, or modified Rodrigues parameters (which switch to their shadow)."""
+    rebase: StrictBool = False
+    """Count them from a new reference orientation, between two steps, whenever they near their singularity."""
+    sequence: Sequence_ = "xyz"
+    """Of the initial angles, intrinsic unless it says "extrinsic xyz"."""
+    angles: Angles = ZERO
+    rates: Rates = ZERO
+    """Rate relative to the parent's marker, components of the child's."""
+    stiffness: TurnSprings = ZERO
+    damping: TurnDampers = ZERO
+    rest: Angles = ZERO
+    """Rotation vector at which the springs are free."""
+    motion: ThreeAngles = ThreeAngles()
+    """Of locked or specified angles of the sequence; the coordinates are then these angles."""
+
+    def coordinates(self) -> dict[str, str]:
+        """Name and unit of every slide and turn that a law may act on."""
+        return {f"angle{k}": "rad" for k in (1, 2, 3)} if self.turning else {}
+
+    @property
+    def turning(self) -> bool:
+        """Whether some angle is held, so that the angles of the sequence are the coordinates."""
+        return any(motion is not None for motion in self.motions("angles"))
+
+    @model_validator(mode="after")
+    def _held_angles_replace_the_ball(self) -> Spherical:
+        if self.turning and self.rotation != "euler_parameters":
+            refuse(f"found rotation {self.rotation!r} beside motion.angles, whose coordinates are those of `sequence`")
+        if self.turning and (self.rebase or is_extrinsic(self.sequence)):
+            refuse(
+                f"found sequence {self.sequence!r} and rebase = {str(self.rebase).lower()} beside motion.angles; held "
+                "angles are those of an intrinsic sequence such as 'xyz', and are never re-based"
+            )
+        for key in ("rates", "stiffness", "damping"):
+            if self.turning and any(getattr(self, key)):
+                refuse(
+                    f"found {key} beside motion.angles; a ball's {key} are about its own axes, so write the joint with "
+                    "kind = 'general' and turns"
+                )
+        return self
+
+
+class Free(Spherical):
+    """Three slides along the axes of the parent's marker and free rotation."""
+
+    kind: Literal["free"]  # type: ignore[assignment]
+    position: Position = ZERO
+    velocity: Velocity = ZERO
+    slide_stiffness: Springs = ZERO
+    slide_damping: Dampers = ZERO
+    slide_rest: Position = ZERO
+    motion: FreeMotion = FreeMotion()
+
+    def coordinates(self) -> dict[str, str]:
+        """Name and unit of every slide and turn that a law may act on."""
+        return {f"slide{k}": "m" for k in (1, 2, 3)} | super().coordinates()

@@ -1,0 +1,70 @@
+"""The general joint: any slides, then any turns."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from femflex.case.base import refuse
+from femflex.case.joint_base import JointTable
+from femflex.case.joint_values import Axis
+from femflex.case.motions import GeneralMotion
+from femflex.case.values import Quantity
+
+SLIDE_KEYS = ("position", "velocity", "slide_stiffness", "slide_damping", "slide_rest")
+TURN_KEYS = ("angles", "rates", "stiffness", "damping", "rest")
+Many = tuple[float, ...]
+Lengths = Annotated[Many, Quantity("m", (None,))]
+Speeds = Annotated[Many, Quantity("m/s", (None,))]
+AngleList = Annotated[Many, Quantity("rad", (None,))]
+RateList = Annotated[Many, Quantity("rad/s", (None,))]
+SpringList = Annotated[Many, Quantity("N/m", (None,), least=0.0)]
+DamperList = Annotated[Many, Quantity("N s/m", (None,), least=0.0)]
+TurnSpringList = Annotated[Many, Quantity("N m/rad", (None,), least=0.0)]
+TurnDamperList = Annotated[Many, Quantity("N m s/rad", (None,), least=0.0)]
+
+
+class General(JointTable):
+    """Up to three slides along axes of the parent's marker, then up to three successive turns, each with its own."""
+
+    kind: Literal["general"]
+    slides: Annotated[list[Axis], Field(max_length=3)] = Field(default_factory=list)
+    turns: Annotated[list[Axis], Field(max_length=3)] = Field(default_factory=list)
+    position: Lengths = ()
+    velocity: Speeds = ()
+    slide_stiffness: SpringList = ()
+    slide_damping: DamperList = ()
+    slide_rest: Lengths = ()
+    angles: AngleList = ()
+    rates: RateList = ()
+    stiffness: TurnSpringList = ()
+    damping: TurnDamperList = ()
+    rest: AngleList = ()
+    motion: GeneralMotion = GeneralMotion()
+
+    def coordinates(self) -> dict[str, str]:
+        """Name and unit of every slide and turn that a law may act on."""
+        return {**_numbered("slide", len(self.slides), "m"), **_numbered("angle", len(self.turns), "rad")}
+
+    @model_validator(mode="after")
+    def _as_many_as_axes(self) -> General:
+        for axes, keys in (("slides", SLIDE_KEYS), ("turns", TURN_KEYS)):
+            wanted = len(getattr(self, axes))
+            for key in keys:
+                if len(getattr(self, key)) not in (0, wanted):
+                    refuse(f"found {len(getattr(self, key))} values in {key} and {wanted} {axes}; give as many of both")
+            found = len(self.motions(keys[0]))
+            if found not in (0, wanted):
+                refuse(f"found {found} motions in motion.{keys[0]} and {wanted} {axes}; give as many of both")
+        return self
+
+    def padded(self, key: str) -> list[float]:
+        """The values of a key, zeros when left out."""
+        axes = self.slides if key in SLIDE_KEYS else self.turns
+        return list(getattr(self, key)) or [0.0] * len(axes)
+
+
+def _numbered(name: str, n: int, unit: str) -> dict[str, str]:
+    """Names as a Joint gives them: "angle" for one, "angle1" and so on for several."""
+    return {name + (str(k + 1) if n > 1 else ""): unit for k in range(n)}

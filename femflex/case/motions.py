@@ -1,0 +1,87 @@
+"""`motion` of every kind of joint: which of its coordinates are locked or specified, and how they move."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from femflex.case.base import Table
+from femflex.case.motion import LOCKED, Motion, MotionOf
+from femflex.case.units import UnitError
+from femflex.case.values import ValueProblem, _Readable, count, shown
+
+
+class MotionsOf(_Readable):
+    """A list of motions of coordinates with one unit; n of them, or any number."""
+
+    def __init__(self, unit: str, n: int | None = None) -> None:
+        self.one, self.n = MotionOf(unit), n
+
+    def read(self, value: Any) -> tuple[Motion | None, ...]:
+        """One motion per coordinate, None when free."""
+        if value == LOCKED and self.n is not None:
+            return (Motion(locked=True),) * self.n
+        if not isinstance(value, list):
+            raise ValueProblem(f"found {shown(value)}; expected a list with a motion for every coordinate")
+        if self.n is not None and len(value) != self.n:
+            raise ValueProblem(f"found {count(len(value), 'motion', 'motions')}; expected {self.n}, 'free' among them")
+        out = []
+        for k, entry in enumerate(value):
+            try:
+                out.append(self.one.read(entry))
+            except (ValueProblem, UnitError) as problem:
+                raise ValueProblem(f"entry {k + 1}: {problem}") from None
+        return tuple(out)
+
+    def json_schema(self) -> dict[str, Any]:
+        """JSON Schema of a list."""
+        size = {} if self.n is None else {"minItems": self.n, "maxItems": self.n}
+        return {"type": "array", "items": self.one.json_schema()} | size
+
+
+Angle = Annotated[Motion | None, MotionOf("rad")]
+Position = Annotated[Motion | None, MotionOf("m")]
+Motions = tuple[Motion | None, ...]
+
+
+class AngleMotion(Table):
+    """How the angle moves."""
+
+    angle: Angle = None
+
+
+class PositionMotion(Table):
+    """How the slide moves."""
+
+    position: Position = None
+
+
+class CylinderMotion(Table):
+    """How slide and angle move."""
+
+    position: Position = None
+    angle: Angle = None
+
+
+class TwoAngles(Table):
+    """How the two angles move."""
+
+    angles: Annotated[Motions, MotionsOf("rad", 2)] = ()
+
+
+class ThreeAngles(Table):
+    """How the three angles of the joint's sequence move."""
+
+    angles: Annotated[Motions, MotionsOf("rad", 3)] = ()
+
+
+class FreeMotion(ThreeAngles):
+    """How the three slides, and the three angles of the joint's sequence, move."""
+
+    position: Annotated[Motions, MotionsOf("m", 3)] = ()
+
+
+class GeneralMotion(Table):
+    """How slides and turns move."""
+
+    position: Annotated[Motions, MotionsOf("m")] = ()
+    angles: Annotated[Motions, MotionsOf("rad")] = ()

@@ -1,0 +1,23 @@
+"""[[sights]]: axes of markers that are to look at a station on the turning Earth."""
+
+from __future__ import annotations
+
+from femflex.case.base import Name, Table
+from femflex.case.values import Angle, Direction, PositiveLength, Rate
+
+
+class SightTable(Table):
+    """A line of sight; the run reports by how much the axis misses the station, its range and elevation."""
+
+    name: Name
+    body: str
+    marker: str = "origin"
+    axis: Direction = (1.0, 0.0, 0.0)
+    """In the marker's axes."""
+    latitude: Angle = 0.0
+    longitude: Angle = 0.0
+    """Where the station's meridian stands at t = 0, from the inertial X (the node's reference)."""
+    radius: PositiveLength = 6378137.0
+    """Of the station from the Earth's centre."""
+    rate: Rate = 7.292115e-5
+    """At which the Earth turns."""

@@ -1,0 +1,57 @@
+"""The second run that a case's [pictures] ask for, with something left out, to be laid over the plots of the first."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from femflex.cli.progress import Bar
+
+if TYPE_CHECKING:
+    from femflex.case import Case
+    from femflex.pipeline import Prepared
+    from femflex.results import Run
+
+
+def second_output(case: Case, output: Path) -> Path | None:
+    """Where the second run goes, None when none is asked for."""
+    wanted = case.pictures is not None and case.pictures.without
+    return output.with_name(f"{output.stem}_without{output.suffix}") if wanted else None
+
+
+def check_left_out(prepared: Prepared) -> None:
+    """Raise ValueError when what the second run leaves out is not there."""
+    if prepared.case.pictures is not None and not prepared.model.omitted:
+        from femflex.dynamics.without import resolved
+
+        for name in prepared.case.pictures.without:
+            resolved(prepared.model, name)
+
+
+@contextmanager
+def second_run(case: Case, output: Path, force: bool) -> Iterator[Run | None]:
+    """The second run, open for reading; one that runs away is kept as far as it got, and that is said."""
+    path = second_output(case, output)
+    if path is None or case.pictures is None:
+        yield None
+        return
+    from femflex import pipeline
+    from femflex.integrate import IntegrationError
+    from femflex.results import open_run
+    from femflex.warning import PhysicsWarning
+
+    left_out = ", ".join(case.pictures.without)
+    prepared = pipeline.prepare(case, path, force=force, without=case.pictures.without)
+    told = "reached the end"
+    with warnings.catch_warnings(), Bar(f"again without {left_out}", float(prepared.times[-1])) as bar:
+        warnings.simplefilter("ignore", PhysicsWarning)  # what it leaves out is left out on purpose
+        try:
+            pipeline.integrate(prepared, path, force=force, progress=bar)
+        except IntegrationError as error:
+            told = f"stopped at t = {error.t:.6g} s, where it has run away"
+    print(f"compared    without {left_out}: {path} {told}")
+    with open_run(path) as run:
+        yield run

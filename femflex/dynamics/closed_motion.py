@@ -1,0 +1,55 @@
+"""Small motions that loops leave: independent freedoms, the directions that close every loop, and what loops carry.
+
+Loops are g(q) = 0 with dg = A dxi. Rows of A may depend on each other, as those of a flat linkage do in space.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.system import System
+
+Array = NDArray[np.float64]
+
+DEPENDENT = 1e-9  # of the largest, below which a row of A follows from others
+
+
+def independent(A: Array, sizes: Array) -> tuple[NDArray[np.int64], Array]:
+    """Freedoms that the others follow, and Z (n, m) of dxi = Z dxi_independent with A Z = 0.
+
+    Those that A (n_rows, n) moves most, measured in usual sizes (n,), are made to follow.
+    """
+    from scipy.linalg import qr
+
+    scaled = A * sizes
+    R, order = qr(scaled, mode="r", pivoting=True)
+    pivots = np.abs(np.diag(R))
+    rank = int((pivots > DEPENDENT * pivots.max(initial=0.0)).sum())
+    follow, own = order[:rank], np.sort(order[rank:]).astype(np.int64)
+    Z = np.zeros((len(sizes), len(own)))
+    Z[own, np.arange(len(own))] = 1.0
+    Z[follow] = -np.linalg.lstsq(scaled[:, follow], scaled[:, own], rcond=None)[0]
+    return own, sizes[:, None] * Z / sizes[own]
+
+
+def closing_directions(A: Array) -> Array:
+    """Orthonormal directions (n, m) along which A (n_rows, n) keeps every loop closed."""
+    _, sigma, Vt = np.linalg.svd(A)
+    rank = int((sigma > DEPENDENT * sigma.max(initial=0.0)).sum())
+    return np.ascontiguousarray(Vt[rank:].T)
+
+
+def carried(A: Array, force: Array) -> Array:
+    """The smallest multipliers (n_rows,) whose forces A^T lambda come nearest to a generalised force (n,)."""
+    return np.asarray(np.linalg.lstsq(A.T, force, rcond=DEPENDENT)[0], float)
+
+
+def refuse_rolling(system: System, what: str) -> None:
+    """Raise ValueError when nonholonomic constraints act on the system: they leave no set of positions to search."""
+    if system.constraints:
+        raise ValueError(
+            f"{', '.join(repr(c.name) for c in system.constraints)}: nonholonomic constraints bind velocities and "
+            f"leave every position open, so {what} cannot be found beside them; leave them out, or let a damped run "
+            "come to rest"
+        )

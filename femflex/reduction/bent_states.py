@@ -1,0 +1,98 @@
+"""Static states of a structure whose shapes are held at large amplitudes: what all else does then.
+
+    x(q) = argmin V(x) - f0.x      over all x with phi^T M x = q
+
+with V the full nonlinear strain energy. To second order x = phi q + 1/2 theta_ij q_i q_j with the static derivatives
+theta; at a deflection of several thicknesses the part outside the set, y(q) = x - phi q, has other shapes. They are
+found as the dual modes are (K. Kim, V. Khanna, X. Q. Wang and M. P. Mignolet, Nonlinear reduced order modeling of flat
+cantilevered structures, AIAA 2009-2492), but with the amplitudes held and not the loads: past a limit point there is
+one state for each amplitude where there are several for a load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from femflex.fem.structure import Structure
+from femflex.reduction.clamps import free_dofs
+from femflex.reduction.modeset import ModeSet
+
+Array = NDArray[np.float64]
+
+STEPS = 4  # states on the way to each amplitude, evenly spaced
+SETTLED = 1e-6  # last Newton step over the displacement; what follows of it is its square
+ITERATIONS = 30
+
+
+def bent_states(structure: Structure, modes: ModeSet, deflection: float) -> tuple[Array, Array]:
+    """y (n_dof, k) of all states and their strain energies (k,), for amplitudes up to those of a deflection [m].
+
+    The amplitudes are those of equal static loads, 1 / omega^2, of which the lowest shape's moves some node by
+    `deflection`; every shape goes both ways alone and both ways with every other, in STEPS steps: 8 n^2 states, each of
+    a few factorisations. Raises ValueError without clamps, or when a state is not found.
+    """
+    if not modes.held.size:
+        raise ValueError(
+            "derivatives at a deflection are static states of a clamped structure, and this set is of a free one; "
+            "leave out the deflection, or clamp a group."
+        )
+    paths = directions(structure, modes, deflection)
+    found = [state for amplitude in paths for state in _along(structure, modes, amplitude)]
+    x = np.column_stack([state for state, _ in found])
+    y = x - modes.phi @ (modes.phi.T @ (structure.M @ x))
+    return y, np.array([energy for _, energy in found])
+
+
+def directions(structure: Structure, modes: ModeSet, deflection: float) -> Array:
+    """Amplitudes (2 n^2, n) of the last state of every path."""
+    n = modes.n_modes
+    weight = 1.0 / over_mass(structure, modes)
+    lowest = int(np.argmax(weight))
+    moved = np.linalg.norm((structure.translation @ modes.phi[:, lowest]).reshape(-1, 3), axis=1).max()
+    each = np.diag(weight * deflection / (moved * weight[lowest]))
+    alone = [sign * row for row in each for sign in (1.0, -1.0)]
+    pairs = [a * each[i] + b * each[j] for i, j in combinations(range(n), 2) for a in (1, -1) for b in (1, -1)]
+    return np.array(alone + pairs).reshape(-1, n)
+
+
+def _along(structure: Structure, modes: ModeSet, amplitude: Array) -> Iterator[tuple[Array, float]]:
+    """States (n_dof,) and their energies on the way to amplitudes (n,), by Newton's steps with the amplitudes held."""
+    elastic, free = structure.internal_force, free_dofs(structure, modes.held)
+    A = (structure.M @ modes.phi)[free]
+    f0 = structure.f0
+    x, push = np.zeros(structure.n_dof), np.zeros(modes.n_modes)
+    for part in np.arange(1, STEPS + 1) / STEPS:
+        x = x + modes.phi @ amplitude / STEPS
+        for _ in range(ITERATIONS):
+            rest = A @ push - (elastic.force(x) - f0)[free]
+            solution = _solved(elastic.tangent(x)[free][:, free], np.column_stack([rest, A]))
+            free_step, answer = solution[:, 0], solution[:, 1:]
+            more = np.linalg.solve(A.T @ answer, part * amplitude - A.T @ (x[free] + free_step))
+            step = free_step + answer @ more
+            x[free] += step
+            push = push + more
+            if np.abs(step).max() <= SETTLED * np.abs(x).max():
+                break
+        else:
+            raise ValueError(
+                f"the static state with amplitudes {(part * amplitude).tolist()} of the {modes.n_modes} shapes was not "
+                f"found in {ITERATIONS} steps; derive at a smaller deflection."
+            )
+        yield x.copy(), elastic.energy(x) - float(f0 @ x)
+
+
+def _solved(K: sparse.csr_array, b: Array) -> Array:
+    """K^-1 b with pivots where they are needed: past a limit point a tangent is not positive."""
+    return np.asarray(splu(K.tocsc(), permc_spec="MMD_AT_PLUS_A").solve(b))
+
+
+def over_mass(structure: Structure, modes: ModeSet) -> Array:
+    """Stiffness over mass of every shape (n,), its omega^2."""
+    mass = np.einsum("in,in->n", modes.phi, structure.M @ modes.phi)
+    return np.asarray(np.einsum("in,in->n", modes.phi, structure.K @ modes.phi) / mass)

@@ -1,0 +1,167 @@
+"""The same case with linear, condensed and nonlinear strain: what changes in its quantity, and what each costs."""
+
+from __future__ import annotations
+
+import math
+import time
+import warnings
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any, get_args
+
+from femflex.case import Case, CaseError
+from femflex.case.body import AnalyticTable, BodyTable, FlexibleTable, Strain
+from femflex.case.builders import build_part
+from femflex.case.evaluate import measured, measured_unit
+from femflex.case.reduction import Stretchable
+from femflex.integrate import IntegrationError
+from femflex.studies.ladder import Built, Ladder, varied
+from femflex.studies.study import Progress, Study, described, require_study
+from femflex.system import Segments
+from femflex.warning import PhysicsWarning
+
+FORMS: tuple[Strain, ...] = ("linear", "condensed", "nonlinear")  # each holds further than the one before
+
+
+@dataclass(frozen=True)
+class StrainForm:
+    """A case with one form of strain in all bodies that can take it.
+
+    coordinates of all bodies, derivatives how many of them are derivative shapes, followers how many follow; value of
+    the quantity and seconds of the run (bodies are built before); problem: why there is none (nan), else empty.
+    """
+
+    strain: Strain
+    coordinates: int
+    derivatives: int
+    followers: int
+    value: float = math.nan
+    seconds: float = math.nan
+    problem: str = ""
+    unit: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class StrainStudy:
+    """The three forms, judged against the one that holds furthest."""
+
+    title: str
+    tolerance: float
+    forms: tuple[StrainForm, ...]
+    own: dict[str, str]
+    over: str = "strain"
+
+    @property
+    def unit(self) -> str:
+        """Unit of the quantity."""
+        return next((form.unit for form in self.forms if not form.problem), "")
+
+    @property
+    def reference(self) -> StrainForm | None:
+        """The form that holds furthest of those with a value."""
+        return next((form for form in reversed(self.forms) if not form.problem), None)
+
+    def difference(self, form: StrainForm) -> float:
+        """Of a form's value from the reference's, over the latter; nan without values."""
+        best = self.reference
+        if best is None or form.problem:
+            return math.nan
+        return abs(form.value - best.value) / (abs(best.value) or 1.0)
+
+    @property
+    def recommended(self) -> str | None:
+        """The simplest form within the tolerance of the reference; None with fewer than two values."""
+        told = [form for form in self.forms if not form.problem]
+        if len(told) < 2:
+            return None
+        return next(form.strain for form in told if self.difference(form) <= self.tolerance)
+
+    @cached_property
+    def verdict(self) -> str:
+        """What this means, in sentences."""
+        best = self.reference
+        if best is None or self.recommended is None:
+            left = f"only strain = {best.strain!r} has a value" if best else "no form has a value"
+            return f"Nothing can be compared: {left}."
+        said = []
+        for form in self.forms[: self.forms.index(best)]:
+            if form.problem:
+                said.append(f"{form.strain.capitalize()} strain has no value: {form.problem}.")
+                continue
+            enough = "is enough" if self.difference(form) <= self.tolerance else "is not enough"
+            said.append(
+                f"{form.strain.capitalize()} strain {enough}: {self.difference(form):.2g} off {best.strain} strain "
+                f"(tolerance {self.tolerance:g}), in {form.seconds / best.seconds:.2g} of its time."
+            )
+        return " ".join([*said, f"Choose strain = {self.recommended!r}."])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything in plain numbers, lists and text."""
+        forms = [asdict(form) | {"difference": self.difference(form)} for form in self.forms]
+        told = {key: getattr(self, key) for key in ("unit", "over", "tolerance", "recommended", "own", "verdict")}
+        return {"quantity": self.title, **told, "forms": forms}
+
+
+def strain_forms(case: Case, tolerance: float | None = None, progress: Progress | None = None) -> StrainStudy:
+    """The StrainStudy of a case's [study] quantity; every body with a choice of strain takes all three forms in turn.
+
+    Raises ValueError when the case has no [study] or no such body.
+    """
+    table = require_study(case)
+    names = varied(case, has_strain, "form of strain to choose")
+    forms = []
+    for k, strain in enumerate(FORMS):
+        if progress is not None:
+            progress(k / len(FORMS))
+        forms.append(_form(with_strain_of(case, names, strain), names, strain))
+    own = {name: case.bodies[name].strain or "not said" for name in names}  # type: ignore[union-attr]
+    return StrainStudy(described(table.quantity), tolerance or table.tolerance, tuple(forms), own)
+
+
+def has_strain(table: BodyTable) -> bool:
+    """Whether a body has a choice of strain."""
+    if isinstance(table, AnalyticTable):
+        return bool(table.functions.y or table.functions.z)
+    return isinstance(table, FlexibleTable) and (table.cut is not None or isinstance(table.reduction, Stretchable))
+
+
+def with_strain_of(case: Case, names: Sequence[str], strain: Strain) -> Case:
+    """The case with that form of strain in these bodies: derivatives as they are or "auto", none with linear strain."""
+    assert strain in get_args(Strain)
+    bodies = dict(case.bodies)
+    for name in names:
+        table = bodies[name]
+        update: dict[str, Any] = {"strain": strain}
+        reduction = getattr(table, "reduction", None)
+        if isinstance(reduction, Stretchable):
+            given = None if reduction.derivatives in (None, "none", 0) else reduction.derivatives
+            kept = (
+                {"derivatives": "none", "deflection": None} if strain == "linear" else {"derivatives": given or "auto"}
+            )
+            update["reduction"] = reduction.model_copy(update=kept)
+        bodies[name] = table.model_copy(update=update)
+    return case.model_copy(update={"bodies": bodies})
+
+
+def _form(case: Case, names: Sequence[str], strain: Strain) -> StrainForm:
+    """One form of a case, run; a form that cannot be built or runs away says why."""
+    try:
+        built = Built({name: build_part(case, name) for name in names}, 0)
+    except CaseError as error:
+        return StrainForm(strain, 0, 0, 0, problem=error.problems[0].text)
+    pieces = [p for part in built.bodies.values() for p in (part.bodies if isinstance(part, Segments) else (part,))]
+    counts = (sum(body.n_modes for body in pieces), built.derivatives, built.followers)
+    study = Study(case, "modes", Ladder(tuple(names), (), None))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)  # of large bends with linear strain: it is what is asked
+        _ = study.constant
+        start = time.perf_counter()
+        try:
+            seen = study.seen(built, lambda part: None)
+            value = measured(study.quantity, seen, seen.mean_motion)
+        except IntegrationError as error:
+            return StrainForm(strain, *counts, problem=f"it runs away at t = {error.t:.4g} s")
+        except ValueError as error:
+            return StrainForm(strain, *counts, problem=str(error).removeprefix(f"{case.path.name}: "))
+        return StrainForm(strain, *counts, value, time.perf_counter() - start, "", measured_unit(study.quantity, seen))

@@ -1,0 +1,100 @@
+"""Pictures of several studies of one case side by side, and of the comparison of forms of strain."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from femflex.view.convergence import VARIED, check_kind, draw_study, finish, plot_convergence
+from femflex.view.output import placed
+from femflex.view.theme import Theme, theme_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+COLUMN, HEIGHT = 5.2, 7.2  # inches
+LETTERS = 76  # of a line of text under a column
+STRAIN = "strain"
+
+
+def plot_studies(
+    studies: Sequence[Any], path: str | Path, words: str, theme: str = "light", dpi: int = 150, force: bool = False
+) -> Path:
+    """Path of a picture (.png or .svg) with a column for each study: values above, errors or costs below.
+
+    studies are of `femflex.studies` (Convergence, StrainStudy); words are set below all of them. One study over
+    numbers is drawn as `plot_convergence` does.
+    """
+    check_kind(path)
+    if len(studies) == 1 and studies[0].over != STRAIN:
+        return plot_convergence(studies[0], path, theme, dpi=dpi, force=force)
+    from matplotlib.figure import Figure
+
+    colours = theme_of(theme)
+    figure = Figure(
+        figsize=(max(COLUMN * len(studies), 7.0), HEIGHT), layout="constrained", facecolor=colours.background
+    )
+    axes = figure.subplots(2, len(studies), height_ratios=(2, 3), squeeze=False, sharex="col")
+    title = f"{studies[0].title[0].upper()}{studies[0].title[1:]}"
+    figure.suptitle(title, color=colours.text, fontsize=12, fontweight="bold")
+    for (above, below), study in zip(axes.T, studies, strict=True):
+        if study.over == STRAIN:
+            _forms(above, below, study, colours)
+        else:
+            draw_study(above, below, study, colours)
+        above.set_title(f"over {VARIED.get(study.over, study.over)}", color=colours.text, fontsize=10)
+        for ax in (above, below):
+            finish(ax, colours, inside=True)
+        if study.over == STRAIN:
+            below.tick_params(axis="x", labelsize=8)
+    said = words if len(studies) > 1 else studies[0].verdict
+    told = "\n".join(textwrap.wrap(said, LETTERS * max(len(studies), 2)))
+    figure.supxlabel(told, color=colours.text, fontsize=8.5, ha="left", x=0.02, linespacing=1.4)
+    with placed(path, force) as part:
+        figure.savefig(part, format=Path(path).suffix.lower().lstrip("."), dpi=dpi)
+    return Path(path)
+
+
+def _forms(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
+    """Values of the forms with their differences; under them the time of each run."""
+    at = np.arange(len(study.forms))
+    values = np.array([form.value for form in study.forms])
+    best = study.reference
+    if best is not None:
+        band = study.tolerance * abs(best.value)
+        above.axhspan(best.value - band, best.value + band, color=colours.lines[2], alpha=0.25, linewidth=0)
+        above.axhline(best.value, color=colours.lines[2], linewidth=1.2, label=f"{best.strain}, +- {study.tolerance:g}")
+    above.plot(at, values, "o", color=colours.lines[0], markersize=6, label="value")
+    for k, form in enumerate(study.forms):
+        _beside(above, k, form, study, colours)
+    above.margins(x=0.2, y=0.3)
+    above.set_ylabel(f"value [{study.unit}]" if study.unit not in ("", "1") else "value")
+    below.bar(at, [form.seconds for form in study.forms], width=0.5, color=colours.lines[0])
+    for k, form in enumerate(study.forms):
+        if np.isfinite(form.seconds):
+            mark = below.annotate(f"{form.seconds:.3g} s", (k, form.seconds), (0, 3), textcoords="offset points")
+            mark.set(ha="center", fontsize=8, color=colours.text)
+    below.margins(x=0.2, y=0.15)
+    below.set_ylabel("time of the run [s]")
+    below.set_xticks(at, [_label(form) for form in study.forms], fontsize=8)
+
+
+def _beside(ax: Axes, k: int, form: Any, study: Any, colours: Theme) -> None:
+    """The difference of a form beside its value, or why it has none."""
+    if not form.problem and form is study.reference:
+        return
+    text = textwrap.fill(form.problem, 22) if form.problem else f"{study.difference(form):.2g} off"
+    height = form.value if np.isfinite(form.value) else ax.get_ylim()[0]
+    mark = ax.annotate(text, (k, height), (0, 7), textcoords="offset points", ha="center", fontsize=8)
+    mark.set_color(colours.text)
+
+
+def _label(form: Any) -> str:
+    counts = f"{form.coordinates} coordinates"
+    counts += f",\n{form.derivatives} derivatives" if form.derivatives else ""
+    counts += f",\n{form.followers} derivatives follow" if form.followers else ""
+    return f"{form.strain}\n{counts}"
