@@ -122,6 +122,9 @@ class FlexibleTable(BodyTable):
             refuse(
                 "found loads in the reduction of a body cut into segments; a segment's ends carry all loads, so drop it"
             )
+        if getattr(self.reduction, "third_derivatives", 0) and (several or self.strain == "linear"):
+            what = "cut into segments" if several else "with linear strain"
+            refuse(f"found third_derivatives in the reduction of a body {what}, which has no use for them; drop them")
         if several and self.initial is not None:
             refuse("found initial on a body cut into segments; start from an equilibrium instead ([initial] from)")
         if several and self.damping is not None and (self.damping.ratio is not None or self.damping.mass):

@@ -20,6 +20,7 @@ from femflex.reduction.segments import chord_modes, reduce_segments
 from femflex.reduction.store import load_body, save_body
 from femflex.reduction.strain import strain_tensors
 from femflex.reduction.stretch import Stretching, require_stretch, stretching
+from femflex.reduction.third_derivatives import with_third_derivatives
 from femflex.reduction.uniform_beam import BeamFunctions, Taper, UniformBeam
 
 __all__ = [
@@ -62,4 +63,5 @@ __all__ = [
     "warn_of_initial_stress",
     "with_attachment",
     "with_derivatives",
+    "with_third_derivatives",
 ]

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
+from femflex.reduction.accelerations import answers_to_accelerations
 from femflex.reduction.bent_states import bent_states, over_mass
 from femflex.reduction.clamps import free_dofs
 from femflex.reduction.markers import marker_rows
@@ -41,37 +42,42 @@ def with_derivatives(
     The set is taken out of the derivatives, and of their combinations those come first that store most energy when
     every shape carries the amplitude of an equal static load, 1 / omega^2. deflection [m]: the shapes are taken from
     the static states of the structure bent so far instead of at rest, each state counting by its part of that state's
-    energy. keep: how many; "auto": until at most LEFT_OUT of that energy is left out; "all" that are independent,
-    whatever they store. omega of the added shapes is that of the structure confined to them. `note` says how many of
-    how many pairs were kept, and the share left out. Raises ValueError when keep is another word, or below zero, and
-    as `bent_states`.
+    energy. keep: how many; "auto": until at most LEFT_OUT of that energy is left out, and those more through which a
+    spin or an accelerated base stiffens the set (`answers_to_accelerations`); "all" that are independent, whatever they
+    store. omega of the added shapes is that of the structure confined to them. `note` says how many of how many pairs
+    were kept, and the share left out. Raises ValueError when keep is another word, or below zero, and as `bent_states`.
     """
-    theta, note = _followers(structure, modes, keep, deflection)
+    pairs = without(structure, modes, scaled_derivatives(structure, modes))
+    theta, note = _followers(structure, modes, pairs, keep, deflection)
     energy, X = np.linalg.eigh(theta.T @ (structure.K @ theta))
     energy, X = np.maximum(energy[::-1], 0.0), X[:, ::-1]
     count = number_kept(energy, keep)
-    shapes = _without(structure, modes, theta @ (X[:, :count] / np.sqrt(energy[:count])))
-    omega, shapes = ritz(structure, shapes)
+    shapes = theta @ (X[:, :count] / np.sqrt(energy[:count]))
     left = float(energy[count:].sum() / max(energy.sum(), np.finfo(float).tiny))
     note = f"{count} derivative shapes for {note}, {left:.1e} of their energy left out"
+    if keep == "auto":
+        answers = answers_to_accelerations(structure, pairs, shapes)
+        shapes = np.column_stack([shapes, answers])
+        note += f", and {answers.shape[1]} more for accelerations" if answers.shape[1] else ""
+    omega, shapes = ritz(structure, without(structure, modes, shapes))
     return replace(
         modes,
         phi=np.column_stack([modes.phi, shapes]),
-        kinds=modes.kinds + ("derivative",) * count,
+        kinds=modes.kinds + ("derivative",) * len(omega),
         omega=np.append(modes.omega, omega),
         note="; ".join(part for part in (modes.note, note) if part),
     )
 
 
-def _followers(structure: Structure, modes: ModeSet, keep: int | str, deflection: float | None) -> tuple[Array, str]:
+def _followers(
+    structure: Structure, modes: ModeSet, pairs: Array, keep: int | str, deflection: float | None
+) -> tuple[Array, str]:
     """Displacements (n_dof, k) outside the set that its bending brings about, weighted, and of what they are."""
     if deflection is not None and modes.n_modes:
         y, energy = bent_states(structure, modes, deflection)
         return y / np.sqrt(energy), f"{y.shape[1]} states bent by {deflection:.3g} m"
-    theta = _without(structure, modes, scaled_derivatives(structure, modes))
-    if keep != "all":
-        theta = theta * load_weights(structure, modes)
-    return theta, f"{theta.shape[1]} pairs"
+    weights = 1.0 if keep == "all" else load_weights(structure, modes)
+    return pairs * weights, f"{pairs.shape[1]} pairs"
 
 
 def load_weights(structure: Structure, modes: ModeSet) -> Array:
@@ -84,7 +90,7 @@ def load_weights(structure: Structure, modes: ModeSet) -> Array:
     return np.asarray(np.where(i == j, 1.0, np.sqrt(2.0)) * omega.min() ** 2 / (omega[i] * omega[j]))
 
 
-def _without(structure: Structure, modes: ModeSet, shapes: Array) -> Array:
+def without(structure: Structure, modes: ModeSet, shapes: Array) -> Array:
     """The shapes less their part in the set, by mass."""
     return shapes - modes.phi @ (modes.phi.T @ (structure.M @ shapes))
 

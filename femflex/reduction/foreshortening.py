@@ -11,10 +11,10 @@ from scipy import linalg
 
 from femflex.body import FlexibleBody, Foreshortening
 from femflex.fem.structure import Structure
+from femflex.reduction.accelerations import work_of_accelerations
 from femflex.reduction.derivatives import scaled_derivatives
 from femflex.reduction.markers import marker_rows
 from femflex.reduction.modeset import ModeSet
-from femflex.reduction.moments import mass_moments
 
 Array = NDArray[np.float64]
 
@@ -29,10 +29,9 @@ def foreshortening(structure: Structure, modes: ModeSet, markers: Mapping[str, s
     K, M = (modes.phi.T @ (A @ modes.phi) for A in (structure.K, structure.M))
     lowest = linalg.eigh(K, M, subset_by_index=[0, 0])[1]  # of a set of unit displacements, a mixture of many
     theta = scaled_derivatives(structure, replace(modes.picked([0]), phi=modes.phi @ lowest))
-    moments = mass_moments(structure.inertia, structure.T @ theta)
     places = {**{group: group for group in modes.groups}, **(markers or {})}
     at = {name: (marker_rows(structure, group).translation @ theta)[:, 0] for name, group in places.items()}
-    return Foreshortening(np.vstack([moments.first[1], moments.second[0, :, 1, :]]), at)
+    return Foreshortening(work_of_accelerations(structure, theta)[:, :, 0], at)
 
 
 def foreshortening_of(body: FlexibleBody) -> Foreshortening:

@@ -15,7 +15,8 @@ class ModeSet:
     """Shapes on the independent dofs of a Structure.
 
     phi    (n_dof, n)  one shape per column; M-orthonormal unless the set says otherwise (nodal sets)
-    kinds  (n,)        vibration, free-free, attachment, craig-bampton, constraint, derivative, admissible, nodal
+    kinds  (n,)        vibration, free-free, attachment, craig-bampton, constraint, derivative, third derivative,
+                       admissible, nodal
     omega  (n,)        natural frequency of each shape where it means something, else nan [rad/s]
     groups             mesh groups the set is about (clamps, interfaces); they become markers of the body
     held   (k,)        dofs that clamps fix in every shape

@@ -131,8 +131,8 @@ def _noticeable(group: list[Curve]) -> list[Curve]:
 
 
 def _readable(group: list[Curve], degrees: bool) -> list[Curve]:
-    """The curves with lengths in one unit that suits the largest, and angles in degrees if asked for."""
-    unit, factor, largest = group[0].unit, 1.0, _size(group)
+    """The curves with lengths in one unit that suits the first run's largest, and angles in degrees if asked for."""
+    unit, factor, largest = group[0].unit, 1.0, _size([curve for curve in group if not curve.second] or group)
     if unit == "m" and largest > 0:
         factor, unit = length_unit(largest)
     elif degrees and unit in ("rad", "rad/s"):

@@ -53,6 +53,14 @@ def test_a_deflection_that_serves_nothing_is_refused(write_case, craft, more, te
         build(write_case, craft, reduction(more))
 
 
+def test_a_deflection_without_a_clamp_is_refused(write_case, craft):
+    line = (
+        'reduction = { method = "free_free", modes = 4, derivatives = 2, deflection = "0.1 m" }\nstrain = "nonlinear"'
+    )
+    with pytest.raises(CaseError, match=r"found deflection = 0.1 m in a reduction without a clamp"):
+        build(write_case, craft, line)
+
+
 def test_linear_strain_may_keep_the_same_shapes(write_case, craft):
     body = build(write_case, craft, reduction(', derivatives = "auto"', "linear"))
     assert body.strain.is_linear and body.strain.V2.size == 0 and "derivative" in body.kinds
@@ -84,6 +92,8 @@ def test_load_shapes_are_added_where_the_case_names_them(write_case, craft):
             r"derivatives: found -1 \(a number\); expected a number of derivative shapes",
         ),
         (reduction("", "quadratic"), r"bodies.boom.strain: found 'quadratic'"),
+        (reduction(", third_derivatives = -1"), r"third_derivatives: found -1; it must be at least 0"),
+        (reduction(", third_derivatives = 1", "linear"), r"third_derivatives in the reduction of a body with linear"),
     ],
 )
 def test_mistakes_are_named(write_case, craft, line, text):

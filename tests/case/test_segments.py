@@ -108,6 +108,11 @@ def refusal(path: Path) -> str:
             "reduction = { method = 'cantilever', clamp = 'ROOT', modes = 4, loads = { TIP = ['y'] } }",
             "found loads in the reduction of a body cut into segments",
         ),
+        (
+            "refine = 1",
+            "reduction = { method = 'cantilever', clamp = 'ROOT', modes = 4, third_derivatives = 1 }",
+            "found third_derivatives in the reduction of a body cut into segments",
+        ),
         ("refine = 1", "initial = { amplitudes = [1] }", "found initial on a body cut into segments"),
         (
             "markers.root = { group",

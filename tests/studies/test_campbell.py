@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 from mechanisms import four_bar
@@ -142,3 +145,34 @@ def test_unknown_branches_and_speeds_are_told(blade):
     with pytest.raises(KeyError, match="2 rad/s is none of the diagram's speeds, from 0 to 12 rad/s"):
         blade.frequency("flap 1", 2.0)
     assert blade.frequency("flap 1", 3.0) == blade.branch("flap 1").frequencies[2]
+
+
+@pytest.mark.slow
+def test_torsion_of_a_spinning_strip_has_tension_and_propeller_moment(femflex, tmp_path):
+    """d(omega^2)/d(Omega^2) of its first torsion: 1 by the propeller moment, and by the pull
+
+    int (1 - s^2)/2 (pi/2 cos(pi s/2))^2 ds / int sin(pi s/2)^2 ds, on strips so thin that twist is St Venant's.
+    """
+    mesh = Path(__file__).resolve().parents[2] / "meshes" / "panel.msh"
+    (tmp_path / "strip.toml").write_text(STRIP.format(mesh=mesh))
+    code, said, _ = femflex("campbell", "strip.toml", "--json")
+    (torsion,) = [b for b in json.loads(said)["branches"] if b["name"] == "torsion 1"]
+    square = (2 * np.pi * np.array(torsion["frequency"])) ** 2
+    s = (np.arange(4000) + 0.5) / 4000
+    pull = np.sum((1 - s**2) / 2 * (np.pi / 2 * np.cos(np.pi * s / 2)) ** 2) / np.sum(np.sin(np.pi * s / 2) ** 2)
+    assert code == 0 and (square[1] - square[0]) / 2.0**2 == pytest.approx(1 + pull, rel=0.02)  # a root 1 : 4 wide
+
+
+STRIP = """
+run = {{ duration = 1 }}
+campbell = {{ speeds = [0, 2], modes = 4, axis = [0, 0, 1] }}
+materials.al = {{ E = "70 GPa", nu = 0.33, density = 2700 }}
+sections.sheet = {{ kind = "plate", thickness = "5 mm" }}
+joints = [{{ kind = "weld", child = "strip", child_marker = "root" }}]
+
+[bodies.strip]
+kind = "flexible"
+mesh = "{mesh}"
+members = [{{ group = "panel", family = "plate", section = "sheet", material = "al" }}]
+reduction = {{ method = "cantilever", clamp = "root", modes = 4 }}
+"""

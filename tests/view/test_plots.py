@@ -117,3 +117,21 @@ def test_a_quantity_that_hardly_changes_is_shown_from_its_first_value(run):
     E = run["monitors/energy"]
     assert np.allclose(curve.values, E - E[0], atol=1e-18) and curve.quantity == "change of energy"
     assert curve.label == "energy\nfrom 12.5" and curve.unit == "J"
+
+
+def test_a_second_run_that_runs_away_does_not_hide_the_first(tmp_path, figure):
+    channel = {"markers/tip/deflection": Channel("m", "deflection", (1,), ("y",))}
+    t = np.linspace(0, 1, 11)
+    made = []
+    for name, values in (("first", np.sin(t)), ("away", np.exp(20 * t)), ("near", 1.5 * np.sin(t))):
+        with RunWriter(tmp_path / f"{name}.h5", channel, {}) as writer:
+            writer.write_block(t, {"markers/tip/deflection": values[:, None]})
+        made.append(open_run(tmp_path / f"{name}.h5"))
+    first, away, near = made
+    plot_histories(first, tmp_path / "a.png", ["markers/tip/deflection"], other=away)
+    low, high = figure().axes[0].get_ylim()
+    assert low == pytest.approx(-84.1, abs=0.1) and high == pytest.approx(168.3, abs=0.1)  # cm
+    plot_histories(first, tmp_path / "b.png", ["markers/tip/deflection"], other=near)
+    assert figure().axes[0].get_ylim()[1] > 126
+    for run in made:
+        run.close()

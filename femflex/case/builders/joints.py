@@ -140,7 +140,11 @@ def root_joint(case: Case, bodies: Mapping[str, Part]) -> tuple[Joint | None, di
     where = {"child": name, "child_marker": marker}
     rates, turned = attitude.rates or (0.0, 0.0, 0.0), attitude.turns()
     position, velocity = attitude.position or (0.0, 0.0, 0.0), attitude.velocity or (0.0, 0.0, 0.0)
-    rotation = () if attitude.held else ball_coordinates(attitude.rotation, attitude.sequence, turned, attitude.rebase)
+    rotation = (
+        ()
+        if attitude.held
+        else ball_coordinates(attitude.rotation, attitude.sequence, np.array(turned), attitude.rebase)
+    )
     slides = case.orbit.kind == "free" if attitude.held else case.orbit.kind != "specified"
     if attitude.held:
         joint = _held(attitude, position if slides else (), where)

@@ -80,7 +80,8 @@ def _shapes(table: FlexibleTable, modes: int | None) -> Callable[[Structure], Mo
     plain, keep = _plain_shapes(table, modes), getattr(table.reduction, "derivatives", None)
     if keep is None and table.strain not in (None, "linear"):
         keep = "auto"
-    return plain if keep in (None, "none", 0) else lambda s: with_derivatives(s, plain(s), keep)
+    deflection = getattr(table.reduction, "deflection", None)
+    return plain if keep in (None, "none", 0) else lambda s: with_derivatives(s, plain(s), keep, deflection)
 
 
 def _plain_shapes(table: FlexibleTable, modes: int | None) -> Callable[[Structure], ModeSet]:

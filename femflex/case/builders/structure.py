@@ -36,6 +36,7 @@ from femflex.reduction import (
     warn_of_initial_stress,
     with_attachment,
     with_derivatives,
+    with_third_derivatives,
 )
 
 UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}  # of a mesh file, in metres
@@ -104,7 +105,7 @@ def build_modes(
         meant = any(member.options.get("prestress") for member in table.members)
         warn_of_initial_stress(f"bodies.{name}", given, structure, meant)
     if isinstance(r, Stretchable):
-        found = _vibrating(structure, r, modes)
+        found = with_third_derivatives(structure, _vibrating(structure, r, modes), r.third_derivatives)
         keep = r.derivatives
         if keep is None or keep in ("none", 0):
             return structure, found

@@ -1,0 +1,55 @@
+"""What shapes do under fields of acceleration, uniform or linear in position, as any spin or accelerated base makes.
+
+The field e_b (1, rho_a) of a body that turns and accelerates loads a shape theta by int (1, rho_a) theta_b dm. Where
+theta is a static derivative, this is how the field stiffens or softens the pair of shapes it belongs to.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.structure import Structure
+from femflex.fem.tables import element_chunks
+
+Array = NDArray[np.float64]
+
+ANSWERED = 1e-4  # part of a field's answer, by amplitude, that may be left out
+SILENT = 1e-6  # answer over the largest of all fields below which it is rounding
+RANK = 1e-12  # of the largest energy: below it a combination is dependent on others
+
+
+def work_of_accelerations(structure: Structure, shapes: Array) -> Array:
+    """int z shape^T dm (4, 3, n) over z = (1, rho), for shapes (n_dof, n) on the independent dofs."""
+    raw = structure.T @ shapes
+    total = np.zeros((4, 3, shapes.shape[1]))
+    for block in structure.inertia:
+        for chunk in element_chunks(len(block.dm), 3 * block.dm.shape[1] * (1 + shapes.shape[1])):
+            dm, rho = block.dm[chunk].ravel(), block.rho[chunk].reshape(-1, 3)
+            z = np.column_stack([dm, dm[:, None] * rho])
+            total += (z.T @ block.shapes(raw, chunk).reshape(len(dm), -1)).reshape(total.shape)
+    return total
+
+
+def answers_to_accelerations(structure: Structure, theta: Array, kept: Array) -> Array:
+    """Combinations (n_dof, k) of shapes theta that kept ones lack to answer every linear field of acceleration.
+
+    Static answers of the structure confined to theta: with them beside the kept ones, the part of any theta that is
+    followed in the least-energy sense works on a field as the whole theta does. kept (n_dof, m) and what is found are
+    K-orthonormal.
+    """
+    K_theta = structure.K @ theta
+    inside = kept.T @ K_theta
+    energy, V = np.linalg.eigh(theta.T @ K_theta - inside.T @ inside)
+    left = energy > RANK * np.einsum("ip,ip->p", theta, K_theta).max(initial=0.0)
+    if not left.any():
+        return kept[:, :0]
+    basis = (theta - kept @ inside) @ (V[:, left] / np.sqrt(energy[left]))
+    size = float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
+    scale = np.array([1.0, *[1.0 / size] * 3])[:, None, None]
+    work = scale * work_of_accelerations(structure, np.column_stack([basis, kept]))
+    lacking, known = np.split(work.reshape(12, -1).T, [basis.shape[1]])
+    answer = np.sqrt((lacking**2).sum(axis=0) + (known**2).sum(axis=0))
+    heard = answer > SILENT * answer.max(initial=0.0)
+    U, part, _ = np.linalg.svd(lacking[:, heard] / answer[heard], full_matrices=False)
+    return np.asarray(basis @ U[:, part > ANSWERED])

@@ -1,0 +1,93 @@
+"""Third derivatives: the static path of the full elements to third order, and plates bent by many thicknesses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from full_solution import Full, Reduced, static_path
+from nonlinear_models import METAL
+
+from femflex.fem import Member, build_structure
+from femflex.fem.sections import Rectangle
+from femflex.mesh import box, line, rectangle
+from femflex.reduction import (
+    cantilever_modes,
+    reduce_structure,
+    with_attachment,
+    with_derivatives,
+    with_third_derivatives,
+)
+from femflex.reduction.derivatives import scaled_derivatives
+from femflex.reduction.rigid import rigid_shapes
+from femflex.reduction.third_derivatives import third_derivative
+
+H = 0.01
+
+
+def plate():
+    mesh = rectangle(1.0, 0.6, 4, 3, "quad")
+    return build_structure(mesh, [Member("surface", "plate_bfs", H, METAL)])
+
+
+def solid():
+    mesh = box(1.0, 0.3, 0.05, 4, 2, 1, "hexahedron27")
+    return build_structure(mesh, [Member("volume", "solid", None, METAL)])
+
+
+@pytest.mark.parametrize(("make", "order"), [(plate, 5.0), (solid, 4.0)])
+def test_the_static_path_of_the_full_elements_is_theirs_to_third_order(make, order):
+    structure = make()
+    one = cantilever_modes(structure, "left", 1).picked([0])
+    full = Full(structure, one.held)
+    phi = one.phi[:, 0] / one.omega[0]
+    theta, psi = scaled_derivatives(structure, one)[:, 0], third_derivative(structure, one)
+    size = 0.3 * H / np.abs(structure.translation @ phi).max()
+    factors = size * np.array([0.25, 0.5, 1.0])
+    exact = static_path(full, (structure.K @ phi)[full.free], factors)
+    lacking = []
+    for q, x in zip(factors, exact, strict=True):
+        left = full.whole(x) - phi * q - theta * q**2 / 2
+        lacking.append([np.abs(structure.translation @ d).max() for d in (left, left - psi * q**3)])
+    lacking = np.array(lacking)
+    assert np.log2(lacking[1:, 0] / lacking[:-1, 0]) == pytest.approx([3, 3], abs=0.1)
+    assert np.all(np.log2(lacking[1:, 1] / lacking[:-1, 1]) > order - 1.1)
+    assert lacking[-1, 1] < 0.1 * lacking[-1, 0]
+
+
+def test_one_of_them_does_for_a_plate_bent_by_eight_thicknesses_what_seven_modes_do_not():
+    structure = plate()
+    load = structure.M @ rigid_shapes(structure)[:, 2]
+    tip = structure.translation[[3 * structure.mesh.group_points("top_right")[0] + 2]].toarray()[0]
+    full = Full(structure, cantilever_modes(structure, "left", 1).held)
+    unit = 8 * H / (tip[full.free] @ static_path(full, load[full.free], [1.0])[0])
+    factors = unit * np.array([0.25, 0.5, 1.0])
+    exact = static_path(full, load[full.free], factors) @ tip[full.free]
+    assert exact[-1] == pytest.approx(8 * H, rel=0.1)
+    off = []
+    for modes, third in ((5, 1), (12, 0)):
+        shapes = with_attachment(structure, cantilever_modes(structure, "left", modes), ["z"])
+        shapes = with_derivatives(structure, with_third_derivatives(structure, shapes, third))
+        body = reduce_structure(structure, shapes, strain="condensed")
+        assert body.n_modes == modes + 1 + third
+        phi = shapes.phi[:, : body.n_modes]
+        found = static_path(Reduced(body.strain), phi.T @ load, factors) @ (phi.T @ tip)
+        off.append(np.abs(found / exact - 1).max())
+    assert off[0] < 5e-3
+    assert off[1] > 2 * off[0]
+
+
+def test_the_set_stays_orthonormal_and_says_what_was_added():
+    structure = plate()
+    shapes = with_third_derivatives(structure, cantilever_modes(structure, "left", 3), 2)
+    assert shapes.kinds == ("vibration",) * 3 + ("third derivative",) * 2
+    np.testing.assert_allclose(shapes.phi.T @ (structure.M @ shapes.phi), np.eye(5), atol=1e-9)
+    assert np.all(shapes.omega[3:] > shapes.omega[0])
+    with pytest.raises(ValueError, match="third derivatives of 4 shapes were asked for; the set has 3"):
+        with_third_derivatives(structure, cantilever_modes(structure, "left", 3), 4)
+
+
+def test_a_beam_that_draws_in_freely_has_none():
+    member = Member("line", "beam", Rectangle(0.03, H), METAL, {"order": 6})
+    structure = build_structure(line([[0, 0, 0], [1, 0, 0]], 4), [member])
+    with pytest.raises(ValueError, match=r"rad/s has no third derivative: large bending leaves it as it is"):
+        with_third_derivatives(structure, cantilever_modes(structure, "start", 3), 1)
