@@ -12,6 +12,7 @@ from femflex.dynamics.blame import beside
 from femflex.dynamics.constrained import Constraints
 from femflex.dynamics.discs import told_flat
 from femflex.dynamics.second_order import advance
+from femflex.dynamics.singular_passage import start_pivots
 from femflex.dynamics.start_accelerations import refuse_accelerations
 from femflex.system import System
 from femflex.system.kept import kept
@@ -58,6 +59,7 @@ def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: Mas
     refuse_moving(constraints, moving, tolerance)
     calls.project(0.0, moving, *constraints.own)  # what is left is rounding
     refuse_accelerations(constraints, moving, size)
+    start_pivots(constraints)
     return moving
 
 

@@ -48,7 +48,7 @@ def beside(constraints: Constraints, t: float, x: Array, name: str) -> str:
 def unheld(constraints: Constraints, t: float, x: Array) -> str:
     """The sentence on the worst row of the state that was last brought back and that no step reaches; x before it."""
     note = int(constraints.closing["note"])
-    row, left, limit, speed = constraints.own[2][note : note + at.NOTE_SIZE]
+    row, left, limit, speed = constraints.own[2][note : note + at.N_SPEED + 1]
     name = constraints.name_of_row(int(row))
     unit = "m/s (rad/s in rows of angles)" if speed else "m"
     what = "velocity" if speed else "gap"

@@ -23,7 +23,8 @@ CLOSING = np.dtype(
             "n_rows",  # of all constraints
             "n_hidden",  # eliminated translations, 0 or 3
             "width",  # n_u + n_hidden
-            "tolerance",  # pool: position residual to which a state is brought back, size of the bodies [m]
+            # pool: position residual to which a state is brought back, size of the bodies [m]; part of the longest row
+            "tolerance",  # below which a row depends on others
             "note",  # work (NOTE_SIZE): the worst row of the last state that was brought back
             "rows",  # work: ROW_SIZE per row
             "white",  # work (n_rows, width): D^-1/2 L^-1 a of each row a, with M = L D L^T
@@ -77,7 +78,8 @@ R_GAP, R_SPEED, R_BIAS, R_LAMBDA, R_TARGET = 12, 13, 14, 15, 16  # g, A u - b, A
 ROW_SIZE = 20
 
 N_ROW, N_LEFT, N_LIMIT, N_SPEED = 0, 1, 2, 3  # of the note: row, residual and its limit; 1 for a velocity residual
-NOTE_SIZE = 4
+N_RANK, N_LEAST, N_TIME = 4, 5, 6  # largest rank so far; its last pivot over the first where least, and when [s]
+NOTE_SIZE = 8
 
 N_CLOSING, N_CONSTRAINT, N_SPRING = (len(record.names or ()) for record in (CLOSING, CONSTRAINT, SPRING))
 

@@ -167,7 +167,7 @@ def bring_back(t: float, q: Array, u: Array, task: int, table: Table, pool: Arra
         if closed:
             for j in range(header_of(table)["n_u"]):
                 u[j] += step[j]
-            left = excess(u, table, pool, work)
+            left = excess(t, u, table, pool, work)
             break
         last = gap
         move(q, step, table, pool, work)

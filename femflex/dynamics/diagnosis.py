@@ -31,7 +31,8 @@ def diagnosis(model: Model, t: float, x: Array, unheld: bool) -> tuple[str, Exce
             name, error = failed
             return f"the function of constraint {name!r} raised {type(error).__name__}: {error}", error
         if unheld:
-            return told_unheld(model.constraints, t, x), None
+            told = told_unheld(model.constraints, t, x)
+            return end_of_reach(model, t, x) or told, None
     for look in (gimbal_lock, flat_disc, end_of_reach):
         if told := look(model, t, x):
             return told, None

@@ -22,19 +22,24 @@ Array = NDArray[np.float64]
 Table = NDArray[np.int64]
 Record = np.void
 
+LOOSE = 1e3  # how much larger a velocity residual may be while a row is lost in a singular configuration
 HELD = 1e-10  # residual that may be left, relative to the bodies' size; of velocities also to the fastest
 ROUNDING = 1e-14  # the same, relative to the markers' distance from the origin
 
 
 @inner
-def excess(u: Array, table: Table, pool: Array, work: Array) -> float:
+def excess(t: float, u: Array, table: Table, pool: Array, work: Array) -> float:
     """Largest residual in units of its limit, the velocities' correction just made; the NOTE says which."""
     closing = closing_of(table)
     size, fastest = pool[closing["tolerance"] + 1], 1.0
     for k in range(header_of(table)["n_u"]):
         fastest = max(fastest, abs(u[k]))
+    note_pivot(t, table, work)
     if rank_of(table, work) < closing["n_rows"]:
         correct_speeds(table, work)
+    slow = HELD * max(1.0, size) * fastest
+    if rank_of(table, work) < work[closing["note"] + at.N_RANK]:
+        slow *= LOOSE
     worst = 0.0
     for i in range(closing["n_constraints"]):
         c = constraint_of(table, i)
@@ -46,8 +51,23 @@ def excess(u: Array, table: Table, pool: Array, work: Array) -> float:
             worst = noted(row, gap, limit, 0.0, worst, table, work)
             if rank_of(table, work) < closing["n_rows"]:
                 speed = abs(work[row_of(table, row) + at.R_SPEED])
-                worst = noted(row, speed, HELD * max(1.0, size) * fastest, 1.0, worst, table, work)
+                worst = noted(row, speed, slow, 1.0, worst, table, work)
     return worst
+
+
+@inner
+def note_pivot(t: float, table: Table, work: Array) -> None:
+    """Note how near the rows have come to losing their rank: the least of the last pivot over the first."""
+    closing, rank = closing_of(table), rank_of(table, work)
+    note, m = closing["note"], closing["n_rows"]
+    if rank > work[note + at.N_RANK]:
+        work[note + at.N_RANK], work[note + at.N_LEAST] = float(rank), 1.0
+    last = min(int(work[note + at.N_RANK]) - 1, rank)
+    if last < 0 or work[closing["small"]] == 0.0:
+        return
+    part = work[closing["small"] + last * m + last] / work[closing["small"]]
+    if part < work[note + at.N_LEAST]:
+        work[note + at.N_LEAST], work[note + at.N_TIME] = part, t
 
 
 @inner

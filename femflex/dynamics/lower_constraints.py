@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Marker
 from femflex.dynamics import constraint_layout as at
+from femflex.dynamics.multipliers import DEPENDENT
 from femflex.dynamics.pool import Pool, Scratch, put_marker
 from femflex.system import Joint, Nonholonomic, System, closure
 
@@ -48,7 +49,7 @@ def lower_closing(closing: np.void, system: System, pool: Pool, n_rows: int, n_c
     """Counts and the tolerance of positions."""
     size = characteristic_length(system)
     closing["n_constraints"], closing["n_rows"] = n_constraints, n_rows
-    closing["tolerance"] = pool.put([CLOSED * size, size])
+    closing["tolerance"] = pool.put([CLOSED * size, size, DEPENDENT])
 
 
 def take_scratch(closing: np.void, head: np.void, scratch: Scratch) -> None:

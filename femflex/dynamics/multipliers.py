@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 Table = NDArray[np.int64]
 
 DEPENDENT = 1e-8  # what remains of a row below this part of the longest row: it depends on those before
+# The pool holds the part that stands instead along a run, where that at the start is known (see `singular_passage`).
 DOWNDATED = 1e-6  # part of a squared length down to which subtracting from it is exact enough
 
 
@@ -55,7 +56,8 @@ def factorise_products(table: Table, pool: Array, work: Array) -> None:
     while rank < m:
         best = longest_left(basis, left, whole, rank, m, width)
         longest = math.sqrt(left[best]) if rank == 0 else longest
-        if not math.sqrt(left[best]) > DEPENDENT * longest:
+        if not math.sqrt(left[best]) > pool[closing["tolerance"] + 2] * longest:
+            L[rank * m + rank] = math.sqrt(left[best])  # to be told; of no part in what follows
             break
         exchange(L, basis, order, m, width, rank, best)
         left[best], whole[best] = left[rank], whole[rank]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from femflex.pipeline.guard import Runaway, Singularities, first_overflow
+from femflex.pipeline.guard import Runaway, Singularities, first_overflow, warn_of_passage
 from femflex.pipeline.stiffening import Stiffening
 
 if TYPE_CHECKING:
@@ -37,6 +37,8 @@ def integrate(
 
     model, runaway, singularities = prepared.model, Runaway(prepared.model), Singularities(prepared.model)
     stiffening = Stiffening(model)
+    if model.constraints is not None:
+        model.constraints.forget_passage()  # a trial of the integrator may have passed here before
     with _writer(prepared, Path(output), force, resume) as (writer, state, written):
         last = None
         try:
@@ -70,6 +72,7 @@ def integrate(
         writer.finish(True, "reached the end", _statistics(last))
     runaway.warn()
     singularities.warn()
+    warn_of_passage(model)
     stiffening.warn()
 
 

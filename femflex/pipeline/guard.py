@@ -104,6 +104,24 @@ def first_overflow(seen: Mapping[str, Array], block: Block) -> IntegrationError 
     return IntegrationError(text, block.times[row], block.states[row], largest, block.steps)
 
 
+def warn_of_passage(model: Model) -> None:
+    """Warn of loops that came close to losing the rank of their rows, with both numbers."""
+    from femflex.dynamics.singular_passage import passage
+
+    found = None if model.constraints is None else passage(model.constraints)
+    if found is None or model.constraints is None:
+        return
+    t, least, lost = found
+    names = ", ".join(model.constraints.kind_of(name) for name in model.constraints.names)
+    warnings.warn(
+        f"{names} passed a singular configuration at t = {t:.6g} s, where rows lose their rank and branches of the "
+        f"motion meet (smallest pivot {least:.2g} of the largest; below {lost:.2g} the row is left out until it grows "
+        f"again). The run goes on along the same branch; a real mechanism may change it there.",
+        PhysicsWarning,
+        stacklevel=2,
+    )
+
+
 class Singularities:
     """Watches how near the rotation sets of joints come to their singularities, by steps and rows, and warns of it."""
 
