@@ -51,7 +51,8 @@ class StrainPart:
                second order themselves, so that strain is kept to second order in the coordinates, as its energy is
     nonlinear  whether the body's strain keeps the quadratic part; else it meets the initial stress alone
 
-    The strains are those of NAMES[kind], in this order; twist is the twist rate times the section's polar radius.
+    The strains are those of NAMES[kind], in this order; twist is the twist rate times the section's polar radius. Of
+    beams, curvatures hold products of bend and twist so that their energy is right (`femflex.fem.beam.strain`).
     """
 
     kind: str

@@ -118,7 +118,7 @@ class PicturesTable(Table):
     """What a second run leaves out, as in `run --without`, such as "nonlinear_strain": its plots are dashed over the
     first's, as far as it gets; its file stands beside the first with "_without" in its name."""
     traces: list[str] = Field(default_factory=list)
-    """Markers, "body.marker", whose path is drawn."""
+    """Markers, "body.marker", and places of contact, "constraints/<name>", whose path is drawn."""
     scale: Annotated[float | str, _Scale()] = 1.0
     """Factor on deformations; 1 is true, "auto" makes them visible; said in the picture."""
     theme: Literal["light", "dark"] = "light"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from femflex.dynamics import monitors
 from femflex.dynamics import observe as seen
+from femflex.dynamics.contacts import contact_channels
 from femflex.dynamics.drive_report import held_channels
 from femflex.dynamics.gimbal_lock import lock_channels
 from femflex.dynamics.joint_channels import ball_channels
@@ -134,7 +135,8 @@ def channels_of(system: System) -> dict[str, Channel]:
             f"loads/{load.name}/torque": Channel("N m", f"torque of {load.name}", (3,), XYZ, "body"),
         }
     out |= held_channels(system) | law_channels(system) | orbit_channels(system)
-    return out | sight_channels(system) | constraint_channels(system) | reaction_channels(system)
+    out |= sight_channels(system) | contact_channels(system)
+    return out | constraint_channels(system) | reaction_channels(system)
 
 
 def constraint_channels(system: System) -> dict[str, Channel]:

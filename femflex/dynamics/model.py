@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from femflex.dynamics import equations
 from femflex.dynamics.channels import channels_of, row_length, row_places
+from femflex.dynamics.contacts import observe_contacts
 from femflex.dynamics.drive_report import observe_held, specified_states
 from femflex.dynamics.frequency import highest_frequency
 from femflex.dynamics.gimbal_lock import observe_locks
@@ -182,7 +183,7 @@ class Model:
             first = int(records[i]["qe"])
             body = self.system.bodies[name]
             out[f"bodies/{name}/delta"] = body.amplitudes(states[:, first : first + body.n_modes])
-        out |= observe_sights(self.system, times, out)
+        out |= observe_sights(self.system, times, out) | observe_contacts(self.system, times, out)
         if self.constraints is not None:
             out |= self.constraints.observe(times, states)
         if self.system.reactions:

@@ -7,8 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.rotations import dcm_from_quaternion, dcm_from_vector
-from femflex.system import Channel, Sight, System
+from femflex.dynamics.carried import carried
+from femflex.rotations import dcm_from_quaternion
+from femflex.system import Channel, System
 
 Array = NDArray[np.float64]
 
@@ -32,10 +33,8 @@ def observe_sights(system: System, times: Array, seen: Mapping[str, Array]) -> d
     """The channels of `sight_channels` at times (n_t,), from what the system reports of bodies and orbit."""
     out = {}
     for sight in system.sights:
-        C_NB = dcm_from_quaternion(seen[f"bodies/{sight.body}/attitude"])
-        r, axis = marker_and_axis(system, sight, seen[f"bodies/{sight.body}/delta"])
-        place = seen[f"bodies/{sight.body}/position"] + np.einsum("tij,tj->ti", C_NB, r)
-        pointed = np.einsum("tij,tj->ti", C_NB, axis)
+        place, C_NM = carried(system, times, seen, sight.body, sight.marker)
+        pointed = C_NM @ sight.axis
         up = dcm_from_quaternion(seen["orbit/attitude"])[:, :, 1]
         station = sight.station(times)
         away = station - seen["orbit/radius"][:, None] * up - place
@@ -47,11 +46,3 @@ def observe_sights(system: System, times: Array, seen: Mapping[str, Array]) -> d
         out[f"{path}/range"], out[f"{path}/position"], out[f"{path}/direction"] = distance, place, ahead
         out[f"{path}/elevation"] = np.arcsin(-np.einsum("ti,ti->t", ahead, station / sight.radius))
     return out
-
-
-def marker_and_axis(system: System, sight: Sight, delta: Array) -> tuple[Array, Array]:
-    """Place (n_t, 3) of the marker and the axis (n_t, 3), turned along by exp(psi delta), in body components."""
-    marker = system.bodies[sight.body].marker(sight.marker)
-    axis = np.broadcast_to(marker.orientation @ sight.axis, (len(delta), 3))
-    turned = np.einsum("tij,tj->ti", dcm_from_vector(delta @ marker.psi.T), axis)
-    return marker.position + delta @ marker.phi.T, turned

@@ -2,7 +2,8 @@
 
 What remains of the last independent row there goes to zero, and with it what is known of the motion across the branch:
 a gap of rounding g moves the state by g over that row. So rows that have shrunk to a small part of what they were at
-the start are left out: the motion goes straight on across the instant, and is brought back where the rows have grown again.
+the start are left out: the motion goes straight on across the instant, and is brought back where the rows have grown
+again.
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 MANY = 16  # names listed in an error
 TELLING = 3  # coordinates shown unless some are named
 ROUNDING = 1e-9  # of the parts of the inertia: what is below it is none
-NOTICEABLE = 1e-3  # of the power on the coordinate that takes most
+NOTICEABLE = 1e-3  # of the energy through the coordinate that takes most
 SWINGS = 24  # half oscillations that can be told apart in a picture
 
 
@@ -80,29 +80,38 @@ class Explanation:
         raise KeyError(f"{name!r} is not a coordinate of the run; {told}")
 
     def telling(self) -> list[int]:
-        """The coordinates that show most, at most three: through which most power goes.
+        """The coordinates that show most, at most three: through which most energy goes (see `energies`).
 
-        The power of all terms |Q u|, averaged, is told of any coordinate in the same unit. The first two are of
-        different units where there is such a pair.
+        The first two are of different units where there is such a pair.
         """
-        whole, split = (
-            sum(np.mean(np.abs(rows), axis=0) for rows in parts.values()) for parts in (self.terms, self.inertia)
-        )
-        power = sum(np.mean(np.abs(rows * self.u), axis=0) for rows in self.terms.values())
-        power = np.where(whole > ROUNDING * split, power, 0.0)  # parts of the inertia may cancel to nothing
-        ranked = [int(k) for k in np.argsort(-power, kind="stable") if power[k] > NOTICEABLE * power.max()]
+        energy = self.energies()
+        ranked = [int(k) for k in np.argsort(-energy, kind="stable") if energy[k] > NOTICEABLE * energy.max()]
         other = [k for k in ranked if self.units[k] != self.units[ranked[0]]]
         return sorted(list(dict.fromkeys([*ranked[:1], *other[:1], *ranked]))[:TELLING]) or [0]
 
+    def energies(self) -> Array:
+        """How far the work int Q u dt of every term goes up and down along the run, summed over terms, (n_u,) [J].
+
+        Told of any coordinate in the same unit, and of slow motions as of fast ones.
+        """
+        both = self.terms, self.inertia
+        whole, split = (sum(np.mean(np.abs(rows), axis=0) for rows in parts.values()) for parts in both)
+        energy = sum(np.ptp(integral(self.time, rows * self.u), axis=0) for rows in self.terms.values())
+        return np.where(whole > ROUNDING * split, energy, 0.0)  # parts of the inertia may cancel to nothing
+
+
+def integral(time: Array, values: Array) -> Array:
+    """Integral (n_t, n) of values (n_t, n) from the first instant on, by the trapezoidal rule."""
+    steps = 0.5 * np.diff(time)[:, None] * (values[1:] + values[:-1])
+    return np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(steps, axis=0)])
+
 
 def readable_span(found: Explanation, places: Sequence[int]) -> tuple[float, float]:
-    """The first and last time [s] of a picture in which the fastest of these coordinates can still be seen to swing."""
-    last = found.time[-1]
-    for k in places:
-        own = found.inertia[found.own[k]][:, k]
-        crossings = np.flatnonzero(np.diff(np.signbit(own - np.mean(own))))
-        if len(crossings) > 2 * SWINGS:
-            last = min(last, found.time[crossings[SWINGS]])
+    """The first and last time [s] of a picture in which the one of these that tells most can be seen to swing."""
+    leader = max(places, key=found.energies().__getitem__)
+    moved = integral(found.time, found.u[:, [leader]])[:, 0]
+    crossings = np.flatnonzero(np.diff(np.signbit(moved - np.mean(moved))))
+    last = found.time[crossings[SWINGS]] if len(crossings) > 2 * SWINGS else found.time[-1]
     return float(found.time[0]), float(last)
 
 

@@ -23,7 +23,7 @@ class Motion:
     position  body -> (n_t, 3) [m];  attitude  body -> C_VB (n_t, 3, 3);  delta  body -> (n_t, n)
     amplitudes  body -> (n_t, n)  delta, of a segment that of its own shapes
     reference (n_t, 3, 3)  C_VR, R the orbital axes when orbiting, else the inertial ones
-    traces    marker -> (n_t, 3) [m], with its deflection magnified as the bodies are drawn
+    traces    marker or contact -> (n_t, 3) [m], a marker's with its deflection magnified as the bodies are drawn
     sights    line of sight -> where it begins (n_t, 3) [m], and its direction (n_t, 3)
     """
 
@@ -105,6 +105,9 @@ def motion(
     reference = np.einsum("tji,tjk->tik", C_NV, orbital) if orbital is not None else np.swapaxes(C_NV, 1, 2)
     lines = {}
     for marker in traces:
+        if marker not in traced_markers(run):
+            lines[marker] = np.einsum("tji,tj->ti", C_NV, at(f"{marker}/place") - place)
+            continue
         C_VB = turned[marker.split(".")[0]]
         lines[marker] = np.einsum("tji,tj->ti", C_NV, at(f"markers/{marker}/position") - place)
         lines[marker] += (scale - 1.0) * np.einsum("tij,tj->ti", C_VB, at(f"markers/{marker}/deflection"))
@@ -113,6 +116,11 @@ def motion(
         start = at(path.replace("/direction", "/position")) - place
         sights[path.split("/")[1]] = tuple(np.einsum("tji,tj->ti", C_NV, v) for v in (start, at(path)))
     return Motion(np.asarray(times, float), moved, turned, delta, amplitudes, reference, lines, sights)
+
+
+def traced_markers(run: Run) -> list[str]:
+    """Markers whose path can be drawn; beside them places of contact can, such as "constraints/contact"."""
+    return [path.split("/")[1] for path in run if path.startswith("markers/") and path.endswith("/position")]
 
 
 def chosen_camera(run: Run, bodies: dict[str, RunBody], camera: str, size: float) -> tuple[str, str]:

@@ -12,7 +12,7 @@ from femflex.results import Run
 from femflex.view.extent import automatic_scale, cloud, displacement, skins_of, thinned
 from femflex.view.framing import Margins, View, best_direction, framed
 from femflex.view.look import Look
-from femflex.view.motion import chosen_camera, motion
+from femflex.view.motion import chosen_camera, motion, traced_markers
 from femflex.view.paint import BodyPaint, painted
 from femflex.view.segments import cut_bodies, whole_of, widened
 from femflex.view.units import Bar, colour_bar
@@ -105,7 +105,8 @@ def _arms(skin: Skin, size: float) -> Array:
 
 
 def _check_traces(run: Run, look: Look) -> None:
-    known = [path.split("/")[1] for path in run if path.startswith("markers/") and path.endswith("/position")]
+    contacts = [path.removesuffix("/place") for path in run if path.endswith("/place")]
+    known = [*traced_markers(run), *contacts]
     unknown = [name for name in look.traces if name not in known]
     if unknown:
         raise ValueError(f"traces {unknown} are not markers of the run; its markers are {known}")

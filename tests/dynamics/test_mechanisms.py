@@ -117,6 +117,10 @@ def test_fast_leaning_disc_keeps_its_energy():
     assert out["monitors/load"] == pytest.approx(weighed, rel=1e-12)
     assert out["monitors/energy"] == pytest.approx(np.full(201, out["monitors/energy"][0]), rel=1e-9)
     assert out["monitors/constraint_velocity"].max() < 1e-11
+    touches, center = out["constraints/contact/place"], out["bodies/disc/position"]
+    assert np.abs(touches[:, 2]).max() < 1e-11  # on the plane, a radius from the centre, along the material's rest
+    assert np.linalg.norm(touches - center, axis=1) == pytest.approx(np.full(201, 0.5), abs=1e-12)
+    assert np.ptp(touches[:, :2], axis=0).min() > 0.1
 
 
 def test_reaction_of_a_loop_is_mass_times_acceleration_less_weight():

@@ -10,13 +10,13 @@ from femflex.reduction import cantilever_modes, reduce_structure, with_derivativ
 from femflex.system import Load, System, weld
 
 
-def tip(elements, ratio, **options):
-    """Deflection (3,) over the length, of a condensed cantilever under a dead tip load P L^2 / EI along z."""
+def tip(elements, ratio, way=(0.0, 0.0, 1.0), **options):
+    """Deflection (3,) over the length, of a condensed cantilever under a dead tip load P L^2 / EI that way."""
     member = fem.Member("line", "beam", SECTION, None, options)
     structure = fem.build_structure(line([[0, 0, 0], [LENGTH, 0, 0]], elements), [member])
     modes = with_derivatives(structure, cantilever_modes(structure, "start", 8), "all")
     body = reduce_structure(structure, modes, {"root": "start", "tip": "end"}, strain="condensed")
-    load = Load("pull", "beam", "tip", frame="inertial", force=np.array([0, 0, ratio * EI / LENGTH**2]))
+    load = Load("pull", "beam", "tip", frame="inertial", force=ratio * EI / LENGTH**2 * np.array(way))
     state = equilibrium(System({"beam": body}, (weld("beam", None, child_marker="root"),), (load,)))
     return body.markers["tip"].phi @ body.amplitudes(state.q) / LENGTH
 
@@ -40,3 +40,8 @@ def test_the_bend_leaves_the_elastica_by_the_square_of_its_size_alone(ratio):
 
 def test_an_axial_field_of_low_order_locks():
     assert tip(8, 0.5, axial_order=2)[2] < 0.7 * elastica(0.5)[0]
+
+
+def test_a_round_section_bends_alike_in_every_plane():
+    inclined, upright = tip(8, 0.5, (0.0, 0.6, 0.8)), tip(8, 0.5)
+    assert inclined == pytest.approx([upright[0], 0.6 * upright[2], 0.8 * upright[2]], rel=1e-5)

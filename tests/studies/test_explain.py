@@ -23,19 +23,20 @@ def found() -> Explanation:
     half[:, 2] = 50.0 * np.cos(TIME)
     inertia = {"inertia/base-hub": -half, "inertia/boom": half - push}
     own = ("inertia/base-hub",) * 3 + ("inertia/base-hub",) * 2
-    u = np.outer(np.sin(2.0 * np.pi * TIME), [1.0, 1.0, 1.0, 1.0, 0.5])
+    u = np.outer(np.sin(2.0 * np.pi * TIME), [0.0, 1.0, 1.0, 1.0, 0.5])
+    u[:, 0] = 0.01 * np.sin(0.2 * TIME)
     return Explanation(TIME, {"inertia": -push, "loads/push": push}, inertia, u, NAMES, UNITS, own)
 
 
-def test_the_coordinates_through_which_most_power_goes_are_told_of(found):
+def test_the_coordinates_through_which_most_energy_goes_are_told_of(found):
     assert found.telling() == [0, 1, 4]  # not the slide, whose parts cancel, nor the hardly pushed boom.delta1
     still = replace(found, u=found.u * [1.0, 0.0, 1.0, 1.0, 1.0])
-    assert still.telling() == [0, 4]  # what does not move takes no power, however hard it is pushed
+    assert still.telling() == [0, 4]  # what does not move takes no energy, however hard it is pushed
 
 
 def test_a_short_spike_does_not_make_a_coordinate_telling(found):
     spiked = {name: rows.copy() for name, rows in found.terms.items()}
-    spiked["loads/push"][:2, 3], spiked["inertia"][:2, 3] = 1e3, -1e3
+    spiked["loads/push"][0, 3], spiked["inertia"][0, 3] = 1e3, -1e3
     assert replace(found, terms=spiked).telling() == [0, 1, 4]
 
 
@@ -59,3 +60,11 @@ def test_coordinates_go_by_name_by_short_name_and_by_number(found):
         found.index("pitch")
     with pytest.raises(KeyError, match="'6' is not a coordinate"):
         found.index("6")
+
+
+def test_the_energy_of_a_coordinate_is_the_work_that_goes_to_and_fro(found):
+    """5 cos(2 pi t) sin(2 pi t) swings its work by 5 / (4 pi) in each of two terms; pushed slowly far more comes by."""
+    assert found.energies()[1] == pytest.approx(
+        2 * 5 / (4 * np.pi), rel=1e-2
+    )  # of the trapezoidal rule: (4 pi h)^2 / 12
+    assert found.energies()[0] == pytest.approx(2 * 0.01 * 3 / 0.4, rel=3e-3)

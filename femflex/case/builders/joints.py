@@ -138,20 +138,14 @@ def root_joint(case: Case, bodies: Mapping[str, Part]) -> tuple[Joint | None, di
         marker = LIBRATION
     body = _with_marker(bodies[name], marker, place.turned(C_BM), attitude.marker or "origin")
     where = {"child": name, "child_marker": marker}
-    rates, turned = attitude.rates or (0.0, 0.0, 0.0), attitude.turns()
+    rates = attitude.rates or (0.0, 0.0, 0.0)
     position, velocity = attitude.position or (0.0, 0.0, 0.0), attitude.velocity or (0.0, 0.0, 0.0)
-    rotation = (
-        ()
-        if attitude.held
-        else ball_coordinates(attitude.rotation, attitude.sequence, np.array(turned), attitude.rebase)
-    )
-    slides = case.orbit.kind == "free" if attitude.held else case.orbit.kind != "specified"
     if attitude.held:
-        joint = _held(attitude, position if slides else (), where)
-    elif slides:
-        joint = free(**_set(attitude), q0=[*position, *rotation], u0=[*velocity, *rates], **where)
+        joint = _held(attitude, position if case.orbit.kind == "free" else (), where)
+    elif case.orbit.kind != "specified":
+        joint = free(**_set(attitude), q0=[*position, *_turned(attitude)], u0=[*velocity, *rates], **where)
     else:
-        joint = spherical(**_set(attitude), q0=rotation, u0=rates, **where)
+        joint = spherical(**_set(attitude), q0=_turned(attitude), u0=rates, **where)
     return joint, {**bodies, name: body}
 
 
@@ -163,6 +157,11 @@ def _held(attitude: AttitudeTable, position: tuple[float, ...], where: dict[str,
     motion = (*(None for _ in position), *angles)
     q0 = [*position, *angles]
     return turns(sequence=letters, slides=np.eye(3)[: len(position)], motion=motion, q0=q0, **where)
+
+
+def _turned(attitude: AttitudeTable) -> Array:
+    """Initial coordinates of an attitude that is free, in its rotation set."""
+    return ball_coordinates(attitude.rotation, attitude.sequence, np.array(attitude.turns()), attitude.rebase)
 
 
 def _with_marker(body: Part, name: str, marker: Marker, beside: str) -> Part:

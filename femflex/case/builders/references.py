@@ -62,6 +62,7 @@ def channel_problems(case: Case, channels: Mapping[str, Channel]) -> Iterator[Pr
                 f"found {component!r}, which is no entry of {path}; {near(component, channels[path].names)}",
             )
     known = [path.split("/")[1] for path in channels if path.startswith("markers/") and path.endswith("/position")]
+    known += [path.removesuffix("/place") for path in channels if path.endswith("/place")]
     for k, marker in enumerate(case.pictures.traces if case.pictures else []):
         if marker not in known:
             yield Problem(

@@ -51,7 +51,8 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     `femflex.fem.sections`; a shape needs an isotropic Material. Fields: bending cubic Hermite with bubbles up
     to `order`, torsion of order max(2, order - 1), axial of order 2 order - 1: u' is then a polynomial of the degree
     of v'^2 and takes back, in every element, the stretch that bending would store (no membrane locking). Strains:
-    eps = u' + (u'^2 + v'^2 + w'^2)/2 + (I_p/2A) theta'^2, curvatures v'' and -w'', twist (THEORY section 3).
+    eps = u' + (u'^2 + v'^2 + w'^2)/2 + (I_p/2A) theta'^2 (THEORY section 3), and curvature and twist that couple
+    bending in two planes with torsion, to second order (`femflex.fem.beam.strain`).
 
     Options
     order           3 ... 8, order of the bending fields (3)
