@@ -24,7 +24,7 @@ MOST = 7  # contributions named one by one; the others go together
 SMALL = 2e-3  # of all contributions together, mean magnitude: below it, one is not named
 CANCELLED = 0.5  # the inertia of all below this part of the sum of its sizes is drawn as one
 CHUNKS, QUIET = 30, 10.0  # of the run, in each of which the largest counts; percent of them that are quiet
-WIDE, LINEAR = 20.0, 3.0  # times the quiet: what goes farther is drawn to a logarithmic scale, from where on
+WIDE = 10.0  # times the quiet: what goes farther is drawn to a logarithmic scale beyond the quiet
 RARE, SPIKE = 2.0, 2.5  # percent of the instants; what goes this many times beyond all the others is cut off
 STRIP, STACK = 0.5, 1.35  # heights of the strip of the motion and of the stack, in those of a plot's axes
 WORDS = {
@@ -191,14 +191,14 @@ def _widened(ax: Axes, high: Array, low: Array, unit: str, colours: Theme) -> bo
     quiet, most = float(np.percentile(swings, QUIET)), float(np.percentile(reach, 100 - RARE))
     if not most > WIDE * quiet > 0:
         return False
-    start = float(f"{LINEAR * quiet:.0e}")
+    start = float(f"{quiet:.0e}")
     ax.set_yscale("symlog", linthresh=start)
     _note(ax, f"scale linear to {start:g} {raised(unit)}, logarithmic beyond", colours)
     return True
 
 
 def _note(ax: Axes, told: str, colours: Theme) -> None:
-    ax.annotate(told, (0.01, 0.97), xycoords="axes fraction", va="top", fontsize=8, color=colours.text)
+    ax.annotate(told, (1.0, 1.01), xycoords="axes fraction", ha="right", va="bottom", fontsize=8, color=colours.text)
 
 
 def _cut_spikes(ax: Axes, time: Array, high: Array, low: Array, unit: str, colours: Theme) -> None:

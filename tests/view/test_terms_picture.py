@@ -94,7 +94,7 @@ def test_what_is_wide_for_a_good_part_of_the_run_has_a_logarithmic_scale(tmp_pat
     stack = figure().axes[1]
     assert stack.get_yscale() == "symlog" and max(stack.get_ylim()) > 900
     (told,) = (text.get_text() for text in stack.texts)
-    assert told == "scale linear to 3 N m, logarithmic beyond"  # three times the quiet 7 s
+    assert told == "scale linear to 1 N m, logarithmic beyond"  # as in the quiet 7 s
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
