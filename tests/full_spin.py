@@ -48,11 +48,24 @@ def gyroscopic_frequencies(M, G, K, count):
     return np.sort(found.imag[found.imag > 0])[:count]
 
 
+class Parts:
+    """Force and tangent as sums over the parts that a strain block's nonlinear energy is made of."""
+
+    def __init__(self, block, T):
+        self.parts = [Points(part, T) for part in block.nonlinear(slice(None))]
+
+    def force(self, x):
+        return sum(part.force(x) for part in self.parts)
+
+    def tangent(self, x):
+        return sum(part.tangent(x) for part in self.parts)
+
+
 class Points:
     """Force and tangent as sums over the points of one strain block, its rows G (p g, n) stored: fast in time steps."""
 
     def __init__(self, block, T):
-        self.block = block.quartic(slice(None))
+        self.block = block
         e, q, g, l = (len(block.dofs), *self.block.rows(slice(None)).shape[1:])
         rows = np.broadcast_to(self.block.rows(slice(None)), (e, q, g, l))
         at = np.broadcast_to(np.arange(e * q * g).reshape(e, q, g, 1), rows.shape)
@@ -87,7 +100,7 @@ class Spun(Full):
     def __init__(self, structure, held, axis):
         super().__init__(structure, held)
         (block,) = structure.strain
-        self.elastic = Points(block, structure.T)
+        self.elastic = Parts(block, structure.T)
         dm, rho, N = mass_points(structure)
         N = N[:, self.free]
         E = skew(np.asarray(axis) / np.linalg.norm(axis))

@@ -177,6 +177,9 @@ def say_what_came_out(run: Run, system: System, output: Path) -> None:
             f"monitor     {path.split('/')[1].replace('_', ' ')} changed by up to {change:.3e} "
             f"{run.unit(path)}{relative}"
         )
+    if "monitors/constraint_position" in run:
+        gap, speed = (float(run[f"monitors/constraint_{what}"].max()) for what in ("position", "velocity"))
+        print(f"monitor     constraint largest gap {gap:.3e} m, largest velocity residual {speed:.3e} m/s")
     print(f"monitor     Euler parameters off unit length by up to {np.abs(run['monitors/quaternion_norm']).max():.2e}")
 
 

@@ -8,8 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics import constraints as calls
+from femflex.dynamics.blame import beside
 from femflex.dynamics.constrained import Constraints
+from femflex.dynamics.discs import told_flat
 from femflex.dynamics.second_order import advance
+from femflex.dynamics.singular_passage import start_pivots
+from femflex.dynamics.start_accelerations import refuse_accelerations
 from femflex.system import System
 from femflex.system.kept import kept
 
@@ -34,6 +38,8 @@ def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: Mas
     given one on the constraints linearised at the present one:
     d <- M^-1 A^T (A M^-1 A^T)^-1 (A d - g), q = q0 o exp(d). Raises ValueError naming the loop that stays open.
     """
+    if told := told_flat(constraints, 0.0, x0):
+        raise ValueError(told)
     x, tolerance = np.array(x0, float), OPEN * max(1.0, size)
     stiff = nearest_of(constraints, mass_matrix, shapes=False)
     bending = nearest_of(constraints, mass_matrix, shapes=True)
@@ -52,6 +58,8 @@ def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: Mas
             break
     refuse_moving(constraints, moving, tolerance)
     calls.project(0.0, moving, *constraints.own)  # what is left is rounding
+    refuse_accelerations(constraints, moving, size)
+    start_pivots(constraints)
     return moving
 
 
@@ -123,11 +131,10 @@ def refuse_open(constraints: Constraints, x: Array, tolerance: float) -> None:
     if np.all(gaps <= tolerance):
         return
     worst = max(constraints.names, key=lambda name: gaps[constraints.rows_of(name)].max())
-    kind = "loop" if worst in [loop.label for loop in constraints.system.loops] else "constraint"
     raise ValueError(
-        f"{kind} {worst!r} cannot close: the best configuration found leaves a gap of "
-        f"{gaps[constraints.rows_of(worst)].max():.3g} (m or rad){told_kept(constraints)}. Check the lengths and the "
-        "markers' axes, or start nearer to a closed configuration."
+        f"{constraints.kind_of(worst)} cannot close{beside(constraints, 0.0, x, worst)}: the best configuration found "
+        f"leaves a gap of {gaps[constraints.rows_of(worst)].max():.3g} (m or rad){told_kept(constraints)}. Check the "
+        "lengths and the markers' axes, or start nearer to a closed configuration."
     )
 
 
@@ -155,8 +162,9 @@ def refuse_moving(constraints: Constraints, x: Array, tolerance: float) -> None:
         return
     worst = max(constraints.names, key=lambda name: speeds[constraints.rows_of(name)].max())
     raise ValueError(
-        f"constraint {worst!r} contradicts the others: the nearest velocities still miss it by "
-        f"{speeds[constraints.rows_of(worst)].max():.3g} (m/s or rad/s){told_kept(constraints)}. Take one of them out."
+        f"{constraints.kind_of(worst)} cannot be held{beside(constraints, 0.0, x, worst)}: the nearest velocities "
+        f"still miss it by {speeds[constraints.rows_of(worst)].max():.3g} (m/s or rad/s){told_kept(constraints)}. Take "
+        "one of them out."
     )
 
 

@@ -6,6 +6,7 @@ from femflex.dynamics import monitors
 from femflex.dynamics import observe as seen
 from femflex.dynamics.contacts import contact_channels
 from femflex.dynamics.drive_report import held_channels
+from femflex.dynamics.gimbal_lock import lock_channels
 from femflex.dynamics.joint_channels import ball_channels
 from femflex.dynamics.joint_reactions import reaction_channels
 from femflex.dynamics.law_report import law_channels
@@ -127,7 +128,7 @@ def channels_of(system: System) -> dict[str, Channel]:
             f"markers/{label}/velocity": Channel("m/s", f"velocity of {label} {where}", (3,), XYZ, "inertial"),
             f"markers/{label}/deflection": Channel("m", f"elastic displacement of {label}", (3,), XYZ, "body"),
         }
-    out |= ball_channels(system)
+    out |= ball_channels(system) | lock_channels(system)
     for load in system.loads:
         out |= {
             f"loads/{load.name}/force": Channel("N", f"force of {load.name}", (3,), XYZ, "body"),

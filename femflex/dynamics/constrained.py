@@ -100,7 +100,7 @@ class Constraints:
     def rank(self) -> int:
         """Number of rows that did not depend on others when they were last solved."""
         m = self.n_rows
-        return int(self.own[2][int(self.closing["small"]) + 2 * m * m + 2 * m])
+        return int(self.own[2][int(self.closing["small"]) + 3 * m * m + 2 * m])
 
     def redundant(self, t: float, x: Array) -> int:
         """Number of rows that follow from the others at x; their multipliers are the smallest that hold the motion."""
@@ -129,9 +129,9 @@ class Constraints:
         turns, dx = np.empty((n_t, len(places), 3, 3)), np.empty(self.n_q + self.n_u)
         for j in range(n_t):
             self.rate(float(times[j]), np.ascontiguousarray(states[j], float), dx, *self.own)
+            self._raise_errors()
             udot[j], rows[j], rank[j] = dx[self.n_q :], self.rows(), self.rank()
             turns[j] = [work[place : place + 9].reshape(3, 3) for place in places]
-        self._raise_errors()
         return udot, rows, rank, turns
 
     def forces(self, times: Array, states: Array) -> dict[str, Array]:
@@ -184,11 +184,30 @@ class Constraints:
         self._raise_errors()
 
     def _raise_errors(self) -> None:
-        """Raise what a user's function raised when compiled code called it."""
+        """Raise what a user's function raised when compiled code called it last."""
+        if (failed := self.failed_user()) is not None:
+            raise failed[1]
+
+    def failed_user(self) -> tuple[str, Exception] | None:
+        """Name of the constraint whose function raised an exception in its last call, and that exception."""
         for rows in self.users:
             if rows.error is not None:
                 error, rows.error = rows.error, None
-                raise error
+                return rows.name, error
+        return None
+
+    def forget_passage(self) -> None:
+        """Begin the notes of singular configurations passed along a run anew (see `singular_passage`)."""
+        note = int(self.closing["note"])
+        self.own[2][note + at.N_RANK], self.own[2][note + at.N_LEAST] = 0.0, 1.0
+
+    def kind_of(self, name: str) -> str:
+        """The constraint of that name as sentences call it, such as "loop 'closure'"."""
+        return f"{'loop' if name in [loop.label for loop in self.system.loops] else 'constraint'} {name!r}"
+
+    def name_of_row(self, row: int) -> str:
+        """The constraint that a row belongs to."""
+        return next(name for name in self.names if self.rows_of(name).start <= row < self.rows_of(name).stop)
 
 
 def constraints_of_system(system: System, own: Own, n_q: int, n_u: int, kinematic: Any) -> Constraints:

@@ -23,11 +23,15 @@ CLOSING = np.dtype(
             "n_rows",  # of all constraints
             "n_hidden",  # eliminated translations, 0 or 3
             "width",  # n_u + n_hidden
-            "tolerance",  # pool: position residual to which a state is brought back, size of the bodies [m]
+            # pool: position residual to which a state is brought back, size of the bodies [m]; part of the longest row
+            "tolerance",  # below which a row depends on others
+            "note",  # work (NOTE_SIZE): the worst row of the last state that was brought back
             "rows",  # work: ROW_SIZE per row
             "white",  # work (n_rows, width): D^-1/2 L^-1 a of each row a, with M = L D L^T
             "roots",  # work (width): D^-1/2
-            "small",  # work: see `multipliers`
+            "small",
+            "basis",  # work: see `multipliers`
+            "moved_by",  # work (width): the white rows' sum, each times its multiplier
             "step",  # work (n_u): a change of u or an increment of q
             "free",  # work (n_u): accelerations
             "moved",  # work (n_q)
@@ -72,6 +76,10 @@ M_ARM, M_COLUMNS = 24, 28  # in the body's: place from its origin (3), columns (
 R_FP, R_TP, R_FQ, R_TQ = 0, 3, 6, 9  # a row's force and torque on the bodies at markers P and Q, body components
 R_GAP, R_SPEED, R_BIAS, R_LAMBDA, R_TARGET = 12, 13, 14, 15, 16  # g, A u - b, Adot u - bdot, multiplier, right side
 ROW_SIZE = 20
+
+N_ROW, N_LEFT, N_LIMIT, N_SPEED = 0, 1, 2, 3  # of the note: row, residual and its limit; 1 for a velocity residual
+N_RANK, N_LEAST, N_TIME = 4, 5, 6  # largest rank so far; its last pivot over the first where least, and when [s]
+NOTE_SIZE = 8
 
 N_CLOSING, N_CONSTRAINT, N_SPRING = (len(record.names or ()) for record in (CLOSING, CONSTRAINT, SPRING))
 

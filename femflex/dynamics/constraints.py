@@ -15,6 +15,7 @@ from femflex.dynamics.compiled import inner, kernel
 from femflex.dynamics.constraint_layout import closing_of, constraint_of
 from femflex.dynamics.coordinates import advance_coordinates, coordinate_rates
 from femflex.dynamics.equations import RATE, place
+from femflex.dynamics.excess import excess
 from femflex.dynamics.forces import clear, release_joints, write_forces
 from femflex.dynamics.held import add_known_accelerations, held_state
 from femflex.dynamics.lanes import beyond, start
@@ -146,10 +147,10 @@ def settle_held(t: float, q: Array, u: Array, table: Table, pool: Array, work: A
 
 @inner
 def bring_back(t: float, q: Array, u: Array, task: int, table: Table, pool: Array, work: Array) -> float:
-    """Bring (q, u) onto the constraints, or do what the task says; the gap left [m]."""
+    """Bring (q, u) onto the constraints, or do what the task says; what is left in units of what may be."""
     if header_of(table)["n_holds"] > 0 and task != at.TASK_MEASURE:
         settle_held(t, q, u, table, pool, work)
-    last = math.inf
+    last, left = math.inf, 0.0
     for k in range(NEWTON_STEPS + 1):
         prepare(t, q, u, table, pool, work)
         gap = largest_gap(table, pool, work)
@@ -166,15 +167,18 @@ def bring_back(t: float, q: Array, u: Array, task: int, table: Table, pool: Arra
         if closed:
             for j in range(header_of(table)["n_u"]):
                 u[j] += step[j]
+            left = excess(t, u, table, pool, work)
             break
         last = gap
         move(q, step, table, pool, work)
-    return gap
+    return left
 
 
 @kernel(PROJECT)
 def project(t: float, x: Array, table: Table, pool: Array, work: Array) -> float:
-    """Bring x onto the constraints, positions then velocities, along the shortest way by M; the gap left [m].
+    """Bring x onto the constraints, positions then velocities, along the shortest way by M; what is left.
+
+    That is the largest residual in units of what it may be: above 1 no state there satisfies the constraints.
 
     Positions by Newton's method until the gap is that of rounding; the velocities' correction is linear. Without
     motion across the constraints the kinetic energy changes only by the square of what is taken away.

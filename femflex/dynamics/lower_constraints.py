@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Marker
 from femflex.dynamics import constraint_layout as at
+from femflex.dynamics.multipliers import DEPENDENT
 from femflex.dynamics.pool import Pool, Scratch, put_marker
 from femflex.system import Joint, Nonholonomic, System, closure
 
@@ -48,17 +49,20 @@ def lower_closing(closing: np.void, system: System, pool: Pool, n_rows: int, n_c
     """Counts and the tolerance of positions."""
     size = characteristic_length(system)
     closing["n_constraints"], closing["n_rows"] = n_constraints, n_rows
-    closing["tolerance"] = pool.put([CLOSED * size, size])
+    closing["tolerance"] = pool.put([CLOSED * size, size, DEPENDENT])
 
 
 def take_scratch(closing: np.void, head: np.void, scratch: Scratch) -> None:
     """Places in the work array."""
     m, width = int(closing["n_rows"]), int(closing["width"])
-    sizes = {"rows": at.ROW_SIZE * m, "white": m * width, "roots": width, "small": 2 * m * m + 5 * m}
+    sizes = {"rows": at.ROW_SIZE * m, "white": m * width, "roots": width, "small": 3 * m * m + 5 * m}
     sizes |= {
         "step": int(head["n_u"]),
         "free": int(head["n_u"]),
         "moved": int(head["n_q"]),
+        "basis": m * width,
+        "moved_by": width,
+        "note": at.NOTE_SIZE,
         "marks": int(head["n_bodies"]),
     }
     for key, count in sizes.items():

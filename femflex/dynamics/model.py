@@ -14,6 +14,7 @@ from femflex.dynamics.channels import channels_of, row_length, row_places
 from femflex.dynamics.contacts import observe_contacts
 from femflex.dynamics.drive_report import observe_held, specified_states
 from femflex.dynamics.frequency import highest_frequency
+from femflex.dynamics.gimbal_lock import observe_locks
 from femflex.dynamics.joint_channels import observe_balls
 from femflex.dynamics.joint_reactions import observe_reactions
 from femflex.dynamics.law_report import observe_laws
@@ -154,6 +155,12 @@ class Model:
 
         return without(self, *names)
 
+    def diagnosis(self, t: float, x: Array, unheld: bool = False) -> tuple[str, Exception | None]:
+        """A sentence on a state at which a run came to its end, and the exception behind it."""
+        from femflex.dynamics.diagnosis import diagnosis
+
+        return diagnosis(self, t, x, unheld)
+
     def observe(self, times: Array, states: Array) -> dict[str, Array]:
         """Every channel at times (n_t,) and states (n_t, n_x): path -> (n_t, *channel.shape)."""
         times = np.ascontiguousarray(times, float)
@@ -167,7 +174,7 @@ class Model:
         states = specified_states(self, times, states)
         out["q"], out["u"] = states[:, : self.n_q], states[:, self.n_q :]
         out |= observe_held(self, times, states) | observe_laws(self, states)
-        out |= observe_balls(self.system, states)
+        out |= observe_balls(self.system, states) | observe_locks(self.system, states)
         out |= observe_orbit_force(self.system, out)
         if is_extrinsic(self.system.libration_sequence):
             out["attitude/angles"] = out["attitude/angles"][:, ::-1]

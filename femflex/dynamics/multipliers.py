@@ -1,8 +1,11 @@
 """The multipliers' own equations: A M^-1 A^T lambda = r from the white rows, rows that depend on each other found.
 
-A pivoted Cholesky factorisation finds which rows follow from others; then the multipliers are the smallest that do (in
-the rows' scales). `small` holds S (m, m), with the factor L below its diagonal; L^T L (rank, rank);
-scales, order, rank, v, w (m each).
+The white rows W (A M^-1 A^T = W W^T) are orthogonalised, the longest remaining one first: W = L Q, L lower triangular.
+Nothing is squared, so that rows as different as their bodies' masses stay apart from rows that follow from others. Then
+the multipliers are the smallest that do (in the rows' scales).
+
+`small` holds L (m, m); the orthonormal columns P (m, rank) and the triangle R (rank, rank) of L = P R where rows are
+redundant; scales, order, rank, v, w (m each). `basis` (m, width) holds the rows as they are orthogonalised.
 """
 
 from __future__ import annotations
@@ -14,21 +17,22 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.compiled import inner
 from femflex.dynamics.constraint_layout import R_LAMBDA, R_TARGET, closing_of, constraint_of
-from femflex.dynamics.dense import factorise, solve_factorised
 from femflex.dynamics.lanes import beyond
 from femflex.dynamics.rows import row_of
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
 
-DEPENDENT = 1e-11  # a pivot below this part of the largest belongs to a row that depends on those before
+DEPENDENT = 1e-8  # what remains of a row below this part of the longest row: it depends on those before
+# The pool holds the part that stands instead along a run, where that at the start is known (see `singular_passage`).
+DOWNDATED = 1e-6  # part of a squared length down to which subtracting from it is exact enough
 
 
 @inner
 def scales_of(table: Table) -> int:
     """Place in the work array of scales; order, rank, v and w follow, n_rows each."""
     closing = closing_of(table)
-    return closing["small"] + 2 * closing["n_rows"] * closing["n_rows"]
+    return closing["small"] + 3 * closing["n_rows"] * closing["n_rows"]
 
 
 @inner
@@ -39,98 +43,127 @@ def rank_of(table: Table, work: Array) -> int:
 
 @inner
 def factorise_products(table: Table, pool: Array, work: Array) -> None:
-    """Pivoted Cholesky factor of the scaled A M^-1 A^T, and its rank."""
+    """The factor L of the scaled white rows, and their rank."""
     closing = closing_of(table)
-    m, at = closing["n_rows"], scales_of(table)
-    S, order = beyond(work, closing["small"]), beyond(work, at + m)
-    write_products(table, pool, work)
-    largest = 0.0
+    m, width, at = closing["n_rows"], closing["width"], scales_of(table)
+    L, basis, order = beyond(work, closing["small"]), beyond(work, closing["basis"]), beyond(work, at + m)
+    left, whole = beyond(work, at + 3 * m), beyond(work, at + 4 * m)  # squared lengths: what remains, when last summed
+    write_scaled(table, pool, work)
     for i in range(m):
         order[i] = i
-        largest = max(largest, S[i * m + i])
-    rank = 0
+        left[i] = whole[i] = along(basis, i, i, width)
+    rank, longest = 0, 0.0
     while rank < m:
-        best = rank
-        for i in range(rank, m):
-            if S[i * m + i] > S[best * m + best]:
-                best = i
-        if not S[best * m + best] > DEPENDENT * largest:
+        best = longest_left(basis, left, whole, rank, m, width)
+        longest = math.sqrt(left[best]) if rank == 0 else longest
+        if not math.sqrt(left[best]) > pool[closing["tolerance"] + 2] * longest:
+            L[rank * m + rank] = math.sqrt(left[best])  # to be told; of no part in what follows
             break
-        exchange(S, order, m, rank, best)
-        eliminate(S, m, rank)
+        exchange(L, basis, order, m, width, rank, best)
+        left[best], whole[best] = left[rank], whole[rank]
+        eliminate(L, basis, left, m, width, rank)
         rank += 1
     work[at + 2 * m] = rank
     if rank < m:
-        write_normal_factor(S, beyond(work, closing["small"] + m * m), m, rank)
+        orthogonalise_columns(L, beyond(work, closing["small"] + m * m), m, rank)
 
 
 @inner
-def write_products(table: Table, pool: Array, work: Array) -> None:
-    """S = A M^-1 A^T in the rows' scales; a general row is its own measure."""
+def write_scaled(table: Table, pool: Array, work: Array) -> None:
+    """The white rows in the rows' scales; a general row is its own measure."""
     closing = closing_of(table)
-    m, width, scales = closing["n_rows"], closing["width"], beyond(work, scales_of(table))
-    S, white = beyond(work, closing["small"]), beyond(work, closing["white"])
-    for i in range(m):
-        for j in range(i + 1):
-            total = 0.0
-            for k in range(width):
-                total += white[i * width + k] * white[j * width + k]
-            S[i * m + j] = total
+    width, scales = closing["width"], beyond(work, scales_of(table))
+    white, basis = beyond(work, closing["white"]), beyond(work, closing["basis"])
     for i in range(closing["n_constraints"]):
         c = constraint_of(table, i)
         for k in range(c["n_rows"]):
             j, s = c["first"] + k, pool[c["scales"] + k]
             if s == 0.0:
-                s = 1.0 / math.sqrt(S[j * m + j]) if S[j * m + j] > 0.0 else 1.0
+                square = along(white, j, j, width)
+                s = 1.0 / math.sqrt(square) if square > 0.0 else 1.0
             scales[j] = s
-    for i in range(m):
-        for j in range(i + 1):
-            S[i * m + j] *= scales[i] * scales[j]
-            S[j * m + i] = S[i * m + j]
+            for a in range(width):
+                basis[j * width + a] = s * white[j * width + a]
 
 
 @inner
-def exchange(S: Array, order: Array, m: int, a: int, b: int) -> None:
-    """Exchange rows a and b, and columns a and b, of S and the factor."""
+def along(rows: Array, i: int, j: int, width: int) -> float:
+    """Row i times row j."""
+    total = 0.0
+    for a in range(width):
+        total += rows[i * width + a] * rows[j * width + a]
+    return total
+
+
+@inner
+def longest_left(basis: Array, left: Array, whole: Array, first: int, m: int, width: int) -> int:
+    """The row of which most remains; lengths that have shrunk far are summed anew."""
+    best = first
+    for i in range(first, m):
+        if left[i] < DOWNDATED * whole[i]:
+            left[i] = whole[i] = along(basis, i, i, width)
+        if left[i] > left[best]:
+            best = i
+    return best
+
+
+@inner
+def exchange(L: Array, basis: Array, order: Array, m: int, width: int, a: int, b: int) -> None:
+    """Exchange rows a and b of the factor and of the basis."""
     if a == b:
         return
-    for j in range(m):
-        S[b * m + j], S[a * m + j] = S[a * m + j], S[b * m + j]
-    for j in range(m):
-        S[j * m + b], S[j * m + a] = S[j * m + a], S[j * m + b]
+    for j in range(a):
+        L[b * m + j], L[a * m + j] = L[a * m + j], L[b * m + j]
+    for j in range(width):
+        basis[b * width + j], basis[a * width + j] = basis[a * width + j], basis[b * width + j]
     order[b], order[a] = order[a], order[b]
 
 
 @inner
-def eliminate(S: Array, m: int, k: int) -> None:
-    """Column k of the factor, and what remains of S beyond it."""
-    root = math.sqrt(S[k * m + k])
-    S[k * m + k] = root
+def eliminate(L: Array, basis: Array, left: Array, m: int, width: int, k: int) -> None:
+    """Column k of the factor; the rows beyond k lose their part along row k."""
+    length = math.sqrt(along(basis, k, k, width))
+    L[k * m + k] = length
+    for a in range(width):
+        basis[k * width + a] /= length
     for i in range(k + 1, m):
-        S[i * m + k] /= root
-    for i in range(k + 1, m):
-        for j in range(k + 1, i + 1):
-            S[i * m + j] -= S[i * m + k] * S[j * m + k]
-            S[j * m + i] = S[i * m + j]
+        part = along(basis, i, k, width)
+        L[i * m + k] = part
+        left[i] = max(left[i] - part * part, 0.0)
+        for a in range(width):
+            basis[i * width + a] -= part * basis[k * width + a]
 
 
 @inner
-def write_normal_factor(L: Array, G: Array, m: int, rank: int) -> None:
-    """The factors of G = L^T L (rank, rank) of the first columns of L."""
-    for i in range(rank):
-        for j in range(i + 1):
-            total = 0.0
-            for k in range(i, m):
-                total += L[k * m + i] * L[k * m + j]
-            G[i * rank + j] = total
-    factorise(G, rank)
+def orthogonalise_columns(L: Array, P: Array, m: int, rank: int) -> None:
+    """P (m, rank) with orthonormal columns and R (rank, rank), m * m behind it, of the columns of L = P R."""
+    R = beyond(P, m * m)
+    for j in range(rank):
+        for i in range(m):
+            P[i * rank + j] = L[i * m + j] if i >= j else 0.0
+        for k in range(j):
+            R[k * rank + j] = 0.0
+        for _ in range(2):  # twice is enough
+            for k in range(j):
+                part = 0.0
+                for i in range(m):
+                    part += P[i * rank + k] * P[i * rank + j]
+                R[k * rank + j] += part
+                for i in range(m):
+                    P[i * rank + j] -= part * P[i * rank + k]
+        square = 0.0
+        for i in range(m):
+            square += P[i * rank + j] ** 2
+        R[j * rank + j] = math.sqrt(square)
+        for i in range(m):
+            P[i * rank + j] /= R[j * rank + j]
 
 
 @inner
 def multipliers(table: Table, work: Array) -> None:
     """Replace the rows' right sides r by lambda of A M^-1 A^T lambda = r: R_TARGET to R_LAMBDA.
 
-    Full rank: two triangular solutions. Else L (m, rank) gives the smallest lambda, L (L^T L)^-2 L^T r.
+    Full rank: two triangular solutions. Else, with L = P R, the smallest lambda, P R^-T R^-1 P^T r.
     """
     closing = closing_of(table)
     m, at, rank = closing["n_rows"], scales_of(table), rank_of(table, work)
@@ -142,20 +175,33 @@ def multipliers(table: Table, work: Array) -> None:
     if rank == m:
         solve_triangles(L, m, v)
     else:
-        G = beyond(work, closing["small"] + m * m)
-        for i in range(rank):
-            w[i] = 0.0
-            for k in range(i, m):
-                w[i] += L[k * m + i] * v[k]
-        solve_factorised(G, rank, w)
-        solve_factorised(G, rank, w)
-        for i in range(m):
-            v[i] = 0.0
-            for k in range(min(i + 1, rank)):
-                v[i] += L[i * m + k] * w[k]
+        solve_deficient(beyond(work, closing["small"] + m * m), m, rank, v, w)
     for i in range(m):
         j = int(order[i])
         work[row_of(table, j) + R_LAMBDA] = scales[j] * v[i]
+
+
+@inner
+def solve_deficient(P: Array, m: int, rank: int, v: Array, w: Array) -> None:
+    """Replace v (m) by P R^-T R^-1 P^T v; w is scratch."""
+    R = beyond(P, m * m)
+    for i in range(rank):
+        w[i] = 0.0
+        for k in range(m):
+            w[i] += P[k * rank + i] * v[k]
+    for j in range(rank):
+        i = rank - 1 - j
+        for k in range(i + 1, rank):
+            w[i] -= R[i * rank + k] * w[k]
+        w[i] /= R[i * rank + i]
+    for i in range(rank):
+        for k in range(i):
+            w[i] -= R[k * rank + i] * w[k]
+        w[i] /= R[i * rank + i]
+    for i in range(m):
+        v[i] = 0.0
+        for k in range(rank):
+            v[i] += P[i * rank + k] * w[k]
 
 
 @inner

@@ -64,7 +64,7 @@ class Rows:
     ) -> None:
         self.name, self.function, self.rates = name, function, rates
         self.n_rows, self.n_q, self.n_u = n_rows, n_q, n_u
-        self.error: Exception | None = None
+        self.error: Exception | None = None  # what the last call with a finite state raised
         self._callback = _PROTOTYPE(self._called)
         self.address = ctypes.cast(self._callback, ctypes.c_void_p).value or 0
         _CALLED[self.address] = self.write
@@ -76,6 +76,12 @@ class Rows:
             raise ValueError(
                 f"the function of constraint {self.name!r} gave A of shape {A.shape} and b of shape {b.shape}; "
                 f"expected ({self.n_rows}, {self.n_u}) and ({self.n_rows},)"
+            )
+        if not (np.isfinite(A).all() and np.isfinite(b).all()):
+            row = int(np.argmin(np.isfinite(A).all(axis=1) & np.isfinite(b)))
+            raise ValueError(
+                f"the function of constraint {self.name!r} gave numbers that are not finite in row {row} at t = {t:.9g}"
+                f" s: A = {A[row].tolist()}, b = {b[row]:g}"
             )
         return A, b
 
@@ -95,8 +101,13 @@ class Rows:
     def _called(self, t: float, q: Any, u: Any, out: Any) -> None:
         shape = np.ctypeslib.as_array
         values = shape(out, (self.n_rows * (self.n_u + 2),))
+        q, u = shape(q, (self.n_q,)), shape(u, (self.n_u,))
+        if not (np.isfinite(q).all() and np.isfinite(u).all()):  # of a trial that has failed already
+            values[:] = np.nan
+            return
         try:
-            self.write(t, shape(q, (self.n_q,)), shape(u, (self.n_u,)), values)
+            self.write(t, q, u, values)
+            self.error = None
         except Exception as error:
             self.error = error
             values[:] = np.nan

@@ -43,12 +43,12 @@ class SkinPart:
 class StrainPlaces:
     """Where the points of a strain block lie, x (e, q, 3) [m], and of what they are a part: line, plate or solid.
 
-    quartic (e, q, 3): those of `StrainBlock.quartic`, left out where they are the same.
+    sampled (e, q, 3): those of `StrainBlock.sampled`, left out where they are the same.
     """
 
     kind: str
     x: Array
-    quartic: Array | None = None
+    sampled: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -53,23 +53,23 @@ class InternalForce:
         for block in self._strain:
             size = values_per_element(block) + 8 * block.linear_map.shape[1] * block.weight.shape[1] * a.shape[1]
             for chunk in element_chunks(len(block.dofs), size):
-                part = block.quartic(chunk)
-                np.add.at(out, part.dofs, bent_forces(part, raw_a, raw_b))
+                for part in block.nonlinear(chunk):
+                    np.add.at(out, part.dofs, bent_forces(part, raw_a, raw_b))
         return np.asarray(self._T.T @ out)
 
     def _states(self, x: Array) -> Iterator[tuple[StrainBlock, PointState]]:
         raw = self._T @ np.asarray(x, float)
         for block in self._strain:
             for chunk in element_chunks(len(block.dofs), values_per_element(block)):
-                part = block.quartic(chunk)
-                yield part, point_state(part, raw)
+                for part in block.nonlinear(chunk):
+                    yield part, point_state(part, raw)
 
 
 def values_per_element(block: StrainBlock) -> int:
     """Doubles that rows, stress and their products take at the points of one element."""
-    one = block.quartic(slice(0, 1))
-    s, g = one.linear_map.shape
-    return one.weight.shape[1] * (g * (g + 3 * one.dofs.shape[1]) + s * (s + g))
+    s, g = block.linear_map.shape
+    points = max(one.weight.shape[1] for one in block.nonlinear(slice(0, 1)))
+    return points * (g * (g + 3 * block.dofs.shape[1]) + s * (s + g))
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,5 +149,5 @@ class _Tangents:
         parts = []
         for chunk in element_chunks(stop - start, self._size):
             own = slice(start + chunk.start, start + chunk.stop)
-            parts.append(point_state(self._block.quartic(own), self._raw).stiffness())
+            parts.append(sum(point_state(part, self._raw).stiffness() for part in self._block.nonlinear(own)))
         return np.concatenate(parts)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from femflex.fem.assembly import Part
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.structure import Structure
-from femflex.fem.tables import StrainBlock
+from femflex.fem.tables import StrainBlock, StressAt
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -64,10 +65,14 @@ class RelaxedStrain:
         """See StrainBlock."""
         return self.block.rows(elements)
 
-    def quartic(self, elements: slice) -> StrainBlock:
+    def sampled(self, elements: slice) -> StrainBlock:
         """See StrainBlock."""
-        part = self.block.quartic(elements)
+        part = self.block.sampled(elements)
         return replace(part, stress=settled_stress(part, self.x))
+
+    def nonlinear(self, elements: slice, stress: StressAt | None = None) -> tuple[StrainBlock, ...]:
+        """See StrainBlock."""
+        return tuple(self.block.nonlinear(elements, stress or partial(settled_stress, x=self.x)))
 
     def stiffness(self) -> Array:
         """See StrainBlock."""

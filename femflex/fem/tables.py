@@ -6,7 +6,7 @@ all sums over the same points, so phi^T M phi and the elastic mass of the moment
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -73,14 +73,23 @@ class StrainBlock(Protocol):
     def rows(self, elements: slice) -> Array:
         """Generalised gradients per raw dof of the element: (e|1, q, g, l)."""
 
-    def quartic(self, elements: slice) -> StrainBlock:
-        """The strain of these elements alone, over enough points for the fourth powers of its gradients."""
+    def sampled(self, elements: slice) -> StrainBlock:
+        """The strain of these elements alone, at the points where its quadratic part is taken."""
+
+    def nonlinear(self, elements: slice, stress: StressAt | None = None) -> tuple[StrainBlock, ...]:
+        """Blocks of these elements alone whose energies add up to that of the nonlinear strain.
+
+        stress: the initial one at the points of a block, instead of the table's own.
+        """
 
     def stiffness(self) -> Array:
         """Element stiffness matrices of the linear strain (e, l, l)."""
 
     def parts(self) -> tuple[Part, ...]:
         """The same for assembly, apart where dofs do not couple."""
+
+
+StressAt = Callable[[StrainBlock], Array]  # initial stress (e|1, q|1, s) at the points of a block
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,12 +138,17 @@ class DenseStrain:
         """See StrainBlock."""
         return of(self.G, elements)
 
-    def quartic(self, elements: slice) -> DenseStrain:
+    def sampled(self, elements: slice) -> DenseStrain:
         """See StrainBlock; the points that are stored must do."""
         elastic, G, stress = of(self.elastic, elements), of(self.G, elements), of(self.stress, elements)
         return replace(
             self, dofs=self.dofs[elements], weight=self.weight[elements], elastic=elastic, G=G, stress=stress
         )
+
+    def nonlinear(self, elements: slice, stress: StressAt | None = None) -> tuple[StrainBlock, ...]:
+        """See StrainBlock."""
+        own = self.sampled(elements)
+        return (own if stress is None else replace(own, stress=stress(own)),)
 
     def stiffness(self) -> Array:
         """See StrainBlock."""

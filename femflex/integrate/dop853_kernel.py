@@ -17,7 +17,7 @@ from femflex.integrate.compiled import ENDED, INDICES, INTEGER, REAL, SPAN, TABL
 from femflex.integrate.dop853_table import A, C, D, E
 from femflex.integrate.holding import HOLD, Hold
 from femflex.integrate.protocol import OWN, RATE, SWITCH, Call, Own
-from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, normalise, put, standing
+from femflex.integrate.vectors import accept, clipped, cut, first_not_finite, normalise, put, retreat, standing
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -208,8 +208,9 @@ def fill(
             continue
         normalise(y, renormalise)
         t_new = span[0] if h == span[0] - t else t + h
-        if hold[0]:
-            hold[1](t_new, y, *own)
+        if hold[0] and hold[1](t_new, y, *own) > 1.0:
+            retreat(h * RETREAT, state)
+            continue
         rate(clipped(t_new, span[1], span[2]), y, k[12], *own)
         state[head.EVALUATIONS] += 1
         if first_not_finite(k[12]) >= 0 or first_not_finite(y) >= 0:

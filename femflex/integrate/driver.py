@@ -160,7 +160,7 @@ class Adaptive(ABC):
                 raise
             yield Block(todo[: kept[0]], rows[: kept[0]], kept[1])
             if status == head.STUCK:
-                raise failure(self.name, resume, vectors[0])
+                raise failure(self.name, resume, vectors[0], model)
             todo = todo[kept[0] :]
 
 

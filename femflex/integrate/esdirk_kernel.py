@@ -34,7 +34,7 @@ from femflex.integrate.hermite import (
 )
 from femflex.integrate.holding import HOLD, Hold
 from femflex.integrate.protocol import CORRECT, KINEMATIC, OWN, RATE, SWITCH, Call, Own
-from femflex.integrate.vectors import clipped, cut, first_not_finite, normalise, put, standing
+from femflex.integrate.vectors import clipped, cut, first_not_finite, normalise, put, retreat, standing
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -191,8 +191,10 @@ def fill(
         t_new = span[0] if h == span[0] - t else t + h
         normalise(y, renormalise)
         asked = clipped(t_new, span[1], span[2])
+        if hold[0] and hold[1](asked, y, *own) > 1.0:
+            retreat(h * SHRINK, state)
+            continue
         if hold[0]:
-            hold[1](asked, y, *own)
             rate(asked, y, k[5], *own)
         else:
             kinematic(asked, y[:n_q], y[n_q:], k[5][:n_q], *own)

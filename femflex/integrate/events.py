@@ -68,7 +68,7 @@ def eventful_blocks(method: Adaptive, model: Model, todo: Array, breaks: Array, 
             raise
         yield block(todo, rows, kept[1], model.n_x)
         if stuck:
-            raise failure(method.name, resume, stepper.vectors[0])
+            raise failure(method.name, resume, stepper.vectors[0], model)
         todo = todo[len(rows) :]
 
 

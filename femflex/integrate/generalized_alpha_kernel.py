@@ -33,7 +33,7 @@ from femflex.integrate.hermite import (
 )
 from femflex.integrate.holding import HOLD, Hold
 from femflex.integrate.protocol import ADVANCE, CORRECT, KINEMATIC, OWN, RATE, SWITCH, Call, Own
-from femflex.integrate.vectors import clipped, cut, first_not_finite, normalise, put, standing
+from femflex.integrate.vectors import clipped, cut, first_not_finite, normalise, put, retreat, standing
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -206,8 +206,10 @@ def fill(
             reject(head.NEWTON, 0.5 * h, scratch[CHANGE], x, scratch[CHANGE], rtol, atol, state)
             continue
         normalise(y, renormalise)
+        if hold[0] and hold[1](asked, y, *own) > 1.0:
+            retreat(h * SHRINK, state)
+            continue
         if hold[0]:
-            hold[1](asked, y, *own)
             rate(asked, y, scratch[YDOT], *own)
         else:
             kinematic(asked, y[:n_q], y[n_q:], scratch[YDOT][:n_q], *own)

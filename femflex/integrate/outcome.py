@@ -83,7 +83,8 @@ class IntegrationError(RuntimeError):
 
     times, states  the rows not yet handed out, ending with the last finite state (on no output time in general);
                    from `blocks` that is the last finite state alone, from `solve` the whole trajectory up to it
-    coordinate     index in x of the first coordinate that was not finite, or else of the one with the largest error
+    coordinate     index in x of the first coordinate that was not finite, or else of the one with the largest error;
+                   -1 where constraints cannot be satisfied
     steps          statistics
     """
 
@@ -97,8 +98,12 @@ class IntegrationError(RuntimeError):
         return float(self.times[-1])
 
 
-def failure(name: str, resume: Array, x: Array) -> IntegrationError:
-    """The error that tells why the steps of method `name` shrank to nothing; it carries the last finite state."""
+def failure(name: str, resume: Array, x: Array, model: object = None) -> IntegrationError:
+    """The error that tells why the steps of method `name` shrank to nothing; it carries the last finite state.
+
+    A model may offer `diagnosis(t, x, unheld)`: what it says itself of a state beyond which there is no step (unheld:
+    for that its constraints contradict each other), and the exception behind it, or "" and None.
+    """
     t, coordinate = float(resume[head.T]), int(resume[head.COORDINATE])
     creeping = (
         f"its steps of {resume[head.H]:.3g} s would take more than {MOST:.0e} to the end; a force that jumps with the "
@@ -110,10 +115,17 @@ def failure(name: str, resume: Array, x: Array) -> IntegrationError:
         head.NEWTON: f"Newton's iteration does not converge, coordinate {coordinate} least",
         head.CREEPING: creeping,
         head.EVENT: "an event leaves numbers that are not finite, or happens again at once without an end",
+        head.UNHELD: "no state beyond this satisfies all constraints",
     }[int(resume[head.CAUSE])]
+    asked, source = getattr(model, "diagnosis", None), None
+    if asked is not None:
+        said, source = asked(t, x, int(resume[head.CAUSE]) == head.UNHELD)
+        reason = said or reason
     message = f"{name} stopped at t = {t:.9g} s: {reason}. The state at this time is the last one kept."
     steps = Steps.of(resume, ended=f"failed: {reason}")
-    return IntegrationError(message, np.array([t]), x.copy()[None, :], coordinate, steps)
+    error = IntegrationError(message, np.array([t]), x.copy()[None, :], coordinate, steps)
+    error.__cause__ = source
+    return error
 
 
 class Interrupted(KeyboardInterrupt):

@@ -15,8 +15,9 @@ FIRST-ORDER CALL (every model)
 CONSTRAINTS (models that have them; the others offer None)
 
     PROJECT    project(t, x, table, pool, work) -> float
-               Brings x (n_x,) onto the constraints, in place, by the shortest way; the gap left. Called on every
-               accepted step and on every row handed out: a change of the size of the local error. The rate of such a
+               Brings x (n_x,) onto the constraints, in place, by the shortest way; the largest residual left in units
+               of what may be left. Called on every step's end and on every row handed out: a change of the size of
+               the local error. A step at whose end more than 1 is left is not accepted. The rate of such a
                model, and its residual, give the motion of the constrained system on and off the constraints.
 CHANGE OF COORDINATES (models whose rotation sets need one)
 
@@ -139,7 +140,8 @@ class Model(Protocol):
     def second_order(self) -> SecondOrder | None:
         """The second-order calls, or None if the model has only its rate."""
 
-    # A model may also have `events` (see femflex.integrate.events): instants at which its state jumps.
+    # A model may also have `events` (see femflex.integrate.events): instants at which its state jumps; and `diagnosis`
+    # (see femflex.integrate.outcome): what it says of a state at which a method was stuck.
 
 
 Progress = Callable[[float], object]  # called with the time reached; a true answer stops the run

@@ -55,6 +55,14 @@ def standing(row: int, n_rows: int, wanted: float, end: float, budget: int, stat
 
 
 @part
+def retreat(h_new: float, state: Array) -> None:
+    """Shorten the step after one at whose end the constraints contradict each other."""
+    state[head.REJECTED] += 1
+    state[head.REJECTED_LAST] = 1.0
+    state[head.CAUSE], state[head.COORDINATE], state[head.H] = head.UNHELD, -1, h_new
+
+
+@part
 def normalise(x: Array, renormalise: IntArray) -> None:
     """Bring the four Euler parameters at each position of `renormalise` to unit length, in place."""
     for start in renormalise:

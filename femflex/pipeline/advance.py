@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from femflex.pipeline.guard import Runaway, Singularities, first_overflow
+from femflex.pipeline.guard import Runaway, Singularities, first_overflow, warn_of_passage
 from femflex.pipeline.stiffening import Stiffening
 
 if TYPE_CHECKING:
@@ -37,6 +37,8 @@ def integrate(
 
     model, runaway, singularities = prepared.model, Runaway(prepared.model), Singularities(prepared.model)
     stiffening = Stiffening(model)
+    if model.constraints is not None:
+        model.constraints.forget_passage()  # a trial of the integrator may have passed here before
     with _writer(prepared, Path(output), force, resume) as (writer, state, written):
         last = None
         try:
@@ -63,12 +65,14 @@ def integrate(
                 if progress is not None:
                     progress(last.t)
         except IntegrationError as failed:
-            singularities.watch(failed.times[-1:], model.observe(failed.times[-1:], failed.states[-1:]))
+            if seen := _seen(failed, model):
+                singularities.watch(failed.times[-1:], seen)
             singularities.warn()
-            raise _kept(failed, writer, model, written) from None
+            raise _kept(failed, writer, model, written) from failed.__cause__
         writer.finish(True, "reached the end", _statistics(last))
     runaway.warn()
     singularities.warn()
+    warn_of_passage(model)
     stiffening.warn()
 
 
@@ -100,13 +104,25 @@ def _writer(prepared: Prepared, output: Path, force: bool, resume: bool) -> Iter
 def _kept(error: IntegrationError, writer: RunWriter, model: Model, written: float) -> IntegrationError:
     """The error with the body and coordinate that failed in its text; the last finite state goes into the file."""
     names = [name for name, _ in (*model.system.coordinate_names(), *model.system.velocity_names())]
-    text = f"the run stopped at t = {error.t:.9g} s in {names[error.coordinate]}: {error}"
-    seen = model.observe(error.times[-1:], error.states[-1:])
-    if error.t > written and all(np.isfinite(value).all() for value in seen.values()):
+    where = f" in {names[error.coordinate]}" if error.coordinate >= 0 else ""
+    text = f"the run stopped at t = {error.t:.9g} s{where}: {error}"
+    seen = _seen(error, model)
+    if seen and error.t > written and all(np.isfinite(value).all() for value in seen.values()):
         writer.write_block(error.times[-1:], seen)
     writer.finish(False, text, _statistics(error))
-    told = f"{text} {writer.path} keeps what was computed and is marked incomplete."
+    kept = f"{writer.path} keeps what was computed and is marked incomplete."
+    told = f"{text} {kept if writer.rows else 'Nothing was computed before that could be kept.'}"
     return type(error)(told, error.times, error.states, error.coordinate, error.steps)
+
+
+def _seen(error: IntegrationError, model: Model) -> dict[str, Any]:
+    """The channels of the last finite state; nothing where a function of the user fails there."""
+    try:
+        return model.observe(error.times[-1:], error.states[-1:])
+    except Exception:
+        if error.__cause__ is None:
+            raise
+        return {}
 
 
 def _statistics(of: Block | IntegrationError | None) -> dict[str, Any]:

@@ -31,6 +31,7 @@ class Runaway:
     """
 
     def __init__(self, model: Model) -> None:
+        self._model = model
         units = [unit for _, unit in model.system.velocity_names()]
         self._names = [name for name, _ in model.system.velocity_names()]
         self._units = units
@@ -52,10 +53,10 @@ class Runaway:
             if len(far):
                 row = slice(far[0], far[0] + 1)
                 k = int(np.argmax(moved[far[0]]))
+                advice = "Look for a spin faster than the body's lowest frequencies, or an unstable attitude"
                 text = (
                     f"the motion has run away, body {bend.name!r} is displaced by {moved[far[0], k]:.3g} m, over "
-                    f"{FAR:g} times its size of {bend.size:.3g} m. Look for a spin faster than the body's lowest "
-                    f"frequencies, or an unstable attitude."
+                    f"{FAR:g} times its size of {bend.size:.3g} m. {self._cause(block, far[0], advice)}"
                 )
                 return IntegrationError(text, block.times[row], block.states[row], bend.at + k, block.steps)
         return None
@@ -69,13 +70,18 @@ class Runaway:
             return None
         row = slice(over[0], over[0] + 1)
         k = int(np.argmax(u[over[0]] / self._fastest))
+        advice = "Look for a load that is too large, or in another unit, and for negative damping"
         text = (
             f"the motion has run away, {self._names[k]} is {u[over[0], k]:.3g} {self._units[k]}, beyond "
-            f"{self._fastest[k]:g} {self._units[k]}, which no craft reaches. Look for a load that is too large, or in "
-            f"another unit, and for negative damping."
+            f"{self._fastest[k]:g} {self._units[k]}, which no craft reaches. {self._cause(block, over[0], advice)}"
         )
         column = block.states.shape[1] - len(self._fastest) + k
         return IntegrationError(text, block.times[row], block.states[row], column, block.steps)
+
+    def _cause(self, block: Block, row: int, otherwise: str) -> str:
+        """What the model says of a row that has run away, or else the advice given."""
+        said = self._model.diagnosis(float(block.times[row]), block.states[row])[0]
+        return f"{said[:1].upper()}{said[1:]}." if said else f"{otherwise}."
 
     def warn(self) -> None:
         """Warn of bodies that were bent by more than their strain is good for, with both numbers."""
@@ -98,12 +104,32 @@ def first_overflow(seen: Mapping[str, Array], block: Block) -> IntegrationError 
     return IntegrationError(text, block.times[row], block.states[row], largest, block.steps)
 
 
+def warn_of_passage(model: Model) -> None:
+    """Warn of loops that came close to losing the rank of their rows, with both numbers."""
+    from femflex.dynamics.singular_passage import passage
+
+    found = None if model.constraints is None else passage(model.constraints)
+    if found is None or model.constraints is None:
+        return
+    t, least, lost = found
+    names = ", ".join(model.constraints.kind_of(name) for name in model.constraints.names)
+    warnings.warn(
+        f"{names} passed a singular configuration at t = {t:.6g} s, where rows lose their rank and branches of the "
+        f"motion meet (smallest pivot {least:.2g} of the largest; below {lost:.2g} the row is left out until it grows "
+        f"again). The run goes on along the same branch; a real mechanism may change it there.",
+        PhysicsWarning,
+        stacklevel=2,
+    )
+
+
 class Singularities:
     """Watches how near the rotation sets of joints come to their singularities, by steps and rows, and warns of it."""
 
     def __init__(self, model: Model) -> None:
         from femflex.dynamics.joint_channels import singularity_notes
 
+        self._paths = [path for path in model.channels if path.startswith("joints/") and path.endswith("/singularity")]
+        self._turning = {f"joints/{joint.label}/singularity" for joint in model.system.joints if joint.ball is None}
         self._notes, self._work = singularity_notes(model.system, model.table), model.work
         for note in self._notes.values():  # a trial of the integrator may have passed here before
             self._work[note] = np.inf
@@ -111,23 +137,25 @@ class Singularities:
 
     def watch(self, times: Array, channels: Mapping[str, Array]) -> None:
         """Take note of a block of rows, and of the steps that led to it."""
-        for path, note in self._notes.items():
+        for path in self._paths:
             k = int(np.argmin(channels[path]))
-            row, step = (
-                (float(channels[path][k]), float(times[k])),
-                (float(self._work[note]), float(self._work[note + 1])),
-            )
-            self._least[path] = min(self._least.get(path, (np.inf, 0.0)), row, step)
+            near = [self._least.get(path, (np.inf, 0.0)), (float(channels[path][k]), float(times[k]))]
+            if path in self._notes:
+                note = self._notes[path]
+                near.append((float(self._work[note]), float(self._work[note + 1])))
+            self._least[path] = min(near)
 
     def warn(self) -> None:
         """Warn of joints that came closer to their singularity than CLOSE, with both numbers."""
         for path, (least, t) in self._least.items():
             if least < CLOSE:
                 name = path.removeprefix("joints/").removesuffix("/singularity")
+                of, way = "the singularity of its rotation set", "Ask for rebase, or for Euler parameters."
+                if path in self._turning:
+                    of, way = "gimbal lock of its free turns", "Choose a sequence of turns that stays clear of it."
                 warnings.warn(
-                    f"joint {name!r} came within {least:.3g} rad of the singularity of its rotation set at t = {t:.6g} "
-                    f"s (below {CLOSE:g} rad coordinates turn fast, and steps are short for them alone). Ask for "
-                    f"rebase, or for Euler parameters.",
+                    f"joint {name!r} came within {least:.3g} rad of {of} at t = {t:.6g} s (below {CLOSE:g} rad "
+                    f"coordinates turn fast, and steps are short for them alone). {way}",
                     PhysicsWarning,
                     stacklevel=2,
                 )

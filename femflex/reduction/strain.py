@@ -48,8 +48,10 @@ def add_products(total: Array, block: StrainBlock, raw: Array) -> None:
     """Add the products X^T X of a block to total (m, m), m = n + n(n+1)/2, for shapes raw (n_raw, n)."""
     m = len(total)
     for chunk in element_chunks(len(block.dofs), values_per_element(block, raw.shape[1])):
-        X = strain_columns(block.quartic(chunk), raw).reshape(m, -1)
-        total += X @ X.T
+        for part in block.nonlinear(chunk):
+            if part.elastic.any() and part.quadratic_map.any():
+                X = strain_columns(part, raw).reshape(m, -1)
+                total += X @ X.T
 
 
 def strain_columns(block: StrainBlock, raw: Array) -> Array:
@@ -90,7 +92,7 @@ def nonzero_entries(Q: Array) -> tuple[Index, Index, Index, Array]:
 
 def values_per_element(block: StrainBlock, n: int) -> int:
     """Doubles that the columns of one element take."""
-    one = block.quartic(slice(0, 1))
+    one = block.sampled(slice(0, 1))
     s, g = len(quadratic_strains(one)[0]), one.linear_map.shape[1]
     return one.weight.shape[1] * (s * (n + n * (n + 1) // 2) + s * s + 2 * g * n)
 

@@ -32,7 +32,7 @@ def strain_field(structure: Structure, phi: Array, nonlinear: bool) -> tuple[Str
 
 
 def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool) -> StrainPart:
-    """One part; its points are those at which its energy is integrated: of nonlinear strain, more than of linear."""
+    """One part; its points are those at which its energy is sampled: of nonlinear strain, other ones than of linear."""
     points = _Points.of(block, nonlinear)
     e, q = points.weight.shape
     whole = nonlinear or bool(points.stress.any())  # the quadratic part of strain has a meaning
@@ -44,7 +44,7 @@ def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool)
         gradients = points.gradients(raw, chunk)
         own = gradients if whole else block.linear_map @ gradients
         rows[chunk] = np.einsum("eq,eqgn->egn", share[chunk], own)[:, None] if by_element else own
-    x, weight = places.x if not nonlinear or places.quartic is None else places.quartic, points.weight
+    x, weight = places.x if not nonlinear or places.sampled is None else places.sampled, points.weight
     if by_element:
         x, weight = np.einsum("eq,eqa->ea", share, x), weight.sum(axis=1)
     return StrainPart(
@@ -73,11 +73,11 @@ class _Points:
 
     @classmethod
     def of(cls, block: StrainBlock, nonlinear: bool) -> _Points:
-        """Those of its linear strain, or of the fourth powers of nonlinear strain."""
+        """Those of its linear strain, or where the nonlinear one is sampled."""
         if not nonlinear:
             return cls(block, False, block.weight, block.elastic, block.stress)
         chunks = element_chunks(len(block.dofs), 100 * block.linear_map.shape[1])
-        parts = [(part.weight, part.elastic, part.stress) for part in (block.quartic(chunk) for chunk in chunks)]
+        parts = [(part.weight, part.elastic, part.stress) for part in (block.sampled(chunk) for chunk in chunks)]
         weight, elastic, stress = (
             arrays[0] if arrays[0].shape[0] == 1 < len(block.dofs) else np.concatenate(arrays)
             for arrays in zip(*parts, strict=True)
@@ -87,7 +87,7 @@ class _Points:
     def gradients(self, raw: Array, elements: slice) -> Array:
         """Gradients (e, q, g, n) of raw shapes at the points of these elements."""
         if self.nonlinear:
-            return self.block.quartic(elements).gradients(raw, slice(None))
+            return self.block.sampled(elements).gradients(raw, slice(None))
         return self.block.gradients(raw, elements)
 
 

@@ -23,6 +23,7 @@ from femflex.system.freedoms import OPEN, check_laws, started_motion
 from femflex.system.latch import Latch
 from femflex.system.law import Law
 from femflex.system.profile import Profile
+from femflex.system.turning import locked_start
 
 Array = NDArray[np.float64]
 
@@ -167,9 +168,9 @@ class Joint:
         return slice(first, first + (4 if self.ball == EULER_PARAMETERS else 3))
 
     def singular_start(self) -> str | None:
-        """The sentence that says that the ball starts at the singularity of its rotation set, if it does."""
+        """The sentence that says that the joint starts at the singularity of its rotation set or turns, if it does."""
         if self.ball is None:
-            return None
+            return locked_start(self)
         return singular_start(self.ball, self.q0[self.ball_places()], self.label)
 
     def _rest_coordinates(self) -> Array:

@@ -27,6 +27,7 @@ def holding(joint, rng, share=0.5):
     if joint.ball is not None and rng.random() < 0.7:
         markers = {key: getattr(joint, key) for key in ("child_marker", "parent_marker")}
         joint = turns(joint.child, joint.parent, str(rng.choice(["xyz", "zxz"])), joint.translations, **markers)
+        joint = joint.with_initial(np.array([*np.zeros(joint.n_q - 2), 1.0, 0.0]))  # clear of gimbal lock
     single = len(joint.translations) + len(joint.rotations)
     motion = [
         None

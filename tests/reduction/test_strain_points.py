@@ -54,7 +54,8 @@ def test_energy_density_integrates_to_the_strain_energy(family):
     linear = StrainTensors.linear(tensors.V1)
     assert energy(strain_field(structure, phi, False), y) == pytest.approx(linear.energy(y), rel=1e-6)
     assert tensors.energy(y) > 1.5 * linear.energy(y)
-    assert energy(strain_field(structure, phi, True), y) == pytest.approx(tensors.energy(y), rel=1e-6)
+    rel = 2e-4 if family == "bfs" else 1e-6  # its bending is seen where its stretch is sampled, at 2 x 2 points
+    assert energy(strain_field(structure, phi, True), y) == pytest.approx(tensors.energy(y), rel=rel)
 
 
 @pytest.mark.parametrize("family", ["beam", "plate", "bfs", "solid"])
@@ -89,7 +90,7 @@ def test_uniform_stretch_is_exact_one_by_one_and_in_means(monkeypatch, most, non
     wanted[:, 0] = e * mesh.points[:, 0]
     phi = np.linalg.lstsq(structure.translation.toarray(), wanted.reshape(-1, 1), rcond=None)[0]
     (part,) = strain_field(structure, phi, nonlinear)
-    assert len(part.places) == (8 if most == 3 else 128 if nonlinear else 24)
+    assert len(part.places) == (8 if most == 3 else 24)
     assert part.weight.sum() == pytest.approx(1.2 * 0.9)
     assert part.names[:3] == ("membrane_xx", "membrane_yy", "membrane_xy")
     strains = part.strains(np.ones(1))[0]

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from femflex.fem.assembly import Part
 from femflex.fem.sections.laminates import PlateSection
-from femflex.fem.tables import of
+from femflex.fem.tables import StrainBlock, StressAt, of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -160,8 +160,16 @@ class PlateStrain:
     dP        (1|e, q, 2, m)  in-plane shape functions by x and y
     slopes    elements -> (1|e, q, 2, b)    w,x  w,y
     bending   elements -> (1|e, q, 3|5, b)  kappa (3) [gamma (2)]
-    finer     elements -> PlateStrain       of these elements alone, over enough points for fourth powers of the slopes
+    fine      elements -> PlateStrain       of these elements alone, over enough points for fourth powers of the slopes
+    tied      elements -> PlateStrain, ...  of these elements alone: the strain at the points where stretch is sampled,
+                                            then what its linear part lacks there
     stress    (1|e, 1, s)                   initial membrane forces, moments and shear forces
+    linear    whether squares of the slopes are left out
+
+    Squares of the slopes are of higher degree than the in-plane field can cancel: over enough points for their own
+    squares, plates that bend without stretching would be far too stiff (membrane locking; a strip of 5000 thicknesses
+    on ten elements by half). So stretch is sampled where the in-plane field can make it vanish. Initial stress, whose
+    work on the squares does not lock, keeps the fine points.
     """
 
     weight: Array
@@ -170,8 +178,10 @@ class PlateStrain:
     dP: Array
     slopes: Callable[[slice], Array]
     bending: Callable[[slice], Array]
-    finer: Callable[[slice], PlateStrain]
+    fine: Callable[[slice], PlateStrain]
+    tied: Callable[[slice], tuple[PlateStrain, ...]]
     stress: Array
+    linear: bool = False
 
     @property
     def dofs(self) -> Index:
@@ -192,6 +202,8 @@ class PlateStrain:
         """Quadratic strain of von Karman from g, (6|8, 9|11, 9|11)."""
         n = self.elastic.shape[2]
         quadratic = np.zeros((n, n + 3, n + 3))
+        if self.linear:
+            return quadratic
         quadratic[0, 4, 4] = quadratic[1, 5, 5] = quadratic[2, 4, 5] = quadratic[2, 5, 4] = 1.0
         return quadratic
 
@@ -211,9 +223,18 @@ class PlateStrain:
         e = max(len(part) for part in (*inplane, *bending))
         return np.concatenate([np.broadcast_to(part, (e, *part.shape[1:])) for part in (*inplane, *bending)], axis=2)
 
-    def quartic(self, elements: slice) -> PlateStrain:
+    def sampled(self, elements: slice) -> PlateStrain:
         """See StrainBlock."""
-        return self.finer(elements)
+        return self.tied(elements)[0]
+
+    def nonlinear(self, elements: slice, stress: StressAt | None = None) -> tuple[StrainBlock, ...]:
+        """See StrainBlock; initial stress in a block of its own."""
+        parts = tuple(replace(part, stress=0.0 * part.stress) for part in self.tied(elements))
+        if stress is None and not self.stress.any():
+            return parts
+        fine = self.fine(elements)
+        initial = fine.stress if stress is None else stress(fine)
+        return (*parts, replace(fine, elastic=0.0 * fine.elastic, stress=initial)) if initial.any() else parts
 
     def membrane_stiffness(self, elements: slice = EVERY) -> Array:
         """Stiffness matrices (e, 2 m, 2 m) of the in-plane dofs."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -32,6 +33,7 @@ SQUARENESS = 1e-6  # cosine of a corner, and misfit of the fourth corner to the 
 # A direction that no usual mesh line halves the angle to: the element's x axis is the side nearer to it.
 REFERENCE = np.array([0.8137, 0.4519, 0.3658])
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # exact for the square of the bicubic deflection
+_TIED = np.polynomial.legendre.leggauss(2)  # along an axis the in-plane field has linear gradients
 _QUARTIC = np.polynomial.legendre.leggauss(7)  # exact for the fourth power of its slopes, degree 12 along an axis
 
 
@@ -76,7 +78,7 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         inertia=(PlateInertia(dm, rho, dof_map, axes, heights, place, partial(of, rows.swapaxes(1, 2).copy())),),
         strain=(rectangle_strain(a, b, elastic, stress, dof_map, (_POINTS, _WEIGHTS)),),
         skin=partial(plate_skin, mesh.points, corners, axes, section.thickness, dof_map),
-        places=(StrainPlaces("plate", middle, _places(mesh.points[corners], _QUARTIC[0])),),
+        places=(StrainPlaces("plate", middle, _places(mesh.points[corners], _TIED[0])),),
     )
 
 
@@ -91,9 +93,13 @@ def rectangle_strain(
 ) -> PlateStrain:
     """Strain of rectangles with half lengths a, b (e,), by a Gauss rule (points, weights) in both directions."""
 
-    def finer(elements: slice) -> PlateStrain:
-        own = of(elastic, elements), of(stress, elements), dof_map.over(elements)
-        return rectangle_strain(a[elements], b[elements], *own, _QUARTIC)
+    def by(rule: tuple[Array, Array], elements: slice, sign: float = 1.0) -> PlateStrain:
+        own = sign * of(elastic, elements), of(stress, elements), dof_map.over(elements)
+        return rectangle_strain(a[elements], b[elements], *own, rule)
+
+    def tied(elements: slice) -> tuple[PlateStrain, ...]:
+        missing = (by((_POINTS, _WEIGHTS), elements), by(_TIED, elements, -1.0))
+        return (by(_TIED, elements), *(replace(part, linear=True) for part in missing))
 
     xi, eta = (grid.ravel() for grid in np.meshgrid(rule[0], rule[0], indexing="ij"))
     one = slice(0, 1) if _alike(a) and _alike(b) else slice(None)
@@ -105,7 +111,8 @@ def rectangle_strain(
         dP=rectangle_fields.inplane_gradients(xi, eta, a[one], b[one]),
         slopes=partial(of, -rows[:, :, 1:]),
         bending=partial(of, rectangle_fields.curvatures(xi, eta, a[one], b[one])),
-        finer=finer,
+        fine=partial(by, _QUARTIC),
+        tied=tied,
         stress=stress,
     )
 

@@ -78,7 +78,7 @@ def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         inertia=(triangle_inertia(x, axes, section, fields, dof_map),),
         strain=(triangle_strain(elastic, stress, fields, dof_map, LINEAR),),
         skin=partial(plate_skin, mesh.points, corners, axes, section.thickness, dof_map),
-        places=(StrainPlaces("plate", *(np.matmul(area_points(degree)[0], x) for degree in (LINEAR, QUARTIC))),),
+        places=(StrainPlaces("plate", np.matmul(area_points(LINEAR)[0], x)),),
     )
 
 
@@ -92,11 +92,14 @@ def triangle_inertia(
 
 
 def triangle_strain(elastic: Array, stress: Array, fields: Triangles, dof_map: LocalDofs, degree: int) -> PlateStrain:
-    """Strain of triangles by a quadrature exact to the degree: 3 points for their linear strains."""
+    """Strain of triangles by a quadrature exact to the degree: 3 points for their linear strains.
 
-    def finer(elements: slice) -> PlateStrain:
+    Their in-plane field has linear gradients too, so stretch is sampled at the same points.
+    """
+
+    def exact(degree: int, elements: slice) -> PlateStrain:
         own = of(elastic, elements), of(stress, elements), fields.over(elements), dof_map.over(elements)
-        return triangle_strain(*own, QUARTIC)
+        return triangle_strain(*own, degree)
 
     L, weight = area_points(degree)
     return PlateStrain(
@@ -106,7 +109,8 @@ def triangle_strain(elastic: Array, stress: Array, fields: Triangles, dof_map: L
         dP=inplane_gradients(L, fields.dL),
         slopes=partial(fields.slopes, L),
         bending=partial(fields.strains, L, elastic.shape[2] == 8),
-        finer=finer,
+        fine=partial(exact, QUARTIC),
+        tied=lambda elements: (exact(LINEAR, elements),),
         stress=stress,
     )
 

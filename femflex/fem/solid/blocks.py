@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from femflex.fem.assembly import Part
 from femflex.fem.sections.materials import Material
-from femflex.fem.tables import of
+from femflex.fem.tables import StrainBlock, StressAt, of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -81,7 +81,7 @@ class SolidStrain:
             rows[:, :, i, :, :, i] = G
         return rows.reshape(e, q, 9, 3 * k)
 
-    def quartic(self, elements: slice) -> SolidStrain:
+    def sampled(self, elements: slice) -> SolidStrain:
         """See StrainBlock; the points of the linear strain serve.
 
         Three Gauss points per direction are exact for E:E of a displacement that bends an element along one axis
@@ -90,6 +90,11 @@ class SolidStrain:
         dofs, weight, G = self.dofs[elements], self.weight[elements], self.G[elements]
         elastic, stress = of(self.elastic, elements), of(self.stress, elements)
         return replace(self, dofs=dofs, weight=weight, elastic=elastic, G=G, stress=stress)
+
+    def nonlinear(self, elements: slice, stress: StressAt | None = None) -> tuple[StrainBlock, ...]:
+        """See StrainBlock."""
+        own = self.sampled(elements)
+        return (own if stress is None else replace(own, stress=stress(own)),)
 
     def stiffness(self, elements: slice = EVERY) -> Array:
         """Element stiffness matrices (e, l, l) of the linear strain.

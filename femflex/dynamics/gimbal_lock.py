@@ -1,0 +1,39 @@
+"""What a run reports of joints that turn successively: the angle left to gimbal lock."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.system import Channel, Joint, System
+from femflex.system.turning import can_lock, lock_angle
+
+Array = NDArray[np.float64]
+
+
+def lockable(system: System) -> Iterator[tuple[Joint, int]]:
+    """Every joint of successive turns that can come to gimbal lock, and where its coordinates begin in q."""
+    at = 0
+    for name in system.order:
+        joint = system.joint_of(name)
+        if can_lock(joint):
+            yield joint, at
+        at += joint.n_q + system.bodies[name].n_modes
+
+
+def lock_channels(system: System) -> dict[str, Channel]:
+    """Path, unit and meaning of what is reported."""
+    return {
+        f"joints/{joint.label}/singularity": Channel("rad", "angle left to gimbal lock of its free turns")
+        for joint, _ in lockable(system)
+    }
+
+
+def observe_locks(system: System, states: Array) -> dict[str, Array]:
+    """The channels of `lock_channels` at states (n_t, n_x)."""
+    return {
+        f"joints/{joint.label}/singularity": lock_angle(joint, states[:, at : at + joint.n_q])
+        for joint, at in lockable(system)
+    }
