@@ -54,12 +54,12 @@ def test_the_verdict_names_the_refinement_that_the_closed_form_asks_for(
     within = np.abs(found.values / clamped_free(ROOTS[0], EI) - 1) <= tolerance
     assert found.recommended == level == (int(np.argmax(within)) if within.any() else None)
     if level is None:
-        assert found.verdict.startswith("Not converged to 1e-07: with 2 refinements (70 dofs)")
+        assert found.verdict.startswith("Not converged to 1e-07: with 2 refinements (94 dofs)")
         assert "If this goes on, 4 refinements would do." in found.verdict
     elif level:
         assert f"{level} refinement{'s' * (level > 1)}" in found.verdict
     else:
-        assert "the mesh as it is (22 dofs) suffices" in found.verdict
+        assert "the mesh as it is (28 dofs) suffices" in found.verdict
 
 
 def test_too_many_cubic_elements_meet_rounding_and_the_verdict_says_so(built: Built):
