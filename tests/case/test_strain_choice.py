@@ -126,7 +126,7 @@ def pressed(write_case, craft, tmp_path, body, force):
 def test_a_load_along_a_body_that_softens_it_is_told_with_both_frequencies(write_case, craft, tmp_path):
     """A column under half its Euler load, pi^2 EI / 4 L^2. By Rayleigh's quotient of its first mode the load takes
 
-    P L^2 / EI (int phi'^2 / int phi''^2) = pi^2 / 8 (4.6478 / 12.3624) of the stiffness, 46 % (50 % in the buckled shape).
+    P L^2 / EI (int phi'^2 / int phi''^2) = pi^2 / 8 (4.6478 / 12.3624) of the stiffness, 46 % (50 % as it buckles).
     """
     euler = np.pi**2 * RIGIDITY / (4 * 3.0**2)
     (said,) = pressed(write_case, craft, tmp_path, "boom", -0.5 * euler)
