@@ -22,7 +22,9 @@ Array = NDArray[np.float64]
 
 MOST = 7  # contributions named one by one; the others go together
 SMALL = 2e-3  # of all contributions together, mean magnitude: below it, one is not named
-CANCELLED = 0.5  # the inertia of all below this part of a coordinate's own is drawn as one
+CANCELLED = 0.5  # the inertia of all below this part of the sum of its sizes is drawn as one
+CHUNKS, QUIET = 30, 10.0  # of the run, in each of which the largest counts; percent of them that are quiet
+WIDE = 10.0  # times the quiet: what goes farther is drawn to a logarithmic scale beyond the quiet
 RARE, SPIKE = 2.0, 2.5  # percent of the instants; what goes this many times beyond all the others is cut off
 STRIP, STACK = 0.5, 1.35  # heights of the strip of the motion and of the stack, in those of a plot's axes
 WORDS = {
@@ -112,10 +114,11 @@ def contributions(parts: Mapping[str, Array], one: Explained) -> tuple[Array, di
 
 
 def lined(parts: Mapping[str, Array], one: Explained) -> list[str]:
-    """The parts that the line adds up: the coordinate's own inertia, or the inertia of all where most cancels."""
+    """The parts that the line adds up: the coordinate's own inertia, or the inertia of all where most of it cancels."""
     inertia = [name for name in parts if name.startswith("inertia/")]
     whole = np.sum([parts[name][:, one.index] for name in inertia], axis=0) if inertia else np.zeros(0)
-    if one.own in inertia and _size(whole) < CANCELLED * _size(parts[one.own][:, one.index]):
+    apart = sum(_size(parts[name][:, one.index]) for name in inertia)
+    if one.own in inertia and _size(whole) < CANCELLED * apart:
         return inertia
     return [one.own]
 
@@ -176,7 +179,26 @@ def _draw_stack(
     ax.set_ylabel(f"{what} [{raised(one.unit)}]")
     finish(ax, list(pushes), colours)
     ax.margins(x=0)
-    _cut_spikes(ax, time, np.maximum(up, own), np.minimum(down, own), one.unit, colours)
+    high, low = np.maximum(up, own), np.minimum(down, own)
+    if not _widened(ax, high, low, one.unit, colours):
+        _cut_spikes(ax, time, high, low, one.unit, colours)
+
+
+def _widened(ax: Axes, high: Array, low: Array, unit: str, colours: Theme) -> bool:
+    """Whether the scale is made logarithmic: where a good part of the run goes far beyond another good part."""
+    reach = np.maximum(high, -low)
+    swings = [float(part.max()) for part in np.array_split(reach, min(CHUNKS, len(reach)))]
+    quiet, most = float(np.percentile(swings, QUIET)), float(np.percentile(reach, 100 - RARE))
+    if not most > WIDE * quiet > 0:
+        return False
+    start = float(f"{quiet:.0e}")
+    ax.set_yscale("symlog", linthresh=start)
+    _note(ax, f"scale linear to {start:g} {raised(unit)}, logarithmic beyond", colours)
+    return True
+
+
+def _note(ax: Axes, told: str, colours: Theme) -> None:
+    ax.annotate(told, (1.0, 1.01), xycoords="axes fraction", ha="right", va="bottom", fontsize=8, color=colours.text)
 
 
 def _cut_spikes(ax: Axes, time: Array, high: Array, low: Array, unit: str, colours: Theme) -> None:
@@ -189,4 +211,4 @@ def _cut_spikes(ax: Axes, time: Array, high: Array, low: Array, unit: str, colou
     ax.set_ylim(bottom - 0.3 * span, top + 0.3 * span)
     at = time[np.argmax(np.maximum(high - top, bottom - low))]
     told = f"cut off: up to {high.max():.3g}, down to {low.min():.3g} {raised(unit)}, the farthest at {at:.3g}"
-    ax.annotate(told, (0.01, 0.97), xycoords="axes fraction", va="top", fontsize=8, color=colours.text)
+    _note(ax, told, colours)

@@ -87,6 +87,16 @@ def test_a_spike_is_cut_off_and_told(tmp_path, run, figure):
     assert told == "cut off: up to 3, down to -1e+03 N m, the farthest at 1"
 
 
+def test_what_is_wide_for_a_good_part_of_the_run_has_a_logarithmic_scale(tmp_path, run, figure):
+    push = np.where(TIME > 7, 1000.0, 1.0) * np.cos(9 * TIME)
+    parts = {"inertia/base-hub": -push, "loads/push": push}
+    plot_terms(run, TIME, {name: rows[:, None] for name, rows in parts.items()}, [HUB], tmp_path / "a.png", dpi=50)
+    stack = figure().axes[1]
+    assert stack.get_yscale() == "symlog" and max(stack.get_ylim()) > 900
+    (told,) = (text.get_text() for text in stack.texts)
+    assert told == "scale linear to 1 N m, logarithmic beyond"  # as in the quiet 7 s
+
+
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_motion_above_and_stack_below(tmp_path, run, figure, theme):
     rows = TIME <= 8
