@@ -11,7 +11,7 @@ from femflex.kernel_cache import drop_stale_kernels
 __version__ = "0.1.0"
 
 for _layer in ("dynamics", "integrate", "reduction"):  # before anything there is imported
-    drop_stale_kernels(Path(__file__).parent / _layer)
+    drop_stale_kernels(Path(__file__).parent / _layer, Path(__file__).parent / "system")
 
 if TYPE_CHECKING:
     from femflex.body import FlexibleBody as FlexibleBody
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from femflex.case.builders import build_body as build_body
     from femflex.case.builders import build_system as build_system
     from femflex.dynamics import compile_system as compile_system
-    from femflex.dynamics.equilibrium import equilibrium as equilibrium
+    from femflex.dynamics.equilibria.equilibrium import equilibrium as equilibrium
     from femflex.mesh import Mesh as Mesh
     from femflex.mesh import read_mesh as read_mesh
     from femflex.pipeline import run as run
@@ -54,7 +54,7 @@ _HOME = {
     "build_body": "case.builders",
     "build_system": "case.builders",
     "compile_system": "dynamics",
-    "equilibrium": "dynamics.equilibrium",
+    "equilibrium": "dynamics.equilibria.equilibrium",
     "load_body": "reduction",
     "open_run": "results",
     "read_case": "case",

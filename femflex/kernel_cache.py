@@ -14,19 +14,21 @@ from pathlib import Path
 STAMP = "kernels.digest"
 
 
-def drop_stale_kernels(folder: Path) -> None:
-    """Delete the kernels that Numba keeps in a package folder when any source there has changed since.
+def drop_stale_kernels(folder: Path, *others: Path) -> None:
+    """Delete the kernels that Numba keeps below a package folder when any source there has changed since.
+
+    others: folders whose numbers are compiled in.
 
     A folder that cannot be written is left alone: Numba then keeps its kernels elsewhere, by path and content.
     """
-    sources = sorted(folder.glob("*.py"))
+    sources = [path for below in (folder, *others) for path in sorted(below.rglob("*.py"))]
     digest = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
     cache = folder / "__pycache__"
     stamp = cache / STAMP
     if stamp.exists() and stamp.read_text() == digest:
         return
     with contextlib.suppress(OSError):
-        for index in cache.glob("*.nbi"):
+        for index in folder.rglob("*.nbi"):
             index.unlink()
         cache.mkdir(exist_ok=True)
         stamp.write_text(digest)

@@ -6,7 +6,7 @@ has turned along, then about the y that has turned twice; "extrinsic xzy" turns 
 
 C_AB turns components in B into components in A; every function speaks of C_PQ, a rotation that carries P onto Q. All
 take stacks (..., 3, 3), (..., 4), (..., 3) and lean on scipy's Rotation; the compiled model has its own formulas in
-femflex.dynamics.turns, tested against these.
+femflex.dynamics.arithmetic.turns, tested against these.
 """
 
 from __future__ import annotations

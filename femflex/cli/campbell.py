@@ -80,7 +80,7 @@ def spun(case: Case, at: float | None = None) -> tuple[Campbell | None, BaseExce
     """The diagram of a case as far as it came, and what broke it off, if anything did."""
     from contextlib import ExitStack
 
-    from femflex.dynamics.equilibrium import EquilibriumError
+    from femflex.dynamics.equilibria.equilibrium import EquilibriumError
     from femflex.results.keeping import held
     from femflex.studies.campbell import case_spins, diagram_of
 

@@ -13,7 +13,7 @@ from femflex.cli.tables import print_json, print_table
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
-    from femflex.dynamics.equilibrium import Equilibrium
+    from femflex.dynamics.equilibria.equilibrium import Equilibrium
 
 SHOWN = 24  # coordinates printed; all are in the file and in --json
 XYZ = ("x", "y", "z")
@@ -43,7 +43,7 @@ def equilibrium(
         check_place(output, force)
     with Patience("building bodies and compiling the equations of motion"):
         from femflex.case import read_case
-        from femflex.dynamics.equilibrium import EquilibriumError
+        from femflex.dynamics.equilibria.equilibrium import EquilibriumError
         from femflex.pipeline.balanced import balanced, keep
 
         read = read_case(case)

@@ -204,8 +204,8 @@ def conserved(run: Run, system: System) -> list[str]:
     """
     import numpy as np
 
-    from femflex.dynamics.channels import conservative_loads
-    from femflex.dynamics.law_report import is_damped
+    from femflex.dynamics.joints.law_report import is_damped
+    from femflex.dynamics.reports.channels import conservative_loads
 
     led = any(profile.moves for joint in system.joints for profile in joint.held.values())
     working = any(spring.damping for spring in system.springs) or any(c.function for c in system.constraints)

@@ -25,7 +25,7 @@ def second_output(case: Case, output: Path) -> Path | None:
 def check_left_out(prepared: Prepared) -> None:
     """Raise ValueError when what the second run leaves out is not there."""
     if prepared.case.pictures is not None and not prepared.model.omitted:
-        from femflex.dynamics.without import resolved
+        from femflex.dynamics.terms.without import resolved
 
         for name in prepared.case.pictures.without:
             resolved(prepared.model, name)

@@ -9,30 +9,30 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics import equations
-from femflex.dynamics.channels import channels_of, row_length, row_places
-from femflex.dynamics.contacts import observe_contacts
-from femflex.dynamics.drive_report import observe_held, specified_states
-from femflex.dynamics.frequency import highest_frequency
-from femflex.dynamics.gimbal_lock import observe_locks
-from femflex.dynamics.joint_channels import observe_balls
-from femflex.dynamics.joint_reactions import observe_reactions
-from femflex.dynamics.law_report import observe_laws
-from femflex.dynamics.layout import BALL_QUATERNION, body_records
-from femflex.dynamics.lower import lower
-from femflex.dynamics.lower_constraints import characteristic_length
-from femflex.dynamics.observe import observe
-from femflex.dynamics.orbit_force import observe_orbit_force
-from femflex.dynamics.pool import aligned
-from femflex.dynamics.sights import observe_sights
-from femflex.dynamics.terms import SWITCHED
+from femflex.dynamics.constraints.contacts import observe_contacts
+from femflex.dynamics.equilibria.frequency import highest_frequency
+from femflex.dynamics.forces.orbit_force import observe_orbit_force
+from femflex.dynamics.joints.channels import observe_balls
+from femflex.dynamics.joints.drive_report import observe_held, specified_states
+from femflex.dynamics.joints.gimbal_lock import observe_locks
+from femflex.dynamics.joints.law_report import observe_laws
+from femflex.dynamics.joints.reactions import observe_reactions
+from femflex.dynamics.lowering.layout import BALL_QUATERNION, body_records
+from femflex.dynamics.lowering.lower import lower
+from femflex.dynamics.lowering.pool import aligned
+from femflex.dynamics.lowering.ties import characteristic_length
+from femflex.dynamics.motion import equations
+from femflex.dynamics.reports.channels import channels_of, row_length, row_places
+from femflex.dynamics.reports.observe import observe
+from femflex.dynamics.reports.sights import observe_sights
+from femflex.dynamics.terms.by_source import SWITCHED
 from femflex.rotations import is_extrinsic
 from femflex.system import Channel, System
 
 if TYPE_CHECKING:
-    from femflex.dynamics.constrained import Constraints
-    from femflex.dynamics.latches import Latches
-    from femflex.dynamics.second_order import SecondOrderCalls
+    from femflex.dynamics.constraints.constrained import Constraints
+    from femflex.dynamics.joints.latches import Latches
+    from femflex.dynamics.motion.second_order import SecondOrderCalls
 
 Array = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ Array = NDArray[np.float64]
 class Model:
     """A System lowered to flat arrays; `rate(t, x, dx, table, pool, work)` is its compiled equation of motion.
 
-    table, pool, work   see femflex.dynamics.layout
+    table, pool, work   see femflex.dynamics.lowering.layout
     x0                  (n_x,) initial state (q, u)
     breaks              (n,) times at which a load or a specified motion is not smooth [s]
     renormalise         first positions in x of the quadruples of Euler parameters
@@ -76,20 +76,20 @@ class Model:
         """The calls of implicit integrators, compiled when first asked for."""
         if self.constraints is None:
             return self.tree
-        from femflex.dynamics.second_order import ConstrainedCalls
+        from femflex.dynamics.motion.second_order import ConstrainedCalls
 
         return ConstrainedCalls(self.n_q, self.n_u, self.reduced)
 
     @property
     def tree(self) -> SecondOrderCalls:
         """The calls of implicit integrators on the tree, without the forces of constraints."""
-        from femflex.dynamics.second_order import SecondOrderCalls
+        from femflex.dynamics.motion.second_order import SecondOrderCalls
 
         return SecondOrderCalls(self.n_q, self.n_u, self.reduced)
 
     @property
     def reduced(self) -> bool:
-        """Whether the compiled equations leave terms out (see `dynamics.without`)."""
+        """Whether the compiled equations leave terms out (see `dynamics.terms.without`)."""
         return any(name in SWITCHED for name in self.omitted)
 
     @property
@@ -97,7 +97,7 @@ class Model:
         """The call that watches and changes coordinates between two steps; None where no rotation set can fail."""
         if not np.any(body_records(self.table)["ball"] > BALL_QUATERNION):
             return None
-        from femflex.dynamics.switching import switch
+        from femflex.dynamics.joints.switching import switch
 
         return switch
 
@@ -106,7 +106,7 @@ class Model:
         """The latches of the joints, or None where there are none."""
         if not any(joint.latches for joint in self.system.joints):
             return None
-        from femflex.dynamics.latches import Latches
+        from femflex.dynamics.joints.latches import Latches
 
         return Latches(self)
 
@@ -144,20 +144,20 @@ class Model:
         return np.column_stack([self.residual(t, x, unit) - h for unit in np.eye(self.n_u)])
 
     def terms(self, times: Array, states: Array) -> dict[str, Array]:
-        """Every term of eq. (9) at times (n_t,) and states (n_t, n_x): name -> (n_t, n_u). See `dynamics.terms`."""
-        from femflex.dynamics.terms import terms
+        """Every term of eq. (9) at times (n_t,) and states (n_t, n_x): name -> (n_t, n_u). See `dynamics.terms.by_source`."""
+        from femflex.dynamics.terms.by_source import terms
 
         return terms(self, times, states)
 
     def without(self, *names: str) -> Model:
-        """A model with terms, loads or flexibility switched off by name. See `dynamics.without`."""
-        from femflex.dynamics.without import without
+        """A model with terms, loads or flexibility switched off by name. See `dynamics.terms.without`."""
+        from femflex.dynamics.terms.without import without
 
         return without(self, *names)
 
     def diagnosis(self, t: float, x: Array, unheld: bool = False) -> tuple[str, Exception | None]:
         """A sentence on a state at which a run came to its end, and the exception behind it."""
-        from femflex.dynamics.diagnosis import diagnosis
+        from femflex.dynamics.reports.diagnosis import diagnosis
 
         return diagnosis(self, t, x, unheld)
 
@@ -189,7 +189,7 @@ class Model:
         if self.system.reactions:
             out |= observe_reactions(self, times, states)
         if self.system.segments:
-            from femflex.dynamics.segmented import observe_segmented
+            from femflex.dynamics.reports.segmented import observe_segmented
 
             observe_segmented(self.system, out)
         return {path: out[path] for path in self.channels}
@@ -226,7 +226,7 @@ def rate_of(system: System) -> Any:
     """The compiled rate of a tree: the plain one, or that with held freedoms, laws and springs between markers."""
     if not (system.springs or any(joint.held or joint.laws or joint.latches for joint in system.joints)):
         return equations.rate
-    from femflex.dynamics.led_equations import led_rate
+    from femflex.dynamics.motion.led_equations import led_rate
 
     return led_rate
 
@@ -236,9 +236,9 @@ def constrained(tree: Model) -> Model:
 
     Raises ValueError for a loop that cannot close.
     """
-    from femflex.dynamics import constraints as calls
-    from femflex.dynamics.assemble import assembled
-    from femflex.dynamics.constrained import constraints_of_system
+    from femflex.dynamics.constraints import equations as calls
+    from femflex.dynamics.constraints.assemble import assembled
+    from femflex.dynamics.constraints.constrained import constraints_of_system
 
     own = (tree.table, tree.pool, tree.work)
     held = constraints_of_system(tree.system, own, tree.n_q, tree.n_u, tree.tree.kinematic)

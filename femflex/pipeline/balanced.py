@@ -12,7 +12,7 @@ from femflex.pipeline.stiffening import Stiffening
 
 if TYPE_CHECKING:
     from femflex.case import Case
-    from femflex.dynamics.equilibrium import Equilibrium
+    from femflex.dynamics.equilibria.equilibrium import Equilibrium
 
 
 def balanced(case: Case, at: float | None = None) -> Equilibrium:
@@ -23,7 +23,7 @@ def balanced(case: Case, at: float | None = None) -> Equilibrium:
     Raises CaseError and ValueError for what cannot be in equilibrium, EquilibriumError when none is found.
     """
     from femflex.case.builders import build_system
-    from femflex.dynamics.equilibrium import equilibrium
+    from femflex.dynamics.equilibria.equilibrium import equilibrium
 
     if case.initial is not None and case.initial.source == "equilibrium":
         case = case.model_copy(update={"initial": None})  # it is what is sought here

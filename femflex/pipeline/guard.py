@@ -106,7 +106,7 @@ def first_overflow(seen: Mapping[str, Array], block: Block) -> IntegrationError 
 
 def warn_of_passage(model: Model) -> None:
     """Warn of loops that came close to losing the rank of their rows, with both numbers."""
-    from femflex.dynamics.singular_passage import passage
+    from femflex.dynamics.constraints.singular_passage import passage
 
     found = None if model.constraints is None else passage(model.constraints)
     if found is None or model.constraints is None:
@@ -126,7 +126,7 @@ class Singularities:
     """Watches how near the rotation sets of joints come to their singularities, by steps and rows, and warns of it."""
 
     def __init__(self, model: Model) -> None:
-        from femflex.dynamics.joint_channels import singularity_notes
+        from femflex.dynamics.joints.channels import singularity_notes
 
         self._paths = [path for path in model.channels if path.startswith("joints/") and path.endswith("/singularity")]
         self._turning = {f"joints/{joint.label}/singularity" for joint in model.system.joints if joint.ball is None}

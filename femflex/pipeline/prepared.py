@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from femflex.case import Case
     from femflex.dynamics import Model
-    from femflex.dynamics.moved_start import Moved
+    from femflex.dynamics.constraints.moved_start import Moved
     from femflex.integrate import Integrator
     from femflex.system import Part, System
 
@@ -32,7 +32,7 @@ class Prepared:
     @cached_property
     def moved(self) -> list[Moved]:
         """The initial values that were moved to make the start consistent, those moved farthest first."""
-        from femflex.dynamics.moved_start import moved_start
+        from femflex.dynamics.constraints.moved_start import moved_start
 
         return moved_start(self.model)
 
@@ -53,7 +53,7 @@ def prepare(
 ) -> Prepared:
     """The run of a case up to its first step, with these bodies or with its own; nothing is written.
 
-    without: names of what is switched off (see `femflex.dynamics.without`)
+    without: names of what is switched off (see `femflex.dynamics.terms.without`)
 
     Raises as `femflex.run` does for what can be told before the first step.
     """

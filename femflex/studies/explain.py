@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.terms import INERTIA_OF, force_units, inertia_by_source, sources, terms
+from femflex.dynamics.terms.by_source import INERTIA_OF, force_units, inertia_by_source, sources, terms
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model

@@ -26,7 +26,6 @@ from femflex.rotations import (
 Array = NDArray[np.float64]
 
 NEAR = np.pi / 4  # rad; a re-based set closer to its singularity than this begins anew from a new reference
-# compiled into femflex.dynamics.switching: edit that file too after a change here, or the old value is loaded from disk
 
 
 def check_ball(rotation: str | None, rebase: bool, label: str) -> None:

@@ -16,7 +16,8 @@ from femflex.system.profile import Profile
 
 Array = NDArray[np.float64]
 
-SPRING, DAMPER, CONTACT, FRICTION, LATCHED = 0, 1, 2, 3, 4  # how a piece of a law is evaluated (femflex.dynamics.laws)
+# How a piece of a law is evaluated (femflex.dynamics.joints.laws).
+SPRING, DAMPER, CONTACT, FRICTION, LATCHED = 0, 1, 2, 3, 4
 Piece = tuple[int, Array]  # one of these, and its numbers
 
 

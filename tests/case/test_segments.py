@@ -11,7 +11,7 @@ import pytest
 from femflex.case import CaseError, read_case
 from femflex.case.builders import build_bodies, build_body, build_system
 from femflex.dynamics import compile_system
-from femflex.dynamics.linearised import linearised
+from femflex.dynamics.equilibria.linearised import linearised
 from femflex.integrate import Dop853
 
 MEMBER = 'material = "aluminium" }'

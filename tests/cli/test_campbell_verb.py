@@ -106,7 +106,7 @@ def test_a_run_leaves_the_diagram_beside_its_result(femflex, blade, tmp_path):
 
 @pytest.mark.parametrize("stop", ["interrupt", "no equilibrium"])
 def test_what_was_found_is_kept_when_it_is_broken_off(stop, femflex, blade, tmp_path, monkeypatch):
-    from femflex.dynamics.equilibrium import EquilibriumError
+    from femflex.dynamics.equilibria.equilibrium import EquilibriumError
     from femflex.studies.campbell import sweep
 
     plain = sweep.equilibrium

@@ -15,7 +15,7 @@ from full_spin import Spun
 
 from femflex import fem, reduction
 from femflex.dynamics import compile_system
-from femflex.dynamics.equilibrium import equilibrium
+from femflex.dynamics.equilibria.equilibrium import equilibrium
 from femflex.integrate import integrator
 from femflex.mesh import rectangle
 from femflex.reduction.clamps import held_dofs

@@ -10,8 +10,8 @@ from scipy.optimize import brentq, minimize_scalar
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
-from femflex.dynamics.equilibrium import equilibrium
-from femflex.dynamics.linearised import linearised
+from femflex.dynamics.equilibria.equilibrium import equilibrium
+from femflex.dynamics.equilibria.linearised import linearised
 from femflex.system import Frame, Load, assembled, prismatic, weld
 from femflex.system.segments import FAR as FAR_END
 

@@ -8,7 +8,7 @@ from elastica import EI, LENGTH, MATTIASSON, beam, cantilever, elastica
 from scipy.optimize import brentq
 
 from femflex.body import Marker, rigid_body
-from femflex.dynamics.equilibrium import EquilibriumError, equilibrium
+from femflex.dynamics.equilibria.equilibrium import EquilibriumError, equilibrium
 from femflex.rotations import dcm_from_angles, quaternion_from_dcm
 from femflex.system import (
     Frame,

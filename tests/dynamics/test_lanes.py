@@ -5,8 +5,8 @@ import pytest
 from numba import njit
 from numba.core.errors import NumbaError
 
-from femflex.dynamics import lanes as L
-from femflex.dynamics.formula import formula
+from femflex.dynamics.arithmetic import lanes as L
+from femflex.dynamics.arithmetic.formula import formula
 
 RNG = np.random.default_rng(1)
 

@@ -9,7 +9,7 @@ from random_systems import random_body
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
-from femflex.dynamics.terms import terms
+from femflex.dynamics.terms.by_source import terms
 from femflex.integrate import integrator
 from femflex.system import Latch, Stop, System, TabulatedSpring, free, prismatic, revolute
 

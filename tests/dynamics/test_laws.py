@@ -8,7 +8,7 @@ from random_systems import random_tree
 
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system
-from femflex.dynamics.terms import terms
+from femflex.dynamics.terms.by_source import terms
 from femflex.integrate import integrator
 from femflex.system import (
     Friction,

@@ -7,7 +7,7 @@ import pytest
 from random_systems import random_tree
 
 from femflex.dynamics import compile_system
-from femflex.dynamics.linearised import linearised
+from femflex.dynamics.equilibria.linearised import linearised
 from femflex.rotations import dcm_from_vector, vector_from_dcm
 from femflex.system import free
 

@@ -6,7 +6,7 @@ from rotating_beams import Rotating
 
 from femflex import fem
 from femflex.dynamics import compile_system
-from femflex.dynamics.linearised import linearised
+from femflex.dynamics.equilibria.linearised import linearised
 from femflex.integrate import integrator
 from femflex.mesh import line
 from femflex.reduction import cantilever_modes, reduce_structure, with_derivatives

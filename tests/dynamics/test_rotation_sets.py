@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
-from femflex.dynamics.joint_channels import singularity_notes
+from femflex.dynamics.joints.channels import singularity_notes
 from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha, driver, integrator
 from femflex.rotations import (
     NAMED_SEQUENCES,

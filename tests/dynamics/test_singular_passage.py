@@ -11,7 +11,7 @@ import pytest
 from mechanisms import four_bar
 
 from femflex.dynamics import compile_system
-from femflex.dynamics.singular_passage import passage
+from femflex.dynamics.constraints.singular_passage import passage
 from femflex.integrate import Dop853, Esdirk4
 
 RATE = 3.0

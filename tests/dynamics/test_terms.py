@@ -5,7 +5,7 @@ import pytest
 from random_systems import random_tree
 
 from femflex.dynamics import compile_system
-from femflex.dynamics.terms import force_units, inertia_by_source, linear_terms, sources, terms
+from femflex.dynamics.terms.by_source import force_units, inertia_by_source, linear_terms, sources, terms
 from femflex.integrate import integrator
 from femflex.system import Frame, Load, Orbit, free, revolute, spherical, universal
 

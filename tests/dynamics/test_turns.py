@@ -5,7 +5,7 @@ import pytest
 from numba import njit
 from scipy.spatial.transform import Rotation
 
-from femflex.dynamics import turns as T
+from femflex.dynamics.arithmetic import turns as T
 from femflex.rotations import ANGLE_SEQUENCES
 
 RNG = np.random.default_rng(4)

@@ -12,7 +12,7 @@ from test_loops import dense, no_force, solved
 from test_terms import KINDS, STRONG, one
 
 from femflex.dynamics import compile_system
-from femflex.dynamics.terms import SWITCHED
+from femflex.dynamics.terms.by_source import SWITCHED
 from femflex.integrate import integrator
 from femflex.system import Frame, Profile, free
 from femflex.warning import PhysicsWarning

@@ -23,7 +23,7 @@ def placed(case: Case, system: System) -> System:
         return system
     if case.initial.source != EQUILIBRIUM:
         return started(system, _last_row(case, system))
-    from femflex.dynamics.equilibrium import equilibrium
+    from femflex.dynamics.equilibria.equilibrium import equilibrium
 
     try:
         found = equilibrium(system, at=0.0)

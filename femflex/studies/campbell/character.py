@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
-from femflex.dynamics.linearised import advanced, held_freedoms, usual_sizes
+from femflex.dynamics.equilibria.linearised import advanced, held_freedoms, usual_sizes
+from femflex.dynamics.equilibria.vibration import Vibrations
 from femflex.dynamics.model import Model
-from femflex.dynamics.vibration import Vibrations
 from femflex.rotations import dcm_from_quaternion
 
 Array = NDArray[np.float64]

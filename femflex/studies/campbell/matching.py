@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from femflex.dynamics.vibration import Vibrations
+from femflex.dynamics.equilibria.vibration import Vibrations
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

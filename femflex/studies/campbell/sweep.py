@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics import compile_system
-from femflex.dynamics.equilibrium import EquilibriumError, equilibrium
-from femflex.dynamics.frozen import frozen
-from femflex.dynamics.linearised import held_freedoms, linearised
-from femflex.dynamics.vibration import Vibrations, vibrations
+from femflex.dynamics.equilibria.equilibrium import EquilibriumError, equilibrium
+from femflex.dynamics.equilibria.frozen import frozen
+from femflex.dynamics.equilibria.linearised import held_freedoms, linearised
+from femflex.dynamics.equilibria.vibration import Vibrations, vibrations
 from femflex.studies.campbell.character import shares
 from femflex.studies.campbell.matching import Match, match
 from femflex.system import Frame, System, started

@@ -1,0 +1,107 @@
+"""What the elastic coordinates do to a body's markers: rows over shapes (phi, psi) times coordinates and rates."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.arithmetic.formula import formula
+from femflex.dynamics.arithmetic.lanes import Lanes, lane, nothing, plus, put, total
+from femflex.dynamics.arithmetic.turns import moving_vector_turn
+from femflex.dynamics.arithmetic.vectors import ZERO, Matrix, Vector, add, turn
+
+Array = NDArray[np.float64]
+Record = np.void
+
+
+@formula
+def rows3(a: Array, i: int, row: int) -> Lanes:
+    """Lanes at the same place of three rows: a vector of four shapes at once."""
+    return lane(a, i), lane(a, i + row), lane(a, i + 2 * row)
+
+
+@formula
+def put_rows3(a: Array, i: int, row: int, v: Lanes) -> None:
+    """Write lanes at the same place of three rows."""
+    for r in range(3):
+        put(a, i + r * row, v[r])
+
+
+@formula
+def rows9(a: Array, i: int, row: int) -> Lanes:
+    """Lanes at the same place of nine rows: a matrix of four shapes at once."""
+    return tuple(lane(a, i + r * row) for r in range(9))
+
+
+@formula
+def put_rows9(a: Array, i: int, row: int, m: Lanes) -> None:
+    """Write lanes at the same place of nine rows."""
+    for r in range(9):
+        put(a, i + r * row, m[r])
+
+
+@formula
+def nothing3() -> Lanes:
+    """Three lanes of zeros."""
+    return tuple(nothing() for _ in range(3))
+
+
+@formula
+def nothing9() -> Lanes:
+    """Nine lanes of zeros."""
+    return tuple(nothing() for _ in range(9))
+
+
+@formula
+def totals3(v: Lanes) -> Vector:
+    """Sum over the four shapes of each component."""
+    return total(v[0]), total(v[1]), total(v[2])
+
+
+@formula
+def turning_of(z: Lanes) -> Lanes:
+    """Cr_a = eps_abc Z[b,c] of four shapes."""
+    return z[5] - z[7], z[6] - z[2], z[1] - z[3]
+
+
+@inner
+def keep_shapes(b: Record, q: Array, u: Array, work: Array) -> None:
+    """Copy the elastic coordinates and rates to whole lanes."""
+    n = b["n"]
+    for k in range(n):
+        work[b["delta"] + k] = q[b["qe"] + k]
+        work[b["ddelta"] + k] = u[b["ue"] + k]
+    for k in range(n, b["wide"]):
+        work[b["delta"] + k] = 0.0
+        work[b["ddelta"] + k] = 0.0
+
+
+@inner
+def combined(a: Array, rows: int, row: int, work: Array, y: int) -> Vector:
+    """Three rows at a[rows] times the row at work[y]."""
+    v = nothing3()
+    for k in range(0, row, 4):
+        v = plus(v, lane(work, y + k), rows3(a, rows + k, row))
+    return totals3(v)
+
+
+@inner
+def markers_motion(
+    pool: Array, shape: int, spin: int, carrier: Record, work: Array
+) -> tuple[Vector, Vector, Matrix, Matrix, Vector, Vector, Vector]:
+    """Displacement and velocity of a marker, its turn exp(skew(psi delta)), the tangent T, rate; bias accelerations.
+
+    The biases are of the turn and of the displacement, the second zero unless shapes follow others.
+
+    All relative to the carrier, in its components.
+    """
+    wide, delta, ddelta = carrier["wide"], carrier["delta"], carrier["ddelta"]
+    moved, velocity = combined(pool, shape, wide, work, delta), combined(pool, shape, wide, work, ddelta)
+    theta, dtheta = combined(pool, spin, wide, work, delta), combined(pool, spin, wide, work, ddelta)
+    bend, T, rate, bias = moving_vector_turn(theta, dtheta)
+    lift = ZERO
+    if carrier["n_slaves"]:
+        lift = combined(pool, shape, wide, work, carrier["drift"])
+        bias = add(bias, turn(T, combined(pool, spin, wide, work, carrier["drift"])))
+    return moved, velocity, bend, T, rate, bias, lift

@@ -1,0 +1,183 @@
+"""Consistent initial conditions: coordinates and velocities nearest to the given ones that close every loop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.constraints import equations as calls
+from femflex.dynamics.constraints.blame import beside, unheld
+from femflex.dynamics.constraints.constrained import Constraints
+from femflex.dynamics.constraints.discs import told_flat
+from femflex.dynamics.constraints.singular_passage import start_pivots
+from femflex.dynamics.constraints.start_accelerations import refuse_accelerations
+from femflex.dynamics.motion.second_order import advance
+from femflex.system import System
+from femflex.system.kept import kept
+
+Array = NDArray[np.float64]
+MassMatrix = Callable[[float, Array], Array]
+Nearest = Callable[[float, Array, Array], tuple[Array, int]]  # as Constraints.nearest
+
+STEPS = 400  # of the search for a closed configuration
+TURN = 0.5  # rad or m of the largest coordinate in one step of the search, before it is close
+OPEN = 1e-9  # gap that counts as not closed, relative to the bodies' size
+SHRINKING, LEAST_PART = 0.9, 1 / 16
+CLOSED = 1e-13  # gap that needs no search, relative to the bodies' size
+BENT = 0.05  # displacement by bending, relative to the bodies' size, up to which a loop may be forced together
+REFINED = 3  # times that velocities are brought to the nearest: masses far apart leave rounding
+SETTLED = 1e-13  # change of coordinates at which the nearest configuration is found
+
+
+def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: MassMatrix) -> Array:
+    """x0 brought onto the constraints: q nearest to the given q and u nearest to the given u, both by the mass matrix.
+
+    What the system's `keep` names stays exactly as given, and shapes too unless the joints alone cannot close the
+    loops. Every step goes to the point nearest to the
+    given one on the constraints linearised at the present one:
+    d <- M^-1 A^T (A M^-1 A^T)^-1 (A d - g), q = q0 o exp(d). Raises ValueError naming the loop that stays open.
+    """
+    if told := told_flat(constraints, 0.0, x0):
+        raise ValueError(told)
+    x, tolerance = np.array(x0, float), OPEN * max(1.0, size)
+    stiff = nearest_of(constraints, mass_matrix, shapes=False)
+    bending = nearest_of(constraints, mass_matrix, shapes=True)
+    if not np.abs(constraints.residuals(0.0, x)[0]).max(initial=0.0) <= CLOSED * max(1.0, size):
+        # at the end of reach the nearest point may not settle: then any closed one will do
+        plain = nearest_among(
+            constraints, lambda t, x: np.eye(constraints.n_u), movable(constraints.system, shapes=False)
+        )
+        for nearest, to_given in ((stiff, True), (stiff, False), (plain, False), (bending, True), (bending, False)):
+            x = searched(constraints, x0, nearest, to_given)
+            if np.abs(constraints.residuals(0.0, x)[0]).max() < tolerance:
+                break
+    refuse_open(constraints, x, tolerance)
+    refuse_bent(constraints, x0, x, size)
+    for nearest in (stiff, bending):
+        moving = x.copy()
+        for _ in range(REFINED):
+            moving[constraints.n_q :] += nearest(0.0, x, -constraints.residuals(0.0, moving)[1])[0]
+        if np.abs(constraints.residuals(0.0, moving)[1]).max() < tolerance:
+            break
+    refuse_moving(constraints, moving, tolerance)
+    if calls.project(0.0, moving, *constraints.own) > 1.0:  # what is left is rounding, where rows do not contradict
+        raise ValueError(
+            f"{unheld(constraints, 0.0, moving)}, or give lengths and axes to more digits: a loop with more rows than "
+            "it needs closes only to the accuracy of its markers."
+        )
+    refuse_accelerations(constraints, moving, size)
+    start_pivots(constraints)
+    return moving
+
+
+def nearest_of(constraints: Constraints, mass_matrix: MassMatrix, shapes: bool) -> Nearest:
+    """The smallest change by mass of what may move; of the joints alone unless `shapes`."""
+    free = movable(constraints.system, shapes)
+    held = sum(len(joint.held) for joint in constraints.system.joints)
+    if len(free) + held == constraints.n_u:
+        return constraints.nearest
+    return nearest_among(constraints, mass_matrix, free)
+
+
+def movable(system: System, shapes: bool) -> list[int]:
+    """Freedoms that neither a motion holds nor the initial values keep; elastic ones among them only with `shapes`."""
+    free: list[int] = []
+    at = 0
+    for name in system.order:
+        joint, n = system.joint_of(name), system.bodies[name].n_modes
+        still = {*joint.held, *kept(system.keep, joint)}
+        free += [at + k for k in range(joint.n_u) if k not in still]
+        at += joint.n_u
+        free += range(at, at + n) if shapes else ()
+        at += n
+    return free
+
+
+def nearest_among(constraints: Constraints, mass_matrix: MassMatrix, free: list[int]) -> Nearest:
+    """As Constraints.nearest, of the freedoms `free` alone; by dense matrices."""
+
+    def nearest(t: float, x: Array, targets: Array) -> tuple[Array, int]:
+        A = np.take(constraints.matrix(t, x), free, axis=1)
+        M = mass_matrix(t, x)[np.ix_(free, free)]
+        root = np.linalg.cholesky(M)
+        B = np.linalg.solve(root, A.T).T  # v = root^-T w, of least length
+        w, _, rank, _ = np.linalg.lstsq(B, targets, rcond=1e-10)
+        out = np.zeros(constraints.n_u)
+        out[free] = np.linalg.solve(root.T, w)
+        return out, int(rank)
+
+    return nearest
+
+
+def searched(constraints: Constraints, x0: Array, nearest: Nearest, to_given: bool) -> Array:
+    """The end of the search from x0, steps limited in length; to_given: for the closed point nearest to x0."""
+    n_q, d, x = constraints.n_q, np.zeros(constraints.n_u), np.array(x0, float)
+    part, before = 1.0, np.inf  # of a step that is taken; the size of the one before
+    for _ in range(STEPS):
+        gap, resting = constraints.residuals(0.0, x)[0], np.concatenate([x[:n_q], 0.0 * d])
+        if to_given:
+            speeds = (constraints.residuals(0.0, np.concatenate([x[:n_q], v]))[1] for v in (d, 0.0 * d))
+            change = nearest(0.0, resting, next(speeds) - next(speeds) - gap)[0] - d
+        else:
+            change = nearest(0.0, resting, -gap)[0]
+        largest = np.abs(change).max(initial=0.0)
+        part = part if largest < SHRINKING * before else max(part / 2, LEAST_PART)  # it swings about the nearest point
+        before = largest
+        d = d + change * min(part, TURN / max(largest, TURN))
+        moved = np.empty(n_q)
+        advance(np.ascontiguousarray(x0[:n_q]), d, moved, *constraints.own)
+        x[:n_q] = moved
+        if largest < SETTLED:
+            break
+    return x
+
+
+def refuse_open(constraints: Constraints, x: Array, tolerance: float) -> None:
+    """Raise ValueError for a loop that x does not close."""
+    gaps = np.abs(constraints.residuals(0.0, x)[0])
+    if np.all(gaps <= tolerance):
+        return
+    worst = max(constraints.names, key=lambda name: gaps[constraints.rows_of(name)].max())
+    raise ValueError(
+        f"{constraints.kind_of(worst)} cannot close{beside(constraints, 0.0, x, worst)}: the best configuration found "
+        f"leaves a gap of {gaps[constraints.rows_of(worst)].max():.3g} (m or rad){told_kept(constraints)}. Check the "
+        "lengths and the markers' axes, or start nearer to a closed configuration."
+    )
+
+
+def refuse_bent(constraints: Constraints, x0: Array, x: Array, size: float) -> None:
+    """Raise ValueError when a body had to be bent far to close the loops."""
+    at = 0
+    for name in constraints.system.order:
+        body, n_q = constraints.system.bodies[name], constraints.system.joint_of(name).n_q
+        shape = slice(at + n_q, at + n_q + body.n_modes)
+        at += n_q + body.n_modes
+        moved = body.amplitudes(x[shape]) - body.amplitudes(x0[shape])
+        far = max(float(np.linalg.norm(marker.phi @ moved)) for marker in body.markers.values())
+        if far > BENT * size:
+            raise ValueError(
+                f"the loops of body {name!r} cannot close: the joints alone do not reach, and bending would move it by "
+                f"{far:.3g} m, {100 * far / size:.3g} % of its size. Check the lengths and the markers' axes, or start "
+                "nearer to a closed configuration."
+            )
+
+
+def refuse_moving(constraints: Constraints, x: Array, tolerance: float) -> None:
+    """Raise ValueError for a constraint whose velocities x cannot satisfy."""
+    speeds = np.abs(constraints.residuals(0.0, x)[1])
+    if np.all(speeds <= tolerance * max(1.0, np.abs(x[constraints.n_q :]).max(initial=0.0))):
+        return
+    worst = max(constraints.names, key=lambda name: speeds[constraints.rows_of(name)].max())
+    raise ValueError(
+        f"{constraints.kind_of(worst)} cannot be held{beside(constraints, 0.0, x, worst)}: the nearest velocities "
+        f"still miss it by {speeds[constraints.rows_of(worst)].max():.3g} (m/s or rad/s){told_kept(constraints)}. Take "
+        "one of them out."
+    )
+
+
+def told_kept(constraints: Constraints) -> str:
+    """Which initial values are not allowed to move, in words."""
+    names = constraints.system.keep
+    return f", with {', '.join(repr(name) for name in names)} kept as given" if names else ""

@@ -1,0 +1,226 @@
+"""What constraints add to a compiled model: A and b for studies, multipliers and reactions, redundant rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.constraints import equations as calls
+from femflex.dynamics.constraints.user import Rows
+from femflex.dynamics.lowering import tie_layout as at
+from femflex.dynamics.lowering.layout import W_CIN, body_records
+from femflex.system import System
+
+Array = NDArray[np.float64]
+Own = tuple[NDArray[np.int64], Array, Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Constraints:
+    """Loops and nonholonomic constraints of a compiled system.
+
+    own    table, pool and work of the model
+    rate   call of the constrained model: its rate leaves multipliers in the rows
+    users  functions of general rows, kept alive
+    """
+
+    system: System
+    own: Own
+    n_q: int
+    n_u: int
+    rate: Any
+    users: tuple[Rows, ...] = ()
+
+    @cached_property
+    def closing(self) -> np.void:
+        """The CLOSING record."""
+        record: np.void = at.closing_record(self.own[0])[0]
+        return record
+
+    @cached_property
+    def records(self) -> NDArray[np.void]:
+        """The CONSTRAINT records."""
+        return at.constraint_records(self.own[0])
+
+    @property
+    def n_rows(self) -> int:
+        """Number of constraint rows."""
+        return int(self.closing["n_rows"])
+
+    @property
+    def names(self) -> list[str]:
+        """Names of loops, then of nonholonomic constraints."""
+        return [loop.label for loop in self.system.loops] + [c.name for c in self.system.constraints]
+
+    @property
+    def paths(self) -> list[str]:
+        """The same with the folder of their channels in front."""
+        loops = [f"loops/{loop.label}" for loop in self.system.loops]
+        return loops + [f"constraints/{c.name}" for c in self.system.constraints]
+
+    def rows_of(self, name: str) -> slice:
+        """The rows of the constraint of that name."""
+        record = self.records[self.names.index(name)]
+        return slice(int(record["first"]), int(record["first"] + record["n_rows"]))
+
+    def rows(self) -> Array:
+        """The rows as the last call left them, (n_rows, ROW_SIZE); see constraint_layout."""
+        first = int(self.closing["rows"])
+        return self.own[2][first : first + at.ROW_SIZE * self.n_rows].reshape(self.n_rows, at.ROW_SIZE)
+
+    def residuals(self, t: float, x: Array) -> tuple[Array, Array]:
+        """Position residual g (n_rows,), zero where a row has none, and velocity residual A u - b (n_rows,)."""
+        self._ask(at.TASK_MEASURE, t, x)
+        rows = self.rows()
+        return rows[:, at.R_GAP].copy(), rows[:, at.R_SPEED].copy()
+
+    def matrix(self, t: float, x: Array) -> Array:
+        """A of A u = b, (n_rows, n_u)."""
+        still = np.array(x, float)
+        still[self.n_q :] = 0.0
+        rest = self.residuals(t, still)[1]
+        columns = []
+        for k in range(self.n_u):
+            moved = still.copy()
+            moved[self.n_q + k] = 1.0
+            columns.append(self.residuals(t, moved)[1] - rest)
+        return np.column_stack(columns)
+
+    def nearest(self, t: float, x: Array, targets: Array) -> tuple[Array, int]:
+        """The smallest v (n_u,) by the mass matrix with A v = targets, and the rank of A."""
+        self.rows()[:, at.R_TARGET] = targets
+        self._ask(at.TASK_NEAREST, t, x)
+        step = int(self.closing["step"])
+        return self.own[2][step : step + self.n_u].copy(), self.rank()
+
+    def rank(self) -> int:
+        """Number of rows that did not depend on others when they were last solved."""
+        m = self.n_rows
+        return int(self.own[2][int(self.closing["small"]) + 3 * m * m + 2 * m])
+
+    def redundant(self, t: float, x: Array) -> int:
+        """Number of rows that follow from the others at x; their multipliers are the smallest that hold the motion."""
+        return self.n_rows - self.nearest(t, x, np.zeros(self.n_rows))[1]
+
+    def told(self, t: float, x: Array) -> str:
+        """A sentence on the number of rows and how many of them are redundant at x."""
+        redundant = self.redundant(t, x)
+        if redundant == 0:
+            return f"{self.n_rows} constraint rows, none redundant."
+        follow = "follows" if redundant == 1 else "follow"
+        return (
+            f"{self.n_rows} constraint rows, of which {redundant} {follow} from the others; reactions are the smallest "
+            "that hold the motion."
+        )
+
+    def solved(self, times: Array, states: Array) -> tuple[Array, Array, Array, Array]:
+        """The constrained motion at times (n_t,) and states (n_t, n_x).
+
+        udot (n_t, n_u), rows (n_t, n_rows, ROW_SIZE) with their multipliers, rank (n_t,), and C_iN of every body
+        (n_t, n_bodies, 3, 3).
+        """
+        n_t, work = len(times), self.own[2]
+        udot, rows, rank = np.empty((n_t, self.n_u)), np.empty((n_t, self.n_rows, at.ROW_SIZE)), np.empty(n_t)
+        places = [int(b["work"]) + W_CIN for b in body_records(self.own[0])]
+        turns, dx = np.empty((n_t, len(places), 3, 3)), np.empty(self.n_q + self.n_u)
+        for j in range(n_t):
+            self.rate(float(times[j]), np.ascontiguousarray(states[j], float), dx, *self.own)
+            self._raise_errors()
+            udot[j], rows[j], rank[j] = dx[self.n_q :], self.rows(), self.rank()
+            turns[j] = [work[place : place + 9].reshape(3, 3) for place in places]
+        return udot, rows, rank, turns
+
+    def forces(self, times: Array, states: Array) -> dict[str, Array]:
+        """-A^T lambda (n_t, n_u) of every loop and constraint by its path, at times (n_t,) and states (n_t, n_x)."""
+        _, rows, _, _ = self.solved(times, states)
+        out = {path: np.empty((len(times), self.n_u)) for path in self.paths}
+        for j in range(len(times)):
+            A = self.matrix(float(times[j]), states[j])
+            for path, name in zip(self.paths, self.names, strict=True):
+                own = self.rows_of(name)
+                out[path][j] = -A[own].T @ rows[j, own, at.R_LAMBDA]
+        return out
+
+    def observe(self, times: Array, states: Array) -> dict[str, Array]:
+        """Channels of residuals, rank, multipliers and reactions at times (n_t,) and states (n_t, n_x)."""
+        _, rows, rank, turns = self.solved(times, states)
+        out = {
+            "monitors/constraint_position": np.abs(rows[:, :, at.R_GAP] * self._lengths()).max(axis=1),
+            "monitors/constraint_velocity": np.abs(rows[:, :, at.R_SPEED]).max(axis=1),
+            "monitors/constraint_rank": rank,
+        }
+        for path, name, record in zip(self.paths, self.names, self.records, strict=True):
+            own = rows[:, self.rows_of(name)]
+            if record["kind"] == at.CONSTRAINT_GENERAL:
+                out[path + "/multipliers"] = own[:, :, at.R_LAMBDA]
+                continue
+            C_iN = turns[:, int(record["child"])]
+            for key, first in (("force", at.R_FQ), ("torque", at.R_TQ)):
+                out[f"{path}/{key}"] = np.einsum(
+                    "tk,tkj,tji->ti", own[:, :, at.R_LAMBDA], own[:, :, first : first + 3], C_iN
+                )
+        return out
+
+    def _lengths(self) -> Array:
+        """What turns every row's position residual to metres, (n_rows,)."""
+        out = np.ones(self.n_rows)
+        size = self.own[1][int(self.closing["tolerance"]) + 1]
+        for record in self.records:
+            if record["kind"] == at.CONSTRAINT_LOOP:
+                out[int(record["first"] + record["n_slides"]) : int(record["first"] + record["n_rows"])] = size
+        return out
+
+    def _ask(self, task: int, t: float, x: Array) -> None:
+        """Call `project` for less than a projection."""
+        self.closing["task"] = task
+        try:
+            calls.project(float(t), np.array(x, float), *self.own)
+        finally:
+            self.closing["task"] = at.TASK_HOLD
+        self._raise_errors()
+
+    def _raise_errors(self) -> None:
+        """Raise what a user's function raised when compiled code called it last."""
+        if (failed := self.failed_user()) is not None:
+            raise failed[1]
+
+    def failed_user(self) -> tuple[str, Exception] | None:
+        """Name of the constraint whose function raised an exception in its last call, and that exception."""
+        for rows in self.users:
+            if rows.error is not None:
+                error, rows.error = rows.error, None
+                return rows.name, error
+        return None
+
+    def forget_passage(self) -> None:
+        """Begin the notes of singular configurations passed along a run anew (see `singular_passage`)."""
+        note = int(self.closing["note"])
+        self.own[2][note + at.N_RANK], self.own[2][note + at.N_LEAST] = 0.0, 1.0
+
+    def kind_of(self, name: str) -> str:
+        """The constraint of that name as sentences call it, such as "loop 'closure'"."""
+        return f"{'loop' if name in [loop.label for loop in self.system.loops] else 'constraint'} {name!r}"
+
+    def name_of_row(self, row: int) -> str:
+        """The constraint that a row belongs to."""
+        return next(name for name in self.names if self.rows_of(name).start <= row < self.rows_of(name).stop)
+
+
+def constraints_of_system(system: System, own: Own, n_q: int, n_u: int, kinematic: Any) -> Constraints:
+    """The constraints of a lowered system, addresses of user functions filled in."""
+    records, users = at.constraint_records(own[0]), []
+
+    def rates(q: Array, u: Array) -> Array:
+        dq = np.empty(n_q)
+        kinematic(0.0, np.ascontiguousarray(q), np.ascontiguousarray(u), dq, *own)
+        return dq
+
+    for record, c in zip(records[len(system.loops) :], system.constraints, strict=True):
+        if c.function is not None:
+            users.append(Rows(c.name, c.function, c.n_rows, n_q, n_u, rates))
+            record["function"] = users[-1].address
+    return Constraints(system, own, n_q, n_u, calls.rate, tuple(users))

@@ -1,0 +1,40 @@
+"""Rolling discs that lie flat on their plane, where a sharp edge has no lowest point."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.constraints.constrained import Constraints
+from femflex.dynamics.lowering import tie_layout as at
+from femflex.rotations import SINGULAR
+
+Array = NDArray[np.float64]
+
+
+def tilts(constraints: Constraints, t: float, x: Array) -> dict[str, float]:
+    """Angle between a disc's axis and its plane's normal at (t, x) [rad], by the name of the constraint."""
+    constraints.residuals(t, x)
+    pool, work = constraints.own[1], constraints.own[2]
+    out = {}
+    for name, record in zip(constraints.names, constraints.records, strict=True):
+        if record["kind"] == at.CONSTRAINT_DISC:
+            C_P, C_Q = (
+                work[int(record[key]) + at.M_C : int(record[key]) + at.M_C + 9].reshape(3, 3)
+                for key in ("motion_P", "motion_Q")
+            )
+            axis, normal = pool[int(record["axis"]) : int(record["axis"]) + 6].reshape(2, 3)
+            across = float(np.linalg.norm(np.cross(C_P.T @ normal, C_Q.T @ axis)))
+            out[name] = float(np.arcsin(min(across, 1.0)))
+    return out
+
+
+def told_flat(constraints: Constraints, t: float, x: Array, least: float = SINGULAR) -> str:
+    """The sentence on a disc whose tilt is below `least` [rad], or ""."""
+    for name, tilt in tilts(constraints, t, x).items():
+        if tilt < least:
+            return (
+                f"disc {name!r} lies flat on its plane: its axis is within {tilt:.2g} rad of the plane's normal, and "
+                "a sharp edge has no lowest point there. Check the axis and the normal, or start with the disc tilted"
+            )
+    return ""

@@ -1,0 +1,104 @@
+"""What a state that was brought back still misses of its constraints, in units of what it may miss.
+
+Positions are brought back to rounding, velocities exactly, wherever the constraints can all be satisfied. What remains
+above the limits here belongs to constraints that contradict each other, or the motions that are specified beside them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.arithmetic.lanes import beyond
+from femflex.dynamics.constraints.multipliers import rank_of
+from femflex.dynamics.constraints.row_reduction import combination
+from femflex.dynamics.constraints.rows import row_of
+from femflex.dynamics.lowering import tie_layout as at
+from femflex.dynamics.lowering.layout import header_of
+from femflex.dynamics.lowering.tie_layout import closing_of, constraint_of
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+Record = np.void
+
+LOOSE = 1e3  # how much larger a velocity residual may be while a row is lost in a singular configuration
+HELD = 1e-10  # residual that may be left, relative to the bodies' size; of velocities also to the fastest
+ROUNDING = 1e-14  # the same, relative to the markers' distance from the origin
+
+
+@inner
+def excess(t: float, u: Array, table: Table, pool: Array, work: Array) -> float:
+    """Largest residual in units of its limit, the velocities' correction just made; the NOTE says which."""
+    closing = closing_of(table)
+    size, fastest = pool[closing["tolerance"] + 1], 1.0
+    for k in range(header_of(table)["n_u"]):
+        fastest = max(fastest, abs(u[k]))
+    note_pivot(t, table, work)
+    if rank_of(table, work) < closing["n_rows"]:
+        correct_speeds(table, work)
+    slow = HELD * max(1.0, size) * fastest
+    if rank_of(table, work) < work[closing["note"] + at.N_RANK]:
+        slow *= LOOSE
+    worst = 0.0
+    for i in range(closing["n_constraints"]):
+        c = constraint_of(table, i)
+        limit = HELD * size + ROUNDING * distance(c, work)
+        for k in range(c["n_rows"]):
+            row = c["first"] + k
+            length = size if c["kind"] == at.CONSTRAINT_LOOP and k >= c["n_slides"] else 1.0
+            gap = abs(work[row_of(table, row) + at.R_GAP]) * length
+            worst = noted(row, gap, limit, 0.0, worst, table, work)
+            if rank_of(table, work) < closing["n_rows"]:
+                speed = abs(work[row_of(table, row) + at.R_SPEED])
+                worst = noted(row, speed, slow, 1.0, worst, table, work)
+    return worst
+
+
+@inner
+def note_pivot(t: float, table: Table, work: Array) -> None:
+    """Note how near the rows have come to losing their rank: the least of the last pivot over the first."""
+    closing, rank = closing_of(table), rank_of(table, work)
+    note, m = closing["note"], closing["n_rows"]
+    if rank > work[note + at.N_RANK]:
+        work[note + at.N_RANK], work[note + at.N_LEAST] = float(rank), 1.0
+    last = min(int(work[note + at.N_RANK]) - 1, rank)
+    if last < 0 or work[closing["small"]] == 0.0:
+        return
+    part = work[closing["small"] + last * m + last] / work[closing["small"]]
+    if part < work[note + at.N_LEAST]:
+        work[note + at.N_LEAST], work[note + at.N_TIME] = part, t
+
+
+@inner
+def correct_speeds(table: Table, work: Array) -> None:
+    """Take from the rows' velocity residuals what the multipliers' correction of u takes away."""
+    closing = closing_of(table)
+    width, moved = closing["width"], beyond(work, closing["moved_by"])
+    for j in range(width):
+        moved[j] = combination(j, table, work)
+    for i in range(closing["n_rows"]):
+        for j in range(width):
+            work[row_of(table, i) + at.R_SPEED] += work[closing["white"] + width * i + j] * moved[j]
+
+
+@inner
+def distance(c: Record, work: Array) -> float:
+    """Largest coordinate of the markers of a constraint, from the origin [m]."""
+    largest = 0.0
+    if c["kind"] != at.CONSTRAINT_GENERAL:
+        for k in range(3):
+            P, Q = work[c["motion_P"] + at.M_R + k], work[c["motion_Q"] + at.M_R + k]
+            largest = max(largest, abs(P), abs(Q))
+    return largest
+
+
+@inner
+def noted(row: int, left: float, limit: float, speed: float, worst: float, table: Table, work: Array) -> float:
+    """The larger of worst and left / limit; the note is that of the larger."""
+    if not left > worst * limit:
+        return worst
+    note = closing_of(table)["note"]
+    work[note + at.N_ROW], work[note + at.N_LEFT] = float(row), left
+    work[note + at.N_LIMIT], work[note + at.N_SPEED] = limit, speed
+    return left / limit

@@ -1,0 +1,52 @@
+"""Rows A u = b that a user's function writes: brought into the work array, and used as they stand."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.arithmetic.lanes import beyond
+from femflex.dynamics.constraints.contact_rows import put_values
+from femflex.dynamics.constraints.user import call_rows
+from femflex.dynamics.lowering import tie_layout as at
+from femflex.dynamics.lowering.layout import W_TAU, body_of, header_of
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+Record = np.void
+
+
+@inner
+def write_general(t: float, q: Array, u: Array, c: Record, row: int, table: Table, work: Array) -> None:
+    """The user's rows: A, b and the bias as the function left them."""
+    n_rows, n_u, g = c["n_rows"], header_of(table)["n_u"], c["general"]
+    call_rows(c["function"], t, q, u, beyond(work, g))
+    b = g + n_rows * n_u
+    for k in range(n_rows):
+        r = row + at.ROW_SIZE * k
+        for j in range(12):
+            work[r + j] = 0.0
+        work[r + at.R_SPEED] = general_along(c, k, u, table, work) - work[b + k]
+        put_values(r, 0.0, work[b + n_rows + k], work)
+
+
+@inner
+def general_along(c: Record, k: int, v: Array, table: Table, work: Array) -> float:
+    """Row k of a general constraint times v (n_u)."""
+    n_u = header_of(table)["n_u"]
+    total = 0.0
+    for j in range(n_u):
+        total += work[c["general"] + k * n_u + j] * v[j]
+    return total
+
+
+@inner
+def push_coordinates(forces: Array, table: Table, work: Array) -> None:
+    """Add generalised forces (n_u) to those of joints and shapes."""
+    for i in range(1, header_of(table)["n_bodies"]):
+        b = body_of(table, i)
+        for j in range(b["n_h"] - (3 if b["hidden"] else 0)):
+            work[b["work"] + W_TAU + j] += forces[b["u"] + j]
+        for j in range(b["n"]):
+            work[b["pn"] + j] -= forces[b["ue"] + j]

@@ -1,0 +1,40 @@
+"""Whether the constraints' accelerations agree at the start: the first thing at which motions and branches can clash.
+
+In a singular configuration the rows lose rank, and the velocities that they let pass have to lie along one of the
+branches that meet there; n . (bdot - Adot u) = 0 for every n with n A = 0 is the condition, of second order in u.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.constraints.blame import beside
+from femflex.dynamics.constraints.constrained import Constraints
+from femflex.dynamics.lowering import tie_layout as at
+
+Array = NDArray[np.float64]
+
+AGREED = 1e-6  # acceleration that may be missing, relative to the largest that a row asks for
+
+
+def refuse_accelerations(constraints: Constraints, x: Array, size: float) -> None:
+    """Raise ValueError for a constraint whose accelerations no multipliers can bring about at the start x (n_x,)."""
+    _, rows, rank, _ = constraints.solved(np.zeros(1), x[None])
+    closing, m = constraints.closing, constraints.n_rows
+    if rank[0] == m:
+        return
+    first, width = int(closing["white"]), int(closing["width"])
+    white = constraints.own[2][first : first + m * width].reshape(m, width)
+    asked = rows[0, :, at.R_TARGET]
+    missing = np.abs(white @ (white.T @ rows[0, :, at.R_LAMBDA]) - asked)
+    if np.all(missing <= AGREED * max(1.0, size, np.abs(asked).max())):
+        return
+    worst = max(constraints.names, key=lambda name: missing[constraints.rows_of(name)].max())
+    told = beside(constraints, 0.0, x, worst)
+    raise ValueError(
+        f"{constraints.kind_of(worst)} cannot be held{told} as the run begins: the nearest accelerations miss it by "
+        f"{missing[constraints.rows_of(worst)].max():.3g} (m/s^2 or rad/s^2). Either what stands beside it contradicts "
+        "it, or the loop starts in a singular configuration, where branches meet, with rates along none of them: give "
+        "the rates of all its joints, or start a little to one side."
+    )

@@ -1,0 +1,113 @@
+"""Calls from compiled code of a Python function that writes the rows of a general constraint, by its address.
+
+The address is a number in the table, so that one compiled call serves every model.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.arithmetic.symbols import extending, ir, types
+
+Array = NDArray[np.float64]
+Function = Callable[[float, Array], tuple[Array, Array]]
+
+STEP = 2e-3  # part of the time scale |q| / |qdot| over which the rates of A and b are taken
+STENCIL = ((1, 45.0), (2, -9.0), (3, 1.0))  # central difference of sixth order, over 60 h
+_REAL = ctypes.POINTER(ctypes.c_double)
+_PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_double, _REAL, _REAL, _REAL)
+_CALLED: dict[int, Callable[[float, Array, Array, Array], None]] = {}  # used with the compiler off
+
+
+@extending.intrinsic
+def _call(context: Any, address: Any, t: Any, q: Any, u: Any, out: Any) -> Any:
+    """Call of void(double, double*, double*, double*) at an address."""
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        real = ir.DoubleType()
+        kind = ir.FunctionType(ir.VoidType(), [real, *[real.as_pointer()] * 3])
+        builder.call(builder.inttoptr(args[0], kind.as_pointer()), args[1:])
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.float64, q, u, out), generate
+
+
+_numba: Any = numba  # its annotations do not cover what is used here
+_call_at: Any = _call
+
+if _numba.config.DISABLE_JIT:
+
+    def call_rows(address: int, t: float, q: Array, u: Array, out: Array) -> None:
+        """Write A, b and Adot u - bdot to out."""
+        _CALLED[int(address)](t, q, u, out)
+
+else:
+
+    @inner
+    def call_rows(address: int, t: float, q: Array, u: Array, out: Array) -> None:
+        """Write A, b and Adot u - bdot to out."""
+        _call_at(address, t, q, u, out)
+
+
+class Rows:
+    """A user's function (t, q) -> A, b as compiled code calls it; keep it alive as long as its address is used."""
+
+    def __init__(
+        self, name: str, function: Function, n_rows: int, n_q: int, n_u: int, rates: Callable[[Array, Array], Array]
+    ) -> None:
+        self.name, self.function, self.rates = name, function, rates
+        self.n_rows, self.n_q, self.n_u = n_rows, n_q, n_u
+        self.error: Exception | None = None  # what the last call with a finite state raised
+        self._callback = _PROTOTYPE(self._called)
+        self.address = ctypes.cast(self._callback, ctypes.c_void_p).value or 0
+        _CALLED[self.address] = self.write
+
+    def checked(self, t: float, q: Array) -> tuple[Array, Array]:
+        """A (n_rows, n_u) and b (n_rows,) at t and q, or a ValueError that says what is wrong with them."""
+        A, b = (np.asarray(part, float) for part in self.function(t, q))
+        if A.shape != (self.n_rows, self.n_u) or b.shape != (self.n_rows,):
+            raise ValueError(
+                f"the function of constraint {self.name!r} gave A of shape {A.shape} and b of shape {b.shape}; "
+                f"expected ({self.n_rows}, {self.n_u}) and ({self.n_rows},)"
+            )
+        if not (np.isfinite(A).all() and np.isfinite(b).all()):
+            row = int(np.argmin(np.isfinite(A).all(axis=1) & np.isfinite(b)))
+            raise ValueError(
+                f"the function of constraint {self.name!r} gave numbers that are not finite in row {row} at t = {t:.9g}"
+                f" s: A = {A[row].tolist()}, b = {b[row]:g}"
+            )
+        return A, b
+
+    def write(self, t: float, q: Array, u: Array, out: Array) -> None:
+        """A, b, Adot u - bdot into out: rates along the motion by differences of sixth order."""
+        q, u, n = q[: self.n_q].copy(), u[: self.n_u].copy(), self.n_rows * self.n_u
+        A, b = self.checked(t, q)
+        dq = self.rates(q, u)
+        h = STEP * max(1.0, float(np.abs(q).max(initial=0.0))) / max(1.0, float(np.abs(dq).max(initial=0.0)))
+        total = np.zeros(self.n_rows)
+        for k, weight in STENCIL:
+            for sign in (1.0, -1.0):
+                A_k, b_k = self.checked(t + sign * k * h, q + sign * k * h * dq)
+                total += sign * weight / (60.0 * h) * (A_k @ u - b_k)
+        out[:n], out[n : n + self.n_rows], out[n + self.n_rows : n + 2 * self.n_rows] = A.ravel(), b, total
+
+    def _called(self, t: float, q: Any, u: Any, out: Any) -> None:
+        shape = np.ctypeslib.as_array
+        values = shape(out, (self.n_rows * (self.n_u + 2),))
+        q, u = shape(q, (self.n_q,)), shape(u, (self.n_u,))
+        if not (np.isfinite(q).all() and np.isfinite(u).all()):  # of a trial that has failed already
+            values[:] = np.nan
+            return
+        try:
+            self.write(t, q, u, values)
+            self.error = None
+        except Exception as error:
+            self.error = error
+            values[:] = np.nan

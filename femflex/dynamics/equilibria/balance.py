@@ -1,0 +1,119 @@
+"""Newton's method on the forces of a system at rest: how they balance, under a share of the outer ones.
+
+Directions with a stiffness of their own are eliminated first; those that nothing resists are left where they are.
+Beside loops all steps go along the directions that keep these closed, and multipliers carry the forces across.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.equilibria.closed_motion import carried
+from femflex.dynamics.equilibria.linearised import advanced
+from femflex.dynamics.equilibria.steady import Steady
+
+Array = NDArray[np.float64]
+Merit = Callable[[Array], float]  # of the forces that are left (n_u,)
+
+BALANCED = 1e-9  # residual over the largest force at which an equilibrium is found
+FADED = 1e-6  # of the forces at the start, and of the energy of spin: equilibria without any forces are measured by it
+SETTLED = 1e-8  # last step over usual sizes, likewise
+LONGEST = 0.5  # step over usual sizes: half a radian, half the craft's length
+NEUTRAL = 1e-7  # stiffness over the largest of the free coordinates below which a direction counts as neutral
+NOISE = 1e-9  # of the largest force: stiffness that differences cannot tell from none
+ROUNDING = 1e-14  # of the largest stiffness: what directions across many coordinates, as loops leave them, pick up
+TRIES, HALVINGS = 30, 12
+
+
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """Where Newton's method came to at a share of the outer forces, and what is left over along which coordinate."""
+
+    q: Array
+    balanced: bool
+    iterations: int
+    residual: float
+    worst: int
+    neutral: tuple[str, ...]
+
+
+def balance(problem: Steady, q: Array, share: float) -> Balance:
+    """Newton's method with shortened steps from the coordinates q (n_q,), under a share of the outer forces."""
+    neutral: tuple[str, ...] = ()
+    residual, worst, balanced = np.inf, 0, False
+    least = FADED * max(problem.largest(q, share), share * problem.energy_of_spin)
+    for k in range(TRIES):
+        A = problem.ties(q)
+        g, lambdas = unbalanced(problem, q, share, A)
+        worst = int(np.argmax(np.abs(g))) if g.size else 0
+        size = max(problem.largest(q, share), least, float(np.abs(lambdas @ A).max(initial=0.0)))
+        K = problem.stiffness(q, share, lambdas)
+        try:
+            move, neutral, held = newton_step(problem, K, g, size, A)
+        except np.linalg.LinAlgError:
+            break
+        residual = _ratio(g, max(size, held))
+        longest = float(np.abs(move).max(initial=0.0))
+        balanced = residual <= BALANCED
+        if balanced and longest <= SETTLED:
+            return Balance(q, True, k, residual, worst, neutral)
+
+        def merit(left: Array, K: Array = K, size: float = size, A: Array = A) -> float:
+            # bending and closing loops stretch stiff shapes a little: large forces, which the next step takes away
+            return float(np.linalg.norm(newton_step(problem, K, left, size, A)[0]))
+
+        q, moved = _along(problem, q, move * min(1.0, LONGEST / max(longest, 1e-300)), share, merit)
+        if not moved:  # the forces are at their rounding, or do not fall at all
+            return Balance(q, balanced, k + 1, residual, worst, neutral)
+    return Balance(q, False, TRIES, residual, worst, neutral)
+
+
+def unbalanced(problem: Steady, q: Array, share: float, A: Array) -> tuple[Array, Array]:
+    """Forces (n_u,) that are left at q under a share of the outer ones, and the multipliers (n_rows,) of the loops."""
+    inner, outer = problem.forces(q)
+    g = inner + share * outer
+    lambdas = carried(A, g) if len(A) else np.zeros(0)
+    return g - lambdas @ A, lambdas
+
+
+def newton_step(problem: Steady, K: Array, g: Array, size: float, A: Array) -> tuple[Array, tuple[str, ...], float]:
+    """The step (n_u,) in usual sizes that balances g, least along neutral directions; A (n_rows, n_u) of the loops.
+
+    With it the names of the coordinates along which these lead most, and the largest stiffness of the others that have
+    none of their own [J].
+    """
+    E, R = problem.directions(A)
+    relaxed = np.linalg.solve(E.T @ K @ E, np.column_stack([E.T @ K @ R, E.T @ g]))
+    S = R.T @ K @ R - R.T @ K @ E @ relaxed[:, :-1]
+    rest = R.T @ g - R.T @ K @ E @ relaxed[:, -1]
+    U, sigma, Vt = np.linalg.svd(S)
+    rounding = ROUNDING * float(np.abs(K).max(initial=0.0)) if len(A) else 0.0
+    kept = sigma > max(NEUTRAL * sigma.max(initial=0.0), NOISE * size, rounding)
+    along = -(Vt[kept].T @ ((U[:, kept].T @ rest) / sigma[kept]))
+    move = R @ along - E @ (relaxed[:, -1] + relaxed[:, :-1] @ along)
+    if not np.isfinite(move).all():
+        raise np.linalg.LinAlgError("the step is not finite")
+    names = [name.removesuffix("_rate") for name, _ in problem.full.system.velocity_names()]
+    neutral = tuple(names[int(np.argmax(np.abs(R @ row)))] for row in Vt[~kept])
+    return move, neutral, float(sigma[kept].max(initial=0.0))
+
+
+def _along(problem: Steady, q: Array, move: Array, share: float, merit: Merit) -> tuple[Array, bool]:
+    """The coordinates a step further, shortened until what is left falls by its merit, and whether that helped."""
+    before = merit(unbalanced(problem, q, share, problem.ties(q))[0])
+    for k in range(HALVINGS):
+        part = 0.5**k
+        tried = problem.closed(advanced(problem.full, q, part * move * problem.sizes))
+        after = merit(unbalanced(problem, tried, share, problem.ties(tried))[0])
+        if np.isfinite(after) and after <= before * (1.0 - 1e-4 * part):
+            return tried, True
+    return q, False
+
+
+def _ratio(left: Array, size: float) -> float:
+    largest = float(np.abs(left).max(initial=0.0))
+    return largest / size if size > 0 else (np.inf if largest > 0 else 0.0)

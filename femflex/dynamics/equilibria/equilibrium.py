@@ -1,0 +1,156 @@
+"""Equilibria: rest in the base frame under constant loads, steady spin, or the gravity gradient of a circular orbit.
+
+Newton's method (femflex.dynamics.equilibria.balance) on the compiled residual with u = du/dt = 0. Where it does not
+get there at once, the outer forces grow from zero to full share in steps (continuation). Coordinates that nothing
+resists (a free body's place, the angle of an axle) are held: they move along the least change, and no force may
+remain along them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.equilibria.balance import Balance, balance
+from femflex.dynamics.equilibria.linearised import linearised
+from femflex.dynamics.equilibria.steady import Steady, steady
+from femflex.dynamics.equilibria.vibration import GROWING
+from femflex.dynamics.model import Model
+from femflex.system import System
+
+Array = NDArray[np.float64]
+
+FIRST, LEAST = 0.25, 1e-4  # share of the outer forces added in a step of the continuation
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium:
+    """A state of rest in the base frame, or the last one reached.
+
+    model        the system without damping, under the loads it is in balance with
+    x            (n_x,) coordinates; quasi-velocities are zero
+    share        of the outer forces that x balances: 1 when found
+    residual     largest force left, over the largest of elastic and outer forces (times usual sizes of the motions)
+    iterations   of Newton's method, all shares together
+    neutral      coordinates that nothing resists, each with those it goes along with
+    eigenvalues  of small motions about x, damping left out [1/s]; empty when not found
+    """
+
+    model: Model
+    x: Array
+    share: float
+    residual: float
+    iterations: int
+    neutral: tuple[str, ...]
+    eigenvalues: NDArray[np.complex128]
+
+    @property
+    def q(self) -> Array:
+        """Coordinates (n_q,)."""
+        return self.x[: self.model.n_q]
+
+    @property
+    def gap(self) -> float:
+        """Largest gap of the loops, as lengths or angles; 0 without any."""
+        tied = self.model.constraints
+        return 0.0 if tied is None else float(np.abs(tied.residuals(0.0, self.x)[0]).max())
+
+    @property
+    def growth(self) -> float:
+        """Largest real part of the eigenvalues [1/s], of those that are not neutral."""
+        return float(self._moving().real.max(initial=0.0))
+
+    @property
+    def stable(self) -> bool:
+        """Whether no small motion grows."""
+        moving = self._moving()
+        return not bool((moving.real > GROWING * np.abs(moving)).any())
+
+    @property
+    def verdict(self) -> str:
+        """Stability in words, with the number behind it."""
+        if not len(self.eigenvalues):
+            return "not known"
+        moving = self._moving()
+        if not self.stable:
+            fastest = moving[np.argmax(moving.real)]
+            how = "monotonously" if abs(fastest.imag) < abs(fastest.real) * 1e-3 else "in swings"
+            return f"unstable: a small motion grows {how} by a factor e in {1.0 / fastest.real:.4g} s"
+        slowest = np.abs(moving.imag)[np.abs(moving.imag) > 0].min(initial=np.inf)
+        told = f"; its slowest vibration has {slowest / (2 * np.pi):.6g} Hz" if np.isfinite(slowest) else ""
+        held = f", neutral along {', '.join(self.neutral)}" if self.neutral else ""
+        return f"stable: no small motion grows{told}{held}"
+
+    def _moving(self) -> NDArray[np.complex128]:
+        return self.eigenvalues[2 * len(self.neutral) :]
+
+
+class EquilibriumError(RuntimeError):
+    """No equilibrium was found; `last` is the last state in balance, under the share of the forces that it tells."""
+
+    def __init__(self, text: str, last: Equilibrium) -> None:
+        super().__init__(text)
+        self.last = last
+
+
+def equilibrium(system: System, at: float | None = None) -> Equilibrium:
+    """The equilibrium nearest to the system's initial coordinates: at rest in its base frame, damping ignored.
+
+    On the ground, in a uniformly spinning frame, or in the orbital frame of a circular orbit; loads are constant, or
+    those at the time `at` [s]. Raises ValueError when forces change over time, EquilibriumError when none is found.
+    """
+    problem = steady(system, at)
+    model = problem.full
+    q, share, step, count = model.x0[: model.n_q].copy(), 0.0, 1.0, 0
+    first = True
+    while share < 1.0:
+        wanted = min(1.0, share + step)
+        found = balance(problem, q, wanted)
+        count += found.iterations
+        if found.balanced:
+            q, share = found.q, wanted
+            step *= 2.0 if found.iterations <= 6 else 1.0
+        elif first:  # not at once: from the unloaded state, in steps
+            rest = balance(problem, q, 0.0)
+            count += rest.iterations
+            if not rest.balanced:
+                raise _failed(problem, q, 0.0, count, rest)
+            q, step = rest.q, FIRST
+        else:
+            step /= 2.0
+            if step < LEAST:
+                raise _failed(problem, q, share, count, found)
+        first = False
+    linear = linearised(model, 0.0, np.concatenate([q, np.zeros(model.n_u)]))
+    return Equilibrium(
+        model=model,
+        x=np.concatenate([q, np.zeros(model.n_u)]),
+        share=1.0,
+        residual=found.residual,
+        iterations=count,
+        neutral=found.neutral,
+        eigenvalues=linear.eigenvalues(),
+    )
+
+
+def _failed(problem: Steady, q: Array, share: float, count: int, tried: Balance) -> EquilibriumError:
+    names = [name.removesuffix("_rate") for name, _ in problem.full.system.velocity_names()]
+    where = names[tried.worst] if names else "nothing"
+    last = Equilibrium(
+        model=problem.full,
+        x=np.concatenate([q, np.zeros(problem.full.n_u)]),
+        share=share,
+        residual=tried.residual,
+        iterations=count,
+        neutral=tried.neutral,
+        eigenvalues=np.zeros(0, complex),
+    )
+    along = f"; nothing resists {', '.join(tried.neutral)}" if tried.neutral else ""
+    return EquilibriumError(
+        f"no equilibrium was found beyond {share:.4g} of the loads, spin and gravity: in {where} a force of "
+        f"{tried.residual:.3g} of the largest is left{along}. Begin nearer to the equilibrium, lower the loads or the "
+        f"spin, or hold what is free.",
+        last,
+    )

@@ -1,0 +1,122 @@
+"""The highest natural frequency of a compiled model: what an explicit method has to follow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.joints.law_report import law_places
+from femflex.dynamics.lowering.layout import body_records
+from femflex.system import Law, System
+
+if TYPE_CHECKING:
+    from femflex.dynamics.model import Model
+
+Array = NDArray[np.float64]
+
+MANY = 100  # coordinates; beyond, the largest eigenvalue is found by Arnoldi's method, without the matrix
+STEP = 1e-6  # of the difference quotient, times a unit of the coordinate
+
+
+def highest_frequency(model: Model) -> float:
+    """Highest natural frequency of shapes and springs at the initial configuration, at rest [rad/s].
+
+    That of the whole system, bodies and joints coupled and loops closed: the largest eigenvalue of M^-1 K, which turns
+    displacements of the elastic, sliding and turning coordinates that have stiffness into the accelerations that they
+    call up. Where dampers let motion die faster than anything vibrates, their rate.
+    """
+    return max(linear_frequency(model), law_frequency(model), damping_rate(model))
+
+
+def damping_rate(model: Model) -> float:
+    """Fastest rate at which motion dies by dampers, shapes' damping and friction at rest [1/s]; 0 without any.
+
+    The largest real part among the eigenvalues of M^-1 D, which turns velocities into decelerations; gyroscopic forces
+    have none.
+    """
+    if not damped(model.system):
+        return 0.0
+    rest = np.concatenate([model.x0[: model.n_q], np.zeros(model.n_u)])
+
+    def slowed(velocity: Array) -> Array:
+        ahead, behind = (
+            model.state_rate(0.0, rest + np.concatenate([np.zeros(model.n_q), sign * STEP * np.ravel(velocity)]))
+            for sign in (1.0, -1.0)
+        )
+        return np.asarray((behind - ahead)[model.n_q :] / (2.0 * STEP))
+
+    return max(0.0, largest_eigenvalue(slowed, model.n_u))
+
+
+def damped(system: System) -> bool:
+    """Whether anything in a system resists velocities linearly."""
+    return (
+        any(joint.damping.any() or joint.laws for joint in system.joints)
+        or any(body.damping.any() for body in system.bodies.values())
+        or any(spring.damping for spring in system.springs)
+    )
+
+
+def largest_eigenvalue(operator: Callable[[Array], Array], n: int) -> float:
+    """Largest real part of the eigenvalues of a linear map of vectors (n,); of many, by Arnoldi's method."""
+    if n <= MANY:
+        values = np.linalg.eigvals(np.column_stack([operator(unit) for unit in np.eye(n)]))
+    else:
+        from scipy.sparse.linalg import LinearOperator, eigs
+
+        start = np.random.default_rng(0).normal(size=n)
+        values = eigs(
+            LinearOperator((n, n), matvec=operator, dtype=float), 1, which="LR", v0=start, tol=1e-6,
+            return_eigenvectors=False,
+        )  # fmt: skip
+    return float(values.real.max())
+
+
+def law_frequency(model: Model) -> float:
+    """Highest frequency that stops, tabulated springs and latches can reach where they are stiffest [rad/s]."""
+    squares = [0.0]
+    for place in law_places(model.system):
+        unit, out = np.zeros(model.n_u), np.empty(model.n_u)
+        unit[place.u] = 1.0
+        stiffest = place.of.stiffest if isinstance(place.of, Law) else place.of.stiffness
+        if stiffest > 0:
+            q = np.ascontiguousarray(model.x0[: model.n_q])
+            model.tree.solve(0.0, q, unit, out, 1.0, 0.0, 0.0, model.table, model.pool, model.work)
+            squares.append(stiffest * out[place.u])
+    return float(np.sqrt(max(squares)))
+
+
+def linear_frequency(model: Model) -> float:
+    """Highest natural frequency of shapes and springs at the initial configuration, at rest [rad/s].
+
+    M^-1 K column by column: the accelerations that a unit of each elastic, sliding or turning coordinate calls up.
+    """
+    pairs = [pair for record in body_records(model.table)[1:] for pair in stiff_coordinates(record)]
+    if model.system.springs:  # these may act on any coordinate
+        pairs = [(-1, k) for k in range(model.n_u)]
+    if not pairs:
+        return 0.0
+    q, u = (np.array(side) for side in zip(*pairs, strict=True))
+    rest = np.concatenate([model.x0[: model.n_q], np.zeros(model.n_u)])
+    base = model.state_rate(0.0, rest)[model.n_q :][u]
+
+    def called_up(displacement: Array) -> Array:
+        moved = rest.copy()
+        if model.system.springs:
+            step, start = STEP * np.ravel(displacement), rest[: model.n_q].copy()
+            model.tree.advance(start, step, moved[: model.n_q], model.table, model.pool, model.work)
+        else:
+            moved[q] += STEP * np.ravel(displacement)
+        return np.asarray((base - model.state_rate(0.0, moved)[model.n_q :][u]) / STEP)
+
+    return float(np.sqrt(max(largest_eigenvalue(called_up, len(u)), 0.0)))
+
+
+def stiff_coordinates(record: np.void) -> list[tuple[int, int]]:
+    """(q, u) places of a body's elastic coordinates, and of its joint's slides and turns when it has springs."""
+    joint = int(record["n_slide"] + record["n_turn"]) if record["sprung"] else 0
+    elastic = [(int(record["qe"]) + k, int(record["ue"]) + k) for k in range(int(record["n"]))]
+    return [(int(record["q"]) + k, int(record["u"]) + k) for k in range(joint)] + elastic

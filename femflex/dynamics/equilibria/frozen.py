@@ -1,0 +1,97 @@
+"""A system with all that changes over time as it is at one instant, and what then still keeps it from resting."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from femflex.dynamics.equilibria.closed_motion import refuse_rolling
+from femflex.system import Joint, Load, Profile, System
+
+CIRCULAR = 1e-9  # eccentricity below which an orbit counts as circular
+
+
+def frozen(system: System, at: float | None = None) -> System:
+    """The system with loads and specified motions as they are at a time [s].
+
+    Raises ValueError with what changes over time there for a system at rest in its base frame.
+    """
+    refuse_rolling(system, "an equilibrium")
+    still = replace(
+        system,
+        joints=tuple(_still(joint, at) for joint in system.joints),
+        loads=tuple(_frozen(load, at) for load in system.loads),
+    )
+    if problems := [*_orbit_problems(still), *_load_problems(still)]:
+        raise ValueError("\n".join(problems))
+    return still
+
+
+def undamped(system: System) -> System:
+    """The system without the damping of bodies, joints and springs."""
+    return replace(
+        system,
+        bodies={name: replace(body, damping=0.0 * body.damping) for name, body in system.bodies.items()},
+        joints=tuple(replace(joint, damping=0.0 * joint.damping) for joint in system.joints),
+        springs=tuple(replace(spring, damping=0.0) for spring in system.springs),
+    )
+
+
+def _still(joint: Joint, at: float | None) -> Joint:
+    """The joint with its specified freedoms locked where they are at a time."""
+    still: list[Profile | float | None] = list(joint.motion)
+    q0 = joint.q0.copy()
+    for k, profile in joint.held.items():
+        if profile.moves and at is None:
+            raise ValueError(
+                f"the motion of {joint.freedom_names()[k]!r} changes over time, so there is no equilibrium with it; "
+                "say at which time its value is meant (--at), or let the base frame spin instead ([attitude] frame = "
+                "'spinning')"
+            )
+        still[k] = q0[k] = float(profile(at or 0.0)[0])
+    return replace(joint, motion=tuple(still), q0=q0, u0=0.0 * joint.u0)
+
+
+def _frozen(load: Load, at: float | None) -> Load:
+    """The load as it is at a time; without one, a load that does not change."""
+    if load.times is None:
+        return load
+    values = [
+        np.array([np.interp(at or 0.0, load.times, row, 0.0, 0.0) for row in rows.T])
+        for rows in (load.force, load.torque)
+    ]
+    if at is None and (np.ptp(load.force, axis=0).any() or np.ptp(load.torque, axis=0).any()):
+        raise ValueError(
+            f"load {load.name!r} changes over time, so there is no equilibrium under it; say at which time its value "
+            "is meant (--at), or switch it off"
+        )
+    return replace(load, times=None, force=values[0], torque=values[1])
+
+
+def _orbit_problems(system: System) -> list[str]:
+    orbit, kind = system.orbit, system.frame.kind
+    if orbit is None:
+        return []
+    out = []
+    if orbit.eccentricity > CIRCULAR:
+        out.append(
+            f"the orbit's eccentricity is {orbit.eccentricity:g}, and gravity and its frame's rate change along it; "
+            "an equilibrium in orbit needs a circular one"
+        )
+    if kind != "orbital":
+        out.append(
+            f"the attitude is measured from the {kind} frame, in which gravity turns around once per orbit; an "
+            "equilibrium in orbit is at rest in the orbital frame"
+        )
+    return out
+
+
+def _load_problems(system: System) -> list[str]:
+    turning = {"inertial": [], "orbital": ["inertial"], "spinning": ["inertial"]}[system.frame.kind]
+    return [
+        f"load {load.name!r} keeps its direction in the {load.frame} frame, around which the {system.frame.kind} frame "
+        "turns; an equilibrium needs loads that turn along (frame 'body' or 'marker')"
+        for load in system.loads
+        if load.frame in turning and (load.force.any() or load.torque.any())
+    ]

@@ -1,0 +1,179 @@
+"""The equations of motion (9) about a state, from the compiled residual itself: M, D, K and the eigenvalues.
+
+    M du' + D du + K dxi = 0,    dxi' = du + W dxi
+
+dxi (n_u,) are increments of the coordinates along the quasi-velocities, q -> q o exp(dxi); W turns them with the
+quasi-velocities of balls. D holds damping and gyroscopic forces; K elastic, load, centrifugal and gravity stiffness.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody
+from femflex.dynamics.equilibria.closed_motion import carried, independent, refuse_rolling
+from femflex.dynamics.lowering.layout import BALL_NONE, body_records
+from femflex.dynamics.model import Model
+
+Array = NDArray[np.float64]
+
+STEP = 1e-5  # of a coordinate's usual size: error of central differences h^2 ~ 1e-10, rounding eps / h ~ 1e-11
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """Linear equations about a state: M, D, K, W (n, n) of the freedoms that are not held; their names.
+
+    Beside loops n counts the independent ones, which the others follow (see femflex.dynamics.equilibria.closed_motion).
+    """
+
+    M: Array
+    D: Array
+    K: Array
+    W: Array
+    names: tuple[str, ...]
+
+    def state_matrix(self) -> Array:
+        """A (2 n, 2 n) of d(dxi, du)/dt = A (dxi, du)."""
+        n = len(self.M)
+        lower = -np.linalg.solve(self.M, np.hstack([self.K, self.D]))
+        return np.vstack([np.hstack([self.W, np.eye(n)]), lower])
+
+    def eigenvalues(self) -> NDArray[np.complex128]:
+        """Eigenvalues (2 n,) of the state matrix [1/s], by rising size."""
+        found = np.asarray(np.linalg.eigvals(self.state_matrix()), complex)
+        return found[np.argsort(np.abs(found), kind="stable")]
+
+
+def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> Linearised:
+    """The linear equations about the state x (n_x,) at t with accelerations udot (n_u,), zero when left out.
+
+    M is exact, D exact too (the residual is of second degree in u); K is that of shapes and springs exactly, plus
+    central differences of the rest. Beside loops K holds the stiffness that their forces add as they turn along, and
+    the state must be at rest. Raises ValueError for nonholonomic constraints, and for loops in motion.
+    """
+    accelerations = np.zeros(model.n_u) if udot is None else np.asarray(udot, float)
+    q, u = x[: model.n_q], x[model.n_q :]
+    refuse_rolling(model.system, "linear equations")
+    if model.system.loops and (u.any() or accelerations.any()):
+        raise ValueError(
+            f"the loops {[loop.label for loop in model.system.loops]} are in motion, and linear equations beside loops "
+            "are those about rest; take a state of rest, or let the base frame spin ([attitude] frame = 'spinning')"
+        )
+    n = model.n_u
+
+    def residual(q: Array, u: Array) -> Array:
+        return model.residual(t, np.concatenate([q, u]), accelerations)
+
+    unit = np.eye(n) * max(1.0, float(np.abs(u).max(initial=0.0)))
+    D = np.column_stack([(residual(q, u + e) - residual(q, u - e)) / (2 * e.max()) for e in unit])
+    free = np.flatnonzero(~held_freedoms(model))
+    K = stiffness(model, t, x, accelerations, multipliers(model, t, x))
+    M, D, K, W = (A[np.ix_(free, free)] for A in (model.mass_matrix(t, x), D, K, turning(model, u)))
+    names = np.array([name for name, _ in model.system.velocity_names()])[free]
+    if model.constraints is not None:
+        own, Z = independent(model.constraints.matrix(t, x)[:, free], usual_sizes(model)[free])
+        M, D, K, W, names = Z.T @ M @ Z, Z.T @ D @ Z, Z.T @ K @ Z, W[np.ix_(own, own)], names[own]
+    return Linearised(M, D, K, W, tuple(str(name) for name in names))
+
+
+def held_freedoms(model: Model) -> NDArray[np.bool_]:
+    """(n_u,): which freedoms are locked or specified."""
+    held = np.zeros(model.n_u, bool)
+    for name, record in zip(model.system.order, body_records(model.table)[1:], strict=True):
+        held[[int(record["u"]) + k for k in model.system.joint_of(name).held]] = True
+    return held
+
+
+def multipliers(model: Model, t: float, x: Array) -> Array:
+    """Multipliers (n_rows,) of the loops that hold a system at rest at x; none for a tree."""
+    if model.constraints is None:
+        return np.zeros(0)
+    ties, force = model.constraints.matrix(t, x), model.bias(t, x)
+    return carried(np.where(held_freedoms(model), 0.0, ties), np.where(held_freedoms(model), 0.0, force))
+
+
+def stiffness(model: Model, t: float, x: Array, udot: Array, lambdas: Array) -> Array:
+    """K (n_u, n_u): derivative of the residual by increments of the coordinates, at constant multipliers (n_rows,)."""
+    q, u = x[: model.n_q], x[model.n_q :]
+    K, at = linear_stiffness(model)
+    own = at >= 0
+
+    def other(moved: Array) -> Array:
+        change, y = np.where(own, moved[at] - q[at], 0.0), np.concatenate([moved, u])
+        tied = lambdas @ model.constraints.matrix(t, y) if model.constraints is not None else 0.0
+        return model.residual(t, y, udot) - tied - K @ change
+
+    columns = []
+    for j, size in enumerate(usual_sizes(model)):
+        step = np.zeros(model.n_u)
+        step[j] = STEP * size
+        columns.append((other(advanced(model, q, step)) - other(advanced(model, q, -step))) / (2 * step[j]))
+    return K + np.column_stack(columns)
+
+
+def linear_stiffness(model: Model) -> tuple[Array, NDArray[np.int64]]:
+    """Stiffness (n_u, n_u) of shapes and of springs on slides and turns, and which coordinate each column multiplies.
+
+    Columns of balls have no such coordinate (-1) and are zero.
+    """
+    system = model.system
+    K, at = np.zeros((model.n_u, model.n_u)), np.full(model.n_u, -1, np.int64)
+    for name, record in zip(system.order, body_records(model.table)[1:], strict=True):
+        joint, body = system.joint_of(name), system.bodies[name]
+        plain = len(joint.translations) + (len(joint.rotations) if record["ball"] == BALL_NONE else 0)
+        u, q = int(record["u"]) + np.arange(plain), int(record["q"]) + np.arange(plain)
+        K[u, u], at[u] = joint.stiffness[:plain], q
+        e = int(record["ue"]) + np.arange(body.n_modes)
+        K[np.ix_(e, e)] = (body.strain.V1 + body.strain.V1.T) / 2
+        at[e] = int(record["qe"]) + np.arange(body.n_modes)
+    return K, at
+
+
+def advanced(model: Model, q: Array, increment: Array) -> Array:
+    """q o exp(increment): the coordinates (n_q,) after an increment (n_u,) along the quasi-velocities."""
+    out = np.array(q, float)
+    model.tree.advance(
+        np.ascontiguousarray(q), np.ascontiguousarray(increment), out, model.table, model.pool, model.work
+    )
+    return out
+
+
+def turning(model: Model, u: Array) -> Array:
+    """W (n_u, n_u): -skew(omega) for every ball that turns at omega, zero elsewhere."""
+    W = np.zeros((model.n_u, model.n_u))
+    for record in body_records(model.table)[1:]:
+        if record["ball"] != BALL_NONE:
+            at = int(record["u"]) + int(record["n_slide"])
+            x, y, z = u[at : at + 3]
+            W[at : at + 3, at : at + 3] = [[0, z, -y], [-z, 0, x], [y, -x, 0]]
+    return W
+
+
+def usual_sizes(model: Model) -> Array:
+    """Size (n_u,) of a large motion of each coordinate: a radian, the craft's length, or shapes that bend as far."""
+    system = model.system
+    spans = {name: span_of(system.bodies[name]) for name in system.order}
+    longest = max(spans.values())
+    sizes = np.ones(model.n_u)
+    for name, record in zip(system.order, body_records(model.table)[1:], strict=True):
+        body = system.bodies[name]
+        sizes[int(record["u"]) : int(record["u"]) + int(record["n_slide"])] = longest
+        for k in range(body.n_modes):
+            reach = max(float(np.linalg.norm(marker.phi[:, k])) for marker in body.markers.values()) / spans[name]
+            turn = max(float(np.linalg.norm(marker.psi[:, k])) for marker in body.markers.values())
+            if body.skin is not None and len(body.skin.points):
+                reach = max(reach, float(np.linalg.norm(body.skin.shapes[k], axis=1).max()) / spans[name])
+            sizes[int(record["ue"]) + k] = 1.0 / max(reach, turn, 1e-300)
+    return sizes
+
+
+def span_of(body: FlexibleBody) -> float:
+    """Extent of a body [m], 1 where it has none."""
+    points = np.stack([marker.position for marker in body.markers.values()])
+    if body.skin is not None and len(body.skin.points):
+        points = np.concatenate([points, body.skin.points])
+    return float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0

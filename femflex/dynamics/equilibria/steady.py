@@ -1,0 +1,134 @@
+"""Forces of a system at rest in its base frame, and whether anything keeps it from being at rest there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.equilibria.closed_motion import closing_directions
+from femflex.dynamics.equilibria.frozen import frozen, undamped
+from femflex.dynamics.equilibria.linearised import held_freedoms, linear_stiffness, stiffness, usual_sizes
+from femflex.dynamics.lowering.layout import body_records
+from femflex.dynamics.model import Model, compile_system
+from femflex.system import Frame, System
+
+Array = NDArray[np.float64]
+
+SLACK = 1e-12  # of the largest: stiffness of a direction that neither shapes nor springs resist
+CHANGED = 1e-9  # relative change of the forces over time that is still rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Steady:
+    """A system at rest in its base frame, its outer forces scaled by a share between 0 and 1.
+
+    full     the model under all its forces: loads, centrifugal, gravity gradient
+    inner    the same bodies and joints without any: elastic and spring forces alone
+    sizes    (n_u,) usual size of each coordinate; forces times sizes are energies [J]
+    elastic  (n_u,) which coordinates have a stiffness of their own
+    held     (n_u,) which are locked or specified, and so are not sought
+    """
+
+    full: Model
+    inner: Model
+    sizes: Array
+    elastic: NDArray[np.bool_]
+    held: NDArray[np.bool_]
+
+    def forces(self, q: Array) -> tuple[Array, Array]:
+        """Inner and outer generalised forces h - Q (n_u,) at the coordinates q, times the sizes [J]."""
+        x = np.concatenate([q, np.zeros(self.full.n_u)])
+        inner, full = (np.where(self.held, 0.0, model.bias(0.0, x)) for model in (self.inner, self.full))
+        return inner * self.sizes, (full - inner) * self.sizes
+
+    def largest(self, q: Array, share: float) -> float:
+        """Size of the forces [J]: the largest of inner, outer, and elastic ones of shapes alone, which may cancel."""
+        inner, outer = self.forces(q)
+        K, at = self.own_stiffness
+        elastic = (K @ np.where(at >= 0, q[at], 0.0)) * self.sizes if len(at) else np.zeros(1)
+        return float(max(np.abs(part).max(initial=0.0) for part in (inner, share * outer, elastic)))
+
+    @cached_property
+    def energy_of_spin(self) -> float:
+        """Kinetic energy of the turning base frame [J], whose rounding is left over where forces cancel; 0 if still."""
+        if self.full.system.frame.kind != "spinning":
+            return 0.0
+        x = np.concatenate([self.full.x0[: self.full.n_q], np.zeros(self.full.n_u)])
+        return float(self.full.observe(np.zeros(1), x[None])["monitors/kinetic"][0])
+
+    @cached_property
+    def own_stiffness(self) -> tuple[Array, NDArray[np.int64]]:
+        """Stiffness of shapes and springs on slides and turns, and the coordinates it multiplies."""
+        return linear_stiffness(self.full)
+
+    def stiffness(self, q: Array, share: float, lambdas: Array) -> Array:
+        """Derivative (n_u, n_u) of the forces by increments of the coordinates in their sizes [J].
+
+        Loops carry the multipliers (n_rows,) along.
+        """
+        x, still = np.concatenate([q, np.zeros(self.full.n_u)]), np.zeros(self.full.n_u)
+        K = share * stiffness(self.full, 0.0, x, still, lambdas)
+        if share < 1.0:
+            K += (1.0 - share) * stiffness(self.inner, 0.0, x, still, lambdas)
+        return K * self.sizes * self.sizes[:, None]
+
+    def ties(self, q: Array) -> Array:
+        """A (n_rows, n_u) of the loops at q, by increments in their sizes; no rows for a tree."""
+        if self.full.constraints is None:
+            return np.zeros((0, self.full.n_u))
+        A = self.full.constraints.matrix(0.0, np.concatenate([q, np.zeros(self.full.n_u)]))
+        return np.where(self.held, 0.0, A * self.sizes)
+
+    def directions(self, A: Array) -> tuple[Array, Array]:
+        """Directions (n_u, .) that keep loops closed: those that shapes and springs resist, and the others."""
+        unit = np.eye(self.full.n_u)
+        if not len(A):
+            return unit[:, self.elastic & ~self.held], unit[:, ~self.elastic & ~self.held]
+        Z = unit[:, ~self.held] @ closing_directions(A[:, ~self.held])
+        K = self.own_stiffness[0] * self.sizes * self.sizes[:, None]
+        values, V = np.linalg.eigh(Z.T @ K @ Z)
+        stiff = values > SLACK * values.max(initial=0.0)
+        return Z @ V[:, stiff], Z @ V[:, ~stiff]
+
+    def closed(self, q: Array) -> Array:
+        """The coordinates with their loops closed again, by the shortest way."""
+        if self.full.constraints is None:
+            return q
+        x = np.concatenate([q, np.zeros(self.full.n_u)])
+        self.full.project(0.0, x, self.full.table, self.full.pool, self.full.work)
+        return x[: self.full.n_q]
+
+
+def steady(system: System, at: float | None = None) -> Steady:
+    """The system without damping, with loads as they are at a time [s], at rest in its base frame.
+
+    Raises ValueError with what changes over time there: loads, an eccentric orbit, forces of a frame that turns
+    relative to the base frame.
+    """
+    rest = undamped(frozen(system, at))
+    full = compile_system(rest)
+    inner = compile_system(replace(rest, loads=(), orbit=None, frame=Frame()))
+    elastic, held = np.zeros(full.n_u, bool), held_freedoms(full)
+    for name, record in zip(system.order, body_records(full.table)[1:], strict=True):
+        joint = system.joint_of(name)
+        elastic[int(record["u"]) : int(record["u"]) + joint.n_u] = joint.stiffness > 0
+        elastic[int(record["ue"]) : int(record["ue"]) + system.bodies[name].n_modes] = True
+    found = Steady(full, inner, usual_sizes(full), elastic, held)
+    _check_constant(found)
+    return found
+
+
+def _check_constant(found: Steady) -> None:
+    """Raise ValueError when the forces at rest depend on time for a reason not named before."""
+    x = np.concatenate([found.full.x0[: found.full.n_q], np.zeros(found.full.n_u)])
+    now, later = (np.where(found.held, 0.0, found.full.bias(t, x)) * found.sizes for t in (0.0, 12345.678))
+    size = max(np.abs(part).max(initial=0.0) for part in (*found.forces(x[: found.full.n_q]), now))
+    change = float(np.abs(later - now).max(initial=0.0))
+    if change > CHANGED * size:
+        raise ValueError(
+            f"the forces on the system at rest change over time (by {change:.3g} J of {size:.3g} J per usual motion); "
+            "an equilibrium needs constant ones"
+        )

@@ -1,0 +1,1 @@
+"""Forces from outside and between markers: gravity, loads, springs, and the motion of the base frame."""

@@ -1,0 +1,73 @@
+"""Forces on the system: of motion and strain, gravity of the orbit, springs and dampers, loads; and their absence."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.arithmetic.pairs import nothing_pair, put_pair
+from femflex.dynamics.arithmetic.vectors import ZERO
+from femflex.dynamics.bodies.inertia import add_elastic_forces, write_velocity_forces, zero_forces
+from femflex.dynamics.forces.gravity import find_center_of_mass, gravity_field, local_field
+from femflex.dynamics.forces.loads import apply_load
+from femflex.dynamics.forces.springs import apply_springs
+from femflex.dynamics.joints.forces import write_spring_forces
+from femflex.dynamics.joints.laws import add_law_forces
+from femflex.dynamics.lowering.layout import ORBIT_NONE, W_BIAS, W_TAU, body_of, header_of, load_of
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+Record = np.void
+
+
+@inner
+def write_forces(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
+    """Write all forces at the placed state, those of joint laws and of springs between markers among them."""
+    write_plain_forces(t, q, u, table, pool, work)
+    if header_of(table)["n_laws"] > 0:
+        add_law_forces(q, u, table, pool, work)
+    apply_springs(table, pool, work)
+
+
+@inner
+def write_plain_forces(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
+    """Write every body's bias wrench and elastic bias, and the spring forces of sprung joints, at the placed state."""
+    head = header_of(table)
+    l, strength = ZERO, 0.0
+    if head["orbit"] != ORBIT_NONE:
+        find_center_of_mass(table, pool, work)
+        l, strength = gravity_field(table, pool, work)
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
+        field, uniform = local_field(b, head, l, strength, work)
+        write_velocity_forces(b, pool, work, field, uniform)
+        add_elastic_forces(b, pool, work)
+        if b["sprung"]:
+            write_spring_forces(b, q, u, pool, work)
+    for j in range(head["n_loads"]):
+        apply_load(t, load_of(table, j), table, pool, work)
+
+
+@inner
+def release_joint(b: Record, work: Array) -> None:
+    """Clear the joint forces."""
+    for k in range(6):
+        work[b["work"] + W_TAU + k] = 0.0
+
+
+@inner
+def release_joints(table: Table, work: Array) -> None:
+    """Clear the joint forces of all bodies."""
+    for i in range(1, header_of(table)["n_bodies"]):
+        release_joint(body_of(table, i), work)
+
+
+@inner
+def clear(table: Table, work: Array) -> None:
+    """Leave the placed bodies without forces, joint forces and bias accelerations."""
+    for i in range(1, header_of(table)["n_bodies"]):
+        b = body_of(table, i)
+        zero_forces(b, work)
+        put_pair(work, b["work"] + W_BIAS, nothing_pair())
+        release_joint(b, work)

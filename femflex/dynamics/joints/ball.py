@@ -1,0 +1,116 @@
+"""Balls: the turn, rates and finite motion of a joint that turns freely, in rotation sets besides Euler parameters.
+
+The coordinates of extrinsic angles stand in the order of their turns and are read backwards: the last turn about an
+axis that stays is the first of the intrinsic ones that make the same rotation. A reference stands before it all, in P.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.arithmetic.turns import (
+    angle_rates,
+    angles_of,
+    angles_turn,
+    modified_quaternion,
+    modified_rates,
+    quaternion_advanced,
+    quaternion_turn,
+    rodrigues_quaternion,
+    rodrigues_rates,
+    vector_turn,
+)
+from femflex.dynamics.arithmetic.vectors import Matrix, Vector, dot, load3, load4, product, scale, store3, store4, sub
+from femflex.dynamics.lowering.layout import BALL_EXTRINSIC, BALL_MODIFIED, BALL_RODRIGUES
+
+Array = NDArray[np.float64]
+Record = np.void
+
+
+@inner
+def intrinsic_angles(b: Record, q: Array, j: int) -> Vector:
+    """Angles at q[j] in the order of intrinsic turns."""
+    return (q[j + 2], q[j + 1], q[j]) if b["ball"] == BALL_EXTRINSIC else load3(q, j)
+
+
+@inner
+def store_angles(b: Record, q: Array, j: int, angles: Vector) -> None:
+    """Write angles of intrinsic turns to q[j] in the order of the ball's own."""
+    store3(q, j, (angles[2], angles[1], angles[0]) if b["ball"] == BALL_EXTRINSIC else angles)
+
+
+@inner
+def own_turn(b: Record, q: Array, pool: Array) -> Matrix:
+    """C_RQ of the coordinates of a ball, counted from its reference."""
+    j = b["q"] + b["n_slide"]
+    if b["ball"] == BALL_RODRIGUES:
+        return quaternion_turn(rodrigues_quaternion(load3(q, j)))
+    if b["ball"] == BALL_MODIFIED:
+        return quaternion_turn(modified_quaternion(load3(q, j)))
+    return angles_turn(intrinsic_angles(b, q, j), load3(pool, b["axes"] + 3 * b["n_slide"]))
+
+
+@inner
+def ball_turn(b: Record, q: Array, pool: Array) -> Matrix:
+    """C_PQ of a ball whose coordinates are not Euler parameters."""
+    C = own_turn(b, q, pool)
+    return product(quaternion_turn(load4(q, b["reference"])), C) if b["reference"] else C
+
+
+@inner
+def ball_rates(b: Record, q: Array, omega: Vector, dq: Array, pool: Array) -> None:
+    """Rates of coordinates that are not Euler parameters, of a ball turning at omega, Q components."""
+    j = b["q"] + b["n_slide"]
+    if b["ball"] == BALL_RODRIGUES:
+        store3(dq, j, rodrigues_rates(load3(q, j), omega))
+    elif b["ball"] == BALL_MODIFIED:
+        store3(dq, j, modified_rates(load3(q, j), omega))
+    else:
+        numbers = load3(pool, b["axes"] + 3 * b["n_slide"])
+        store_angles(b, dq, j, angle_rates(intrinsic_angles(b, q, j), numbers, omega))
+    if b["reference"]:
+        store4(dq, b["reference"], (0.0, 0.0, 0.0, 0.0))
+
+
+@inner
+def beside(angles: Vector, old: Vector) -> Vector:
+    """Angles shifted by whole turns to lie next to the old ones."""
+    whole = 2.0 * math.pi
+    return (
+        angles[0] + whole * math.floor((old[0] - angles[0]) / whole + 0.5),
+        angles[1] + whole * math.floor((old[1] - angles[1]) / whole + 0.5),
+        angles[2] + whole * math.floor((old[2] - angles[2]) / whole + 0.5),
+    )
+
+
+@inner
+def nearest_angles(angles: Vector, old: Vector, numbers: Vector) -> Vector:
+    """Of the two sets of angles of one turn, each up to whole turns, the one next to the old angles."""
+    first = beside(angles, old)
+    mirror = -angles[1] if numbers[2] == numbers[0] else math.pi - angles[1]
+    second = beside((angles[0] + math.pi, mirror, angles[2] + math.pi), old)
+    to_first, to_second = sub(first, old), sub(second, old)
+    return first if dot(to_first, to_first) <= dot(to_second, to_second) else second
+
+
+@inner
+def advance_ball(b: Record, q: Array, theta: Vector, out: Array, pool: Array) -> None:
+    """Coordinates, not Euler parameters, of C_PQ exp(skew(theta)): next to the old ones where a set has several."""
+    j = b["q"] + b["n_slide"]
+    if b["ball"] == BALL_RODRIGUES:
+        w, x, y, z = quaternion_advanced(rodrigues_quaternion(load3(q, j)), theta)
+        store3(out, j, scale(1.0 / w, (x, y, z)))
+    elif b["ball"] == BALL_MODIFIED:
+        p = load3(q, j)
+        w, x, y, z = quaternion_advanced(modified_quaternion(p), theta)
+        store3(out, j, scale(1.0 / (1.0 + dot(p, p) + w), (x, y, z)))
+    else:
+        numbers, old = load3(pool, b["axes"] + 3 * b["n_slide"]), intrinsic_angles(b, q, j)
+        turned = product(angles_turn(old, numbers), vector_turn(theta))
+        store_angles(b, out, j, nearest_angles(angles_of(turned, numbers), old, numbers))
+    if b["reference"]:
+        store4(out, b["reference"], load4(q, b["reference"]))

@@ -1,0 +1,47 @@
+"""Coordinates of joints and shapes: their rates from quasi-velocities, and where a finite motion takes them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.arithmetic.turns import quaternion_advanced, quaternion_rates
+from femflex.dynamics.arithmetic.vectors import load3, load4, store4
+from femflex.dynamics.joints.ball import advance_ball, ball_rates
+from femflex.dynamics.lowering.layout import BALL_NONE, BALL_QUATERNION
+
+Array = NDArray[np.float64]
+Record = np.void
+
+
+@inner
+def coordinate_rates(b: Record, q: Array, u: Array, dq: Array, pool: Array) -> None:
+    """qdot = N(q) u of one body's joint and elastic coordinates."""
+    for k in range(b["n_slide"] + b["n_turn"]):
+        dq[b["q"] + k] = u[b["u"] + k]
+    j, v = b["q"] + b["n_slide"], b["u"] + b["n_slide"]
+    if b["ball"] == BALL_QUATERNION:
+        store4(dq, j, quaternion_rates(load4(q, j), load3(u, v)))
+    elif b["ball"] != BALL_NONE:
+        ball_rates(b, q, load3(u, v), dq, pool)
+    for k in range(b["n"]):
+        dq[b["qe"] + k] = u[b["ue"] + k]
+    for k in range(b["n_latched"]):
+        dq[b["latched"] + k] = 0.0
+
+
+@inner
+def advance_coordinates(b: Record, q: Array, step: Array, out: Array, pool: Array) -> None:
+    """One body's joint and elastic coordinates after unit time at the constant quasi-velocity `step`."""
+    for k in range(b["n_slide"] + b["n_turn"]):
+        out[b["q"] + k] = q[b["q"] + k] + step[b["u"] + k]
+    j, v = b["q"] + b["n_slide"], b["u"] + b["n_slide"]
+    if b["ball"] == BALL_QUATERNION:
+        store4(out, j, quaternion_advanced(load4(q, j), load3(step, v)))
+    elif b["ball"] != BALL_NONE:
+        advance_ball(b, q, load3(step, v), out, pool)
+    for k in range(b["n"]):
+        out[b["qe"] + k] = q[b["qe"] + k] + step[b["ue"] + k]
+    for k in range(b["n_latched"]):
+        out[b["latched"] + k] = q[b["latched"] + k]

@@ -1,0 +1,90 @@
+"""Channels of joints whose freedoms are held: their motion as it is specified, and what it needs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.system import Channel, Joint, System
+
+if TYPE_CHECKING:
+    from femflex.dynamics.model import Model
+
+Array = NDArray[np.float64]
+
+FORCES = {"m/s": "N", "rad/s": "N m"}
+
+
+def held_channels(system: System) -> dict[str, Channel]:
+    """Path, unit and meaning of what joints with held freedoms report; nothing for a system without any."""
+    out = {}
+    for joint in (system.joint_of(name) for name in system.order):
+        held = held_freedoms(joint)
+        if held:
+            names = [joint.freedom_names()[k] for k in held]
+            units = [FORCES[joint.velocity_names()[k][1]] for k in held]
+            short = tuple(name.removeprefix(joint.label + ".") for name in names)
+            out[f"joints/{joint.label}/drive"] = Channel(
+                ", ".join(dict.fromkeys(units)),
+                f"what the specified motion of {joint.label} needs",
+                (len(names),),
+                short,
+            )
+    if out:
+        out["monitors/drive_power"] = Channel("W", "power that specified joint motions give to the system")
+    return out
+
+
+def held_freedoms(joint: Joint) -> list[int]:
+    """Freedoms of a joint that are held throughout or once they latch, in the model's order."""
+    return [*joint.held, *(latch.freedom for latch in joint.locking)]
+
+
+def held_places(system: System) -> list[tuple[Joint, int, int, int]]:
+    """(joint, its freedom, place in q, place in u) of every freedom that is held, or may be."""
+    found, iq, iu = [], 0, 0
+    for name in system.order:
+        joint, n = system.joint_of(name), system.bodies[name].n_modes
+        found += [(joint, k, iq + k, iu + k) for k in held_freedoms(joint)]
+        iq, iu = iq + joint.n_q + n, iu + joint.n_u + n
+    return found
+
+
+def specified_states(model: Model, times: Array, states: Array) -> Array:
+    """The states (n_t, n_x) with held freedoms where they are held."""
+    places = [place for place in held_places(model.system) if place[1] in place[0].held]
+    if not places:
+        return states
+    states = states.copy()
+    for joint, k, q, u in places:
+        states[:, q], states[:, model.n_q + u], _ = joint.held[k](times)
+    return states
+
+
+def drives(model: Model, times: Array, states: Array) -> Array:
+    """Generalised forces (n_t, n_u) that hold the held freedoms [N, N m]; zero on the others."""
+    from femflex.dynamics.joints.drives import observe_drives
+
+    if model.reduced or model.constraints is not None:
+        from femflex.dynamics.terms.by_source import DRIVES, terms
+
+        found = [row for name, row in terms(model, times, states).items() if name.startswith(DRIVES)]
+        return -sum(found, np.zeros((len(times), model.n_u)))
+    out = np.empty((len(times), model.n_u))
+    observe_drives(times, states, out, model.table, model.pool, model.work)
+    return out
+
+
+def observe_held(model: Model, times: Array, states: Array) -> dict[str, Array]:
+    """The channels of `held_channels` at times (n_t,) and states (n_t, n_x)."""
+    places = held_places(model.system)
+    if not places:
+        return {}
+    found = drives(model, times, states)
+    out: dict[str, Array] = {}
+    for joint in dict.fromkeys(joint for joint, *_ in places):
+        out[f"joints/{joint.label}/drive"] = found[:, [u for other, _, _, u in places if other is joint]]
+    out["monitors/drive_power"] = np.sum(found * specified_states(model, times, states)[:, model.n_q :], axis=1)
+    return out

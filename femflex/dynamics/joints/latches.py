@@ -1,0 +1,123 @@
+"""Latches at work: when a joint's coordinate reaches its latch, and what that does to the motion.
+
+A rigid latch stops its freedom by an impulse J along it: M du = J e + A^T L with du = -u on the freedom and A du = 0 on
+the constraints, whose impulses L keep loops closed. Nothing else acts, so momentum and angular momentum stay. The
+energy lost is -J u / 2 (Carnot): what the constraints do not let move takes none. Latches that close at the same
+instant are one impact, M du = sum J_i e_i + A^T L; each is told the work of its own impulse, -J_i u_i / 2, which add
+up to the energy lost and are the same for two that are alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.joints.law_report import latch_places
+from femflex.dynamics.lowering.layout import HEADER, N_HEADER
+from femflex.dynamics.lowering.tie_layout import R_LAMBDA
+from femflex.system import Latch
+
+if TYPE_CHECKING:
+    from femflex.dynamics.model import Model
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Place:
+    """A latch, where its time and its coordinate stand in x and its freedom in u, and the sign of the way to it."""
+
+    latch: Latch
+    time: int
+    q: int
+    freedom: int
+    side: float
+
+
+@dataclass(frozen=True, eq=False)
+class Latches:
+    """The latches of a model as events (see femflex.integrate.events)."""
+
+    model: Model
+
+    @cached_property
+    def places(self) -> list[Place]:
+        """Where each latch stands in the state, and from which side its coordinate comes."""
+        found = []
+        for joint, latch, time, freedom in latch_places(self.model.system):
+            first = time - joint.latch_places()[joint.latches.index(latch)]
+            side = 1.0 if joint.q0[latch.freedom] > latch.at else -1.0
+            found.append(Place(latch, time, first + latch.freedom, freedom, side))
+        return found
+
+    def values(self, t: float, x: Array) -> Array:
+        """How far each open latch's coordinate has to go; 1 for a closed one."""
+        return np.array([1.0 if x[p.time] >= 0.0 else p.side * (x[p.q] - p.latch.at) for p in self.places])
+
+    def rates(self, t: float, x: Array) -> Array:
+        """How fast that changes; 0 for a closed one."""
+        n_q = self.model.n_q
+        return np.array([0.0 if x[p.time] >= 0.0 else p.side * x[n_q + p.freedom] for p in self.places])
+
+    def happen(self, together: Sequence[int], t: float, x: Array) -> None:
+        """Close these latches at once."""
+        closing = [self.places[k] for k in together]
+        for place in closing:
+            x[place.time], x[place.q] = t, place.latch.at
+        stopped = [place for place in closing if place.latch.rigid]
+        if not stopped:
+            return
+        moving = [x[self.model.n_q + place.freedom] for place in stopped]
+        after, impulses = impact(self.model, t, x, [place.freedom for place in stopped])
+        for place, u, impulse in zip(stopped, moving, impulses, strict=True):
+            x[place.time + 1] = -0.5 * impulse * u
+        x[self.model.n_q :] = after
+
+
+def impact(model: Model, t: float, x: Array, freedoms: list[int]) -> tuple[Array, list[float]]:
+    """Quasi-velocities u (n_u,) after the freedoms are stopped, held in x already, and the impulses along them.
+
+    Beside constraints in two steps, both the shortest by M: to rest of the freedoms, then onto the constraints with the
+    freedoms at rest. Together they are the shortest way to both, for the second keeps what the first has reached.
+    """
+    before = x[model.n_q :].copy()
+    rhs, change = np.zeros(model.n_u), np.empty(model.n_u)
+    rhs[freedoms] = -before[freedoms]
+    q = np.ascontiguousarray(x[: model.n_q])
+    model.tree.solve(t, q, rhs, change, 1.0, 0.0, 0.0, model.table, model.pool, model.work)
+    drives = int(model.table[:N_HEADER].view(HEADER)[0]["drives"])
+    impulses = [float(model.work[drives + freedom]) for freedom in freedoms]
+    after = before + change
+    after[freedoms] = 0.0
+    if model.constraints is None:
+        return after, impulses
+    closed = np.concatenate([q, after])
+    model.project(t, closed, model.table, model.pool, model.work)
+    multipliers = model.constraints.rows()[:, R_LAMBDA].copy()
+    more = closed[model.n_q :] - after
+    held = [held_impulse(model, t, x, more, multipliers, freedom) for freedom in freedoms]
+    return closed[model.n_q :], [one + two for one, two in zip(impulses, held, strict=True)]
+
+
+def held_impulse(model: Model, t: float, x: Array, change: Array, multipliers: Array, freedom: int) -> float:
+    """The impulse along a freedom that a change of u (n_u,) by multipliers (n_rows,) asks of what holds it at rest.
+
+    That is the freedom's own row of M du = J e + A^T L, from the mass matrix with the freedom open.
+    """
+    assert model.constraints is not None
+    A = model.constraints.matrix(t, x)
+    return float(_free_row(model, t, x, freedom) @ change - A[:, freedom] @ multipliers)
+
+
+def _free_row(model: Model, t: float, x: Array, freedom: int) -> Array:
+    """Row of the mass matrix (n_u,) that belongs to a freedom which a latch holds in x, as if it were open."""
+    opened = x.copy()
+    for _, latch, time, its in latch_places(model.system):
+        if its == freedom and latch.rigid:
+            opened[time] = -1.0
+    return model.mass_matrix(t, opened)[freedom]

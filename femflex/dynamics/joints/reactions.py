@@ -1,0 +1,66 @@
+"""What the joints of the tree carry: force and torque on the child, from the equations gathered from the tips.
+
+Reported when a system asks for it (`System.reactions`): an instant costs about two rates.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.lowering.layout import W_CIN, W_P, body_records
+from femflex.system import Channel, Joint, System
+
+if TYPE_CHECKING:
+    from femflex.dynamics.model import Model
+
+Array = NDArray[np.float64]
+
+XYZ = ("x", "y", "z")
+
+
+def carrying(system: System) -> list[Joint]:
+    """The joints that carry anything, in tree order: not those free in all six motions."""
+    return [joint for joint in map(system.joint_of, system.order) if joint.n_u - len(joint.held) < 6]
+
+
+def reaction_channels(system: System) -> dict[str, Channel]:
+    """Path, unit and meaning of the forces in joints, where the system asks for them."""
+    out = {}
+    for joint in carrying(system) if system.reactions else []:
+        where = f"{joint.child}.{joint.child_marker}"
+        told = f"what joint {joint.label} exerts on {joint.child} at {where}"
+        out[f"joints/{joint.label}/force"] = Channel("N", f"force {told}", (3,), XYZ, "inertial")
+        out[f"joints/{joint.label}/torque"] = Channel("N m", f"torque {told}", (3,), XYZ, "inertial")
+    return out
+
+
+def observe_reactions(model: Model, times: Array, states: Array) -> dict[str, Array]:
+    """The channels of `reaction_channels` at times (n_t,) and states (n_t, n_x) of the model.
+
+    All that a joint passes on: constraint forces, and what its springs, dampers and specified motions do along its
+    freedoms. Redundant loops share their load as the smallest multipliers say. A model from which terms are left out
+    has none.
+    """
+    records, order = body_records(model.table), model.system.order
+    wrenches = np.empty((len(times), len(order), 6))  # at the bodies' origins, body components
+    turns = np.empty((len(times), len(order), 3, 3))
+    for j in range(len(times)):
+        udot = model.state_rate(times[j], states[j])[model.n_q :]
+        model.gather(times[j], states[j], udot)
+        for i, record in enumerate(records[1:]):
+            p, c = int(record["work"]) + W_P, int(record["work"]) + W_CIN
+            wrenches[j, i, :3], wrenches[j, i, 3:] = model.work[p : p + 3], model.work[p + 4 : p + 7]
+            turns[j, i] = model.work[c : c + 9].reshape(3, 3)
+    out = {}
+    for joint in carrying(model.system):
+        i = order.index(joint.child)
+        body, first = model.system.bodies[joint.child], int(records[1 + i]["qe"])
+        marker = body.marker(joint.child_marker)
+        place = marker.position + body.amplitudes(states[:, first : first + body.n_modes]) @ marker.phi.T
+        force, torque = wrenches[:, i, :3], wrenches[:, i, 3:] - np.cross(place, wrenches[:, i, :3])
+        out[f"joints/{joint.label}/force"] = np.einsum("tji,tj->ti", turns[:, i], force)
+        out[f"joints/{joint.label}/torque"] = np.einsum("tji,tj->ti", turns[:, i], torque)
+    return out

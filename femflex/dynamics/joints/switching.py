@@ -1,0 +1,103 @@
+"""Changes of coordinates between two steps: the shadow of modified Rodrigues parameters, and re-based balls.
+
+The motion is not touched: the new coordinates say the same orientation, and where a reference changes it is part of q.
+Compiled apart from `rate`, and only for models that have such balls.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner, kernel
+from femflex.dynamics.arithmetic.lanes import start
+from femflex.dynamics.arithmetic.symbols import types
+from femflex.dynamics.arithmetic.turns import angles_turn, quaternion_of, quaternion_turn
+from femflex.dynamics.arithmetic.vectors import ZERO, dot, load3, load4, product, scale, store3, store4, transpose
+from femflex.dynamics.joints.ball import intrinsic_angles, own_turn
+from femflex.dynamics.lowering.layout import BALL_MODIFIED, BALL_QUATERNION, BALL_RODRIGUES, W_NEAR, body_of, header_of
+from femflex.system.ball import NEAR
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+Record = np.void
+
+_vector = types.float64[::1]
+SWITCH = types.int64(types.float64, _vector, types.int64[::1], _vector, _vector)
+
+FAR_RODRIGUES = math.tan(0.5 * (math.pi - NEAR)) ** 2
+NEAR_ANGLES = math.sin(NEAR)
+
+
+@inner
+def near_singularity(b: Record, q: Array, pool: Array) -> bool:
+    """Whether a re-based ball is closer than NEAR to the singularity of its set."""
+    j = b["q"] + b["n_slide"]
+    if b["ball"] == BALL_RODRIGUES:
+        return dot(load3(q, j), load3(q, j)) > FAR_RODRIGUES
+    axes = b["axes"] + 3 * b["n_slide"]
+    turn = math.sin(q[j + 1]) if pool[axes] == pool[axes + 2] else math.cos(q[j + 1])
+    return abs(turn) < NEAR_ANGLES
+
+
+@inner
+def rebase(b: Record, q: Array, pool: Array) -> None:
+    """Count the ball's coordinates from a new reference, from which they are farthest from their singularity."""
+    j, axes = b["q"] + b["n_slide"], b["axes"] + 3 * b["n_slide"]
+    C = product(quaternion_turn(load4(q, b["reference"])), own_turn(b, q, pool))
+    store3(q, j, ZERO)
+    if b["ball"] != BALL_RODRIGUES and pool[axes] == pool[axes + 2]:
+        q[j + 1] = 0.5 * math.pi
+        C = product(C, transpose(angles_turn(intrinsic_angles(b, q, j), load3(pool, axes))))
+    store4(q, b["reference"], quaternion_of(C))
+
+
+@inner
+def switch_ball(b: Record, q: Array, pool: Array) -> int:
+    """1 after a change of the ball's coordinates, 0 when they are good as they are."""
+    if b["ball"] == BALL_MODIFIED:
+        j = b["q"] + b["n_slide"]
+        square = dot(load3(q, j), load3(q, j))
+        if square > 1.0:
+            store3(q, j, scale(-1.0 / square, load3(q, j)))
+            return 1
+    elif b["reference"] and near_singularity(b, q, pool):
+        rebase(b, q, pool)
+        return 1
+    return 0
+
+
+@inner
+def angle_left(b: Record, q: Array, pool: Array) -> float:
+    """Angle left to the singularity of a ball's set (see femflex.rotations.singularity_distance)."""
+    j = b["q"] + b["n_slide"]
+    if b["ball"] == BALL_RODRIGUES or b["ball"] == BALL_MODIFIED:
+        half = math.atan(math.sqrt(dot(load3(q, j), load3(q, j))))
+        return math.pi - 2.0 * half if b["ball"] == BALL_RODRIGUES else 2.0 * math.pi - 4.0 * half
+    axes = b["axes"] + 3 * b["n_slide"]
+    turn = math.sin(q[j + 1]) if pool[axes] == pool[axes + 2] else math.cos(q[j + 1])
+    return math.asin(abs(turn))
+
+
+@inner
+def note_nearest(b: Record, t: float, q: Array, pool: Array, work: Array) -> None:
+    """Keep the least angle that was left to a ball's singularity, and when."""
+    near = b["work"] + W_NEAR
+    left = angle_left(b, q, pool)
+    if left < work[near]:
+        work[near], work[near + 1] = left, t
+
+
+@kernel(SWITCH)
+def switch(t: float, x: Array, table: Table, pool: Array, work: Array) -> int:
+    """Number of balls whose coordinates were changed in the state x, in place; notes how near to failing they were."""
+    records = start(table)
+    changed = 0
+    for i in range(1, header_of(records)["n_bodies"]):
+        b = body_of(records, i)
+        if b["ball"] > BALL_QUATERNION:
+            note_nearest(b, t, start(x), start(pool), start(work))
+            changed += switch_ball(b, start(x), start(pool))
+    return changed

@@ -1,0 +1,1 @@
+"""A System laid out as flat arrays: records, pool of numbers, scratch."""

@@ -1,0 +1,74 @@
+"""Where lowering lays numbers and scratch: one after another, from whole lanes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import Marker
+from femflex.dynamics.arithmetic.lanes import padded
+
+Array = NDArray[np.float64]
+
+
+def aligned(size: int) -> Array:
+    """Zeros (size,) that begin at a whole cache line, so that no lane straddles two."""
+    spare = np.zeros(size + 8)
+    start = -(spare.ctypes.data // 8) % 8
+    return spare[start : start + size]
+
+
+class Pool:
+    """Numbers laid one after another from whole lanes; `put` says where a piece went, and lays equal ones only once."""
+
+    def __init__(self) -> None:
+        self._pieces: list[Array] = []
+        self._known: dict[bytes, int] = {}
+        self.size = 0
+
+    def put(self, values: object) -> int:
+        """Place of the flattened values."""
+        piece = np.ascontiguousarray(values, float).ravel()
+        key = piece.tobytes()
+        if key not in self._known:
+            self._known[key] = self.size
+            self._pieces.append(np.concatenate([piece, np.zeros(padded(piece.size) - piece.size)]))
+            self.size += padded(piece.size)
+        return self._known[key]
+
+    def put_rows(self, values: object) -> int:
+        """Place of an array whose last axis is filled up with zeros to whole lanes."""
+        values = np.asarray(values, float)
+        width = padded(values.shape[-1]) - values.shape[-1]
+        return self.put(np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, width)]))
+
+    def array(self) -> Array:
+        """All pieces in one array."""
+        out = aligned(self.size)
+        if self._pieces:
+            out[: self.size] = np.concatenate(self._pieces)
+        return out
+
+
+class Scratch:
+    """Hands out places in the work array, from whole lanes."""
+
+    def __init__(self) -> None:
+        self.size = 0
+
+    def take(self, count: int) -> int:
+        """Place of that many doubles."""
+        start, self.size = self.size, self.size + padded(count)
+        return start
+
+
+def length_of(parts: list[NDArray[np.void]]) -> int:
+    """Number of integers in record arrays."""
+    return sum(part.size * len(part.dtype.names or ()) for part in parts)
+
+
+def put_marker(marker: Marker, pool: Pool) -> tuple[int, int, int, int]:
+    """Places of position and axes, phi, psi, and whether the marker moves with the shapes at all."""
+    bends = int(bool(np.any(marker.phi) or np.any(marker.psi)))
+    place = pool.put(np.concatenate([marker.position, marker.orientation.ravel()]))
+    return place, pool.put_rows(marker.phi), pool.put_rows(marker.psi), bends

@@ -1,0 +1,151 @@
+"""Lowering loops, nonholonomic constraints and springs between markers to records, pool and scratch."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody, Marker
+from femflex.dynamics.constraints.multipliers import DEPENDENT
+from femflex.dynamics.lowering import tie_layout as at
+from femflex.dynamics.lowering.pool import Pool, Scratch, put_marker
+from femflex.system import Joint, Nonholonomic, System, closure
+
+Array = NDArray[np.float64]
+Ends = tuple[tuple[str | None, str], tuple[str | None, str]]  # body and marker of P, of Q
+
+CLOSED = 1e-13  # position residual to which every step is brought back, relative to the size of the bodies
+
+KINDS = {"rolling_disc": at.CONSTRAINT_DISC, "knife_edge": at.CONSTRAINT_EDGE, "rows": at.CONSTRAINT_GENERAL}
+
+
+def lower_constraints(
+    head: np.void, bodies: NDArray[np.void], system: System, pool: Pool, scratch: Scratch
+) -> list[NDArray[np.void]]:
+    """The CLOSING record, and the CONSTRAINT records of all loops, then all nonholonomic constraints."""
+    given: list[Joint | Nonholonomic] = [*system.loops, *system.constraints]
+    closing, records = np.zeros(1, at.CLOSING), np.zeros(len(given), at.CONSTRAINT)
+    n_rows, n_u = 0, int(head["n_u"])
+    for record, constraint in zip(records, given, strict=True):
+        record["first"] = n_rows
+        if isinstance(constraint, Joint):
+            lower_loop(record, constraint, system, pool)
+        else:
+            lower_nonholonomic(record, constraint, system, pool)
+        if record["kind"] == at.CONSTRAINT_GENERAL:
+            record["general"] = scratch.take(int(record["n_rows"]) * (n_u + 2))
+        else:
+            take_motions(record, bodies, scratch)
+        n_rows += int(record["n_rows"])
+    if given:
+        lower_closing(closing[0], system, pool, n_rows, len(given))
+        hidden = 3 * int(any(b["hidden"] for b in bodies[1:]))
+        closing[0]["n_hidden"], closing[0]["width"] = hidden, n_u + hidden
+        take_scratch(closing[0], head, scratch)
+    return [closing, records]
+
+
+def lower_closing(closing: np.void, system: System, pool: Pool, n_rows: int, n_constraints: int) -> None:
+    """Counts and the tolerance of positions."""
+    size = characteristic_length(system)
+    closing["n_constraints"], closing["n_rows"] = n_constraints, n_rows
+    closing["tolerance"] = pool.put([CLOSED * size, size, DEPENDENT])
+
+
+def take_scratch(closing: np.void, head: np.void, scratch: Scratch) -> None:
+    """Places in the work array."""
+    m, width = int(closing["n_rows"]), int(closing["width"])
+    sizes = {"rows": at.ROW_SIZE * m, "white": m * width, "roots": width, "small": 3 * m * m + 5 * m}
+    sizes |= {
+        "step": int(head["n_u"]),
+        "free": int(head["n_u"]),
+        "moved": int(head["n_q"]),
+        "basis": m * width,
+        "moved_by": width,
+        "note": at.NOTE_SIZE,
+        "marks": int(head["n_bodies"]),
+    }
+    for key, count in sizes.items():
+        closing[key] = scratch.take(count)
+
+
+def take_motions(record: np.void, bodies: NDArray[np.void], scratch: Scratch) -> None:
+    """Places of the motions of markers P and Q in the work array."""
+    for side, role in zip("PQ", ("parent", "child"), strict=True):
+        record[f"motion_{side}"] = scratch.take(at.M_COLUMNS + 6 * int(bodies[record[role]]["row"]))
+
+
+def lower_loop(record: np.void, joint: Joint, system: System, pool: Pool) -> None:
+    """A cut joint's markers and rows."""
+    ends = ((joint.parent, joint.parent_marker), (joint.child, joint.child_marker))
+    lower_ends(record, ends, system, pool)
+    slide, turn = free_scales(ends, system)
+    rows = closure(joint)
+    record["kind"] = at.CONSTRAINT_LOOP
+    record["n_slides"], record["slides"] = len(rows.slides), pool.put(rows.slides)
+    record["n_pairs"], record["pairs"] = len(rows.pairs), pool.put(rows.pairs)
+    record["n_rows"] = rows.n_rows
+    record["scales"] = pool.put([slide] * len(rows.slides) + [turn] * len(rows.pairs))
+
+
+def lower_nonholonomic(record: np.void, constraint: Nonholonomic, system: System, pool: Pool) -> None:
+    """A velocity constraint's markers, axes and rows; the address of a user's function is filled in by the model."""
+    record["kind"], record["n_rows"] = KINDS[constraint.kind], constraint.n_rows
+    if constraint.body is None:
+        record["scales"] = pool.put(np.zeros(constraint.n_rows))
+        return
+    ends = ((constraint.parent, constraint.parent_marker), (constraint.body, constraint.marker))
+    lower_ends(record, ends, system, pool)
+    record["axis"] = pool.put([*constraint.axis, *constraint.normal, constraint.radius])
+    record["scales"] = pool.put([free_scales(ends, system)[0]] * constraint.n_rows)
+
+
+def lower_springs(head: np.void, system: System, pool: Pool) -> NDArray[np.void]:
+    """SPRING records of all springs between markers."""
+    records = np.zeros(len(system.springs), at.SPRING)
+    head["n_springs"] = len(records)
+    for record, spring in zip(records, system.springs, strict=True):
+        lower_ends(record, ((spring.parent, spring.parent_marker), (spring.body, spring.marker)), system, pool)
+        record["data"] = pool.put([spring.stiffness, spring.damping, spring.length])
+    return records
+
+
+def lower_ends(record: np.void, ends: Ends, system: System, pool: Pool) -> None:
+    """Bodies and markers P and Q into the record."""
+    for side, role, (name, marker_name) in zip("PQ", ("parent", "child"), ends, strict=True):
+        marker = Marker.rigid(np.zeros(3))
+        if name is not None:
+            marker = system.bodies[name].marker(marker_name)
+            record[role] = 1 + system.order.index(name)
+        for key, place in zip(("place", "shape", "spin", "bends"), put_marker(marker, pool), strict=True):
+            record[f"{key}_{side}"] = place
+
+
+def free_scales(ends: Ends, system: System) -> tuple[float, float]:
+    """The scales of a force row and of a torque row between two bodies.
+
+    A row's scale is the inverse square root of the acceleration that its unit multiplier gives the two bodies were
+    they free and rigid: against it a row that cannot move anything shows as zero, whatever the units.
+    """
+    slide = turn = 0.0
+    for name, marker_name in ends:
+        if name is not None:
+            body = system.bodies[name]
+            inertia = mean_inertia(body)
+            arm = body.marker(marker_name).position - body.moments.center_of_mass()
+            slide += 1.0 / body.moments.mass + float(arm @ arm) / inertia
+            turn += 1.0 / inertia
+    return 1.0 / np.sqrt(slide), 1.0 / np.sqrt(turn)
+
+
+def mean_inertia(body: FlexibleBody) -> float:
+    """Mean moment of inertia about the centre of mass; of a mass point, that of its mass at one metre [kg m^2]."""
+    m, c = body.moments.mass, body.moments.center_of_mass()
+    inertia = (np.trace(body.moments.inertia()) - 2.0 * m * c @ c) / 3.0
+    return float(inertia) if inertia > 1e-14 * m else float(m)
+
+
+def characteristic_length(system: System) -> float:
+    """Largest distance of a marker from its body's origin, or radius of a disc; 1 m if there is none [m]."""
+    lengths = [float(np.linalg.norm(m.position)) for b in system.bodies.values() for m in b.markers.values()]
+    return max([*lengths, *(c.radius for c in system.constraints)], default=0.0) or 1.0

@@ -1,0 +1,104 @@
+"""Newton's correction of implicit integrators in one pass of the recursion, without residual and right-hand side.
+
+(M + c_d D + c_k K) d = -(M udot + h - Q) is solved for udot + d: (M + c_d D + c_k K) (udot + d) = (c_d D + c_k K) udot
++ Q - h, the equations of motion of bodies and joints that are heavier by c_d D + c_k K, with what these take off.
+Compiled apart from `rate`, and only when first asked for.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner, kernel
+from femflex.dynamics.arithmetic.lanes import lane, nothing, put, start
+from femflex.dynamics.bodies.elastic import write_elastic_block, write_rows
+from femflex.dynamics.bodies.stiffening import add_varying_force
+from femflex.dynamics.forces.system import write_forces
+from femflex.dynamics.joints.held import add_known_accelerations, held_state
+from femflex.dynamics.joints.laws import write_law_resistance
+from femflex.dynamics.lowering.layout import W_RESIST, W_TAU, body_of, header_of
+from femflex.dynamics.motion.equations import place
+from femflex.dynamics.motion.recursion import accelerate, reduce_written
+from femflex.dynamics.motion.second_order import CORRECT
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+Record = np.void
+
+
+@inner
+def add_resistance(b: Record, udot: Array, pool: Array, work: Array, c_d: float, c_k: float) -> None:
+    """Add (c_d D + c_k K) udot to the forces on the joint, and take it off the written elastic rows' bias."""
+    free, tau = b["n_h"] - (3 if b["hidden"] else 0), b["work"] + W_TAU
+    if b["sprung"]:
+        for k in range(free):
+            resistance = c_d * pool[b["damper"] + k] + c_k * pool[b["spring"] + k]
+            if b["lawful"]:
+                resistance += work[b["work"] + W_RESIST + k]
+            work[tau + k] += resistance * udot[b["u"] + k]
+    row, bias, rates = b["row"], b["border"] + b["row"] + 7, b["ue"]
+    for k in range(0, row, 4):
+        force = nothing()
+        for i in range(b["n"]):
+            D, K = lane(pool, b["damping"] + row * i + k), lane(pool, b["stiffness"] + row * i + k)
+            force = force + udot[rates + i] * (c_d * D + c_k * K)
+        put(work, b["accel"] + k, force)
+    for k in range(b["n"]):
+        work[bias + b["stride"] * k] -= work[b["accel"] + k]
+    if b["nonlinear"]:
+        add_varying_force(b, work, udot, rates, -c_k, work, bias, b["stride"])
+
+
+@inner
+def resisted_accelerations(
+    t: float,
+    q: Array,
+    u: Array,
+    udot: Array,
+    out: Array,
+    c_d: float,
+    c_k: float,
+    forced: bool,
+    table: Table,
+    pool: Array,
+    work: Array,
+) -> None:
+    """out = udot + d, the accelerations of the heavier bodies and joints; forced as in `reduce_to_root`."""
+    head = header_of(table)
+    place(t, q, u, table, pool, work)
+    write_forces(t, q, u, table, pool, work)
+    if head["n_laws"] > 0:
+        write_law_resistance(q, u, c_d, c_k, table, pool, work)
+    if head["n_holds"] > 0:
+        add_known_accelerations(table, work)
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
+        write_rows(b, pool, work)
+        write_elastic_block(b, pool, work, c_d, c_k)
+        add_resistance(b, udot, pool, work, c_d, c_k)
+    reduce_written(table, pool, work, c_d, c_k, forced)
+    accelerate(table, work, out, forced)
+
+
+@kernel(CORRECT)
+def correct(
+    t: float,
+    q: Array,
+    u: Array,
+    udot: Array,
+    out: Array,
+    c_d: float,
+    c_k: float,
+    table: Table,
+    pool: Array,
+    work: Array,
+) -> None:
+    """out = -(M + c_d D + c_k K)^-1 (M udot + h - Q) at the state (q, u), in O(n); sddot - udot of held freedoms."""
+    records, numbers, scratch, x, v = start(table), start(pool), start(work), start(q), start(u)
+    head = header_of(records)
+    if head["n_holds"] > 0:
+        x, v = held_state(t, x, v, records, numbers, scratch)
+    resisted_accelerations(t, x, v, start(udot), start(out), c_d, c_k, False, records, numbers, scratch)
+    for k in range(head["n_u"]):
+        out[k] -= udot[k]

@@ -1,0 +1,193 @@
+"""Residual of the equations of motion by gathering forces from tips to root, and the linear solve."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.arithmetic.formula import formula
+from femflex.dynamics.arithmetic.lanes import lane, nothing, plus, put, totals
+from femflex.dynamics.arithmetic.pairs import (
+    Pair,
+    along_four,
+    at_origin,
+    dot_pair,
+    nothing_pair,
+    pair,
+    pair_of,
+    put_pair,
+)
+from femflex.dynamics.arithmetic.spatial import Rows, six_rows
+from femflex.dynamics.arithmetic.vectors import ZERO, add, load3, load9, load_rows, scale, turn, turn_back
+from femflex.dynamics.bodies.columns import along, columns_times, six_lanes
+from femflex.dynamics.bodies.elastic import write_rows
+from femflex.dynamics.bodies.inertia import accelerate_uniformly, zero_forces
+from femflex.dynamics.bodies.slaves import write_tied_mass
+from femflex.dynamics.forces.system import write_forces
+from femflex.dynamics.joints.held import add_known_accelerations, held_state, hold_rows, is_held
+from femflex.dynamics.joints.laws import write_law_resistance
+from femflex.dynamics.lowering.layout import W_ACC, W_BIAS, W_CIN, W_CIP, W_H, W_M, W_P, W_R, W_TAU, body_of, header_of
+from femflex.dynamics.motion.equations import place
+from femflex.dynamics.motion.recursion import accelerate, carry_acceleration, reduce_to_root
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+Record = np.void
+
+
+@inner
+def write_residual(
+    t: float, q: Array, u: Array, udot: Array, out: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """out = M udot + h - Q: forces of motion and strain, loads and springs, then the inertia forces of udot.
+
+    On the rows of held freedoms out = udot - sddot.
+    """
+    holds = header_of(table)["n_holds"] > 0
+    if holds:
+        q, u = held_state(t, q, u, table, pool, work)
+    place(t, q, u, table, pool, work)
+    write_forces(t, q, u, table, pool, work)
+    gather_residual(udot, out, table, pool, work)
+    if holds:
+        hold_rows(udot, out, table, work)
+
+
+@inner
+def gather_residual(udot: Array, out: Array, table: Table, pool: Array, work: Array) -> None:
+    """Add the inertia forces of udot to the written biases and gather them on the coordinates."""
+    head = header_of(table)
+    total = ZERO
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
+        write_rows(b, pool, work)
+        accelerate_body(b, body_of(table, b["parent"]), udot, work)
+        add_inertia_forces(b, pool, work)
+        w = b["work"]
+        total = add(total, turn_back(load9(work, w + W_CIN), load3(work, w + W_P)))
+    if body_of(table, 1)["hidden"]:  # the centre of mass stays at O
+        a_c = scale(-1.0 / pool[head["mass"]], total)
+        for i in range(1, head["n_bodies"]):
+            b = body_of(table, i)
+            accelerate_uniformly(b, turn(load9(work, b["work"] + W_CIN), a_c), pool, work)
+    for i in range(head["n_bodies"] - 1, 0, -1):
+        b = body_of(table, i)
+        gather(b, work, out)
+        if b["parent"] > 0:
+            hand_forces(b, body_of(table, b["parent"]), work)
+
+
+@inner
+def accelerate_body(b: Record, parent: Record, udot: Array, work: Array) -> None:
+    """Write the body's acceleration: the parent's, the joint's and the bias; and keep those of the shapes."""
+    w, hidden = b["work"], 3 if b["hidden"] else 0
+    for k in range(b["row"]):
+        work[b["accel"] + k] = udot[b["ue"] + k] if k < b["n"] else 0.0
+    carry_acceleration(b, parent, work)
+    acc = plus(pair(work, w + W_ACC), 1.0, pair(work, w + W_BIAS))
+    for k in range(hidden, b["n_h"]):
+        acc = plus(acc, udot[b["u"] + k - hidden], pair(work, w + W_H + 8 * k))
+    if b["own_bends"]:
+        acc = plus(acc, -1.0, columns_times(work, b["G"], b["row"], b["accel"]))
+    put_pair(work, w + W_ACC, acc)
+
+
+@inner
+def add_inertia_forces(b: Record, pool: Array, work: Array) -> None:
+    """Add A a + B ddot delta to the bias wrench and B^T a + Me ddot delta to the elastic bias."""
+    w, n, row, stride, accel = b["work"], b["n"], b["row"], b["stride"], b["accel"]
+    acc = pair(work, w + W_ACC)
+    force = rows_along(six_rows(work, w + W_M), acc)
+    for k in range(n):
+        force = plus(force, work[accel + k], pair(work, b["border"] + stride * k + row))
+    block, apart = b["elastic_mass"], row
+    numbers = pool
+    if b["n_slaves"]:
+        write_tied_mass(b, pool, work)
+        block, apart, numbers = b["border"], stride, work
+    for k in range(0, row, 4):
+        elastic = along_four(work, b["border"] + stride * k + row, stride, acc)
+        for j in range(n):
+            elastic = elastic + work[accel + j] * lane(numbers, block + apart * j + k)
+        put(work, b["pn"] + k, elastic)
+    put_pair(work, w + W_P, force)
+
+
+@formula
+def rows_along(rows: Rows, v: Pair) -> Pair:
+    """A a + p of rows [A | p] and v = (a, 1)."""
+    products = [row[0] * v[0] + row[1] * v[1] for row in rows]
+    force = totals(products[0], products[1], products[2], nothing())
+    return force, totals(products[3], products[4], products[5], nothing())
+
+
+@inner
+def gather(b: Record, work: Array, out: Array) -> None:
+    """Write the body's rows of the residual from its wrench and its elastic forces."""
+    w, hidden = b["work"], 3 if b["hidden"] else 0
+    force = (lane(work, w + W_P), lane(work, w + W_P + 4))
+    for k in range(hidden, b["n_h"]):
+        along_joint = dot_pair(force, pair(work, w + W_H + 8 * k))
+        out[b["u"] + k - hidden] = along_joint - (work[w + W_TAU + k - hidden] if b["sprung"] else 0.0)
+    if b["own_bends"]:
+        for k in range(0, b["row"], 4):
+            put(work, b["pn"] + k, lane(work, b["pn"] + k) - along(force, six_lanes(work, b["G"] + k, b["row"])))
+    for k in range(b["n"]):
+        out[b["ue"] + k] = work[b["pn"] + k]
+
+
+@inner
+def hand_forces(b: Record, parent: Record, work: Array) -> None:
+    """Add the body's wrench to its parent's, and through the node that carries the joint to its elastic forces."""
+    w, p, row = b["work"], parent["work"] + W_P, parent["row"]
+    C = load_rows(work, w + W_CIP)
+    f, m = turn_back(C, load3(work, w + W_P)), turn_back(C, load3(work, w + W_P + 4))
+    force = pair_of(f, m)
+    put_pair(work, p, plus(pair(work, p), 1.0, at_origin(force, load3(work, w + W_R))))
+    if b["bends"]:
+        for k in range(0, row, 4):
+            at = parent["pn"] + k
+            put(work, at, lane(work, at) + along(force, six_lanes(work, b["Phi"] + k, row)))
+
+
+@inner
+def write_solution(
+    t: float,
+    q: Array,
+    rhs: Array,
+    out: Array,
+    c_m: float,
+    c_d: float,
+    c_k: float,
+    table: Table,
+    pool: Array,
+    work: Array,
+) -> None:
+    """out = (c_m M + c_d D + c_k K)^-1 rhs; the velocities handed to `place` only reach biases, which are cleared.
+
+    On held freedoms the matrix is c_m times the unit matrix. K counts the stiffness of laws; D leaves out what these
+    resist at a rate, which is not known here.
+    """
+    head = header_of(table)
+    if head["n_holds"] > 0:
+        q, _ = held_state(t, q, rhs, table, pool, work)
+        for k in range(head["n_u"]):
+            work[head["known"] + k] = work[head["flags"] + k] * rhs[k] / c_m
+    place(t, q, rhs, table, pool, work)
+    if head["n_laws"] > 0:
+        write_law_resistance(q, rhs, 0.0, c_k / c_m, table, pool, work)
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
+        w = b["work"]
+        zero_forces(b, work)
+        put_pair(work, w + W_BIAS, nothing_pair())
+        for k in range(b["n_h"] - (3 if b["hidden"] else 0)):
+            held = b["held"] and is_held(b, k, work)
+            work[w + W_TAU + k] = 0.0 if held else rhs[b["u"] + k] / c_m
+        for k in range(b["n"]):
+            work[b["pn"] + k] = -rhs[b["ue"] + k] / c_m
+    if head["n_holds"] > 0:
+        add_known_accelerations(table, work)
+    reduce_to_root(table, pool, work, c_d / c_m, c_k / c_m, True)
+    accelerate(table, work, out, True)

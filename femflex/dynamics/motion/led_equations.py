@@ -1,0 +1,45 @@
+"""The equations of motion (9) of a model with held joint freedoms, laws, or springs between markers.
+
+Compiled apart from `rate`, and only for such models: the others keep their speed and their first compilation.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner, kernel
+from femflex.dynamics.arithmetic.lanes import beyond, start
+from femflex.dynamics.forces.system import write_forces
+from femflex.dynamics.joints.coordinates import coordinate_rates
+from femflex.dynamics.joints.held import add_known_accelerations, held_state
+from femflex.dynamics.lowering.layout import body_of, header_of
+from femflex.dynamics.motion.equations import RATE, place
+from femflex.dynamics.motion.recursion import accelerate, reduce_to_root
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+
+
+@inner
+def write_accelerations(t: float, q: Array, u: Array, udot: Array, table: Table, pool: Array, work: Array) -> None:
+    """udot of M udot = Q - h at the state (q, u), in which held freedoms are where they are held."""
+    place(t, q, u, table, pool, work)
+    write_forces(t, q, u, table, pool, work)
+    if header_of(table)["n_holds"] > 0:
+        add_known_accelerations(table, work)
+    reduce_to_root(table, pool, work, 0.0, 0.0, False)
+    accelerate(table, work, udot, False)
+
+
+@kernel(RATE)
+def led_rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
+    """dx/dt of the state x = (q, u): qdot = N(q) u and M udot = Q - h; held freedoms have (sdot, sddot)."""
+    records, numbers, scratch = start(table), start(pool), start(work)
+    head = header_of(records)
+    q, u, dq, udot = start(x), beyond(x, head["n_q"]), start(dx), beyond(dx, head["n_q"])
+    if head["n_holds"] > 0:
+        q, u = held_state(t, q, u, records, numbers, scratch)
+    write_accelerations(t, q, u, udot, records, numbers, scratch)
+    for i in range(1, head["n_bodies"]):
+        coordinate_rates(body_of(records, i), q, u, dq, numbers)

@@ -1,0 +1,93 @@
+"""The O(n) recursion: from the tips to the root every body is reduced to the inertia its parent feels, then back.
+
+Per body, in the unknowns (a, alpha, ddot delta): [A | p] are the rows of the rigid motion (see spatial), E, B, pn
+those of the shapes. The same pass solves the equations of motion, and (c_m M + c_d D + c_k K) x = rhs for implicit
+integrators, where the modal stiffness only changes the elastic block.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.arithmetic.pairs import first3
+from femflex.dynamics.arithmetic.vectors import ZERO, add, cross, load3, load_rows, store_lane, turn
+from femflex.dynamics.bodies.columns import columns_times
+from femflex.dynamics.bodies.elastic import (
+    accelerate_shapes,
+    eliminate_elastic,
+    refer_to_hinge,
+    write_elastic_block,
+    write_rows,
+)
+from femflex.dynamics.joints.held import accelerate_held, keep_held_columns
+from femflex.dynamics.joints.motion import accelerate_joint, eliminate_joint, release_root
+from femflex.dynamics.lowering.layout import W_ACC, W_CIP, W_R, body_of, header_of
+from femflex.dynamics.motion.handover import hand_to_parent
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+Record = np.void
+
+
+@inner
+def reduce_to_root(table: Table, pool: Array, work: Array, c_d: float, c_k: float, forced: bool) -> None:
+    """Tips to root: eliminate every body's elastic block and joint; forced: there are forces on free root joints."""
+    for i in range(1, header_of(table)["n_bodies"]):
+        write_rows(body_of(table, i), pool, work)
+        write_elastic_block(body_of(table, i), pool, work, c_d, c_k)
+    reduce_written(table, pool, work, c_d, c_k, forced)
+
+
+@inner
+def reduce_written(table: Table, pool: Array, work: Array, c_d: float, c_k: float, forced: bool) -> None:
+    """Tips to root, from rows and elastic blocks that are written already."""
+    for i in range(header_of(table)["n_bodies"] - 1, 0, -1):
+        b = body_of(table, i)
+        if b["own_bends"]:
+            refer_to_hinge(b, work)
+        if b["n"] > 0:
+            eliminate_elastic(b, work, c_d != 0.0 or c_k != 0.0)
+        if b["held"]:
+            keep_held_columns(b, work)
+        if forced or not b["full"]:
+            eliminate_joint(b, pool, work, c_d, c_k, forced)
+        if b["parent"] > 0:
+            hand_to_parent(b, body_of(table, b["parent"]), work)
+
+
+@inner
+def accelerate(table: Table, work: Array, out: Array, forced: bool) -> None:
+    """Root to tips: write udot to out, and each body's acceleration to its block."""
+    for i in range(1, header_of(table)["n_bodies"]):
+        b = body_of(table, i)
+        if b["full"] and not forced:
+            release_root(b, work, out)
+        else:
+            carry_acceleration(b, body_of(table, b["parent"]), work)
+            accelerate_joint(b, work, out)
+            if b["held"]:
+                accelerate_held(b, work, out)
+        if b["n"] > 0:
+            accelerate_shapes(b, work, out)
+
+
+@inner
+def carry_acceleration(b: Record, parent: Record, work: Array) -> None:
+    """Write the acceleration that the parent gives the body with its joint at rest.
+
+    What the base frame gives is known beforehand and stands in the bias.
+    """
+    w, wp = b["work"], parent["work"]
+    a, alpha = ZERO, ZERO
+    if b["parent"] > 0:
+        a, alpha = load3(work, wp + W_ACC), load3(work, wp + W_ACC + 4)
+        a = add(a, cross(alpha, load3(work, w + W_R)))
+        if b["bends"]:
+            lift = columns_times(work, b["Phi"], parent["row"], parent["accel"])
+            a, alpha = add(a, first3(lift[0])), add(alpha, first3(lift[1]))
+        C = load_rows(work, w + W_CIP)
+        a, alpha = turn(C, a), turn(C, alpha)
+    store_lane(work, w + W_ACC, a)
+    store_lane(work, w + W_ACC + 4, alpha, 1.0)

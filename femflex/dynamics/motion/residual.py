@@ -1,0 +1,60 @@
+"""The residual of the equations of motion, and the linear solve with their matrices, as calls."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import kernel
+from femflex.dynamics.arithmetic.lanes import start
+from femflex.dynamics.motion.gathering import write_residual, write_solution
+from femflex.dynamics.motion.second_order import RESIDUAL, SOLVE
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+
+
+@kernel(RESIDUAL)
+def residual(t: float, q: Array, u: Array, udot: Array, out: Array, table: Table, pool: Array, work: Array) -> None:
+    """out = M(q, t) udot + h(q, u, t) - Q of eq. (9), in O(n).
+
+    With an eliminated root translation M is M - M_v^T M_vv^-1 M_v and forces work through displacements relative to O.
+    """
+    write_residual(
+        t,
+        start(q),
+        start(u),
+        start(udot),
+        start(out),
+        start(table),
+        start(pool),
+        start(work),
+    )
+
+
+@kernel(SOLVE)
+def solve(
+    t: float,
+    q: Array,
+    rhs: Array,
+    out: Array,
+    c_m: float,
+    c_d: float,
+    c_k: float,
+    table: Table,
+    pool: Array,
+    work: Array,
+) -> None:
+    """out = (c_m M + c_d D + c_k K)^-1 rhs with M at q, D and K of shapes, springs and dampers; O(n)."""
+    write_solution(
+        t,
+        start(q),
+        start(rhs),
+        start(out),
+        c_m,
+        c_d,
+        c_k,
+        start(table),
+        start(pool),
+        start(work),
+    )

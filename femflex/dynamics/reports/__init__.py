@@ -1,0 +1,1 @@
+"""What a run reports at every row: channels, places, monitors."""

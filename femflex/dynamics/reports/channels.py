@@ -1,0 +1,165 @@
+"""The channels that a run of a system reports, and where each stands in an observed row."""
+
+from __future__ import annotations
+
+from femflex.dynamics.constraints.contacts import contact_channels
+from femflex.dynamics.forces.orbit_force import orbit_channels
+from femflex.dynamics.joints.channels import ball_channels
+from femflex.dynamics.joints.drive_report import held_channels
+from femflex.dynamics.joints.gimbal_lock import lock_channels
+from femflex.dynamics.joints.law_report import law_channels
+from femflex.dynamics.joints.reactions import reaction_channels
+from femflex.dynamics.lowering.lower import reported_markers
+from femflex.dynamics.reports import monitors
+from femflex.dynamics.reports import observe as seen
+from femflex.dynamics.reports.sights import sight_channels
+from femflex.rotations import is_extrinsic, is_symmetric, letters_of
+from femflex.system import Channel, System
+from femflex.system.segments import marker_label
+
+XYZ = ("x", "y", "z")
+EULER = ("e0", "e1", "e2", "e3")
+ANGLE_WORDS = {"x": "pitch", "y": "yaw", "z": "roll"}  # about the orbit normal, the vertical, the flight direction
+
+
+def conservative_loads(system: System) -> list[str]:
+    """Names of the loads whose potential is part of the energy."""
+    return [load.name for load in system.loads if load.conservative and system.orbit is None]
+
+
+def row_length(system: System) -> int:
+    """Numbers per observed instant."""
+    counts = len(system.bodies) * seen.ROW_BODY + len(reported_markers(system)) * seen.ROW_MARKER
+    return monitors.ROW_FIXED + counts + len(system.loads) * seen.ROW_LOAD
+
+
+def row_places(system: System) -> dict[str, slice | int]:
+    """Where each channel stands in an observed row."""
+    s = monitors
+    places: dict[str, slice | int] = {
+        "attitude/angles": slice(s.ROW_ANGLES, s.ROW_ANGLES + 3),
+        "monitors/energy": s.ROW_ENERGY,
+        "monitors/kinetic": s.ROW_KINETIC,
+        "monitors/elastic": s.ROW_ELASTIC,
+        "monitors/spring": s.ROW_SPRING,
+        "monitors/momentum": slice(s.ROW_MOMENTUM, s.ROW_MOMENTUM + 3),
+        "monitors/angular_momentum": slice(s.ROW_ANGULAR, s.ROW_ANGULAR + 3),
+        "monitors/center_of_mass": slice(s.ROW_CENTER, s.ROW_CENTER + 3),
+        "monitors/quaternion_norm": s.ROW_NORM,
+    }
+    if system.orbit is not None:
+        places |= {
+            "orbit/radius": s.ROW_RADIUS,
+            "orbit/true_anomaly": s.ROW_ANOMALY,
+            "orbit/attitude": slice(s.ROW_ORBIT, s.ROW_ORBIT + 4),
+            "monitors/gravity": s.ROW_GRAVITY,
+            "monitors/jacobi": s.ROW_JACOBI,
+        }
+    if conservative_loads(system):
+        places["monitors/load"] = s.ROW_LOAD_ENERGY
+    at = s.ROW_FIXED
+    for name in system.order:
+        for key, start, stop in (("position", 0, 3), ("attitude", 3, 7), ("rate", 7, 10)):
+            places[f"bodies/{name}/{key}"] = slice(at + start, at + stop)
+        at += seen.ROW_BODY
+    for body, marker in reported_markers(system):
+        for key, start in (("position", 0), ("velocity", 3), ("deflection", 6)):
+            places[f"markers/{marker_label(system.segments, body, marker)}/{key}"] = slice(at + start, at + start + 3)
+        at += seen.ROW_MARKER
+    for load in system.loads:
+        for key, start in (("force", 0), ("torque", 3)):
+            places[f"loads/{load.name}/{key}"] = slice(at + start, at + start + 3)
+        at += seen.ROW_LOAD
+    return places
+
+
+def channels_of(system: System) -> dict[str, Channel]:
+    """Path, unit, meaning and frame of everything a run reports."""
+    q, u = system.coordinate_names(), system.velocity_names()
+    where = "from O" if system.orbit else "from the inertial origin"
+    sequence = system.libration_sequence
+    angles, kind = letters_of(sequence), "extrinsic" if is_extrinsic(sequence) else "intrinsic"
+    words = tuple(f"{a}{k + 1}" if is_symmetric(sequence) else ANGLE_WORDS[a] for k, a in enumerate(angles))
+    out = {
+        "q": Channel(_units(q), "coordinates", (len(q),), tuple(name for name, _ in q)),
+        "u": Channel(_units(u), "quasi-velocities", (len(u),), tuple(name for name, _ in u)),
+        "attitude/angles": Channel(
+            "rad", f"attitude of {system.root} from the {system.frame.kind} frame, {kind} {angles}", (3,), words
+        ),
+        "monitors/energy": Channel("J", "total energy"),
+        "monitors/kinetic": Channel("J", "kinetic energy relative to O" if system.orbit else "kinetic energy"),
+        "monitors/elastic": Channel("J", "strain energy"),
+        "monitors/spring": Channel("J", "energy of joint springs"),
+        "monitors/momentum": Channel("kg m/s", "linear momentum", (3,), XYZ, "inertial"),
+        "monitors/angular_momentum": Channel(
+            "kg m^2/s", "angular momentum about the centre of mass", (3,), XYZ, "inertial"
+        ),
+        "monitors/center_of_mass": Channel("m", f"centre of mass {where}", (3,), XYZ, "inertial"),
+        "monitors/quaternion_norm": Channel("1", "largest departure of Euler parameters from unit length"),
+    }
+    if conservative_loads(system):
+        out["monitors/load"] = Channel("J", "energy of forces that are constant in inertial axes, -F.r")
+    if system.orbit is not None:
+        out |= {
+            "orbit/radius": Channel("m", "distance of O from the Earth's centre"),
+            "orbit/true_anomaly": Channel("rad", "true anomaly of O"),
+            "orbit/attitude": Channel("1", "Euler parameters of the orbital frame, C_NO", (4,), EULER),
+            "monitors/gravity": Channel("J", "energy of the gravity gradient"),
+            "monitors/jacobi": Channel("J", "Jacobi integral, constant on a specified circular orbit"),
+        }
+    for name in system.order:
+        out |= {
+            f"bodies/{name}/position": Channel("m", f"origin of {name} {where}", (3,), XYZ, "inertial"),
+            f"bodies/{name}/attitude": Channel("1", f"Euler parameters of {name}, C_NB", (4,), EULER),
+            f"bodies/{name}/rate": Channel("rad/s", f"inertial rate of {name}", (3,), XYZ, "body"),
+            f"bodies/{name}/delta": Channel(
+                "kg^1/2 m", f"amplitudes of the shapes of {name}", (system.bodies[name].n_shapes,)
+            ),
+        }
+    for name in system.segments:
+        out |= {
+            f"bodies/{name}/position": Channel("m", f"origin of {name}, undeformed, {where}", (3,), XYZ, "inertial"),
+            f"bodies/{name}/attitude": Channel("1", f"Euler parameters of {name}, undeformed, C_NB", (4,), EULER),
+        }
+    for body, marker in reported_markers(system):
+        label = marker_label(system.segments, body, marker)
+        out |= {
+            f"markers/{label}/position": Channel("m", f"position of {label} {where}", (3,), XYZ, "inertial"),
+            f"markers/{label}/velocity": Channel("m/s", f"velocity of {label} {where}", (3,), XYZ, "inertial"),
+            f"markers/{label}/deflection": Channel("m", f"elastic displacement of {label}", (3,), XYZ, "body"),
+        }
+    out |= ball_channels(system) | lock_channels(system)
+    for load in system.loads:
+        out |= {
+            f"loads/{load.name}/force": Channel("N", f"force of {load.name}", (3,), XYZ, "body"),
+            f"loads/{load.name}/torque": Channel("N m", f"torque of {load.name}", (3,), XYZ, "body"),
+        }
+    out |= held_channels(system) | law_channels(system) | orbit_channels(system)
+    out |= sight_channels(system) | contact_channels(system)
+    return out | constraint_channels(system) | reaction_channels(system)
+
+
+def constraint_channels(system: System) -> dict[str, Channel]:
+    """What loops and constraints report; nothing for a system without any."""
+    if not (system.loops or system.constraints):
+        return {}
+    out = {
+        "monitors/constraint_position": Channel("m", "largest gap of the loops, angles times the bodies' size"),
+        "monitors/constraint_velocity": Channel("m/s", "largest velocity residual (rad/s in rows of angles)"),
+        "monitors/constraint_rank": Channel("1", "constraint rows that do not follow from others"),
+    }
+    for c in system.constraints:
+        if c.body is None:
+            out[f"constraints/{c.name}/multipliers"] = Channel("1", "multipliers lambda of A^T lambda", (c.n_rows,))
+    held = [(f"loops/{j.label}", j.child, j.child_marker) for j in system.loops]
+    held += [(f"constraints/{c.name}", c.body, c.marker) for c in system.constraints if c.body is not None]
+    for path, body, marker in held:
+        out |= {
+            f"{path}/force": Channel("N", f"force of the constraint on {body}", (3,), XYZ, "inertial"),
+            f"{path}/torque": Channel("N m", f"its torque on {body} about {body}.{marker}", (3,), XYZ, "inertial"),
+        }
+    return out
+
+
+def _units(pairs: list[tuple[str, str]]) -> str:
+    return ", ".join(unit for _, unit in pairs)

@@ -1,0 +1,70 @@
+"""What a model says of a state at which a run came to its end: the one cause that the numbers there point to."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.joints.drive_report import specified_states
+from femflex.dynamics.joints.gimbal_lock import lockable
+from femflex.system.turning import lock_angle, locked
+
+if TYPE_CHECKING:
+    from femflex.dynamics.model import Model
+
+Array = NDArray[np.float64]
+
+NEAR = 1e-2  # rad left to gimbal lock, or smallest part of a singular value at the start, that explains an end
+
+
+def diagnosis(model: Model, t: float, x: Array, unheld: bool) -> tuple[str, Exception | None]:
+    """A sentence on the state x (n_x,) beyond which there is no step, and the exception behind it; or "" and None.
+
+    unheld: there is none because no state satisfies the constraints
+    """
+    if model.constraints is not None:
+        from femflex.dynamics.constraints.blame import unheld as told_unheld
+
+        if (failed := model.constraints.failed_user()) is not None:
+            name, error = failed
+            return f"the function of constraint {name!r} raised {type(error).__name__}: {error}", error
+        if unheld:
+            told = told_unheld(model.constraints, t, x, " any further")
+            return end_of_reach(model, t, x) or told, None
+    for look in (gimbal_lock, flat_disc, end_of_reach):
+        if told := look(model, t, x):
+            return told, None
+    return "", None
+
+
+def gimbal_lock(model: Model, t: float, x: Array) -> str:
+    """A joint whose free turns hardly span their space any more."""
+    q = specified_states(model, np.array([t]), x[None])[0]
+    for joint, at in lockable(model.system):
+        own = q[at : at + joint.n_q]
+        if lock_angle(joint, own) < NEAR:
+            return (
+                f"joint {joint.label!r} has come to gimbal lock: {locked(joint, own)}. Choose a sequence of turns that "
+                "stays clear of it, or hold other turns"
+            )
+    return ""
+
+
+def flat_disc(model: Model, t: float, x: Array) -> str:
+    """A rolling disc that lies on its plane."""
+    if model.constraints is None:
+        return ""
+    from femflex.dynamics.constraints.discs import told_flat
+
+    return told_flat(model.constraints, t, x, NEAR)
+
+
+def end_of_reach(model: Model, t: float, x: Array) -> str:
+    """A loop whose rows have lost their independence since the start."""
+    if model.constraints is None:
+        return ""
+    from femflex.dynamics.constraints.reach import told_reach
+
+    return told_reach(model, t, x, NEAR)

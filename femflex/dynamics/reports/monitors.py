@@ -1,0 +1,175 @@
+"""Energies, momenta and the orbit of a placed system: the fixed part of a reported row."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.arithmetic.lanes import lane, nothing, plus, total
+from femflex.dynamics.arithmetic.turns import angles_of, quaternion_of
+from femflex.dynamics.arithmetic.vectors import (
+    ZERO,
+    Vector,
+    add,
+    cross,
+    dot,
+    load3,
+    load9,
+    scale,
+    store3,
+    store4,
+    sub,
+    turn,
+    turn_back,
+)
+from femflex.dynamics.bodies.shapes import nothing3, rows3, rows9, totals3, turning_of
+from femflex.dynamics.bodies.stiffening import varying_energy, write_varying_stiffness
+from femflex.dynamics.forces.gravity import find_center_of_mass, gravity_field, inertia_along
+from femflex.dynamics.forces.loads import energy_of_loads
+from femflex.dynamics.forces.springs import energy_of_springs
+from femflex.dynamics.joints.forces import spring_energy
+from femflex.dynamics.joints.laws import law_energy
+from femflex.dynamics.lowering.layout import (
+    BALL_QUATERNION,
+    ORBIT_FREE,
+    ORBIT_NONE,
+    W_CIN,
+    W_CPQ,
+    W_OMEGA,
+    W_POS,
+    W_Q,
+    W_S,
+    W_VEL,
+    body_of,
+    header_of,
+)
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+Record = np.void
+
+ROW_RADIUS, ROW_ANOMALY, ROW_ORBIT, ROW_ANGLES = 0, 1, 2, 6
+ROW_KINETIC, ROW_ELASTIC, ROW_SPRING, ROW_GRAVITY, ROW_ENERGY, ROW_JACOBI = 9, 10, 11, 12, 13, 14
+ROW_MOMENTUM, ROW_ANGULAR, ROW_CENTER, ROW_NORM = 15, 18, 21, 24
+ROW_LOAD_ENERGY = 25
+ROW_FIXED = 26
+
+
+@inner
+def observe_energies(
+    t: float, q: Array, row: Array, shift: Vector, drift: Vector, table: Table, pool: Array, work: Array
+) -> None:
+    """Orbit, attitude angles, energies, momenta and quaternion norm into the fixed part of a row."""
+    head = header_of(table)
+    mass = pool[head["mass"]]
+    kinetic = elastic = spring = 0.0
+    momentum, spin, center = ZERO, ZERO, ZERO
+    norm = 0.0
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
+        w = b["work"]
+        C = load9(work, w + W_CIN)
+        m, s = pool[b["mass"]], load3(work, w + W_S)
+        v = sub(load3(work, w + W_VEL), turn(C, drift))
+        o = load3(work, w + W_OMEGA)
+        ds, h, T_e, V_e = shape_motion(b, pool, work)
+        Q = load9(work, w + W_Q)
+        J_o = sub(scale(Q[0] + Q[4] + Q[8], o), turn(Q, o))
+        p = add(scale(m, v), add(cross(o, s), ds))
+        about = add(cross(s, v), add(J_o, h))  # about the body's origin
+        kinetic += 0.5 * (dot(v, add(p, add(cross(o, s), ds))) + dot(o, J_o)) + dot(o, h) + T_e
+        elastic += V_e
+        spring += spring_energy(b, q, pool, work)
+        p_N = turn_back(C, p)
+        r = sub(load3(work, w + W_POS), shift)
+        momentum = add(momentum, p_N)
+        spin = add(spin, add(turn_back(C, about), cross(r, p_N)))
+        center = add(center, add(scale(m, r), turn_back(C, s)))
+        if b["ball"] == BALL_QUATERNION:
+            j = b["q"] + b["n_slide"]
+            w2, x2, y2, z2 = q[j] * q[j], q[j + 1] * q[j + 1], q[j + 2] * q[j + 2], q[j + 3] * q[j + 3]
+            norm = max(norm, abs(math.sqrt(w2 + x2 + y2 + z2) - 1.0))
+    spring += energy_of_springs(table, pool, work)
+    if head["n_laws"] > 0:
+        spring += law_energy(q, table, pool)
+    center = scale(1.0 / mass, center)
+    row[ROW_KINETIC], row[ROW_ELASTIC], row[ROW_SPRING] = kinetic, elastic, spring
+    store3(row, ROW_MOMENTUM, momentum)
+    store3(row, ROW_ANGULAR, sub(spin, cross(center, momentum)))
+    store3(row, ROW_CENTER, center)
+    row[ROW_NORM] = norm
+    row[ROW_LOAD_ENERGY] = energy_of_loads(t, shift, table, pool, work)
+    observe_orbit(row, kinetic + elastic + spring + row[ROW_LOAD_ENERGY], spin, momentum, table, pool, work)
+    observe_angles(body_of(table, 1), row, head, pool, work)
+
+
+@inner
+def observe_orbit(
+    row: Array, energy: float, spin: Vector, momentum: Vector, table: Table, pool: Array, work: Array
+) -> None:
+    """Orbit state, gravity's energy, total energy and Jacobi integral.
+
+    Specified orbit: energy relative to O with U = 1/2 int r.(mu/a0^3)(1 - 3 l l) r dm; Jacobi = energy - Omega.H.
+    Free orbit: total energy less that of the total mass on the Kepler orbit of O, formed without cancellation.
+    """
+    head = header_of(table)
+    gravity = 0.0
+    row[ROW_RADIUS], row[ROW_ANOMALY] = 0.0, 0.0
+    jacobi = 0.0
+    for k in range(4):
+        row[ROW_ORBIT + k] = 1.0 if k == 0 else 0.0
+    if head["orbit"] != ORBIT_NONE:
+        o, mu, mass = head["orbit_state"], pool[head["orbit_data"]], pool[head["mass"]]
+        find_center_of_mass(table, pool, work)
+        l, strength = gravity_field(table, pool, work)
+        c = load3(work, head["total"])
+        J_l, trace = inertia_along(l, c, table, pool, work)
+        gravity = -0.5 * strength * (trace - 3.0 * dot(l, J_l))
+        R, V = load3(work, o + 13), load3(work, o + 16)
+        row[ROW_RADIUS], row[ROW_ANOMALY] = work[o], work[o + 3]
+        C = load9(work, o + 4)
+        store4(row, ROW_ORBIT, quaternion_of(C))
+        if head["orbit"] == ORBIT_FREE:
+            R_c = add(R, c)
+            radius, a0 = math.sqrt(dot(R, R)), math.sqrt(dot(R_c, R_c))
+            gravity += mu * mass * dot(c, add(R, R_c)) / (radius * a0 * (radius + a0))
+            energy += dot(V, momentum)
+        jacobi = energy + gravity - work[o + 1] * dot((C[0], C[3], C[6]), spin)
+    row[ROW_GRAVITY] = gravity
+    row[ROW_ENERGY] = energy + gravity
+    row[ROW_JACOBI] = jacobi
+
+
+@inner
+def observe_angles(b: Record, row: Array, head: Record, pool: Array, work: Array) -> None:
+    """Attitude angles of the root joint's marker relative to the base frame, in the reported sequence."""
+    store3(row, ROW_ANGLES, angles_of(load9(work, b["work"] + W_CPQ), load3(pool, head["angle_axes"])))
+
+
+@inner
+def shape_motion(b: Record, pool: Array, work: Array) -> tuple[Vector, Vector, float, float]:
+    """Momentum and angular momentum that the shapes' rates add, their own kinetic energy, and the strain energy."""
+    row, wide, delta, ddelta = b["row"], b["wide"], b["delta"], b["ddelta"]
+    ds, h = nothing3(), nothing3()
+    kinetic, strain = nothing(), nothing()
+    for k in range(0, wide, 4):
+        d = lane(work, ddelta + k)
+        ds = plus(ds, d, rows3(pool, b["first"] + k, wide))
+        h = plus(h, d, turning_of(rows9(work, b["Z"] + k, wide)))
+        inertia = nothing()
+        for j in range(b["n_shapes"]):
+            inertia = inertia + work[ddelta + j] * lane(pool, b["elastic_mass"] + wide * j + k)
+        kinetic = kinetic + 0.5 * d * inertia
+    for k in range(0, row, 4):
+        force = nothing()
+        for j in range(b["n"]):
+            force = force + work[delta + j] * lane(pool, b["stiffness"] + row * j + k)
+        strain = strain + lane(work, delta + k) * (lane(pool, b["f0"] + k) + 0.5 * force)
+    energy = total(strain)
+    if b["nonlinear"]:
+        write_varying_stiffness(b, pool, work, 2.0, 1.0)
+        energy += varying_energy(b, work)
+    return totals3(ds), totals3(h), total(kinetic), energy

@@ -1,0 +1,124 @@
+"""What a run reports at an instant: positions, attitudes, markers, loads and monitors, written row by row."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner, kernel
+from femflex.dynamics.arithmetic.lanes import beyond, start
+from femflex.dynamics.arithmetic.symbols import types
+from femflex.dynamics.arithmetic.turns import quaternion_of
+from femflex.dynamics.arithmetic.vectors import (
+    ZERO,
+    Vector,
+    add,
+    cross,
+    load3,
+    load9,
+    scale,
+    store3,
+    store4,
+    sub,
+    transpose,
+    turn_back,
+)
+from femflex.dynamics.bodies.shapes import combined
+from femflex.dynamics.forces.gravity import find_center_of_mass
+from femflex.dynamics.forces.loads import load_wrench
+from femflex.dynamics.joints.held import held_state
+from femflex.dynamics.lowering.layout import W_CIN, W_OMEGA, W_POS, W_S, W_VEL, body_of, header_of, load_of, marker_of
+from femflex.dynamics.motion.equations import place
+from femflex.dynamics.reports.monitors import ROW_FIXED, observe_energies, shape_motion
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+Record = np.void
+
+# one row: the fixed part (see monitors), then per body position 3, attitude 4, rate 3; per marker position 3,
+# velocity 3, deflection 3; per load force 3, torque 3
+ROW_BODY, ROW_MARKER, ROW_LOAD = 10, 9, 6
+
+_matrix, _vector, _integers = types.float64[:, ::1], types.float64[::1], types.int64[::1]
+OBSERVE = types.void(_vector, _matrix, _matrix, _integers, _vector, _vector)
+
+
+@inner
+def origin(table: Table, pool: Array, work: Array) -> tuple[Vector, Vector]:
+    """Place and velocity, inertial components, of what positions and velocities are counted from.
+
+    With an eliminated translation this is the centre of mass (which sits at O); otherwise the base origin.
+    """
+    head = header_of(table)
+    if not body_of(table, 1)["hidden"]:
+        return ZERO, ZERO
+    find_center_of_mass(table, pool, work)
+    momentum = ZERO
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
+        w = b["work"]
+        ds = shape_motion(b, pool, work)[0]
+        p = add(cross(load3(work, w + W_OMEGA), load3(work, w + W_S)), ds)
+        p = add(p, scale(pool[b["mass"]], load3(work, w + W_VEL)))
+        momentum = add(momentum, turn_back(load9(work, w + W_CIN), p))
+    return load3(work, head["total"]), scale(1.0 / pool[head["mass"]], momentum)
+
+
+@inner
+def observe_body(b: Record, row: Array, at: int, shift: Vector, work: Array) -> None:
+    """Position, attitude (Euler parameters of C_NB) and rate of one body."""
+    w = b["work"]
+    store3(row, at, sub(load3(work, w + W_POS), shift))
+    store4(row, at + 3, quaternion_of(transpose(load9(work, w + W_CIN))))
+    store3(row, at + 7, load3(work, w + W_OMEGA))
+
+
+@inner
+def observe_marker(
+    m: Record,
+    table: Table,
+    row: Array,
+    at: int,
+    shift: Vector,
+    drift: Vector,
+    pool: Array,
+    work: Array,
+) -> None:
+    """Position and velocity of a marker, inertial components, and its deflection, body components."""
+    b = body_of(table, m["body"])
+    w = b["work"]
+    C = load9(work, w + W_CIN)
+    u = combined(pool, m["shape"], b["wide"], work, b["delta"])
+    du = combined(pool, m["shape"], b["wide"], work, b["ddelta"])
+    r = add(load3(pool, m["place"]), u)
+    v = add(load3(work, w + W_VEL), add(cross(load3(work, w + W_OMEGA), r), du))
+    store3(row, at, sub(add(load3(work, w + W_POS), turn_back(C, r)), shift))
+    store3(row, at + 3, sub(turn_back(C, v), drift))
+    store3(row, at + 6, u)
+
+
+@kernel(OBSERVE)
+def observe(times: Array, states: Array, rows: Array, table: Table, pool: Array, work: Array) -> None:
+    """Fill rows (n_t, n_row) from times (n_t,) and states (n_t, n_x)."""
+    records, numbers, scratch = start(table), start(pool), start(work)
+    head = header_of(records)
+    for j in range(len(times)):
+        q, row = start(states[j]), start(rows[j])
+        u = beyond(q, head["n_q"])
+        if head["n_holds"] > 0:
+            q, u = held_state(times[j], q, u, records, numbers, scratch)
+        place(times[j], q, u, records, numbers, scratch)
+        shift, drift = origin(records, numbers, scratch)
+        observe_energies(times[j], q, row, shift, drift, records, numbers, scratch)
+        at = ROW_FIXED
+        for i in range(1, head["n_bodies"]):
+            observe_body(body_of(records, i), row, at, shift, scratch)
+            at += ROW_BODY
+        for i in range(head["n_markers"]):
+            observe_marker(marker_of(records, i), records, row, at, shift, drift, numbers, scratch)
+            at += ROW_MARKER
+        for i in range(head["n_loads"]):
+            force, torque, _, _ = load_wrench(times[j], load_of(records, i), records, numbers, scratch)
+            store3(row, at, force)
+            store3(row, at + 3, torque)
+            at += ROW_LOAD

@@ -1,0 +1,35 @@
+"""What a run reports of a body cut into segments as a whole: where it would be undeformed, and how its markers bend."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.lowering.lower import reported_markers
+from femflex.rotations import dcm_from_quaternion, dcm_from_vector, quaternion_from_dcm
+from femflex.system import System
+from femflex.system.segments import marker_label
+
+Array = NDArray[np.float64]
+
+
+def observe_segmented(system: System, out: dict[str, Array]) -> None:
+    """Add position (n_t, 3) and attitude (n_t, 4) of every cut body, and write its markers' deflections (n_t, 3).
+
+    The undeformed body sits where it is held: at the marker by which its joint holds it. Deflections are counted from
+    there, in its axes, and may be as large as the body.
+    """
+    for name, segments in system.segments.items():
+        held = next(s for s in segments if system.joint_of(s).parent not in segments)
+        marker = system.bodies[held].marker(system.joint_of(held).child_marker)
+        delta = out[f"bodies/{held}/delta"]
+        C = dcm_from_quaternion(out[f"bodies/{held}/attitude"])
+        place = out[f"bodies/{held}/position"] + np.einsum("tij,tj->ti", C, marker.position + delta @ marker.phi.T)
+        C = C @ dcm_from_vector(delta @ marker.psi.T)
+        origin = place - C @ marker.position
+        out[f"bodies/{name}/position"], out[f"bodies/{name}/attitude"] = origin, quaternion_from_dcm(C)
+        for body, key in reported_markers(system):
+            if body in segments:
+                label = marker_label(system.segments, body, key)
+                moved = np.einsum("tij,ti->tj", C, out[f"markers/{label}/position"] - origin)
+                out[f"markers/{label}/deflection"] = moved - system.bodies[body].marker(key).position

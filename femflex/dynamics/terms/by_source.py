@@ -1,0 +1,160 @@
+"""Terms by source: every term of eq. (9) along a run, by name."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.joints.drive_report import held_places
+from femflex.dynamics.joints.law_report import law_places
+from femflex.system import System
+
+if TYPE_CHECKING:
+    from femflex.dynamics.model import Model
+
+Array = NDArray[np.float64]
+
+# the ledger's rows in its order, with what they say; then come "loads/<name>", "drives/<held freedom>", "laws/<law>"
+TERMS = {
+    "inertia": "M udot",
+    "coriolis_centrifugal": "part of h quadratic in u",
+    "gyroscopic": "G u, linear in u, from a turning base frame or specified joints",
+    "specified_motion": "Gamma_t - T0,q: the motion of the base frame and of specified joints by itself",
+    "elastic": "K1 delta",
+    "elastic_K2": "K2 delta, quadratic in delta",
+    "elastic_K3": "K3 delta, cubic in delta",
+    "prestress": "f0, the force of an initial stress",
+    "damping": "D ddelta of the bodies",
+    "joint_springs": "springs of joints",
+    "joint_dampers": "dampers of joints",
+    "gravity_gradient": "gravity relative to O",
+    "moving_mass": "M_t u: the mass matrix changes with specified joints",
+}
+SWITCHED = (  # in the compiled equations
+    "coriolis_centrifugal",
+    "gyroscopic",
+    "specified_motion",
+    "gravity_gradient",
+    "moving_mass",
+)
+LOADS, DRIVES, LAWS, SPRINGS_OF, INERTIA_OF = "loads/", "drives/", "laws/", "springs/", "inertia/"
+FORCE_UNITS = {"m/s": "N", "rad/s": "N m", "kg^1/2 m/s": "kg^1/2 m/s^2"}
+
+
+def terms(model: Model, times: Array, states: Array) -> dict[str, Array]:
+    """Every term of M udot + h - Q = 0 along a motion: name -> (n_t, n_u), with its sign in that equation.
+
+    times (n_t,) [s], states (n_t, n_x); udot is the model's own. Row k is the generalised force on the coordinate with
+    quasi-velocity u_k (units as in `force_units`). The names are those of `TERMS`, without what the system has not,
+    "loads/<name>", "drives/<freedom>" of held freedoms, "laws/<law>" of joints, "springs/<name>", "loops/<name>" and
+    "constraints/<name>"; -Q and -A^T lambda carry their minus. The terms sum to zero to rounding, row by row.
+    """
+    times, states, rates = _motion(model, times, states)
+    out = _ledger(model, times, states, rates)
+    rows = all_rows(model.system)
+    present = [name for name in term_names(model.system) if name not in model.omitted]
+    found = {name: out[:, rows.index(name)] for name in present}
+    if model.constraints is not None:
+        found |= model.constraints.forces(times, states)
+    if model.reduced or model.constraints is not None:  # what is left sets the forces that hold freedoms
+        rest = np.sum([row for name, row in found.items() if not name.startswith(DRIVES)], axis=0)
+        for joint, k, _, u in held_places(model.system):
+            found[DRIVES + joint.freedom_names()[k]][:, u] = -rest[:, u]
+    return found
+
+
+def inertia_by_source(model: Model, times: Array, states: Array) -> dict[str, Array]:
+    """M udot split by whose acceleration it is: "inertia/<joint>" or "inertia/<body>" (its shapes) -> (n_t, n_u).
+
+    Only joints that move and bodies with shapes have one; the parts sum to the term "inertia" of `terms`.
+    """
+    times, states, rates = _motion(model, times, states)
+    out = {}
+    for name, places in sources(model.system).items():
+        own = np.zeros_like(rates)
+        own[:, places] = rates[:, places]
+        out[INERTIA_OF + name] = _ledger(model, times, states, own)[:, 0]
+    return out
+
+
+def sources(system: System) -> dict[str, slice]:
+    """Places in u of the joints that move, by label, and of the bodies' shapes, by name."""
+    found, at = {}, 0
+    for name in system.order:
+        joint, n = system.joint_of(name), system.bodies[name].n_modes
+        found[joint.label] = slice(at, at + joint.n_u)
+        found[name] = slice(at + joint.n_u, at + joint.n_u + n)
+        at += joint.n_u + n
+    return {name: places for name, places in found.items() if places.stop > places.start}
+
+
+def _motion(model: Model, times: Array, states: Array) -> tuple[Array, Array, Array]:
+    """Times, states and the model's accelerations (n_t, n_u), checked."""
+    times = np.ascontiguousarray(times, float)
+    states = np.ascontiguousarray(states, float)
+    if states.shape != (len(times), model.n_x):
+        raise ValueError(
+            f"states have shape {states.shape}; {len(times)} times of this model need ({len(times)}, {model.n_x})"
+        )
+    rates = np.empty((len(times), model.n_u))
+    for k, (t, x) in enumerate(zip(times, states, strict=True)):
+        rates[k] = model.state_rate(t, x)[model.n_q :]
+    return times, states, rates
+
+
+def _ledger(model: Model, times: Array, states: Array, rates: Array) -> Array:
+    """All rows of the ledger, (n_t, n_rows, n_u)."""
+    from femflex.dynamics.terms.ledger import ledger
+
+    n_rows = len(all_rows(model.system))
+    out = np.empty((len(times), n_rows * model.n_u))
+    ledger(times, states, rates, out, model.table, model.pool, model.work)
+    return out.reshape(len(times), n_rows, model.n_u)
+
+
+def linear_terms(model: Model, t: float, x: Array) -> tuple[Array, Array]:
+    """M_t (symmetric) and G (skew), both (n_u, n_u), of the part of h linear in u, (M_t + G) u, at x (n_x,)."""
+    from femflex.dynamics.terms.ledger import LINEAR
+
+    n = model.n_u
+    states = np.hstack([np.tile(np.asarray(x, float)[: model.n_q], (n, 1)), np.eye(n)])
+    L = _ledger(model, np.full(n, float(t)), states, np.zeros((n, n)))[:, LINEAR].T
+    return (L + L.T) / 2, (L - L.T) / 2
+
+
+def all_rows(system: System) -> list[str]:
+    """Names of the ledger's rows for a system, also of those that are zero throughout."""
+    drives = (DRIVES + joint.freedom_names()[k] for joint, k, _, _ in held_places(system))
+    laws = (LAWS + place.name for place in law_places(system))
+    springs = (SPRINGS_OF + spring.name for spring in system.springs)
+    return [*TERMS, *(LOADS + load.name for load in system.loads), *drives, *laws, *springs]
+
+
+def term_names(system: System) -> list[str]:
+    """Names of the terms that the system has, in the ledger's order."""
+    bodies = system.bodies.values()
+    led = any(profile.moves for joint in system.joints for profile in joint.held.values())
+    turning = system.frame.kind != "inertial" or led
+    there = {
+        "inertia": True,
+        "coriolis_centrifugal": True,
+        "gyroscopic": turning,
+        "specified_motion": turning,
+        "elastic": any(body.strain.V1.any() for body in bodies),
+        "elastic_K2": any(body.strain.V2.any() for body in bodies),
+        "elastic_K3": any(body.strain.V3.any() for body in bodies),
+        "prestress": any(body.strain.f0.any() for body in bodies),
+        "damping": any(body.damping.any() for body in bodies),
+        "joint_springs": any(joint.stiffness.any() for joint in system.joints),
+        "joint_dampers": any(joint.damping.any() for joint in system.joints),
+        "gravity_gradient": system.orbit is not None,
+        "moving_mass": led,
+    }
+    return [name for name in all_rows(system) if there.get(name, True)]
+
+
+def force_units(system: System) -> list[str]:
+    """Unit of the generalised force on every coordinate (n_u): force times velocity is power."""
+    return [FORCE_UNITS[unit] for _, unit in system.velocity_names()]

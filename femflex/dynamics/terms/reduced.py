@@ -1,0 +1,84 @@
+"""Equations of motion from which terms of the ledger have been left out: residual and rate of the state.
+
+Compiled apart from `rate`, and only when first asked for.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner, kernel
+from femflex.dynamics.arithmetic.lanes import beyond, start
+from femflex.dynamics.joints.coordinates import coordinate_rates
+from femflex.dynamics.joints.held import held_state, hold_rows
+from femflex.dynamics.lowering.layout import body_of, header_of
+from femflex.dynamics.motion.equations import RATE
+from femflex.dynamics.motion.gathering import write_solution
+from femflex.dynamics.motion.second_order import RESIDUAL
+from femflex.dynamics.terms.ledger import HELD_UDOT, SPARE, n_rows, write_terms
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+
+
+@inner
+def write_reduced(
+    t: float, q: Array, u: Array, udot: Array, out: Array, room: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """out = the sum of the terms that the header's `kept` leaves; room (SPARE + n_terms, n_u) holds spare and rows."""
+    head = header_of(table)
+    n_u = head["n_u"]
+    rows = beyond(room, SPARE * n_u)
+    write_terms(t, q, u, udot, rows, start(room), table, pool, work)
+    for k in range(n_u):
+        out[k] = 0.0
+    for i in range(n_rows(table)):
+        if pool[head["kept"] + i] != 0.0:
+            for k in range(n_u):
+                out[k] += rows[i * n_u + k]
+    if head["n_holds"] > 0:
+        hold_rows(udot, out, table, work)
+
+
+@kernel(RESIDUAL)
+def reduced_residual(
+    t: float, q: Array, u: Array, udot: Array, out: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """out = M udot + h - Q with the terms that the header's `kept` leaves."""
+    records = start(table)
+    room = np.zeros((SPARE + n_rows(records)) * len(u))
+    write_reduced(t, start(q), start(u), start(udot), start(out), room, records, start(pool), start(work))
+
+
+@inner
+def write_reduced_rate(
+    t: float, x: Array, dx: Array, room: Array, bias: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """dx/dt from the terms that are left; room (SPARE + n_terms, n_u) begins with zeros, bias (n_u,) for -(h - Q)."""
+    head = header_of(table)
+    q, u, dq, udot, force = x, beyond(x, head["n_q"]), dx, beyond(dx, head["n_q"]), start(bias)
+    write_reduced(t, q, u, start(room), force, room, table, pool, work)
+    n_u = head["n_u"]
+    for k in range(n_u):
+        force[k] = -force[k]
+    known = beyond(room, HELD_UDOT * n_u)  # they stand in the specified motion, not in the accelerations solved for
+    if head["n_holds"] > 0:
+        for k in range(n_u):
+            force[k] = force[k] - known[k]
+    write_solution(t, q, force, udot, 1.0, 0.0, 0.0, table, pool, work)
+    if head["n_holds"] > 0:
+        for k in range(n_u):
+            udot[k] = udot[k] + known[k]
+        q, u = held_state(t, q, u, table, pool, work)
+    for i in range(1, head["n_bodies"]):
+        coordinate_rates(body_of(table, i), q, u, dq, pool)
+
+
+@kernel(RATE)
+def reduced_rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
+    """dx/dt of a model from which terms have been left out; some three to five times the cost of `rate`."""
+    records = start(table)
+    n_u = header_of(records)["n_u"]
+    room, bias = np.zeros((SPARE + n_rows(records)) * n_u), np.empty(n_u)
+    write_reduced_rate(t, start(x), start(dx), room, bias, records, start(pool), start(work))

@@ -1,0 +1,205 @@
+"""A model with something switched off by name: a term of eq. (9), a load, flexibility, or nonlinear strain."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from difflib import get_close_matches
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from femflex.body import FlexibleBody, StrainTensors
+from femflex.dynamics.joints.law_report import law_places
+from femflex.dynamics.terms.by_source import DRIVES, LAWS, LOADS, SPRINGS_OF, SWITCHED, TERMS, all_rows, term_names
+from femflex.system import Joint, Latch, System
+from femflex.warning import PhysicsWarning
+
+if TYPE_CHECKING:
+    from femflex.dynamics.model import Model
+
+FLEXIBILITY = "flexibility"
+NONLINEAR = "nonlinear_strain"
+
+LOOPS, CONSTRAINTS = "loops/", "constraints/"
+FOLDERS = (LOADS, LAWS, SPRINGS_OF, LOOPS, CONSTRAINTS)  # whose parts may go by their own name alone
+SHORT = {"K1": "elastic", "K2": "elastic_K2", "K3": "elastic_K3"}
+
+
+def without_strain(body: FlexibleBody, name: str) -> FlexibleBody:
+    """The body with zeros in one array of its strain tensors."""
+    return replace(body, strain=replace(body.strain, **{name: 0.0 * getattr(body.strain, name)}))
+
+
+def with_linear_strain(body: FlexibleBody) -> FlexibleBody:
+    """The body to first order: no cubic and quartic strain, and nothing that follows its bending."""
+    linear = StrainTensors(body.strain.V1, body.strain.f0)
+    return replace(body.without_slaves(), strain=linear)
+
+
+def bends_nonlinearly(body: FlexibleBody) -> bool:
+    """Whether a body's strain is of more than first order, or shapes follow its bending."""
+    return not body.strain.is_linear or len(body.slaves) > 0
+
+
+BODY_CHANGES: dict[str, Callable[[FlexibleBody], FlexibleBody]] = {
+    "elastic": lambda body: without_strain(body, "V1"),
+    "elastic_K2": lambda body: without_strain(body, "V2"),
+    "elastic_K3": lambda body: without_strain(body, "V3"),
+    "prestress": lambda body: without_strain(body, "f0"),
+    "damping": lambda body: replace(body, damping=0.0 * body.damping),
+    NONLINEAR: lambda body: with_linear_strain(body),
+}
+JOINT_CHANGES: dict[str, Callable[[Joint], Joint]] = {
+    "joint_springs": lambda joint: replace(joint, stiffness=0.0 * joint.stiffness),
+    "joint_dampers": lambda joint: replace(joint, damping=0.0 * joint.damping),
+}
+
+
+def without(model: Model, *names: str) -> Model:
+    """The model without what is named: a term (see `terms`), a load, "flexibility" or that of a body, or
+    "nonlinear_strain".
+
+    A rigid, undamped, unloaded ... system is one in which the thing is not there. The inertia forces by degree in u and
+    gravity are left out of the compiled equations instead; the monitors of energy still count what they stand for.
+    Raises ValueError for a name that is not known, with those that are.
+    """
+    chosen = tuple(dict.fromkeys(resolved(model, name) for name in names))
+    system = model.system
+    for name in chosen:
+        system = changed(system, name)
+    from femflex.dynamics.model import compile_system
+
+    omitted = (*model.omitted, *chosen)
+    found = compile_system(without_reactions(system, omitted))
+    if model.constraints is not None and found.n_x == model.n_x:
+        found = replace(found, x0=model.x0)  # closed loops start where they did
+    return reduced(found, omitted)
+
+
+def switchable(model: Model) -> list[str]:
+    """Everything that can be switched off in the model."""
+    system = model.system
+    flexible = [name for name in system.order if system.bodies[name].n_modes]
+    pieces = {piece for parts in system.segments.values() for piece in parts}
+    flexible = [*(name for name in flexible if name not in pieces), *system.segments]
+    latches = [LAWS + place.name for place in law_places(system) if isinstance(place.of, Latch)]
+    fixed = ("inertia", *latches, *(name for name in term_names(system) if name.startswith(DRIVES)))
+    names = [name for name in term_names(system) if name not in fixed and name not in model.omitted]
+    if model.constraints is not None:
+        names += model.constraints.paths
+    if NONLINEAR not in model.omitted and any(bends_nonlinearly(body) for body in system.bodies.values()):
+        names.append(NONLINEAR)
+    return [*names, *([FLEXIBILITY] if flexible else []), *(f"{FLEXIBILITY}/{name}" for name in flexible)]
+
+
+def resolved(model: Model, name: str) -> str:
+    """The full name of something that can be switched off; a load may go by its own name alone, stiffness by K1."""
+    known = switchable(model)
+    name = SHORT.get(name, name)
+    for full in (name, *(folder + name for folder in FOLDERS)):
+        if full in known:
+            return full
+    if name == "inertia":
+        why = "'inertia' cannot be switched off: without it there is no motion to solve for."
+    elif name.startswith(DRIVES):
+        why = f"{name!r} cannot be switched off: it is what the specified motion needs."
+    elif name in model.omitted:
+        why = f"{name!r} is switched off already."
+    elif name in TERMS or name in (FLEXIBILITY, NONLINEAR):
+        why = f"{name!r} cannot be switched off: this system has none."
+    else:
+        why = f"{name!r} is not something that can be switched off" + (
+            f"; did you mean {near!r}?" if (near := nearest(name, known)) else "."
+        )
+    raise ValueError(f"{why} Known here are {known}.")
+
+
+def nearest(name: str, known: list[str]) -> str:
+    """The known name that is meant by another one, in full where its last part alone would not do; "" for none."""
+    short = {full.partition("/")[2]: full for full in known if "/" in full}
+    near = get_close_matches(name, [*known, *short], n=1)
+    return short.get(near[0], near[0]) if near else ""
+
+
+def changed(system: System, name: str) -> System:
+    """The system without the thing; itself where the compiled equations leave it out."""
+    if name in BODY_CHANGES:
+        return replace(system, bodies={key: BODY_CHANGES[name](body) for key, body in system.bodies.items()})
+    if name in JOINT_CHANGES:
+        return replace(system, joints=tuple(JOINT_CHANGES[name](joint) for joint in system.joints))
+    if name.startswith(LAWS):
+        return replace(system, joints=tuple(without_law(joint, name.removeprefix(LAWS)) for joint in system.joints))
+    if name.startswith(LOADS):
+        return replace(system, loads=tuple(load for load in system.loads if LOADS + load.name != name))
+    if name.startswith(SPRINGS_OF):
+        return replace(system, springs=tuple(s for s in system.springs if SPRINGS_OF + s.name != name))
+    if name.startswith(LOOPS):
+        return replace(system, loops=tuple(loop for loop in system.loops if LOOPS + loop.label != name))
+    if name.startswith(CONSTRAINTS):
+        return replace(system, constraints=tuple(c for c in system.constraints if CONSTRAINTS + c.name != name))
+    if name.partition("/")[0] == FLEXIBILITY:
+        body = name.partition("/")[2]
+        return stiffened(system, set(system.segments.get(body, (body,))) if body else set(system.bodies))
+    return system
+
+
+def without_law(joint: Joint, name: str) -> Joint:
+    """The joint without the law of that name; itself when it has none."""
+    laws = [
+        replace(law, name=own) for law, own in zip(joint.laws, joint.law_names(), strict=True) if own != name
+    ]  # the others keep their names
+    return replace(joint, laws=tuple(laws)) if len(laws) < len(joint.laws) else joint
+
+
+def stiffened(system: System, names: set[str]) -> System:
+    """The system with those bodies rigid in their undeformed shape."""
+    return replace(
+        system,
+        bodies={name: rigid(body) if name in names else body for name, body in system.bodies.items()},
+        delta0={name: value for name, value in system.delta0.items() if name not in names},
+        ddelta0={name: value for name, value in system.ddelta0.items() if name not in names},
+    )
+
+
+def without_reactions(system: System, omitted: tuple[str, ...]) -> System:
+    """The system without reports of what joints carry, where terms are left out of the equations they follow from."""
+    struck = [name for name in omitted if name in SWITCHED]
+    if not (system.reactions and struck):
+        return system
+    warnings.warn(
+        f"forces in joints are left out of the run: they are those of the full equations, and {', '.join(struck)} is "
+        "switched off",
+        PhysicsWarning,
+        stacklevel=4,
+    )
+    return replace(system, reactions=False)
+
+
+def rigid(body: FlexibleBody) -> FlexibleBody:
+    """The body without its shapes."""
+    return replace(body.without_slaves().truncated(0), damping=np.zeros((0, 0)))
+
+
+def reduced(model: Model, omitted: tuple[str, ...]) -> Model:
+    """The model with the compiled equations that leave these terms out, where they are what does so."""
+    rows = all_rows(model.system)
+    if not any(name in SWITCHED for name in omitted):
+        return replace(model, omitted=omitted)
+    from femflex.dynamics.lowering.layout import HEADER, N_HEADER
+    from femflex.dynamics.lowering.pool import aligned
+
+    kept = [0.0 if name in SWITCHED and name in omitted else 1.0 for name in rows]
+    table, pool = model.table.copy(), aligned(len(model.pool) + len(kept))
+    pool[:] = np.concatenate([model.pool, kept])
+    table[:N_HEADER].view(HEADER)[0]["kept"] = len(model.pool)
+    model = replace(model, table=table, pool=pool, omitted=omitted)
+    if model.constraints is None:
+        from femflex.dynamics.terms.reduced import reduced_rate
+
+        return replace(model, rate=reduced_rate)
+    from femflex.dynamics.terms.reduced_constraints import reduced_constrained_rate as rate
+
+    tied = replace(model.constraints, own=(table, pool, model.work), rate=rate)
+    return replace(model, rate=rate, constraints=tied)
