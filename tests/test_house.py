@@ -30,3 +30,9 @@ def test_ruff_is_content(words):
 def test_mypy_is_content_with_the_package():
     found = tool("mypy")
     assert found.returncode == 0, found.stdout
+
+
+def test_every_test_module_has_a_name_of_its_own():
+    """pytest takes modules of one name in two folders for one, and collects neither."""
+    names = [path.name for path in (TOP / "tests").rglob("*.py") if path.name != "conftest.py"]
+    assert sorted(names) == sorted(set(names))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics import constraints as calls
-from femflex.dynamics.blame import beside
+from femflex.dynamics.blame import beside, unheld
 from femflex.dynamics.constrained import Constraints
 from femflex.dynamics.discs import told_flat
 from femflex.dynamics.second_order import advance
@@ -27,6 +27,7 @@ OPEN = 1e-9  # gap that counts as not closed, relative to the bodies' size
 SHRINKING, LEAST_PART = 0.9, 1 / 16
 CLOSED = 1e-13  # gap that needs no search, relative to the bodies' size
 BENT = 0.05  # displacement by bending, relative to the bodies' size, up to which a loop may be forced together
+REFINED = 3  # times that velocities are brought to the nearest: masses far apart leave rounding
 SETTLED = 1e-13  # change of coordinates at which the nearest configuration is found
 
 
@@ -45,7 +46,10 @@ def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: Mas
     bending = nearest_of(constraints, mass_matrix, shapes=True)
     if not np.abs(constraints.residuals(0.0, x)[0]).max(initial=0.0) <= CLOSED * max(1.0, size):
         # at the end of reach the nearest point may not settle: then any closed one will do
-        for nearest, to_given in ((stiff, True), (stiff, False), (bending, True), (bending, False)):
+        plain = nearest_among(
+            constraints, lambda t, x: np.eye(constraints.n_u), movable(constraints.system, shapes=False)
+        )
+        for nearest, to_given in ((stiff, True), (stiff, False), (plain, False), (bending, True), (bending, False)):
             x = searched(constraints, x0, nearest, to_given)
             if np.abs(constraints.residuals(0.0, x)[0]).max() < tolerance:
                 break
@@ -53,11 +57,16 @@ def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: Mas
     refuse_bent(constraints, x0, x, size)
     for nearest in (stiff, bending):
         moving = x.copy()
-        moving[constraints.n_q :] += nearest(0.0, x, -constraints.residuals(0.0, x)[1])[0]
+        for _ in range(REFINED):
+            moving[constraints.n_q :] += nearest(0.0, x, -constraints.residuals(0.0, moving)[1])[0]
         if np.abs(constraints.residuals(0.0, moving)[1]).max() < tolerance:
             break
     refuse_moving(constraints, moving, tolerance)
-    calls.project(0.0, moving, *constraints.own)  # what is left is rounding
+    if calls.project(0.0, moving, *constraints.own) > 1.0:  # what is left is rounding, where rows do not contradict
+        raise ValueError(
+            f"{unheld(constraints, 0.0, moving)}, or give lengths and axes to more digits: a loop with more rows than "
+            "it needs closes only to the accuracy of its markers."
+        )
     refuse_accelerations(constraints, moving, size)
     start_pivots(constraints)
     return moving

@@ -45,7 +45,7 @@ def beside(constraints: Constraints, t: float, x: Array, name: str) -> str:
     return f" beside {' and '.join(motions + others)}" if motions or others else ""
 
 
-def unheld(constraints: Constraints, t: float, x: Array) -> str:
+def unheld(constraints: Constraints, t: float, x: Array, further: str = "") -> str:
     """The sentence on the worst row of the state that was last brought back and that no step reaches; x before it."""
     note = int(constraints.closing["note"])
     row, left, limit, speed = constraints.own[2][note : note + at.N_SPEED + 1]
@@ -53,7 +53,7 @@ def unheld(constraints: Constraints, t: float, x: Array) -> str:
     unit = "m/s (rad/s in rows of angles)" if speed else "m"
     what = "velocity" if speed else "gap"
     return (
-        f"{constraints.kind_of(name)} cannot be held any further{beside(constraints, t, x, name)}: the nearest state "
+        f"{constraints.kind_of(name)} cannot be held{further}{beside(constraints, t, x, name)}: the nearest state "
         f"leaves a {what} of {left:.3g} {unit}, above the limit of {limit:.3g}. Change one of them, or leave it out"
     )
 

@@ -31,7 +31,7 @@ def diagnosis(model: Model, t: float, x: Array, unheld: bool) -> tuple[str, Exce
             name, error = failed
             return f"the function of constraint {name!r} raised {type(error).__name__}: {error}", error
         if unheld:
-            told = told_unheld(model.constraints, t, x)
+            told = told_unheld(model.constraints, t, x, " any further")
             return end_of_reach(model, t, x) or told, None
     for look in (gimbal_lock, flat_disc, end_of_reach):
         if told := look(model, t, x):

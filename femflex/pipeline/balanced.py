@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.pipeline.bends import bends
+from femflex.pipeline.stiffening import Stiffening
 
 if TYPE_CHECKING:
     from femflex.case import Case
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 def balanced(case: Case, at: float | None = None) -> Equilibrium:
     """The equilibrium of a case, with its loads as at a time [s].
 
-    Warns of bodies that are bent by more than their strain is good for.
+    Warns of bodies that are bent, or pulled or pressed along, by more than their strain is good for.
 
     Raises CaseError and ValueError for what cannot be in equilibrium, EquilibriumError when none is found.
     """
@@ -30,6 +31,9 @@ def balanced(case: Case, at: float | None = None) -> Equilibrium:
     for bend in bends(found.model):
         bend.moved(found.x[None])
         bend.warn("is")
+    stiffening = Stiffening(found.model)
+    stiffening.watch(found.model.observe(np.zeros(1), found.x[None]))
+    stiffening.warn("turns at")
     return found
 
 

@@ -108,6 +108,47 @@ def test_unit_displacements_are_warned_of_too(write_case, craft):
     assert body.strain.is_linear and body.ignored.mass == pytest.approx(modes.ignored.mass, abs=1e-6)
 
 
+PUSH = "torque = [[0, 0, 1], [0, 0, 1]]\ntimes = [0, 2]"
+RIGIDITY = 70e9 * np.pi / 4 * (0.03**4 - 0.028**4)
+
+
+def pressed(write_case, craft, tmp_path, body, force):
+    """What a run of the resting craft with a force on a body says of the boom being pressed."""
+    text = craft.replace(*STILL).replace(DAMPING, DAMPING + '\nstrain = "linear"').replace('"10 s"', '"0.1 s"')
+    text = text.replace('body = "hub"', f'body = "{body}"' + ('\nmarker = "tip"' if body == "boom" else ""))
+    path = write_case(text.replace(PUSH, f"force = [{force}, 0, 0]"))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", PhysicsWarning)
+        femflex.run(path, tmp_path / "pressed.h5", force=True).close()
+    return [str(w.message) for w in caught if "pressed" in str(w.message)]
+
+
+def test_a_load_along_a_body_that_softens_it_is_told_with_both_frequencies(write_case, craft, tmp_path):
+    """A column under half its Euler load, pi^2 EI / 4 L^2. By Rayleigh's quotient of its first mode the load takes
+
+    P L^2 / EI (int phi'^2 / int phi''^2) = pi^2 / 8 (4.6478 / 12.3624) of the stiffness, 46 % (50 % as it buckles).
+    """
+    euler = np.pi**2 * RIGIDITY / (4 * 3.0**2)
+    (said,) = pressed(write_case, craft, tmp_path, "boom", -0.5 * euler)
+    assert "'boom' was pressed, by loads or inertia along it, so that its first frequency (" in said
+    found = float(said.split("falls by ")[1].split("%")[0])
+    assert found == pytest.approx(100 * (1 - np.sqrt(1 - np.pi**2 / 8 * 4.6478 / 12.3624)), abs=1.0)
+    low, lower = (float(part.split(" Hz")[0].split("(")[-1].split("not ")[-1]) for part in said.split(", not "))
+    assert lower / low == pytest.approx(1 - found / 100, abs=0.01)
+    (said,) = pressed(write_case, craft, tmp_path, "boom", -2 * euler)
+    assert "times as hard as makes it buckle in its first shape" in said
+    assert not pressed(write_case, craft, tmp_path, "boom", 0.5 * euler)
+
+
+def test_thrust_that_presses_a_boom_by_its_own_inertia_is_told(write_case, craft, tmp_path):
+    """A clamped column buckles under its own weight q L at q L^3 = 7.837 EI (Greenhill, 1881)."""
+    line = 2700 * np.pi * (0.03**2 - 0.028**2)
+    acceleration = 0.5 * 7.837 * RIGIDITY / 3.0**3 / line
+    (said,) = pressed(write_case, craft, tmp_path, "hub", acceleration * (200 + 3 * line))
+    assert float(said.split("falls by ")[1].split("%")[0]) == pytest.approx(100 * (1 - np.sqrt(0.5)), abs=2.0)
+    assert not pressed(write_case, craft, tmp_path, "hub", -acceleration * (200 + 3 * line))
+
+
 @pytest.mark.parametrize("count", [1, 2, 8])
 def test_segments_are_warned_of_where_the_pull_stiffens_one_of_them(count, write_case, craft, tmp_path):
     """The lowest shape of a segment of length l is w = x (l - x): a pull T stiffens it by T l^2 / 12 EI."""

@@ -146,7 +146,9 @@ def test_a_disc_that_lies_flat_is_refused_by_name():
         compile_system(system)
 
 
-@pytest.mark.parametrize("masses", [(1e4, 1.0, 1e-6), (1e6, 1e-6, 1.0), (1e-12, 1.0, 1.0), (1e-3, 1.0, 1e5)])
+@pytest.mark.parametrize(
+    "masses", [(1e4, 1.0, 1e-6), (1e6, 1e-6, 1.0), (1e-12, 1.0, 1.0), (1e-3, 1.0, 1e6), (1e4, 1.0, 1e-9)]
+)
 def test_bodies_of_very_different_mass_close_and_keep_their_energy(masses):
     bodies = {"ground": rigid_body(1.0, np.eye(3), markers={"pivot": Marker.rigid([2, 0, 0])})}
     for name, a, m in zip(("crank", "coupler", "rocker"), (0.5, 2, 1.2), masses, strict=True):
@@ -154,12 +156,24 @@ def test_bodies_of_very_different_mass_close_and_keep_their_energy(masses):
     joints = (
         weld("ground"),
         revolute("crank", "ground", q0=[CRANK], u0=[3.0]),
-        revolute("coupler", "crank", parent_marker="end", q0=[COUPLER]),
-        revolute("rocker", "ground", parent_marker="pivot", q0=[ROCKER]),
+        revolute("coupler", "crank", parent_marker="end", q0=[0.2]),  # open: 0.12 off
+        revolute("rocker", "ground", parent_marker="pivot", q0=[1.4]),
     )
     loop = revolute("rocker", "coupler", parent_marker="end", child_marker="end", name="closure")
     model = compile_system(System(bodies, joints, loops=(loop,)))
     seen = model.observe(TIMES, Dop853().solve(model, TIMES, model.x0).states)
     energy = seen["monitors/energy"]
+    assert seen["monitors/constraint_position"].max() < 1e-10
     assert set(seen["monitors/constraint_rank"]) == {2.0}
     assert np.ptp(energy) < 1e-9 * energy[0]
+
+
+@pytest.mark.parametrize("tilt", [1e-9, 1e-6])
+def test_a_linkage_whose_axes_are_not_parallel_to_the_last_digits_is_refused_with_the_number(tilt):
+    system = four_bar()
+    turned = np.array([[1.0, 0.0, 0.0], [0.0, np.cos(tilt), -np.sin(tilt)], [0.0, np.sin(tilt), np.cos(tilt)]])
+    crank = replace(
+        system.bodies["crank"], markers=system.bodies["crank"].markers | {"end": Marker.rigid([0.5, 0, 0], turned)}
+    )
+    with pytest.raises(ValueError, match=r"loop 'closure' cannot .*(gap|velocity) of \d.*e-\d"):
+        compile_system(replace(system, bodies=system.bodies | {"crank": crank}))

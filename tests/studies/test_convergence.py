@@ -43,7 +43,7 @@ def test_cubic_elements_show_order_four_and_richardson_hits_the_closed_form(buil
     true = np.abs(found.values - exact)
     np.testing.assert_allclose(found.errors[:-1], true[:-1], rtol=0.02)
     assert abs(found.estimate - exact) < 0.05 * true[-1]
-    assert found.counts.tolist() == [38, 70, 134, 262]  # 6 a node, 2 inside an element for axial and torsion
+    assert found.counts.tolist() == [50, 94, 182, 358]  # 6 a node, 5 inside an element for axial and torsion
 
 
 @pytest.mark.parametrize(("tolerance", "level"), [(1e-2, 0), (1e-4, 1), (1e-5, 2), (1e-7, None)])
@@ -54,12 +54,12 @@ def test_the_verdict_names_the_refinement_that_the_closed_form_asks_for(
     within = np.abs(found.values / clamped_free(ROOTS[0], EI) - 1) <= tolerance
     assert found.recommended == level == (int(np.argmax(within)) if within.any() else None)
     if level is None:
-        assert found.verdict.startswith("Not converged to 1e-07: with 2 refinements (70 dofs)")
+        assert found.verdict.startswith("Not converged to 1e-07: with 2 refinements (94 dofs)")
         assert "If this goes on, 4 refinements would do." in found.verdict
     elif level:
         assert f"{level} refinement{'s' * (level > 1)}" in found.verdict
     else:
-        assert "the mesh as it is (22 dofs) suffices" in found.verdict
+        assert "the mesh as it is (28 dofs) suffices" in found.verdict
 
 
 def test_too_many_cubic_elements_meet_rounding_and_the_verdict_says_so(built: Built):
