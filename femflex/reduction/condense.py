@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, MassMoments, StrainTensors
-from femflex.body.symmetric import packed, picked, unpacked
+from femflex.body.symmetric import packed, packed_size, picked, unpacked
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -20,13 +20,17 @@ UNCOUPLED = 1e-12  # of the two shapes' stiffness: what couples them below it is
 BALANCED = 1e-9  # initial force on a slaved shape, against its stiffness times a unit amplitude
 
 
-def condense(body: FlexibleBody, slaved: Sequence[int] | Index) -> FlexibleBody:
+def condense(
+    body: FlexibleBody, slaved: Sequence[int] | Index, quartic: Callable[[Index], Array] | None = None
+) -> FlexibleBody:
     """The body with those shapes (numbered from 0) slaved to the others: y = 1/2 delta.A delta.
 
-    The slaved amplitudes are where the strain energy is least to second order in delta, A_s = -6 V1_ss^-1 V2_s; the
-    other shapes first take on what the slaved ones do in answer to them to first order. What is left of V is exact to
-    the fourth order, V3 - 1/4 A V1_ss A in place of V3; the stiffness that would hold the slaved shapes is gone, and
-    their inertia stays (dynamics.slaves).
+    The slaved shapes first lose what the others store in common with them, V1_fs = 0, and the others stay as they are:
+    what these can do under loads, end moments of a member among them, the body can still do. The slaved amplitudes are
+    where the strain energy is least to second order in delta, A_s = -6 V1_ss^-1 V2_s. What is left of V is exact to the
+    fourth order, V3 - 1/4 A V1_ss A in place of V3; the stiffness that would hold the slaved shapes is gone, and their
+    inertia stays (dynamics.slaves). quartic: packed V3 over the coordinates that stay, given their numbers, for a body
+    that holds none itself.
 
     Raises ValueError when the body has linear strain or slaved shapes already, when no coordinate or no slaved shape
     is left, when shapes depend on each other, or when an initial stress pushes a slaved shape.
@@ -43,14 +47,14 @@ def condense(body: FlexibleBody, slaved: Sequence[int] | Index) -> FlexibleBody:
     X[slaved, len(free) + np.arange(len(slaved))] = 1.0
     size = np.sqrt(np.outer(np.diag(stiffness), np.diag(V1)[free]))
     if np.any(np.abs(V1_sf) > UNCOUPLED * size):
-        X[slaved, : len(free)] = -np.linalg.solve(stiffness, V1_sf)
-    strain, slaves = _condensed_strain(body.strain, X, len(free), stiffness)
+        X[free, len(free) :] = -np.linalg.lstsq(V1[np.ix_(free, free)], V1_sf.T, rcond=None)[0]
+    strain, slaves = _condensed_strain(body.strain, X, free, quartic)
     order = np.concatenate([free, slaved])
     return replace(
         body,
         **recombined(body, X, len(free)),
         strain=strain,
-        damping=X[:, : len(free)].T @ body.damping @ X[:, : len(free)],
+        damping=body.damping[np.ix_(free, free)],
         kinds=tuple(body.kinds[k] for k in order) if body.kinds else (),
         omega=body.omega[order] if body.omega.size else body.omega,
         slaves=slaves,
@@ -71,22 +75,21 @@ def recombined(body: FlexibleBody, X: Array, leading: int) -> dict[str, Any]:
     }
 
 
-def _condensed_strain(strain: StrainTensors, X: Array, n: int, stiffness: Array) -> tuple[StrainTensors, Array]:
-    """Strain tensors over the first n of the shapes phi X with the others relaxed, and A (n_s, n, n)."""
-    size, F, S = len(X), X[:, :n], X[:, n:]
-    mixed = np.count_nonzero(F) > n
-    V2 = unpacked(strain.V2, size, 3) if strain.V2.size else np.zeros((size,) * 3)
-    V2_F = np.einsum("ijk,ja,kb->iab", V2, F, F, optimize=True)
-    A = -6.0 * np.linalg.solve(stiffness, np.tensordot(S.T, V2_F, axes=1).reshape(X.shape[1] - n, -1)).reshape(-1, n, n)
-    V3 = np.zeros((n,) * 4)
-    if strain.V3.size and not mixed:
-        at = np.argmax(F, axis=0)
-        V3 = unpacked(picked(strain.V3, size, at, 4), n, 4)
-    elif strain.V3.size:
-        V3 = np.einsum("ijkl,ia,jb,kc,ld->abcd", unpacked(strain.V3, size, 4), F, F, F, F, optimize=True)
-    V3 = V3 - 0.25 * np.einsum("sij,st,tkl->ijkl", A, stiffness, A, optimize=True)
-    V1 = F.T @ strain.V1 @ F
-    return StrainTensors(V1, F.T @ strain.f0, packed(np.tensordot(F.T, V2_F, axes=1)), packed(V3)), np.asarray(A, float)
+def _condensed_strain(
+    strain: StrainTensors, X: Array, free: Index, quartic: Callable[[Index], Array] | None
+) -> tuple[StrainTensors, Array]:
+    """Strain tensors over the free shapes with the last of the shapes phi X relaxed, and A (n_s, n, n)."""
+    size, n, S = len(X), len(free), X[:, len(free) :]
+    V2 = unpacked(strain.V2, size, 3)[:, free][:, :, free] if strain.V2.size else np.zeros((size, n, n))
+    stiffness = S.T @ ((strain.V1 + strain.V1.T) / 2) @ S
+    driven = np.tensordot(S.T, V2, axes=1).reshape(size - n, -1)
+    A = np.asarray(-6.0 * np.linalg.solve(stiffness, driven), float).reshape(-1, n, n)
+    if quartic is not None:
+        V3 = quartic(free)
+    else:
+        V3 = picked(strain.V3, size, free, 4) if strain.V3.size else np.zeros(packed_size(n, 4))
+    V3 = V3 - packed(0.25 * np.einsum("sij,st,tkl->ijkl", A, stiffness, A, optimize=True))
+    return StrainTensors(strain.V1[np.ix_(free, free)], strain.f0[free], packed(V2[free]), V3), A
 
 
 def _check(body: FlexibleBody, slaved: Index) -> None:

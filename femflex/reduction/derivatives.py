@@ -22,6 +22,7 @@ from femflex.fem.structure import Structure
 from femflex.reduction.accelerations import answers_to_accelerations
 from femflex.reduction.bent_states import bent_states, over_mass
 from femflex.reduction.clamps import free_dofs
+from femflex.reduction.following import FASTER
 from femflex.reduction.markers import marker_rows
 from femflex.reduction.modes import ritz
 from femflex.reduction.modeset import ModeSet
@@ -42,10 +43,11 @@ def with_derivatives(
     The set is taken out of the derivatives, and of their combinations those come first that store most energy when
     every shape carries the amplitude of an equal static load, 1 / omega^2. deflection [m]: the shapes are taken from
     the static states of the structure bent so far instead of at rest, each state counting by its part of that state's
-    energy. keep: how many; "auto": until at most LEFT_OUT of that energy is left out, and those more through which a
-    spin or an accelerated base stiffens the set (`answers_to_accelerations`); "all" that are independent, whatever they
-    store. omega of the added shapes is that of the structure confined to them. `note` says how many of how many pairs
-    were kept, and the share left out. Raises ValueError when keep is another word, or below zero, and as `bent_states`.
+    energy. keep: how many; "auto": until at most LEFT_OUT of that energy is left out, and those more that follow and
+    through which a spin or an accelerated base stiffens the set (`answers_to_accelerations`); "all" that are
+    independent, whatever they store. omega of the added shapes is that of the structure confined to them. `note` says
+    how many of how many pairs were kept, and the share left out. Raises ValueError when keep is another word, or below
+    zero, and as `bent_states`.
     """
     pairs = without(structure, modes, scaled_derivatives(structure, modes))
     theta, note = _followers(structure, modes, pairs, keep, deflection)
@@ -56,7 +58,7 @@ def with_derivatives(
     left = float(energy[count:].sum() / max(energy.sum(), np.finfo(float).tiny))
     note = f"{count} derivative shapes for {note}, {left:.1e} of their energy left out"
     if keep == "auto":
-        answers = answers_to_accelerations(structure, pairs, shapes)
+        answers = answers_to_accelerations(structure, pairs[:, followed(structure, modes, pairs)], shapes)
         shapes = np.column_stack([shapes, answers])
         note += f", and {answers.shape[1]} more for accelerations" if answers.shape[1] else ""
     omega, shapes = ritz(structure, without(structure, modes, shapes))
@@ -88,6 +90,17 @@ def load_weights(structure: Structure, modes: ModeSet) -> Array:
     i, j = np.triu_indices(modes.n_modes)
     omega = np.sqrt(over_mass(structure, modes))
     return np.asarray(np.where(i == j, 1.0, np.sqrt(2.0)) * omega.min() ** 2 / (omega[i] * omega[j]))
+
+
+def followed(structure: Structure, modes: ModeSet, pairs: Array) -> NDArray[np.bool_]:
+    """Whether each derivative (n_dof, n(n+1)/2) is FASTER than the pair i <= j that it belongs to (`able_to_follow`).
+
+    The derivative of a stretching and a bending shape is not: it bends.
+    """
+    i, j = np.triu_indices(modes.n_modes)
+    omega = np.sqrt(over_mass(structure, modes))
+    stiffness, mass = (np.einsum("in,in->n", pairs, A @ pairs) for A in (structure.K, structure.M))
+    return np.asarray(stiffness >= (FASTER * (omega[i] + omega[j])) ** 2 * mass)
 
 
 def without(structure: Structure, modes: ModeSet, shapes: Array) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container, Mapping
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -12,15 +13,17 @@ from femflex.body import FlexibleBody, Skin, StrainTensors
 from femflex.fem.structure import Structure
 from femflex.reduction.condense import condense
 from femflex.reduction.damping import Damping, ModalDamping, bending_damping
+from femflex.reduction.following import able_to_follow
 from femflex.reduction.initial_stress import warn_if_slack
 from femflex.reduction.markers import marker, marker_rows
 from femflex.reduction.modeset import ModeSet
 from femflex.reduction.moments import linear_stiffness, mass_moments
 from femflex.reduction.rigid import check_no_rigid_motion, rigid_shapes
-from femflex.reduction.strain import strain_tensors
+from femflex.reduction.strain import cubic_tensors, strain_tensors
 from femflex.reduction.strain_points import strain_field
 
 Array = NDArray[np.float64]
+Strain = Literal["linear", "nonlinear", "condensed"]
 
 
 def reduce_structure(
@@ -28,7 +31,7 @@ def reduce_structure(
     modes: ModeSet,
     markers: Mapping[str, str] | None = None,
     damping: Damping | None = None,
-    strain: Literal["linear", "nonlinear", "condensed"] = "linear",
+    strain: Strain = "linear",
     turning: Container[str] | None = None,
 ) -> FlexibleBody:
     """The FlexibleBody of a structure that moves in these shapes; the body frame is the mesh's coordinates.
@@ -36,7 +39,8 @@ def reduce_structure(
     markers: name -> mesh group; the set's own groups (clamps, interfaces) are markers under their own names.
     damping: ModalDamping or RayleighDamping; none when left out.
     strain: "nonlinear" keeps the cubic and quartic tensors too; its set wants shapes that can stretch
-    (`with_derivatives`, and `stretching` for a check); "condensed" lets the set's derivatives follow (`condense`).
+    (`with_derivatives`, and `stretching` for a check); "condensed" lets the set's derivatives follow (`condense`),
+    those that are slower than what drives them apart: they stay coordinates (`able_to_follow`).
     turning: markers whose rotation will be used; a warning tells of those that show none. Left out: all.
     Warns when linear strain meets an initial stress that the supports do not hold.
     Raises ValueError when a group is unknown, or the shapes depend on each other or hold a rigid motion.
@@ -48,11 +52,10 @@ def reduce_structure(
     places = {**{group: group for group in modes.groups}, **(markers or {})}
     moments = mass_moments(structure.inertia, structure.T @ phi)
     V1 = linear_stiffness(structure.K, phi)
-    linear = StrainTensors(V1, phi.T @ structure.f0)
     damped = [strain == "linear" or kind != "derivative" for kind in modes.kinds]
     body = FlexibleBody(
         moments=moments,
-        strain=linear if strain == "linear" else strain_tensors(structure, phi),
+        strain=_tensors(structure, phi, V1, strain),
         damping=bending_damping(damping or ModalDamping(0.0), moments.elastic_mass(), V1, damped),
         markers={
             name: marker(marker_rows(structure, group), phi, name, turning is None or name in turning)
@@ -63,7 +66,22 @@ def reduce_structure(
         omega=modes.omega,
         strain_field=strain_field(structure, phi, strain != "linear"),
     )
-    return condense(body, _derivatives(modes)) if strain == "condensed" else body
+    return _followed(structure, modes, body) if strain == "condensed" else body
+
+
+def _tensors(structure: Structure, phi: Array, V1: Array, strain: Strain) -> StrainTensors:
+    """What a body of that strain holds; a condensed one, V3 over fewer shapes when it is known which."""
+    if strain == "linear":
+        return StrainTensors(V1, phi.T @ structure.f0)
+    return strain_tensors(structure, phi) if strain == "nonlinear" else cubic_tensors(structure, phi)
+
+
+def _followed(structure: Structure, modes: ModeSet, body: FlexibleBody) -> FlexibleBody:
+    """The body, which has no V3 yet, with those derivatives slaved that are able to follow."""
+    slaved = able_to_follow(body, _derivatives(modes))
+    if not len(slaved):
+        return replace(body, strain=strain_tensors(structure, modes.phi))
+    return condense(body, slaved, lambda free: strain_tensors(structure, modes.phi[:, free]).V3)
 
 
 def _derivatives(modes: ModeSet) -> NDArray[np.int64]:

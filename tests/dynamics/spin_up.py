@@ -73,14 +73,11 @@ class SpinUp:
         turned = np.stack([c * tip[:, 0] + s * tip[:, 1], c * tip[:, 1] - s * tip[:, 0], tip[:, 2]], axis=1)
         return turned - self.length * self.direction
 
-    def few(self, k, strain, n=1, times=TIMES, rtol=1e-7):
-        """The same of k segments of that strain, each with its ends' shapes, n modes between, and five derivatives.
-
-        "auto" keeps nine, of which the last, as followers, spoil the condensed form (11 % off).
-        """
+    def few(self, k, strain, n=1, times=TIMES, rtol=1e-7, keep="auto"):
+        """The same of k segments of that strain, each with its ends' shapes, n modes between, and derivatives."""
 
         def shapes(structure):
-            return reduction.with_derivatives(structure, reduction.chord_modes(structure, n), 5)
+            return reduction.with_derivatives(structure, reduction.chord_modes(structure, n), keep)
 
         return self.segmented(k, times, rtol=rtol, shapes=shapes, strain=strain, cells=8)
 

@@ -1,0 +1,41 @@
+"""Which derivatives may follow statically: those that answer faster than what drives them.
+
+A follower stands where it would come to rest, y = -3 V2_s delta delta / V1_ss. That holds while what drives it is slow
+beside its own frequency, and while the stiffness that others add to it, 6 V2_ss delta, is small beside its own: what
+the condensed form leaves out. The stretch that bending brings about is such a shape. The bending that a stretching or
+twisting coordinate brings about in a body already bent is not: it is slower than the stretch, and a pull of a third of
+its buckling load changes its stiffness by a third. Frequencies tell the two apart.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody
+from femflex.body.symmetric import unpacked
+from femflex.fem.eigen.modes import dense_modes
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+FASTER = 2.0  # frequency of a shape over that of what drives it, from which on it follows
+
+
+def able_to_follow(body: FlexibleBody, shapes: Index) -> Index:
+    """Those of the shapes (numbered from 0) that follow the others: FASTER than what drives them.
+
+    The others, in their own modes of frequency omega_i, carry the amplitudes 1 / omega_i^2 of equal static loads; the
+    product i j of them then drives shape s by V2_sij / (omega_i omega_j)^2, as fast as omega_i + omega_j. A shape is
+    compared with the root mean square of these sums, weighted by the squares of the drives.
+    """
+    n, Me = body.n_modes, body.moments.elastic_mass()
+    others = np.setdiff1d(np.arange(n), shapes)
+    square, Q = dense_modes(body.strain.V1[np.ix_(others, others)], Me[np.ix_(others, others)])
+    omega = np.sqrt(np.maximum(square, np.finfo(float).tiny))
+    V2 = unpacked(body.strain.V2, n, 3)[np.ix_(shapes, others, others)]
+    static = Q * (omega[0] / omega) ** 2
+    drive = np.einsum("sij,ia,jb->sab", V2, static, static, optimize=True) ** 2
+    speed = np.einsum("sab,ab->s", drive, np.add.outer(omega, omega) ** 2)
+    own = np.diag(body.strain.V1)[shapes] / np.diag(Me)[shapes]
+    return np.asarray(shapes[own * drive.sum(axis=(1, 2)) >= FASTER**2 * speed])
