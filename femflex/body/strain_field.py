@@ -47,8 +47,8 @@ class StrainPart:
     rows       (p, g, n)    generalised gradients per shape, in single precision
     linear     (s, g);  quadratic  (s, g, g)
     elastic    (1|p, s, s);  stress  (1|p, s)  the initial one
-    leading    how many shapes, from the first, enter the quadratic part; those that follow (condensed bodies) are of
-               second order themselves, so that strain is kept to second order in the coordinates, as its energy is
+    leading    how many shapes, from the first, are of first order; those that follow (condensed bodies) are of second,
+               and products of two of them are left out, as they are of the energy
     nonlinear  whether the body's strain keeps the quadratic part; else it meets the initial stress alone
 
     The strains are those of NAMES[kind], in this order; twist is the twist rate times the section's polar radius. Of
@@ -84,7 +84,7 @@ class StrainPart:
         return np.asarray(stored + np.sum(self.stress * (linear + quadratic), axis=2))
 
     def mixed(self, X: Array, leading: int) -> StrainPart:
-        """The same over the shapes phi X, X (n, m), of which the first `leading` enter the quadratic part."""
+        """The same over the shapes phi X, X (n, m), of which the first `leading` are of first order."""
         return replace(self, rows=(self.rows @ X).astype(np.float32), leading=leading)
 
     def over(self, shapes: NDArray[np.int64]) -> StrainPart:
@@ -100,9 +100,10 @@ class StrainPart:
         if not self.quadratic.any():
             return np.zeros((1, 1, len(self.linear)))
         g = self._gradients(y, self.leading)
+        other = 2 * self._gradients(y, None) - g  # twice what follows: products with it are of third order
         out = np.zeros((*g.shape[:2], len(self.linear)))
         for s, i, j in zip(*np.nonzero(self.quadratic), strict=True):
-            out[:, :, s] += self.quadratic[s, i, j] / 2 * g[:, :, i] * g[:, :, j]
+            out[:, :, s] += self.quadratic[s, i, j] / 2 * g[:, :, i] * other[:, :, j]
         return out
 
 

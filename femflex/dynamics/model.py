@@ -144,7 +144,10 @@ class Model:
         return np.column_stack([self.residual(t, x, unit) - h for unit in np.eye(self.n_u)])
 
     def terms(self, times: Array, states: Array) -> dict[str, Array]:
-        """Every term of eq. (9) at times (n_t,) and states (n_t, n_x): name -> (n_t, n_u). See `dynamics.terms.by_source`."""
+        """Every term of eq. (9) at times (n_t,) and states (n_t, n_x): name -> (n_t, n_u).
+
+        See `dynamics.terms.by_source`.
+        """
         from femflex.dynamics.terms.by_source import terms
 
         return terms(self, times, states)
