@@ -63,11 +63,12 @@ def converge(
     numbers = checked_levels(levels, varied)
     with Patience("building the bodies"):
         from femflex.case import read_case
-        from femflex.studies import with_choice
+        from femflex.studies import check_studies, with_choice, with_own_strain
         from femflex.warning import PhysicsWarning
 
         warnings.simplefilter("once", PhysicsWarning)  # not again at every level
-        read = read_case(case)
+        read = with_own_strain(read_case(case))
+        check_studies(read, varied)
     findings: list[Convergence | StrainStudy] = []
     for word in varied or ["modes"]:
         found, names, stopped = studied(read, word, numbers, tolerance)

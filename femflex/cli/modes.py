@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from femflex.cli.backbone import backbone_data, free_to_stretch, print_backbone, read_lengths
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_json, print_table
 from femflex.cli.verb import verb
@@ -39,11 +40,13 @@ def modes(
     """Print natural frequencies, participation and effective mass per direction with the running sum.
 
     Effective masses are in per cent of the body's mass and of its inertia about the origin of its frame. With nonlinear
-    strain --backbone tells how the lowest frequency changes with the amplitude, the frame held.
+    strain --backbone tells how the lowest frequency changes with the amplitude, the frame held; of a condensed body
+    of a case it is that of its nonlinear form, where the shapes that follow are coordinates.
     """
     amplitudes = None if backbone is None else read_lengths(backbone)
     with Patience("solving for the modes"):
         bodies = flexible_bodies(file, body, number)
+        stretched = bodies if amplitudes is None or _is_hdf5(file) else free_to_stretch(file, bodies, number)
         other = None if mac is None else _body_file(mac)
     if picture is not None and len(bodies) > 1:
         raise ValueError(f"--picture draws one body; name one of {sorted(bodies)} with --body")
@@ -54,8 +57,8 @@ def modes(
     if as_json:
         data = {name: modes_data(found, other) for name, found in bodies.items()}
         if amplitudes is not None:
-            for name, found in bodies.items():
-                data[name]["backbone"] = backbone_data(found, amplitudes)
+            for name in bodies:
+                data[name]["backbone"] = backbone_data(stretched[name], amplitudes)
         print_json(data)
         return
     for k, (names, found) in enumerate(alike(bodies)):
@@ -64,7 +67,8 @@ def modes(
         if other is not None:
             print_mac(found, other, str(mac))
         if amplitudes is not None:
-            print_backbone(found, amplitudes)
+            first = next(name for name, own in bodies.items() if own is found)
+            print_backbone(stretched[first], amplitudes, condensed=stretched[first] is not found)
     if picture is not None:
         print(f"picture     {picture}")
 
@@ -118,12 +122,14 @@ def print_modes(name: str, body: FlexibleBody) -> None:
     import numpy as np
 
     from femflex.reduction import effective_mass
+    from femflex.studies import strain_name
 
-    found = effective_mass(body)
-    strain = "" if body.strain.is_linear else "nonlinear strain; "
+    found, form, n = effective_mass(body), strain_name(body), body.n_modes
+    strain = "" if form == "linear" else f"{form} strain; "
     each = " each" if ", " in name else ""
     print(
-        f"{name}: {body.moments.mass:.6g} kg{each}, {body.n_modes} elastic coordinates{counted(body.kinds)}; {strain}"
+        f"{name}: {body.moments.mass:.6g} kg{each}, {n} elastic coordinates"
+        f"{counted(body.kinds[:n])}{following(body)}; {strain}"
         "participation in kg^1/2 and kg^1/2 m"
     )
     kinds = found.kinds if len(set(found.kinds)) > 1 else ()
@@ -149,6 +155,12 @@ def counted(kinds: tuple[str, ...]) -> str:
     return f" ({', '.join(f'{kinds.count(name)} {name}' for name in names)})" if len(names) > 1 else ""
 
 
+def following(body: FlexibleBody) -> str:
+    """How many shapes follow the coordinates of a condensed body, for a heading; nothing where none do."""
+    led = body.kinds[body.n_modes :]
+    return f", {len(body.slaves)} shapes follow ({', '.join(dict.fromkeys(led))})" if led else ""
+
+
 def print_mac(body: FlexibleBody, other: FlexibleBody, title: str) -> None:
     """Print the modal assurance matrix of two bodies' shapes."""
     from femflex.reduction import mac_of_bodies
@@ -159,59 +171,12 @@ def print_mac(body: FlexibleBody, other: FlexibleBody, title: str) -> None:
     print_table(["mode", *(str(k + 1) for k in range(table.shape[1]))], rows)
 
 
-def read_lengths(text: str) -> list[float]:
-    """Lengths [m] of a list such as "1 mm, 0.5 cm"; plain numbers are metres.
-
-    >>> read_lengths("1 mm, 0.02")
-    [0.001, 0.02]
-    """
-    from femflex.case.units import UnitError, to_si
-
-    found = []
-    for part in text.split(","):
-        try:
-            found.append(float(part))
-        except ValueError:
-            try:
-                found.append(to_si(part.strip(), "m"))
-            except UnitError as error:
-                raise ValueError(f"--backbone: {error}") from None
-    return found
-
-
-def print_backbone(body: FlexibleBody, amplitudes: list[float]) -> None:
-    """Print the frequency of the lowest mode at these amplitudes [m]."""
-    data = backbone_data(body, amplitudes)
-    place = ", ".join(f"{x:.4g}" for x in data["place_m"])
-    print(f"free vibration in mode 1 by its amplitude at ({place}) m, frame held")
-    rows = [
-        [f"{a:.6g}", f"{f:.6g}", f"{f / data['small_hz']:.5f}"]
-        for a, f in zip(data["amplitude_m"], data["frequency_hz"], strict=True)
-    ]
-    print_table(["amplitude m", "Hz", "over small motion"], rows)
-
-
-def backbone_data(body: FlexibleBody, amplitudes: list[float]) -> dict[str, Any]:
-    """What --json prints of a backbone curve."""
-    from math import pi
-
-    from femflex.studies import backbone
-
-    found = backbone(body, 1, amplitudes)
-    return {
-        "place_m": found.place,
-        "direction": found.direction,
-        "amplitude_m": found.amplitudes,
-        "frequency_hz": found.omega / (2 * pi),
-        "small_hz": found.small / (2 * pi),
-    }
-
-
 def modes_data(body: FlexibleBody, other: FlexibleBody | None) -> dict[str, Any]:
     """What --json prints of a body."""
     from math import pi
 
     from femflex.reduction import effective_mass, mac_of_bodies
+    from femflex.studies import strain_name
 
     found = effective_mass(body)
     data = {
@@ -219,7 +184,7 @@ def modes_data(body: FlexibleBody, other: FlexibleBody | None) -> dict[str, Any]
         "frequency_hz": found.omega / (2 * pi),
         "kinds": list(body.kinds),
         "mode_kinds": list(found.kinds),
-        "strain": "linear" if body.strain.is_linear else "nonlinear",
+        "strain": strain_name(body),
         "directions": list(DIRECTIONS),
         "participation": found.participation,
         "effective_mass": found.effective,

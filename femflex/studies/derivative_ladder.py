@@ -21,7 +21,7 @@ def derivative_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder
 
     Raises ValueError when no body has nonlinear strain and shapes to derive from, CaseError when one cannot be built.
     """
-    names = varied(case, _can, "nonlinear strain with derivatives to vary")
+    names = derivative_names(case)
     owns = {_number(build_body(case, name)) for name in names}
     most = max(_number(build_body(with_derivatives_of(case, names, EVERY), name)) for name in names)
     counts = sorted(
@@ -29,6 +29,11 @@ def derivative_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder
     )
     rungs = (Rung(n, 1.0 + n**2, partial(_built, case, names, n)) for n in counts)
     return Ladder(tuple(names), tuple(rungs), owns.pop() if len(owns) == 1 else None)
+
+
+def derivative_names(case: Case) -> list[str]:
+    """Names of the bodies a study over derivative shapes varies. Raises ValueError when there is none."""
+    return varied(case, _can, "nonlinear strain with derivatives to vary")
 
 
 def with_derivatives_of(case: Case, names: Sequence[str], n: int) -> Case:

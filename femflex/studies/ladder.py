@@ -86,7 +86,7 @@ def mode_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder:
 
     Raises ValueError when no body keeps a number of modes, CaseError when a body cannot have so many.
     """
-    names = varied(case, lambda table: _own_count(case, table) is not None, "modes to vary")
+    names = mode_names(case)
     owns = {_own_count(case, case.bodies[name]) or 0 for name in names}
     own, wanted = max(1, *owns), levels or _study(case).modes
     counts = sorted({*wanted} if wanted else {*(k for k in COUNTS if k < 2 * own), own, 2 * own})
@@ -102,6 +102,16 @@ def mode_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder:
         owns = {_kept(largest[names[0]], own) if own <= counts[-1] else own}
     rungs = (Rung(n, float(n) ** 2, partial(_with_modes, case, largest, n, counts[-1])) for n in counts)
     return Ladder(tuple(names), tuple(rungs), owns.pop() if len(owns) == 1 else None)
+
+
+def mode_names(case: Case) -> list[str]:
+    """Names of the bodies a study over modes varies. Raises ValueError when there is none."""
+    return varied(case, lambda table: _own_count(case, table) is not None, "modes to vary")
+
+
+def mesh_names(case: Case) -> list[str]:
+    """Names of the bodies a study over meshes varies. Raises ValueError when there is none."""
+    return varied(case, lambda table: isinstance(table, FlexibleTable), "mesh to refine")
 
 
 def _kept(body: FlexibleBody, n: int) -> int:
@@ -123,7 +133,7 @@ def _with_modes(case: Case, largest: dict[str, FlexibleBody], n: int, last: int)
 
 def mesh_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder:
     """The ladder over refinements of the meshes. Raises ValueError when no body has a mesh."""
-    names = varied(case, lambda table: isinstance(table, FlexibleTable), "mesh to refine")
+    names = mesh_names(case)
     wanted = levels or _study(case).refinements
     meshes = {name: build_mesh(case, name, _flexible(case, name)) for name in names}
     sizes = np.array([len(mesh.points) for mesh in meshes.values()], float)
@@ -196,7 +206,7 @@ def _truncates(table: BodyTable) -> bool:
     """Whether fewer modes are the first ones of more."""
     if isinstance(table, FlexibleTable):
         r = table.reduction
-        if r is None:
+        if r is None or table.strain == "condensed":  # what follows is made for the modes that are kept
             return False
         if isinstance(r, Stretchable) and r.derivatives not in (None, "none", 0):
             return False

@@ -17,13 +17,18 @@ def segment_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder:
 
     Raises ValueError when no body is cut, CaseError when one cannot be cut so.
     """
-    names = varied(case, lambda table: isinstance(table, FlexibleTable) and bool(table.cut), "line cut into segments")
+    names = segment_names(case)
     owns = {_number(case, name) for name in names}
     own = max(owns)
     wanted = levels or (case.study.segments if case.study is not None else None)
     counts = sorted({*(wanted or [max(1, own // 4), max(1, own // 2), own, 2 * own, 4 * own])})
     rungs = (Rung(k, float(k), partial(_built, case, names, k)) for k in counts)
     return Ladder(tuple(names), tuple(rungs), own if len(owns) == 1 else None)
+
+
+def segment_names(case: Case) -> list[str]:
+    """Names of the bodies a study over segments varies. Raises ValueError when there is none."""
+    return varied(case, lambda table: isinstance(table, FlexibleTable) and bool(table.cut), "line cut into segments")
 
 
 def _number(case: Case, name: str) -> int:

@@ -11,12 +11,13 @@ from functools import cached_property
 from typing import Any, get_args
 
 from femflex.case import Case, CaseError
-from femflex.case.body import AnalyticTable, BodyTable, FlexibleTable, Strain
+from femflex.case.body import Strain
 from femflex.case.builders import build_part
 from femflex.case.evaluate import measured, measured_unit
 from femflex.case.reduction import Stretchable
 from femflex.integrate import IntegrationError
 from femflex.studies.ladder import Built, Ladder, varied
+from femflex.studies.own_strain import has_strain, with_own_strain
 from femflex.studies.study import Progress, Study, described, require_study
 from femflex.system import Segments
 from femflex.warning import PhysicsWarning
@@ -109,7 +110,8 @@ def strain_forms(case: Case, tolerance: float | None = None, progress: Progress 
     Raises ValueError when the case has no [study] or no such body.
     """
     table = require_study(case)
-    names = varied(case, has_strain, "form of strain to choose")
+    case = with_own_strain(case)
+    names = strain_names(case)
     forms = []
     for k, strain in enumerate(FORMS):
         if progress is not None:
@@ -119,11 +121,9 @@ def strain_forms(case: Case, tolerance: float | None = None, progress: Progress 
     return StrainStudy(described(table.quantity), tolerance or table.tolerance, tuple(forms), own)
 
 
-def has_strain(table: BodyTable) -> bool:
-    """Whether a body has a choice of strain."""
-    if isinstance(table, AnalyticTable):
-        return bool(table.functions.y or table.functions.z)
-    return isinstance(table, FlexibleTable) and (table.cut is not None or isinstance(table.reduction, Stretchable))
+def strain_names(case: Case) -> list[str]:
+    """Names of the bodies a study over strain varies. Raises ValueError when there is none."""
+    return varied(case, has_strain, "form of strain to choose")
 
 
 def with_strain_of(case: Case, names: Sequence[str], strain: Strain) -> Case:

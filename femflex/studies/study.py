@@ -23,6 +23,7 @@ from femflex.pipeline import Prepared, prepare
 from femflex.pipeline.guard import Runaway
 from femflex.studies.derivative_ladder import derivative_ladder
 from femflex.studies.ladder import Built, Ladder, Rung, mesh_ladder, mode_ladder
+from femflex.studies.own_strain import with_own_strain
 from femflex.studies.segment_ladder import segment_ladder
 from femflex.system import Channel, Part
 from femflex.warning import PhysicsWarning
@@ -177,14 +178,20 @@ def planned(case: Case, over: Over = "modes", levels: Sequence[int] | None = Non
     levels: numbers of modes (from 1) or refinements (from 0) to try; left out, those of the case, or a usual ladder.
     Raises ValueError when the case has no [study], nothing to vary, or the levels make no ladder.
     """
-    if over not in LADDERS:
-        raise ValueError(f"a study varies {', '.join(LADDERS)} or strain; found {over!r}.")
+    require_known(over)
     require_study(case)
     what, least = LEVELS[over]
     if levels is not None and (len(set(levels)) < 2 or min(levels) < least):
         found, what = ", ".join(map(str, levels)) or "none", f"{what}, each at least {least}"
         raise ValueError(f"found levels {found}; give at least two different {what} (an order needs three).")
+    case = with_own_strain(case)
     return Study(case, over, LADDERS[over](case, levels))
+
+
+def require_known(over: str) -> None:
+    """Raise ValueError for a word that no ladder goes by."""
+    if over not in LADDERS:
+        raise ValueError(f"a study varies {', '.join(LADDERS)} or strain; found {over!r}.")
 
 
 def require_study(case: Case) -> StudyTable:

@@ -1,0 +1,38 @@
+"""What several studies of a case cannot do, told before the first of them runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from femflex.case import Case
+from femflex.studies.derivative_ladder import derivative_names
+from femflex.studies.ladder import mesh_names, mode_names
+from femflex.studies.segment_ladder import segment_names
+from femflex.studies.strain_forms import strain_names
+from femflex.studies.study import require_known, require_study
+
+NAMES: dict[str, Callable[[Case], list[str]]] = {
+    "modes": mode_names,
+    "mesh": mesh_names,
+    "derivatives": derivative_names,
+    "segments": segment_names,
+    "strain": strain_names,
+}
+
+
+def check_studies(case: Case, varied: Sequence[str]) -> None:
+    """Raise ValueError when a study in the list is not known, has nothing to vary, or comes too early.
+
+    case: with the strain of its bodies written out (`with_own_strain`).
+    """
+    require_study(case)
+    for word in varied:
+        if word != "strain":
+            require_known(word)
+        NAMES[word](case)
+    if "strain" in varied and "derivatives" in varied[list(varied).index("strain") :]:
+        turned = [word for word in varied if word != "strain"] + ["strain"]
+        raise ValueError(
+            f"found --over {','.join(varied)}: whether there are derivatives to vary would hang on what the study over "
+            f"strain chooses; give --over {','.join(turned)}"
+        )

@@ -1,0 +1,82 @@
+"""Studies of bodies whose strain is chosen automatically, and what several studies refuse before the first runs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from femflex.case import Case
+from femflex.cli.app import app
+from femflex.studies import convergence, planned, strain_forms, with_own_strain
+
+Built = Callable[..., Case]
+Written = Callable[..., Path]
+DERIVED = 'modes = 3, derivatives = 2 }\nstrain = "condensed"'
+SILENT = ("modes = 4 }", "modes = 3, derivatives = 2 }")
+SHORT = (
+    'duration = "4 s"\noutput_step = "0.05 s"\nrtol = 1e-10',
+    'duration = "1 s"\noutput_step = "0.02 s"\nrtol = 1e-7',
+)
+SPUN = ('kind = "weld"\nparent', 'kind = "revolute"\naxis = "z"\nrate = "9 rad/s"\nparent')
+
+
+def told(*arguments: object) -> tuple[int, str, str]:
+    done = CliRunner().invoke(app, [str(word) for word in arguments])
+    return done.exit_code, " ".join(done.stdout.split()), " ".join(done.stderr.split())
+
+
+def test_an_automatic_choice_is_written_out_as_the_body_got_it(built: Built):
+    assert with_own_strain(built(SILENT, SPUN)).bodies["beam"].strain == "condensed"
+    assert with_own_strain(built(SILENT)).bodies["beam"].strain == "linear"
+    said = built(("modes = 4 }", DERIVED))
+    assert with_own_strain(said) is said
+
+
+def test_a_study_over_derivatives_of_an_automatic_body_is_that_of_the_condensed_one(built: Built):
+    automatic = convergence(built(SILENT, SPUN, SHORT), "derivatives", [1, 2])
+    condensed = convergence(built(("modes = 4 }", DERIVED), SPUN, SHORT), "derivatives", [1, 2])
+    assert automatic.values.tolist() == condensed.values.tolist()
+    assert automatic.followers.tolist() == [1, 2]
+
+
+def test_every_level_over_modes_of_an_automatic_body_derives_from_its_own_modes(built: Built):
+    rungs = planned(built(("modes = 4 }", "modes = 3 }"), SPUN), "modes", [1, 3]).ladder.rungs
+    few, many = (rung.build().followers for rung in rungs)
+    assert 0 < few < many
+
+
+def test_strain_forms_tell_what_an_automatic_body_has(built: Built):
+    assert strain_forms(built(SILENT, SPUN, SHORT)).own == {"beam": "condensed"}
+
+
+@pytest.mark.parametrize(
+    ("over", "sentence"),
+    [
+        ("modes,derivatives", "there is no nonlinear strain with derivatives to vary"),
+        ("modes,segments", "there is no line cut into segments"),
+        ("modes,colour", "or strain; found 'colour'"),
+        ("modes,strain,derivatives", "--over modes,derivatives,strain"),
+    ],
+)
+def test_a_list_of_studies_is_refused_before_the_first_one_runs(written: Written, over: str, sentence: str):
+    spun = [SILENT, SPUN] if "strain" in over else []
+    code, out, err = told("converge", written(*spun), "--over", over)
+    assert code == 2 and out == "" and sentence in err
+
+
+def test_the_backbone_of_a_condensed_body_is_that_of_its_nonlinear_form(written: Written):
+    found = {}
+    for strain in ("condensed", "nonlinear"):
+        path = written(("modes = 4 }", DERIVED.replace("condensed", strain)))
+        found[strain] = json.loads(told("modes", path, "--backbone", "1 mm, 1 cm", "--json")[1])["beam"]["backbone"]
+    assert found["condensed"] == found["nonlinear"]
+
+
+def test_modes_tell_of_condensed_strain_and_of_what_follows(written: Written):
+    code, out, _ = told("modes", written(("modes = 4 }", DERIVED)), "--backbone", "1 mm")
+    assert code == 0 and "3 elastic coordinates, 2 shapes follow (derivative); condensed strain" in out
+    assert "condensed strain: seen in its nonlinear form" in out
