@@ -29,7 +29,7 @@ class RunTable(Table):
     reactions: StrictBool = False
     """Report the force and torque that every joint carries."""
     rtol: Annotated[float, Quantity("", above=0.0, most=0.1)] | None = None
-    """Relative error tolerance of a step; left out, 1e-11 (dop853) or 1e-9 (esdirk4, generalized_alpha)."""
+    """Relative error tolerance of a step; left out, 1e-11 (dop853), 1e-9 (esdirk4) or 1e-6 (generalized_alpha)."""
     atol: Annotated[float, Quantity("", above=0.0)] | None = None
     """Absolute error tolerance; left out, a tenth of rtol, for rates of joints times a typical rate."""
     integrator: Literal["auto", "dop853", "esdirk4", "generalized_alpha"] = "auto"

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from femflex.results import Run
     from femflex.system import System
 
+ENERGIES = ("kinetic", "elastic", "spring", "load")  # whose sizes the energy's change is measured by
 MOVED = 4  # initial values told on screen when the start moves them
 
 
@@ -171,7 +172,8 @@ def say_what_came_out(run: Run, system: System, output: Path) -> None:
     for path in conserved(run, system):
         value = run[path]
         change = float(np.abs(value - value[0]).max())
-        size = float(np.abs(run["monitors/kinetic"] if path == "monitors/energy" else value).max())
+        shares = [f"monitors/{kind}" for kind in ENERGIES] if path == "monitors/energy" else [path]
+        size = max(float(np.abs(run[share]).max()) for share in shares if share in run)
         relative = f", {change / size:.2e} of its size" if size > 0 else ""
         print(
             f"monitor     {path.split('/')[1].replace('_', ' ')} changed by up to {change:.3e} "

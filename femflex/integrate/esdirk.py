@@ -25,6 +25,9 @@ class Esdirk4(Implicit):
     q is integrated by qdot = N(q) u within the stages and Euler parameters are brought to unit length after each step.
     """
 
+    rtol: float = 1e-9
+    atol: float | Array = 1e-10
+
     name: ClassVar[str] = "esdirk4"
     order: ClassVar[int] = 4
     number: ClassVar[int] = 3

@@ -113,10 +113,11 @@ def warn_of_passage(model: Model) -> None:
         return
     t, least, lost = found
     names = ", ".join(model.constraints.kind_of(name) for name in model.constraints.names)
+    how = "passed" if least <= lost else "came near"
     warnings.warn(
-        f"{names} passed a singular configuration at t = {t:.6g} s, where rows lose their rank and branches of the "
-        f"motion meet (smallest pivot {least:.2g} of the largest; below {lost:.2g} the row is left out until it grows "
-        f"again). The run goes on along the same branch; a real mechanism may change it there.",
+        f"{names} {how} a singular configuration, closest at t = {t:.6g} s, where rows lose their rank and branches of "
+        f"the motion meet (smallest pivot {least:.2g} of the largest; below {lost:.2g} the row is left out until it "
+        f"grows again). The run goes on along the same branch; a real mechanism may change it there.",
         PhysicsWarning,
         stacklevel=2,
     )

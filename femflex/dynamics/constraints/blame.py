@@ -14,14 +14,30 @@ Array = NDArray[np.float64]
 TOUCHED = 1e-9  # entry of A, relative to the largest of its row, from which a freedom moves a row
 
 
-def held_freedoms(system: System) -> dict[int, str]:
-    """Place in u and name of every freedom that a motion holds, locked ones included."""
-    out: dict[int, str] = {}
+def held_freedoms(system: System) -> dict[int, tuple[str, str]]:
+    """Place in u, name and body of every freedom that a motion holds, locked ones included."""
+    out: dict[int, tuple[str, str]] = {}
     first = 0
     for name in system.order:
         joint = system.joint_of(name)
-        out |= {first + k: joint.freedom_names()[k] for k in joint.held}
+        out |= {first + k: (joint.freedom_names()[k], name) for k in joint.held}
         first += joint.n_u + system.bodies[name].n_modes
+    return out
+
+
+def between(system: System, name: str) -> set[str]:
+    """Bodies whose joints lie between the two ends of a constraint: those above both move it as a whole."""
+    ties: dict[str, tuple[str | None, str | None]] = {loop.label: (loop.parent, loop.child) for loop in system.loops}
+    ties |= {constraint.name: (constraint.parent, constraint.body) for constraint in system.constraints}
+    one, other = (set(_above(system, end)) for end in ties[name])
+    return one ^ other
+
+
+def _above(system: System, body: str | None) -> list[str]:
+    out = []
+    while body is not None:
+        out.append(body)
+        body = system.joint_of(body).parent
     return out
 
 
@@ -34,7 +50,8 @@ def beside(constraints: Constraints, t: float, x: Array, name: str) -> str:
     own = A[constraints.rows_of(name)]
     touched = (own > TOUCHED * own.max(axis=1, initial=0.0, keepdims=True)).any(axis=0)
     held = held_freedoms(constraints.system)
-    freedoms = [repr(freedom) for k, freedom in held.items() if touched[k]]
+    inside = between(constraints.system, name)
+    freedoms = [repr(freedom) for k, (freedom, body) in held.items() if touched[k] and body in inside]
     free = [k for k in np.flatnonzero(touched) if k not in held]
     others = [
         constraints.kind_of(other)

@@ -33,7 +33,8 @@ def told_reach(model: Model, t: float, x: Array, part: float) -> str:
     lost = rows[:, rank - 1]
     name = max(held.names, key=lambda name: float(np.abs(lost[held.rows_of(name)]).max()))
     driven = np.abs(lost @ held.matrix(t, x))
-    moved = [repr(freedom) for k, freedom in held_freedoms(model.system).items() if driven[k] > TOUCHED * driven.max()]
+    freedoms = held_freedoms(model.system).items()
+    moved = [repr(freedom) for k, (freedom, _) in freedoms if driven[k] > TOUCHED * driven.max()]
     told = f"(smallest singular value of its rows {values[rank - 1]:.2g}, at the start {first[rank - 1]:.2g})"
     if moved:
         return (
