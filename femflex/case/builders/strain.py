@@ -71,6 +71,12 @@ def fastest_turn(case: Case) -> float:
     total = sum(float(np.linalg.norm(rate)) for rate in (attitude.spin, attitude.rates) if rate is not None)
     if case.campbell is not None:
         total = max(total, case.campbell.speeds[-1])
+    return total + fastest_joints(case)
+
+
+def fastest_joints(case: Case) -> float:
+    """What the case says of how fast joints turn [rad/s], added up."""
+    total = 0.0
     until = float(case.run.duration or LONG)
     for joint in case.joints:
         for key in ("rate", "rates"):

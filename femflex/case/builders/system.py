@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.case.builders.body import build_bodies
+from femflex.case.builders.choice import choices, undecided, with_strains
 from femflex.case.builders.closed import build_constraint, build_loops, build_spring
 from femflex.case.builders.initial import initial_shape
 from femflex.case.builders.joints import build_joints, root_joint
@@ -27,8 +28,26 @@ Array = NDArray[np.float64]
 def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System:
     """The System a case describes, with these bodies or with its own.
 
+    Its own bodies that do not say their strain get the one that their places in the system call for.
     Raises CaseError with everything that does not fit together.
     """
+    names = undecided(case) if bodies is None else []
+    if not names:
+        return _system(case, bodies)
+    linear = with_strains(case, dict.fromkeys(names, "linear"))
+    parts = _bodies_and_loads(linear, None)[0]
+    system = _system(linear, parts)
+    chosen = choices(case, system, names)
+    stiff = [name for name, (strain, _) in chosen.items() if strain == "condensed"]
+    if stiff:
+        asked = with_strains(case, dict.fromkeys(stiff, "condensed"))
+        parts |= build_bodies(asked.model_copy(update={"bodies": {name: asked.bodies[name] for name in stiff}}))
+        system = _system(case, parts)
+    noted = {name: replace(system.bodies[name], note=note) for name, (_, note) in chosen.items()}
+    return replace(system, bodies={**system.bodies, **noted})
+
+
+def _system(case: Case, bodies: Mapping[str, Part] | None) -> System:
     parts, loads = _bodies_and_loads(case, bodies)
     try:
         joint, parts = root_joint(case, parts)

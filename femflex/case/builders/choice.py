@@ -1,0 +1,141 @@
+"""Strain of the bodies that do not say: by what linear strain would leave out where their system starts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.case.body import AnalyticTable, FlexibleTable
+from femflex.case.builders.strain import (
+    BENT,
+    LONG,
+    SAMPLES,
+    STIFFENED,
+    TOLD,
+    Strain,
+    fastest_joints,
+    grown,
+    initial_bend,
+    largest_stiffening,
+)
+from femflex.case.case import Case
+from femflex.case.reduction import Stretchable
+from femflex.dynamics import compile_system
+from femflex.dynamics.reports.ignored import IgnoredStiffness
+from femflex.system import Frame, System
+
+Array = NDArray[np.float64]
+KEEPS = " (strain = 'linear' would keep it so)"
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How far the stiffness of a body goes: the most and least that is added, in parts of its first shape's own.
+
+    spin: its rate where most is added [rad/s]; fastest: its largest rate.
+    """
+
+    most: float
+    least: float
+    spin: float
+    fastest: float
+
+
+def undecided(case: Case) -> list[str]:
+    """Names of the bodies whose strain is left to be chosen."""
+    names = []
+    for name, table in case.bodies.items():
+        if isinstance(table, AnalyticTable) and table.strain is None:
+            names.append(name)
+        if isinstance(table, FlexibleTable) and table.strain is None and table.cut is None:
+            r = table.reduction
+            if isinstance(r, Stretchable) and r.derivatives not in ("none", 0):
+                names.append(name)
+    return names
+
+
+def with_strains(case: Case, strains: Mapping[str, Strain]) -> Case:
+    """The case with the strain of some bodies said."""
+    said = {name: case.bodies[name].model_copy(update={"strain": strain}) for name, strain in strains.items()}
+    return case.model_copy(update={"bodies": {**case.bodies, **said}})
+
+
+def choices(case: Case, system: System, names: list[str]) -> dict[str, tuple[Strain, str]]:
+    """Strain and its reason of bodies that are linear in this system, as far as it is known of them."""
+    reaches = reaches_of(case, system)
+    return {name: _choice(case, name, reaches[name]) for name in names if name in reaches}
+
+
+def reaches_of(case: Case, system: System) -> dict[str, Reach]:
+    """What linear strain leaves out of each body at the initial state, under all loads and specified motions to come.
+
+    Of a case with a diagram over spins, the fastest of them counts too; so do the rates of joints, about the worst
+    axis of a body, for what moves freely may come to turn so.
+    """
+    systems = [system]
+    if case.campbell is not None and (given := case.campbell.axis or case.attitude.spin) is not None:
+        axis = np.array(given) / np.linalg.norm(given)
+        systems.append(replace(system, frame=Frame("spinning", axis * case.campbell.speeds[-1])))
+    found: dict[str, Reach] = {}
+    for each in systems:
+        for name, reach in _reaches(each, float(case.run.duration or LONG)).items():
+            found[name] = _wider(found[name], reach) if name in found else reach
+    if (spin := fastest_joints(case)) > 0.0:
+        for name, reach in found.items():
+            ignored = system.bodies[name].ignored
+            assert ignored is not None
+            own = largest_stiffening(ignored, spin)
+            found[name] = _wider(reach, Reach(own, own, spin, spin))
+    return found
+
+
+def _reaches(system: System, until: float) -> dict[str, Reach]:
+    model = compile_system(system)
+    times = np.zeros(1)
+    if len(model.breaks):  # something is told over time: a load or a motion
+        knots = np.concatenate([model.breaks, (model.breaks[1:] + model.breaks[:-1]) / 2])
+        times = np.union1d(np.linspace(0.0, until, SAMPLES), knots[(knots >= 0.0) & (knots <= until)])
+    seen = model.observe(times, np.tile(model.x0, (len(times), 1)))
+    out = {}
+    for name, gain in IgnoredStiffness(system).gains(seen).items():
+        rate = np.linalg.norm(seen[f"bodies/{name}/rate"], axis=1)
+        out[name] = Reach(float(gain.max()), float(gain.min()), float(rate[np.argmax(gain)]), float(rate.max()))
+    return out
+
+
+def _wider(a: Reach, b: Reach) -> Reach:
+    spin = a.spin if a.most >= b.most else b.spin
+    return Reach(max(a.most, b.most), min(a.least, b.least), spin, max(a.fastest, b.fastest))
+
+
+def _choice(case: Case, name: str, reach: Reach) -> tuple[Strain, str]:
+    raised = float(np.sqrt(1.0 + max(reach.most, 0.0)) - 1.0)
+    fallen = 1.0 - float(np.sqrt(max(1.0 + min(reach.least, 0.0), 0.0)))
+    way = f"turning at {reach.spin:.4g} rad/s" if reach.spin > 0.0 else "what pulls along it"
+    if raised > STIFFENED and raised >= fallen:
+        text = f"{way} may raise the first frequency {grown(raised)}, which linear strain leaves out"
+        return "condensed", f"strain is condensed: {text}{KEEPS}"
+    if fallen > STIFFENED:
+        how = f"lower the first frequency by {fallen:.1%}" if fallen < 1.0 else "make it buckle in its first shape"
+        text = f"loads or inertia that press along it may {how}, which linear strain leaves out"
+        return "condensed", f"strain is condensed: {text}{KEEPS}"
+    table = case.bodies[name]
+    assert isinstance(table, FlexibleTable | AnalyticTable)
+    if (bent := initial_bend(table)) > BENT:
+        text = f"the body starts bent by {bent:.0%} of its length, and linear strain holds up to about {BENT:.0%}"
+        return "condensed", f"strain is condensed: {text}{KEEPS}"
+    return "linear", f"strain is linear: {_small(reach, raised, fallen, way)}"
+
+
+def _small(reach: Reach, raised: float, fallen: float, way: str) -> str:
+    """Why linear strain is enough, in words."""
+    if max(raised, fallen) >= TOLD:
+        if fallen > raised:
+            return f"loads or inertia that press along it lower the first frequency by {fallen:.2%}"
+        return f"{way} raises the first frequency by {raised:.2%}"
+    if reach.fastest == 0.0:
+        return "the case tells of no spin that would stiffen it"
+    return f"turning at {reach.fastest:.4g} rad/s does not stiffen it (by less than {TOLD:.3%})"
