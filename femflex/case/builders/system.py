@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.body import FlexibleBody
 from femflex.case.builders.body import build_bodies
 from femflex.case.builders.choice import choices, undecided, with_strains
 from femflex.case.builders.closed import build_constraint, build_loops, build_spring
@@ -43,8 +44,12 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
         asked = with_strains(case, dict.fromkeys(stiff, "condensed"))
         parts |= build_bodies(asked.model_copy(update={"bodies": {name: asked.bodies[name] for name in stiff}}))
         system = _system(case, parts)
-    noted = {name: replace(system.bodies[name], note=note) for name, (_, note) in chosen.items()}
-    return replace(system, bodies={**system.bodies, **noted})
+    noted: dict[tuple[int, str], FlexibleBody] = {}  # bodies alike stay one
+    found = dict(system.bodies)
+    for name, (_, note) in chosen.items():
+        body = found[name]
+        found[name] = noted.setdefault((id(body), note), replace(body, note=note))
+    return replace(system, bodies=found)
 
 
 def _system(case: Case, bodies: Mapping[str, Part] | None) -> System:
