@@ -98,7 +98,7 @@ def test_the_highest_frequency_without_the_matrix_is_that_of_the_matrix(tmp_path
 def test_bodies_alike_are_built_once(tmp_path):
     text = large_systems.star(3).replace("functions = { y = 1, z = 1 }", "functions = { y = 2, z = 1 }", 1)
     bodies = build_system(parse_case(text, tmp_path / "star.toml")).bodies
-    assert bodies["boom1"] is bodies["boom2"]
+    assert bodies["boom1"].moments is bodies["boom2"].moments  # what is said of their strain may differ
     assert bodies["boom0"].n_modes == 3 and bodies["boom1"].n_modes == 2
 
 

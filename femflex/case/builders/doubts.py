@@ -24,9 +24,9 @@ def warn_of_doubtful_bodies(case: Case, bodies: Mapping[str, FlexibleBody], outp
     warn_of_bodies_held_elsewhere(case, bodies)
     looked_at: set[int] = set()
     for name, body in bodies.items():
-        if name not in case.bodies or id(body) in looked_at:  # a segment, or shared by alike tables
+        if name not in case.bodies or id(body.moments) in looked_at:  # a segment, or shared by alike tables
             continue
-        looked_at.add(id(body))
+        looked_at.add(id(body.moments))
         table = case.bodies[name]
         if isinstance(table, FlexibleTable):
             warn_of_doubtful_extents(case, name, table, body)
