@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.case.body import AnalyticTable, FlexibleTable
 from femflex.case.builders.strain import (
-    BENT,
     LONG,
     SAMPLES,
-    STIFFENED,
-    TOLD,
+    Reach,
     Strain,
     fastest_joints,
-    grown,
-    initial_bend,
+    judged,
     largest_stiffening,
 )
 from femflex.case.case import Case
@@ -28,20 +25,6 @@ from femflex.dynamics.reports.ignored import IgnoredStiffness
 from femflex.system import Frame, System
 
 Array = NDArray[np.float64]
-KEEPS = " (strain = 'linear' would keep it so)"
-
-
-@dataclass(frozen=True)
-class Reach:
-    """How far the stiffness of a body goes: the most and least that is added, in parts of its first shape's own.
-
-    spin: its rate where most is added [rad/s]; fastest: its largest rate.
-    """
-
-    most: float
-    least: float
-    spin: float
-    fastest: float
 
 
 def undecided(case: Case) -> list[str]:
@@ -66,7 +49,12 @@ def with_strains(case: Case, strains: Mapping[str, Strain]) -> Case:
 def choices(case: Case, system: System, names: list[str]) -> dict[str, tuple[Strain, str]]:
     """Strain and its reason of bodies that are linear in this system, as far as it is known of them."""
     reaches = reaches_of(case, system)
-    return {name: _choice(case, name, reaches[name]) for name in names if name in reaches}
+    found = {}
+    for name in names:
+        table = case.bodies[name]
+        if name in reaches and isinstance(table, FlexibleTable | AnalyticTable):
+            found[name] = judged(table, reaches[name])
+    return found
 
 
 def reaches_of(case: Case, system: System) -> dict[str, Reach]:
@@ -109,33 +97,3 @@ def _reaches(system: System, until: float) -> dict[str, Reach]:
 def _wider(a: Reach, b: Reach) -> Reach:
     spin = a.spin if a.most >= b.most else b.spin
     return Reach(max(a.most, b.most), min(a.least, b.least), spin, max(a.fastest, b.fastest))
-
-
-def _choice(case: Case, name: str, reach: Reach) -> tuple[Strain, str]:
-    raised = float(np.sqrt(1.0 + max(reach.most, 0.0)) - 1.0)
-    fallen = 1.0 - float(np.sqrt(max(1.0 + min(reach.least, 0.0), 0.0)))
-    way = f"turning at {reach.spin:.4g} rad/s" if reach.spin > 0.0 else "what pulls along it"
-    if raised > STIFFENED and raised >= fallen:
-        text = f"{way} may raise the first frequency {grown(raised)}, which linear strain leaves out"
-        return "condensed", f"strain is condensed: {text}{KEEPS}"
-    if fallen > STIFFENED:
-        how = f"lower the first frequency by {fallen:.1%}" if fallen < 1.0 else "make it buckle in its first shape"
-        text = f"loads or inertia that press along it may {how}, which linear strain leaves out"
-        return "condensed", f"strain is condensed: {text}{KEEPS}"
-    table = case.bodies[name]
-    assert isinstance(table, FlexibleTable | AnalyticTable)
-    if (bent := initial_bend(table)) > BENT:
-        text = f"the body starts bent by {bent:.0%} of its length, and linear strain holds up to about {BENT:.0%}"
-        return "condensed", f"strain is condensed: {text}{KEEPS}"
-    return "linear", f"strain is linear: {_small(reach, raised, fallen, way)}"
-
-
-def _small(reach: Reach, raised: float, fallen: float, way: str) -> str:
-    """Why linear strain is enough, in words."""
-    if max(raised, fallen) >= TOLD:
-        if fallen > raised:
-            return f"loads or inertia that press along it lower the first frequency by {fallen:.2%}"
-        return f"{way} raises the first frequency by {raised:.2%}"
-    if reach.fastest == 0.0:
-        return "the case tells of no spin that would stiffen it"
-    return f"turning at {reach.fastest:.4g} rad/s does not stiffen it (by less than {TOLD:.3%})"

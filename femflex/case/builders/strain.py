@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -18,36 +19,64 @@ TOLD = 5e-5  # less than the hundredth of a per cent that is printed
 BENT = 0.05  # initial displacement over length from which on strain is condensed
 LONG = 1e4  # s, looked at of a specified motion where the duration is given in orbits
 SAMPLES = 400  # of a specified motion, for its largest rate
+KEEPS = " (strain = 'linear' would keep it so)"
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How far the stiffness of a body goes: the most and least that is added, in parts of its first shape's own.
+
+    spin: its rate where most is added [rad/s]; fastest: its largest rate.
+    """
+
+    most: float
+    least: float
+    spin: float
+    fastest: float
 
 
 def chosen_strain(case: Case, table: FlexibleTable | AnalyticTable, ignored: Foreshortening) -> tuple[Strain, str]:
-    """Strain of a body that does not say, and the reason; ignored: what linear strain would leave out."""
+    """Strain of a body that does not say, looked at alone, and the reason; ignored: what linear strain leaves out.
+
+    Alone it turns about its own origin with nothing on it; `choice` looks at it in its system.
+    """
     r = getattr(table, "reduction", None)
     if isinstance(table, FlexibleTable) and (
         not isinstance(r, Stretchable) or getattr(r, "derivatives", None) in ("none", 0)
     ):
         return "linear", ""
     spin = fastest_turn(case)
-    gain = np.sqrt(1.0 + largest_stiffening(ignored, spin)) - 1.0
-    if gain > STIFFENED:
-        return "condensed", (
-            f"strain is condensed: turning at {spin:.4g} rad/s may raise the first frequency {grown(gain)}, "
-            f"which linear strain leaves out (strain = 'linear' would keep it so)"
-        )
-    bent = initial_bend(table)
-    if bent > BENT:
-        return "condensed", (
-            f"strain is condensed: the body starts bent by {bent:.0%} of its length, and linear strain holds up to "
-            f"about {BENT:.0%} (strain = 'linear' would keep it so)"
-        )
-    if spin == 0.0:
-        return "linear", "strain is linear: the case tells of no spin that would stiffen it"
-    if gain < TOLD:
-        return "linear", f"strain is linear: turning at {spin:.4g} rad/s does not stiffen it (by less than {TOLD:.3%})"
-    return (
-        "linear",
-        f"strain is linear: turning at {spin:.4g} rad/s raises the first frequency by {gain:.2%}",
-    )
+    own = largest_stiffening(ignored, spin)
+    return judged(table, Reach(own, own, spin, spin))
+
+
+def judged(table: FlexibleTable | AnalyticTable, reach: Reach) -> tuple[Strain, str]:
+    """The strain that a body wants of which linear strain leaves so much out, and the reason."""
+    raised = float(np.sqrt(1.0 + max(reach.most, 0.0)) - 1.0)
+    fallen = 1.0 - float(np.sqrt(max(1.0 + min(reach.least, 0.0), 0.0)))
+    way = f"turning at {reach.spin:.4g} rad/s" if reach.spin > 0.0 else "what pulls along it"
+    if raised > STIFFENED and raised >= fallen:
+        text = f"{way} may raise the first frequency {grown(raised)}, which linear strain leaves out"
+        return "condensed", f"strain is condensed: {text}{KEEPS}"
+    if fallen > STIFFENED:
+        how = f"lower the first frequency by {fallen:.1%}" if fallen < 1.0 else "make it buckle in its first shape"
+        text = f"loads or inertia that press along it may {how}, which linear strain leaves out"
+        return "condensed", f"strain is condensed: {text}{KEEPS}"
+    if (bent := initial_bend(table)) > BENT:
+        text = f"the body starts bent by {bent:.0%} of its length, and linear strain holds up to about {BENT:.0%}"
+        return "condensed", f"strain is condensed: {text}{KEEPS}"
+    return "linear", f"strain is linear: {_small(reach, raised, fallen, way)}"
+
+
+def _small(reach: Reach, raised: float, fallen: float, way: str) -> str:
+    """Why linear strain is enough, in words."""
+    if max(raised, fallen) >= TOLD:
+        if fallen > raised:
+            return f"loads or inertia that press along it lower the first frequency by {fallen:.2%}"
+        return f"{way} raises the first frequency by {raised:.2%}"
+    if reach.fastest == 0.0:
+        return "the case tells of no spin that would stiffen it"
+    return f"turning at {reach.fastest:.4g} rad/s does not stiffen it (by less than {TOLD:.3%})"
 
 
 def grown(gain: float) -> str:
