@@ -63,7 +63,10 @@ def run(
         prepared.load_kernels()
     say_what_runs(prepared)
     with Bar("integrating", float(prepared.times[-1])) as bar:
-        pipeline.integrate(prepared, output, force=force, resume=resume, progress=bar)
+        try:
+            pipeline.integrate(prepared, output, force=force, resume=resume, progress=bar)
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(_what_is_kept(output)) from None
     from femflex.results import open_run
 
     with open_run(output) as done:
@@ -80,6 +83,18 @@ def run(
             f"warning: the run is done, but what the case expects of {', '.join(missed)} does not hold; either "
             f"something has changed, or [expect] has to"
         )
+
+
+def _what_is_kept(output: Path) -> str:
+    """What an interrupted run left, and how it goes on; nothing where it had no row yet."""
+    from femflex.results import open_run
+
+    if not output.exists():
+        return "interrupted before the first row"
+    with open_run(output) as run:
+        if run.ended != "interrupted":  # the file of an earlier run, not yet overwritten
+            return "interrupted before the first row"
+        return f"interrupted; {output} keeps {len(run)} rows, to {run.time[-1]:.6g} s, and --resume goes on from there"
 
 
 def named(text: str) -> list[str]:

@@ -36,8 +36,8 @@ def verb(example: str) -> Callable[[F], F]:
             except BrokenPipeError:  # the reader of the output left, such as `head`
                 os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
                 raise typer.Exit(0) from None
-            except KeyboardInterrupt:
-                complain("interrupted")
+            except KeyboardInterrupt as stop:
+                complain(str(stop) or "interrupted")
                 raise typer.Exit(INTERRUPTED) from None
             except (ValueError, KeyError, OSError, ArithmeticError, MemoryError, RuntimeError) as error:
                 if isinstance(error, typer.Exit) or os.environ.get("FEMFLEX_TRACEBACK"):
