@@ -23,7 +23,7 @@ def bricks():
 
 
 def triangles():
-    mesh = rectangle(2.0, 1.0, 80, 40, "triangle")
+    mesh = rectangle(2.0, 1.0, 184, 92, "triangle")
     return build_structure(mesh, [Member("surface", "plate", 0.01, METAL)])
 
 
