@@ -18,18 +18,35 @@ class Marker:
     phi         (3, n)  translation of the place per shape
     psi         (3, n)  small rotation of the place per shape
     orientation (3, 3)  C_BM: turns marker components into body components, undeformed
+    axis        (3,)    unit vector along the beam whose section it is, where psi delta is (twist, sines of the slopes);
+                        zero where psi delta is the rotation vector itself
     """
 
     position: Array
     phi: Array
     psi: Array
     orientation: Array = field(default_factory=lambda: np.eye(3))
+    axis: Array = field(default_factory=lambda: np.zeros(3))
 
     @classmethod
     def rigid(cls, position: Array, orientation: Array | None = None, n_modes: int = 0) -> Marker:
         """A marker that does not move with the elastic coordinates."""
         zero = np.zeros((3, n_modes))
         return cls(np.asarray(position, float), zero, zero, np.eye(3) if orientation is None else orientation)
+
+    def rotation_vector(self, delta: Array) -> Array:
+        """Rotation vector of the place (..., 3) at amplitudes delta (..., n) of all shapes.
+
+        Of a section whose axis e stays on the tangent, with s = psi delta and p = s - e (e.s):
+        s - 1/2 (e.s) e x s + 1/6 |p|^2 p, right to second order in all and to third in the slopes.
+        """
+        s = np.asarray(delta, float) @ self.psi.T
+        if not self.axis.any():
+            return s
+        twist = s @ self.axis
+        p = s - twist[..., None] * self.axis
+        square = np.sum(p * p, axis=-1)[..., None]
+        return np.asarray(s - 0.5 * twist[..., None] * np.cross(self.axis, s) + square / 6 * p)
 
     def turned(self, orientation: Array) -> Marker:
         """The same place with other undeformed axes, C_BM (3, 3)."""

@@ -119,6 +119,20 @@ class DenseInertia:
 
 
 @dataclass(frozen=True, eq=False)
+class SectionInertia(DenseInertia):
+    """Points of sections that turn about points of a line, with what second-order displacements of theirs ask for.
+
+    second (e, s, 3, 3)     int o o^T dm of the offsets o from the line at stations along the elements, global axes
+    turn   (e, s, 3, l)     rows of the sections' rotation
+    axis   (e, 3)           unit vector along the line
+    """
+
+    second: Array
+    turn: Array
+    axis: Array
+
+
+@dataclass(frozen=True, eq=False)
 class DenseStrain:
     """A strain block with its gradient rows stored, G (e|1, q, g, l)."""
 

@@ -84,7 +84,9 @@ def _body(
         if strain == "linear"
         else beam_strain(beam, functions, X, V1, strain == "condensed"),
         damping=bending_damping(damping or ModalDamping(0.0), moments.elastic_mass(), V1, damped),
-        markers={"root": _marker(beam, functions, 0, X), "tip": _marker(beam, functions, 1, X)},
+        markers={
+            name: _marker(beam, functions, end, X, strain == "condensed") for end, name in enumerate(("root", "tip"))
+        },
         skin=_skin(beam, functions, X),
         kinds=("admissible",) * functions.own + ("derivative",) * (X.shape[1] - functions.own),
         omega=omega,
@@ -192,14 +194,17 @@ def _motion(beam: UniformBeam, functions: BeamFunctions, xi: Array, offsets: Arr
     return (beam.frame.T @ local).reshape(-1, 3, functions.count)
 
 
-def _marker(beam: UniformBeam, functions: BeamFunctions, end: int, X: Array) -> Marker:
-    """The section at the root (0) or the tip (1); a clamped end does not move at all, not even by rounding."""
+def _marker(beam: UniformBeam, functions: BeamFunctions, end: int, X: Array, sines: bool) -> Marker:
+    """The section at the root (0) or the tip (1); a clamped end does not move at all, not even by rounding.
+
+    sines: its slopes are sines, as the curvature of large bends has them (beam_strain).
+    """
     xi = np.array([float(end)])
     position = _places(beam, xi, np.zeros((1, 2)))[0]
     if ends_of(functions.ends)[end] == "clamped":
         return Marker.rigid(position, n_modes=X.shape[1])
     centre, turn = _section_motion(beam, functions, xi)
-    return Marker(position, centre[0] @ X, turn[0] @ X)
+    return Marker(position, centre[0] @ X, turn[0] @ X, axis=beam.frame[0] if sines else np.zeros(3))
 
 
 def _tip_signs(beam: UniformBeam, functions: BeamFunctions, X: Array) -> Array:

@@ -19,6 +19,7 @@ from femflex.reduction.markers import marker, marker_rows
 from femflex.reduction.modeset import ModeSet
 from femflex.reduction.moments import linear_stiffness, mass_moments
 from femflex.reduction.rigid import check_no_rigid_motion, rigid_shapes
+from femflex.reduction.section_axes import section_axis
 from femflex.reduction.strain import cubic_tensors, strain_tensors
 from femflex.reduction.strain_points import strain_field
 
@@ -58,7 +59,10 @@ def reduce_structure(
         strain=_tensors(structure, phi, V1, strain),
         damping=bending_damping(damping or ModalDamping(0.0), moments.elastic_mass(), V1, damped),
         markers={
-            name: marker(marker_rows(structure, group), phi, name, turning is None or name in turning)
+            name: replace(
+                marker(marker_rows(structure, group), phi, name, turning is None or name in turning),
+                axis=np.zeros(3) if strain == "linear" else section_axis(structure, group),
+            )
             for name, group in places.items()
         },
         skin=_skin(structure, phi),

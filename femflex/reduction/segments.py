@@ -72,4 +72,5 @@ def reduce_segments(
 def tied(marker: Marker, position: Array) -> Marker:
     """A marker at another undeformed position (3,) that moves as if rigidly tied to the given one."""
     arm = position - marker.position
-    return Marker(position, marker.phi + np.cross(marker.psi, arm, axisa=0, axisb=0, axisc=0), marker.psi)
+    phi = marker.phi + np.cross(marker.psi, arm, axisa=0, axisb=0, axisc=0)
+    return Marker(position, phi, marker.psi, axis=marker.axis)

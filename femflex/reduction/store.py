@@ -4,7 +4,7 @@ Layout: attributes `format` "femflex body", `format_version`, `femflex_version`,
 and `units` each:
 
     moments/{mass, first, second}     strain/{V1, f0, V2, V3}     damping     omega     slaves (if any)
-    markers/<name>/{position, phi, psi, orientation}
+    markers/<name>/{position, phi, psi, orientation, axis}
     skin/{points, shapes}, skin/cells/<meshio cell name>         absent for a body that cannot be drawn
     ignored/{mass, at/<marker>}                                  where linear strain leaves it out
     strain_field/<k>/{places, weight, rows, linear, quadratic, elastic, stress}      see femflex.body.strain_field
@@ -46,6 +46,7 @@ FIELDS = {
     "phi": ("translation per elastic coordinate", "kg^-1/2"),
     "psi": ("small rotation per elastic coordinate", "kg^-1/2 m^-1"),
     "orientation": ("turns marker components into body components", "1"),
+    "axis": ("along the beam whose section it is, where psi holds its twist and the sines of its slopes; else 0", "1"),
     "points": ("undeformed points of the skin, body frame", "m"),
     "shapes": ("displacement of the skin's points per elastic coordinate: shape, point, axis", "kg^-1/2"),
 }
@@ -124,7 +125,7 @@ def _write(file: h5py.File, body: FlexibleBody) -> None:
     _put_all(file.create_group("strain"), body.strain, "V1", "f0", "V2", "V3")
     markers = file.create_group("markers", track_order=True)
     for name, marker in body.markers.items():
-        _put_all(markers.create_group(_escaped(name)), marker, "position", "phi", "psi", "orientation")
+        _put_all(markers.create_group(_escaped(name)), marker, "position", "phi", "psi", "orientation", "axis")
     if body.skin is not None:
         skin = file.create_group("skin")
         _put_all(skin, body.skin, "points", "shapes")
@@ -153,7 +154,9 @@ def _read(file: h5py.File) -> FlexibleBody:
         strain=StrainTensors(*(_get(strain, name) for name in ("V1", "f0", "V2", "V3") if name in strain)),
         damping=_get(file, "damping"),
         markers={
-            _unescaped(name): Marker(*(_get(rows, key) for key in ("position", "phi", "psi", "orientation")))
+            _unescaped(name): Marker(
+                **{key: _get(rows, key) for key in ("position", "phi", "psi", "orientation", "axis") if key in rows}
+            )
             for name, rows in file["markers"].items()
         },
         skin=skin,

@@ -54,6 +54,14 @@ def expm(theta):
     return total
 
 
+def rotation_vector(s, axis):
+    """Of a section of a beam along that unit axis, as a jet: s = (twist, sines of the slopes); without an axis s."""
+    if not axis.any():
+        return s
+    twist, p = const(axis) @ s, const(np.eye(3) - np.outer(axis, axis)) @ s
+    return s - (const(skew(axis)) @ s) * twist * 0.5 + p * (p @ p) * (1 / 6)
+
+
 def turn(axis, angle):
     return expm(Jet(axis * angle.v, axis * angle.d, axis * angle.dd))
 
@@ -113,7 +121,7 @@ class Tree:
 
     @staticmethod
     def marker(marker, delta):
-        turned = expm(const(marker.psi) @ delta) @ marker.orientation
+        turned = expm(rotation_vector(const(marker.psi) @ delta, marker.axis)) @ marker.orientation
         return turned, const(marker.position) + const(marker.phi) @ delta
 
     @staticmethod

@@ -59,12 +59,29 @@ class SpinUp:
         states = integrator("dop853", rtol=rtol, atol=rtol).solve(model, times, model.x0).states
         return model.observe(times, states)["markers/beam.tip/deflection"]
 
+    @property
+    def section(self):
+        """Its section, as beams on meshes take it."""
+        radius = np.sqrt(self.inertia / self.mass)
+        return fem.sections.StiffnessSection(self.EA, self.EI, self.EI, self.EI, self.mass, ry=radius, rz=radius)
+
+    def mesh(self, elements):
+        """The line from root to tip."""
+        return line([[0, 0, 0], list(self.length * self.direction)], elements)
+
+    def meshed(self, strain, n, elements=8, rtol=1e-8, times=TIMES):
+        """Deflection of the tip of a single meshed body of n modes and the derivatives of "auto", in the same frame."""
+        structure = fem.build_structure(self.mesh(elements), [fem.Member("line", "beam", self.section)])
+        shapes = reduction.with_derivatives(structure, reduction.cantilever_modes(structure, "start", n))
+        body = reduction.reduce_structure(structure, shapes, {"root": "start", "tip": "end"}, strain=strain)
+        model = compile_system(System({"beam": body}, (self.joint(),)))
+        method = "dop853" if strain == "condensed" else "esdirk4"
+        states = integrator(method, rtol=rtol, atol=rtol).solve(model, times, model.x0).states
+        return model.observe(times, states)["markers/beam.tip/deflection"]
+
     def segmented(self, k, times=TIMES, rtol=1e-6, shapes=reduction.chord_modes, strain="linear", cells=4):
         """The same of a beam cut into k segments."""
-        radius = np.sqrt(self.inertia / self.mass)
-        section = fem.sections.StiffnessSection(self.EA, self.EI, self.EI, self.EI, self.mass, ry=radius, rz=radius)
-        mesh = line([[0, 0, 0], list(self.length * self.direction)], cells * k)
-        pieces = fem.cut(mesh, [fem.Member("line", "beam", section)], k, start="start")
+        pieces = fem.cut(self.mesh(cells * k), [fem.Member("line", "beam", self.section)], k, start="start")
         parts = reduction.reduce_segments(pieces, {"root": "start", "tip": "end"}, shapes, strain=strain)
         model = compile_system(system.assembled({"beam": system.Segments(parts)}, [self.joint()]))
         states = integrator("esdirk4", rtol=rtol, atol=rtol).solve(model, times, model.x0).states

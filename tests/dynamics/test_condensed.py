@@ -8,11 +8,13 @@ import pytest
 from mechanisms import four_bar
 from pointwise import Jet, Tree, const, equations, skew
 from random_systems import random_state, random_tree
+from scipy.spatial.transform import Rotation
 from test_curved_strain import curved
 from test_equations import frozen, orbital_frame
 from test_terms import along, furnished, one
 
 from femflex.dynamics import compile_system
+from femflex.dynamics.reports.carried import carried
 from femflex.integrate import integrator
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.system import Frame, Orbit, free, spherical
@@ -92,6 +94,48 @@ def test_residual_equals_kanes_equations_over_points_that_follow(seed):
     theirs = equations(Followed(system, clouds), q, u, udot, frozen(np.eye(3)), lambda m, r: np.zeros((len(m), 3)))
     theirs = theirs + strain_and_damping(system, q, u)
     assert ours == pytest.approx(theirs, rel=1e-10, abs=1e-10 * np.abs(theirs).max(initial=1))
+
+
+def along_beams(system, rng):
+    """The system with every marker that moves a section of a beam along some axis."""
+
+    def turned(marker):
+        axis = rng.normal(size=3)
+        return replace(marker, axis=axis / np.linalg.norm(axis)) if marker.psi.any() else marker
+
+    bodies = {
+        name: replace(body, markers={key: turned(marker) for key, marker in body.markers.items()})
+        for name, body in system.bodies.items()
+    }
+    return replace(system, bodies=bodies)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_markers_that_turn_as_sections_of_beams_do_so_in_the_equations_too(seed):
+    system, clouds, (q, u) = random_condensed(seed)
+    system = along_beams(system, np.random.default_rng(seed))
+    model = compile_system(system)
+    udot = np.random.default_rng(seed).normal(size=model.n_u)
+    ours = model.residual(0.0, np.concatenate([q, u]), udot)
+    theirs = equations(Followed(system, clouds), q, u, udot, frozen(np.eye(3)), lambda m, r: np.zeros((len(m), 3)))
+    theirs = theirs + strain_and_damping(system, q, u)
+    assert ours == pytest.approx(theirs, rel=1e-10, abs=1e-10 * np.abs(theirs).max(initial=1))
+    udot = model.state_rate(0.0, np.concatenate([q, u]))[model.n_q :]
+    assert model.residual(0.0, np.concatenate([q, u]), udot) == pytest.approx(0 * udot, abs=1e-10 * np.abs(ours).max())
+
+
+def test_torques_work_through_markers_that_turn_as_sections_of_beams():
+    """Power of a force and torque in a marker's axes, over its velocity and rate by differences of what is reported."""
+    system, _, (q, u) = random_condensed(3, root=free)
+    system = along_beams(furnished(system, np.random.default_rng(3)), np.random.default_rng(5))
+    model, (push, _) = compile_system(system), system.loads
+    x, h = np.concatenate([q, u]), 1e-5
+    states = x + h * np.array([-1, 0, 1])[:, None] * model.state_rate(0.0, x)
+    times = np.zeros(3)
+    place, C = carried(system, times, model.observe(times, states), push.body, push.marker)
+    rate = Rotation.from_matrix(C[2] @ C[0].T).as_rotvec() / (2 * h)
+    power = (C[1] @ push.force) @ (place[2] - place[0]) / (2 * h) + (C[1] @ push.torque) @ rate
+    assert -u @ one(model, x)["loads/push"] == pytest.approx(power, rel=1e-7)
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -46,13 +46,12 @@ def test_energy_and_the_work_of_the_load_balance():
 
 
 @pytest.mark.slow
-def test_the_tip_leaves_that_of_segments_by_the_square_of_the_bend():
-    apart = []
-    for share in (0.4, 0.2):
+def test_the_tip_follows_that_of_segments_within_half_a_per_cent():
+    """Bent by 8 and by 4 % of the length; eight modes under a load that comes at once leave 0.13 % of small bends."""
+    for share, bound in ((0.4, 5e-3), (0.2, 2e-3)):
         tips = [
             run(segmented(k), share, system.assembled, "esdirk4", 1e-6)["markers/beam.tip/position"] for k in (6, 12)
         ]
         exact = tips[1] + (tips[1] - tips[0]) / 3
-        apart.append(np.abs(run(one(), share)["markers/beam.tip/position"] - exact).max() / np.ptp(exact, axis=0).max())
-    assert apart[0] < 0.03  # bent by 8 % of the length
-    assert np.log2(apart[0] / apart[1]) > 1.7
+        apart = np.abs(run(one(), share)["markers/beam.tip/position"] - exact).max() / np.ptp(exact, axis=0).max()
+        assert apart < bound

@@ -8,8 +8,10 @@ from numpy.typing import NDArray
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.formula import formula
 from femflex.dynamics.arithmetic.lanes import Lanes, lane, nothing, plus, put, total
+from femflex.dynamics.arithmetic.section_turns import section_drift, section_slope, section_vector
 from femflex.dynamics.arithmetic.turns import moving_vector_turn
-from femflex.dynamics.arithmetic.vectors import ZERO, Matrix, Vector, add, turn
+from femflex.dynamics.arithmetic.vectors import ZERO, Matrix, Vector, add, load3, product, turn
+from femflex.dynamics.lowering.layout import TURNS
 
 Array = NDArray[np.float64]
 Record = np.void
@@ -88,18 +90,26 @@ def combined(a: Array, rows: int, row: int, work: Array, y: int) -> Vector:
 
 @inner
 def markers_motion(
-    pool: Array, shape: int, spin: int, carrier: Record, work: Array
+    pool: Array, place: int, shape: int, spin: int, bends: int, carrier: Record, work: Array
 ) -> tuple[Vector, Vector, Matrix, Matrix, Vector, Vector, Vector]:
-    """Displacement and velocity of a marker, its turn exp(skew(psi delta)), the tangent T, rate; bias accelerations.
+    """Displacement and velocity of a marker, its turn exp(skew(theta)), the tangent T, rate; bias accelerations.
 
-    The biases are of the turn and of the displacement, the second zero unless shapes follow others.
+    theta = psi delta, or what `section_turns` makes of it, and T psi gives the rate. The biases are of the turn and of
+    the displacement, the second zero unless shapes follow others.
 
     All relative to the carrier, in its components.
     """
     wide, delta, ddelta = carrier["wide"], carrier["delta"], carrier["ddelta"]
     moved, velocity = combined(pool, shape, wide, work, delta), combined(pool, shape, wide, work, ddelta)
     theta, dtheta = combined(pool, spin, wide, work, delta), combined(pool, spin, wide, work, ddelta)
-    bend, T, rate, bias = moving_vector_turn(theta, dtheta)
+    if bends == TURNS:
+        e = load3(pool, place + 12)
+        F, extra = section_slope(e, theta), section_drift(e, theta, dtheta)
+        bend, T, rate, bias = moving_vector_turn(section_vector(e, theta), turn(F, dtheta))
+        bias = add(bias, turn(T, extra))
+        T = product(T, F)
+    else:
+        bend, T, rate, bias = moving_vector_turn(theta, dtheta)
     lift = ZERO
     if carrier["n_slaves"]:
         lift = combined(pool, shape, wide, work, carrier["drift"])

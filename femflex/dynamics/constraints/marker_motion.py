@@ -41,7 +41,7 @@ def move_marker(b: Record, place: int, shape: int, spin: int, bends: int, m: int
     r, C_iM = load3(pool, place), load9(pool, place + 3)
     v, turning, bias, lift = ZERO, ZERO, ZERO, ZERO
     if bends:
-        moved, v, bend, T, turning, bias, lift = markers_motion(pool, shape, spin, b, work)
+        moved, v, bend, T, turning, bias, lift = markers_motion(pool, place, shape, spin, bends, b, work)
         r, C_iM = add(r, moved), product(bend, C_iM)
         write_marker_columns(b, work, m + M_COLUMNS, pool, shape, spin, T, ZERO)
     omega_r = cross(omega, r)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.lanes import lane, put
+from femflex.dynamics.arithmetic.section_turns import section_slope, section_vector
 from femflex.dynamics.arithmetic.turns import vector_tangent, vector_turn
 from femflex.dynamics.arithmetic.vectors import (
     UNIT,
@@ -31,6 +32,7 @@ from femflex.dynamics.lowering.layout import (
     LOAD_INERTIAL,
     LOAD_MARKER,
     ORBIT_NONE,
+    TURNS,
     W_CIN,
     W_P,
     W_POS,
@@ -80,8 +82,13 @@ def load_wrench(
     if load["bends"]:
         r = add(r, combined(pool, load["shape"], b["wide"], work, b["delta"]))
         theta = combined(pool, load["spin"], b["wide"], work, b["delta"])
+        if load["bends"] == TURNS:
+            e = load3(pool, load["place"] + 12)
+            F, theta = section_slope(e, theta), section_vector(e, theta)
+            T = product(vector_tangent(theta), F)
+        else:
+            T = vector_tangent(theta)
         C_iM = product(vector_turn(theta), C_iM)
-        T = vector_tangent(theta)
     if load["frame"] == LOAD_MARKER:
         C = C_iM
     elif load["frame"] == LOAD_INERTIAL:

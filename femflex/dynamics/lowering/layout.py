@@ -90,8 +90,9 @@ BODY = np.dtype(
             "slaves",  # pool: A (n_slaves,n,row)
             "elastic_factor", "elastic_pivot",  # pool: U (n,row) and 1/d (n) of Me = U^T diag(1/d) U
             "orthonormal",  # 1: Me is the unit matrix to rounding
-            "place", "shape", "spin",  # pool, marker P on the parent: position (3) and C_pP (9); phi, psi (3,wide_p)
-            "bends",  # 1: marker P moves with the parent's elastic coordinates
+            "place",  # pool, marker P on the parent: position (3), C_pP (9), axis of the beam whose section it is (3)
+            "shape", "spin",  # pool: its phi, psi (3,wide_p)
+            "bends",  # STAYS, BENDS, TURNS: how marker P moves with the parent's elastic coordinates
             "own_place", "own_shape", "own_spin",  # the same for marker Q on this body
             "own_bends",
             "dense",  # 1: the elastic block changes with the motion and is factorised
@@ -154,6 +155,7 @@ MARKER = np.dtype([(name, "i8") for name in ("body", "place", "shape", "spin", "
 
 ORBIT_NONE, ORBIT_SPECIFIED, ORBIT_FREE = 0, 1, 2
 FRAME_INERTIAL, FRAME_ORBITAL, FRAME_SPINNING = 0, 1, 2
+STAYS, BENDS, TURNS = 0, 1, 2  # a marker: not at all; by exp(psi delta); as a section of a beam (`section_turns`)
 BALL_NONE, BALL_QUATERNION, BALL_ANGLES, BALL_EXTRINSIC, BALL_RODRIGUES, BALL_MODIFIED = 0, 1, 2, 3, 4, 5
 LOAD_BODY, LOAD_MARKER, LOAD_INERTIAL, LOAD_ORBITAL = 0, 1, 2, 3
 

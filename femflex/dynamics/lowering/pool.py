@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from femflex.body import Marker
 from femflex.dynamics.arithmetic.lanes import padded
+from femflex.dynamics.lowering.layout import BENDS, STAYS, TURNS
 
 Array = NDArray[np.float64]
 
@@ -68,7 +69,12 @@ def length_of(parts: list[NDArray[np.void]]) -> int:
 
 
 def put_marker(marker: Marker, pool: Pool) -> tuple[int, int, int, int]:
-    """Places of position and axes, phi, psi, and whether the marker moves with the shapes at all."""
-    bends = int(bool(np.any(marker.phi) or np.any(marker.psi)))
-    place = pool.put(np.concatenate([marker.position, marker.orientation.ravel()]))
+    """Places of position, axes and beam's axis, phi, psi, and whether the marker moves: STAYS, BENDS or TURNS.
+
+    TURNS: as a section of a beam.
+    """
+    bends = BENDS if np.any(marker.phi) or np.any(marker.psi) else STAYS
+    if bends and marker.axis.any():
+        bends = TURNS
+    place = pool.put(np.concatenate([marker.position, marker.orientation.ravel(), marker.axis]))
     return place, pool.put_rows(marker.phi), pool.put_rows(marker.psi), bends

@@ -117,7 +117,9 @@ def place_body(b: Record, parent: Record, q: Array, u: Array, pool: Array, work:
     r_P, C_pP = load3(pool, b["place"]), load9(pool, b["place"] + 3)
     v_P, T_P, omega, alpha, lift_P = ZERO, UNIT, omega_p, ZERO, ZERO
     if b["bends"]:
-        u_P, v_P, bend, T_P, spin, bias, lift_P = markers_motion(pool, b["shape"], b["spin"], parent, work)
+        u_P, v_P, bend, T_P, spin, bias, lift_P = markers_motion(
+            pool, b["place"], b["shape"], b["spin"], b["bends"], parent, work
+        )
         r_P = add(r_P, u_P)
         C_pP = product(bend, C_pP)
         alpha = add(bias, cross(omega_p, spin))
@@ -144,7 +146,9 @@ def place_body(b: Record, parent: Record, q: Array, u: Array, pool: Array, work:
     r_Q, C_iQ = load3(pool, b["own_place"]), load9(pool, b["own_place"] + 3)
     v_Q, T_Q, spin_Q, bias_Q, lift_Q = ZERO, UNIT, ZERO, ZERO, ZERO
     if b["own_bends"]:
-        u_Q, v_Q, bend, T_Q, spin_Q, bias_Q, lift_Q = markers_motion(pool, b["own_shape"], b["own_spin"], b, work)
+        u_Q, v_Q, bend, T_Q, spin_Q, bias_Q, lift_Q = markers_motion(
+            pool, b["own_place"], b["own_shape"], b["own_spin"], b["own_bends"], b, work
+        )
         r_Q = add(r_Q, u_Q)
         C_iQ = product(bend, C_iQ)
     C_iP = product(C_iQ, transpose(C_PQ))

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 def carried(
     system: System, times: Array, seen: Mapping[str, Array], body: str | None, marker: str
 ) -> tuple[Array, Array]:
-    """Place r_M (n_t, 3) and C_NM (n_t, 3, 3) of a marker, inertial components, turned by exp(psi delta) on its body.
+    """Place r_M (n_t, 3) and C_NM (n_t, 3, 3) of a marker, inertial components, turned on its body as its shapes say.
 
     Without a body those of the base frame.
     """
@@ -25,7 +25,7 @@ def carried(
     m = system.bodies[body].marker(marker)
     C_NB, delta = dcm_from_quaternion(seen[f"bodies/{body}/attitude"]), seen[f"bodies/{body}/delta"]
     place = seen[f"bodies/{body}/position"] + np.einsum("tij,tj->ti", C_NB, m.position + delta @ m.phi.T)
-    return place, C_NB @ dcm_from_vector(delta @ m.psi.T) @ m.orientation
+    return place, C_NB @ dcm_from_vector(m.rotation_vector(delta)) @ m.orientation
 
 
 def base_attitude(system: System, times: Array, seen: Mapping[str, Array]) -> Array:

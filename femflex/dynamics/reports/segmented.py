@@ -25,7 +25,7 @@ def observe_segmented(system: System, out: dict[str, Array]) -> None:
         delta = out[f"bodies/{held}/delta"]
         C = dcm_from_quaternion(out[f"bodies/{held}/attitude"])
         place = out[f"bodies/{held}/position"] + np.einsum("tij,tj->ti", C, marker.position + delta @ marker.phi.T)
-        C = C @ dcm_from_vector(delta @ marker.psi.T)
+        C = C @ dcm_from_vector(marker.rotation_vector(delta))
         origin = place - C @ marker.position
         out[f"bodies/{name}/position"], out[f"bodies/{name}/attitude"] = origin, quaternion_from_dcm(C)
         for body, key in reported_markers(system):

@@ -34,8 +34,9 @@ def without_strain(body: FlexibleBody, name: str) -> FlexibleBody:
 
 def with_linear_strain(body: FlexibleBody) -> FlexibleBody:
     """The body to first order: no cubic and quartic strain, and nothing that follows its bending."""
-    linear = StrainTensors(body.strain.V1, body.strain.f0)
-    return replace(body.without_slaves(), strain=linear)
+    linear, body = StrainTensors(body.strain.V1, body.strain.f0), body.without_slaves()
+    markers = {name: replace(marker, axis=np.zeros(3)) for name, marker in body.markers.items()}
+    return replace(body, strain=linear, markers=markers)
 
 
 def bends_nonlinearly(body: FlexibleBody) -> bool:

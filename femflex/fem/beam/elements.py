@@ -62,6 +62,12 @@ class BeamElements:
         local = np.stack([axial, v - z * theta, w + y * theta], axis=-2)
         return np.matmul(self.frame.swapaxes(1, 2)[:, None, None], local)
 
+    def turn(self, xi: Array, rotary: bool = True) -> Array:
+        """Rows of the global rotation (theta, -w', v') of sections (e, q, 3, n_local); without rotary, twist alone."""
+        rows, slope = self.rows(xi), self.rows(xi, 1)
+        local = np.stack([rows[:, :, 3], -rotary * slope[:, :, 2], rotary * slope[:, :, 1]], axis=2)
+        return np.matmul(self.frame.swapaxes(1, 2)[:, None], local)
+
 
 def stations(elements: BeamElements, member: Member, degree: int) -> tuple[Array, Array, Resultants]:
     """Gauss points xi (q,), lengths they stand for (e, q) [m], and the section's resultants there (e, q)."""

@@ -16,7 +16,7 @@ from femflex.fem.beam.skin import swept_outline
 from femflex.fem.beam.strain import beam_strain
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells, member_options
 from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length, element_frames, straight_elements
-from femflex.fem.tables import DenseInertia
+from femflex.fem.tables import SectionInertia
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ def _elements(mesh: Mesh, member: Member, numbering: Numbering, options: dict[st
     return BeamElements(start, length, frame, dofs, arc, order)
 
 
-def _inertia(elements: BeamElements, member: Member, degree: int, rotary: bool) -> DenseInertia:
+def _inertia(elements: BeamElements, member: Member, degree: int, rotary: bool) -> SectionInertia:
     """Four points per station at (+-sqrt(2) rz, 0) and (0, +-sqrt(2) ry): the section's mass and second moments."""
     xi, weight, r = stations(elements, member, degree)
     a, b = np.sqrt(2 * r.rz2), np.sqrt(2 * r.ry2)
@@ -111,7 +111,11 @@ def _inertia(elements: BeamElements, member: Member, degree: int, rotary: bool) 
     rho = elements.places(xi, offsets).reshape(*dm.shape, 3)
     N = elements.motion(xi, offsets, rotary).reshape(*dm.shape, 3, -1)
     _warn_if_stout(rho, np.sqrt(np.maximum(r.ry2, r.rz2)).max(), member)
-    return DenseInertia(elements.dofs, dm, rho, N)
+    flat = np.zeros((*a.shape, 3))
+    flat[..., 1], flat[..., 2] = weight * r.mass * r.rz2, weight * r.mass * r.ry2
+    frame = elements.frame[:, None]
+    second = np.matmul(frame.swapaxes(2, 3) * flat[..., None, :], frame)
+    return SectionInertia(elements.dofs, dm, rho, N, second, elements.turn(xi, rotary), elements.frame[:, 0])
 
 
 def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:

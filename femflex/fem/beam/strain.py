@@ -9,9 +9,15 @@ which goes beyond THEORY section 3. EIy kappa_y^2 + EIz kappa_z^2 is right to th
 it wants third-order curvature too: without, a section alike in all directions would bend harder once it is twisted, by
 theta^2. What third order asks for is one product, -(EIy - EIz) theta v'' w''; the table holds it as
 
-    kappa_y = -w'' + c theta v''      kappa_z = v'' - c theta w''      c = (EIy - EIz) / (EIy + EIz)
+    kappa_y = -w'' + c theta v'' + u' w''      kappa_z = v'' - c theta w'' - u' v''      c = (EIy - EIz) / (EIy + EIz)
 
 which agrees with the above in energy to third order, tends to it for thin strips, and leaves a round section alone.
+
+v' is the sine of the slope where the axis keeps its length, and the curvature of a plane bend v'' / cos = v'' (1 - u')
+to third order, u' = -v'^2 / 2: a bend of 8 % of the length stores 0.4 % more than v''^2 says. Hence u' v'' and u' w''
+in the curvatures, which bring the energy of bends in any one plane to fourth order, and of skew ones all but
+
+    (v' w'' - w' v'') (EIy v' w'' - EIz w' v'') / 2        too much: none where v and w go along with each other
 """
 
 from __future__ import annotations
@@ -28,6 +34,12 @@ if TYPE_CHECKING:
     from femflex.fem.structure import Member
 
 Array = NDArray[np.float64]
+
+PRODUCTS = (  # strain, two of its gradients (`strain_maps`), and their factor
+    *((1, 6, 5, -1.0), (1, 0, 4, -1.0)),  # kappa_z: c theta w'', u' v''
+    *((2, 6, 4, 1.0), (2, 0, 5, 1.0)),  # kappa_y: c theta v'', u' w''
+    *((3, 8, 4, 0.5), (3, 7, 5, -0.5)),  # r kappa_x: r w' v'', r v' w''
+)
 
 
 def beam_strain(elements: BeamElements, member: Member, degree: int, options: dict[str, Any]) -> DenseStrain:
@@ -52,6 +64,6 @@ def strain_maps() -> tuple[Array, Array]:
     linear, quadratic = np.zeros((4, 9)), np.zeros((4, 9, 9))
     linear[[0, 1, 2, 3], [0, 4, 5, 3]] = 1.0, 1.0, -1.0, 1.0
     quadratic[0, range(4), range(4)] = 1.0
-    for strain, row, column, value in ((1, 6, 5, -1.0), (2, 6, 4, 1.0), (3, 8, 4, 0.5), (3, 7, 5, -0.5)):
+    for strain, row, column, value in PRODUCTS:
         quadratic[strain, [row, column], [column, row]] = value
     return linear, quadratic
