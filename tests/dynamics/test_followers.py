@@ -38,9 +38,9 @@ def plate():
 
 
 def driven(body, near, far):
-    """A body that a shaft about z spins up, a lump welded to its other end."""
+    """A body that a shaft about z spins up until it bends by a sixth of its length, a lump welded to its other end."""
     lump = rigid_body(0.4, 0.01 * np.eye(3), markers={"origin": Marker.rigid(np.zeros(3))})
-    turn = Profile.smooth_step(0.0, 4.0, 0.0, 0.5)
+    turn = Profile.smooth_step(0.0, 4.0, 0.0, 0.42)
     joints = (
         revolute("body", axis=(0, 0.2, 1.0), motion=(turn,), child_marker=near),
         weld("lump", parent="body", parent_marker=far),
