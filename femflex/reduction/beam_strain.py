@@ -75,7 +75,9 @@ def beam_strain(beam: UniformBeam, functions: BeamFunctions, X: Array, V1: Array
     total = np.zeros((n + n * (n + 1) // 2,) * 2)
     for linear, quadratic, stiffness in zip(strains.linear, strains.quadratic, strains.stiffness.T, strict=True):
         if quadratic.any():
-            columns = np.concatenate([linear @ strains.rows, 0.5 * pairs(strains.rows, quadratic @ strains.rows)], axis=1)
+            columns = np.concatenate(
+                [linear @ strains.rows, 0.5 * pairs(strains.rows, quadratic @ strains.rows)], axis=1
+            )
             total += weighted_square(columns, strains.dx * stiffness)
     return StrainTensors(V1, np.zeros(n), packed_cubic(total, n), packed_quartic(total[n:, n:], n))
 
