@@ -21,6 +21,7 @@ def cross_problems(outline: Outline, folder: Path) -> list[Problem]:
     """Everything wrong between the parts of a case whose files lie in that folder."""
     checks: list[Callable[[Outline], Iterator[Problem]]] = [
         frames,
+        surroundings,
         ends,
         members,
         doubles,
@@ -44,6 +45,18 @@ def ends(outline: Outline) -> Iterator[Problem]:
                 yield Problem(f"{where}.{key}", f"found {name!r}, which is not a body; {near(name, outline.bodies)}")
         if body == parent:
             yield Problem(where, f"found body {body!r} joined to itself; parent and {role} must differ")
+
+
+def surroundings(outline: Outline) -> Iterator[Problem]:
+    """Uniform gravity is that of the ground."""
+    if outline.environment is None or outline.orbit is None or outline.orbit.kind == "none":
+        return
+    if any(outline.environment.gravity):
+        yield Problem(
+            "environment.gravity",
+            f"found {list(outline.environment.gravity)} m/s^2 beside an [orbit], whose gravity is that of the central "
+            "body; give one of them",
+        )
 
 
 def frames(outline: Outline) -> Iterator[Problem]:

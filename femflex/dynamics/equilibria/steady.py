@@ -13,7 +13,7 @@ from femflex.dynamics.equilibria.frozen import frozen, undamped
 from femflex.dynamics.equilibria.linearised import held_freedoms, linear_stiffness, stiffness, usual_sizes
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model, compile_system
-from femflex.system import Frame, System
+from femflex.system import Environment, Frame, System
 
 Array = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ CHANGED = 1e-9  # relative change of the forces over time that is still rounding
 class Steady:
     """A system at rest in its base frame, its outer forces scaled by a share between 0 and 1.
 
-    full     the model under all its forces: loads, centrifugal, gravity gradient
+    full     the model under all its forces: loads, weight, centrifugal, gravity gradient
     inner    the same bodies and joints without any: elastic and spring forces alone
     sizes    (n_u,) usual size of each coordinate; forces times sizes are energies [J]
     elastic  (n_u,) which coordinates have a stiffness of their own
@@ -110,7 +110,7 @@ def steady(system: System, at: float | None = None) -> Steady:
     """
     rest = undamped(frozen(system, at))
     full = compile_system(rest)
-    inner = compile_system(replace(rest, loads=(), orbit=None, frame=Frame()))
+    inner = compile_system(replace(rest, loads=(), orbit=None, frame=Frame(), environment=Environment()))
     elastic, held = np.zeros(full.n_u, bool), held_freedoms(full)
     for name, record in zip(system.order, body_records(full.table)[1:], strict=True):
         joint = system.joint_of(name)
