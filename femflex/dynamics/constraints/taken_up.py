@@ -34,8 +34,8 @@ class TakenUp:
     def __str__(self) -> str:
         """The sentence."""
         return (
-            f"loop {self.loop!r} stood open by {self.moved:.3g} m and {self.turned:.3g} rad where its joints close best, within "
-            f"its play of {self.play:.3g} m: its marker on the parent was moved and turned by that"
+            f"loop {self.loop!r} stood open by {self.moved:.3g} m and {self.turned:.3g} rad where its joints close "
+            f"best, within its play of {self.play:.3g} m: its marker on the parent was moved and turned by that"
         )
 
 
