@@ -85,7 +85,7 @@ def _body(
         else beam_strain(beam, functions, X, V1, strain == "condensed"),
         damping=bending_damping(damping or ModalDamping(0.0), moments.elastic_mass(), V1, damped),
         markers={
-            name: _marker(beam, functions, end, X, strain == "condensed") for end, name in enumerate(("root", "tip"))
+            name: _marker(beam, functions, end, X, strain != "linear") for end, name in enumerate(("root", "tip"))
         },
         skin=_skin(beam, functions, X),
         kinds=("admissible",) * functions.own + ("derivative",) * (X.shape[1] - functions.own),
