@@ -26,10 +26,10 @@ class FlexibleBody:
     damping  (n, n)  elastic damping matrix [1/s for mass-normalised shapes]
     markers  name -> Marker over all shapes; "origin" is always there
     skin     Skin over all shapes, or None for a body that cannot be drawn
-    kinds    one word per shape: vibration, constraint, attachment, free-free, derivative, admissible, nodal
+    kinds    one word per shape: vibration, constraint, attachment, free-free, derivative, admissible, nodal, section
     omega    natural frequency of each shape where it means something, else nan [rad/s]
     slaves   (n_s, n, n)  A_s, symmetric: the last n_s shapes follow the first n, y_s = 1/2 delta.A_s delta
-             (condensed form, THEORY section 3); none where every shape is a coordinate of its own
+             (condensed form, THEORY section 3; sections of beams that turn); none where all are coordinates
     note     what should be said of how the body was made; nothing if empty
     ignored  Foreshortening where linear strain leaves it out, or None
     strain_field  parts over all shapes that recover strain over the body; none where it is not known
@@ -77,6 +77,12 @@ class FlexibleBody:
     def n_shapes(self) -> int:
         """Number of shapes: the elastic coordinates and what follows them."""
         return self.moments.n_modes
+
+    @property
+    def condensed(self) -> bool:
+        """Whether its stretch follows its bending: shapes follow that are more than turned sections of beams."""
+        followers = self.kinds[self.n_modes :] if self.kinds else ("",) * len(self.slaves)
+        return any(kind != "section" for kind in followers)
 
     def truncated(self, n: int) -> FlexibleBody:
         """A copy with the first n elastic coordinates alone, and what follows them."""

@@ -21,6 +21,7 @@ from femflex.reduction.modeset import ModeSet
 from femflex.reduction.moments import point_moments
 from femflex.reduction.rigid import lifted
 from femflex.reduction.strain_points import beam_field
+from femflex.reduction.turned_sections import Sections, with_turned_sections
 from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
 
 Array = NDArray[np.float64]
@@ -78,7 +79,7 @@ def _body(
     V1 = X.T @ raw @ X
     V1 = (V1 + V1.T) / 2
     damped = _damped(functions, X, strain)
-    return FlexibleBody(
+    body = FlexibleBody(
         moments=moments,
         strain=StrainTensors.linear(V1)
         if strain == "linear"
@@ -92,6 +93,9 @@ def _body(
         omega=omega,
         strain_field=(beam_field(beam, functions, X, strain != "linear", strain == "condensed"),),
     )
+    if strain == "linear":
+        return body
+    return with_turned_sections(body, _sections(beam, functions, X, xi, dm.reshape(-1, 4)), range(functions.own))
 
 
 def _damped(functions: BeamFunctions, X: Array, strain: str) -> NDArray[np.bool_]:
@@ -192,6 +196,16 @@ def _motion(beam: UniformBeam, functions: BeamFunctions, xi: Array, offsets: Arr
     axial = value[:, :, 0] - rotary * (y * slope[:, :, 1] + z * slope[:, :, 2])
     local = np.stack([axial, value[:, :, 1] - z * value[:, :, 3], value[:, :, 2] + y * value[:, :, 3]], axis=2)
     return (beam.frame.T @ local).reshape(-1, 3, functions.count)
+
+
+def _sections(beam: UniformBeam, functions: BeamFunctions, X: Array, xi: Array, dm: Array) -> Sections:
+    """The sections at xi, with masses dm (len(xi), 4), turned by the functions times X; without rotary, by twist."""
+    x, y, z = beam.frame
+    second = beam.rz**2 * np.outer(y, y) + beam.ry**2 * np.outer(z, z)
+    turn = _section_motion(beam, functions, xi)[1] @ X
+    if not beam.rotary_inertia:
+        turn = x[:, None] * np.einsum("i,pik->pk", x, turn)[:, None]
+    return Sections(dm.sum(axis=1)[:, None, None] * second, np.broadcast_to(x, (len(xi), 3)), turn)
 
 
 def _marker(beam: UniformBeam, functions: BeamFunctions, end: int, X: Array, sines: bool) -> Marker:

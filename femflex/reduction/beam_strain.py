@@ -43,7 +43,7 @@ class BeamStrains:
 def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, following: bool) -> BeamStrains:
     """The strains of the functions times X (count, n).
 
-    following: stretch is to follow bending (reduction.condense). Then u' is as small as v'^2 and its square is left out.
+    following: stretch is to follow bending (reduction.condense). Then u' is as small as v'^2; its square is left out.
     """
     xi, weight = gauss(2 * functions.most + 24)
     value, slope, curvature = (functions.fields(xi, beam.length, derivative) @ X for derivative in range(3))

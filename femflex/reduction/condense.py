@@ -29,8 +29,8 @@ def condense(
     what these can do under loads, end moments of a member among them, the body can still do. The slaved amplitudes are
     where the strain energy is least to second order in delta, A_s = -6 V1_ss^-1 V2_s. What is left of V is exact to the
     fourth order, V3 - 1/4 A V1_ss A in place of V3; the stiffness that would hold the slaved shapes is gone, and their
-    inertia stays (dynamics.slaves). quartic: packed V3 over the coordinates that stay, given their numbers, for a body
-    that holds none itself.
+    inertia stays (dynamics.slaves). Sections that follow already go on following the others. quartic: packed V3 over
+    the coordinates that stay, given their numbers, for a body that holds none itself.
 
     Raises ValueError when the body has linear strain or slaved shapes already, when no coordinate or no slaved shape
     is left, when shapes depend on each other, or when an initial stress pushes a slaved shape.
@@ -49,10 +49,13 @@ def condense(
     if np.any(np.abs(V1_sf) > UNCOUPLED * size):
         X[free, len(free) :] = -np.linalg.lstsq(V1[np.ix_(free, free)], V1_sf.T, rcond=None)[0]
     strain, slaves = _condensed_strain(body.strain, X, free, quartic)
-    order = np.concatenate([free, slaved])
+    order = np.concatenate([free, slaved, np.arange(n, body.n_shapes)])
+    m = len(body.slaves)
+    whole = np.block([[X, np.zeros((n, m))], [np.zeros((m, n)), np.eye(m)]])
+    slaves = np.concatenate([slaves, body.slaves[:, free][:, :, free]]) if m else slaves
     return replace(
         body,
-        **recombined(body, X, len(free)),
+        **recombined(body, whole, len(free)),
         strain=strain,
         damping=body.damping[np.ix_(free, free)],
         kinds=tuple(body.kinds[k] for k in order) if body.kinds else (),
@@ -94,7 +97,7 @@ def _condensed_strain(
 
 def _check(body: FlexibleBody, slaved: Index) -> None:
     n = body.n_modes
-    if len(body.slaves):
+    if body.condensed:
         raise ValueError("the body is condensed already; condense the one it was made from.")
     if body.strain.is_linear:
         raise ValueError(

@@ -22,6 +22,7 @@ from femflex.reduction.rigid import check_no_rigid_motion, rigid_shapes
 from femflex.reduction.section_axes import section_axis
 from femflex.reduction.strain import cubic_tensors, strain_tensors
 from femflex.reduction.strain_points import strain_field
+from femflex.reduction.turned_sections import sections_of, with_turned_sections
 
 Array = NDArray[np.float64]
 Strain = Literal["linear", "nonlinear", "condensed"]
@@ -70,7 +71,7 @@ def reduce_structure(
         omega=modes.omega,
         strain_field=strain_field(structure, phi, strain != "linear"),
     )
-    return _followed(structure, modes, body) if strain == "condensed" else body
+    return body if strain == "linear" else _followed(structure, modes, body, strain == "condensed")
 
 
 def _tensors(structure: Structure, phi: Array, V1: Array, strain: Strain) -> StrainTensors:
@@ -80,9 +81,14 @@ def _tensors(structure: Structure, phi: Array, V1: Array, strain: Strain) -> Str
     return strain_tensors(structure, phi) if strain == "nonlinear" else cubic_tensors(structure, phi)
 
 
-def _followed(structure: Structure, modes: ModeSet, body: FlexibleBody) -> FlexibleBody:
-    """The body, which has no V3 yet, with those derivatives slaved that are able to follow."""
-    slaved = able_to_follow(body, _derivatives(modes))
+def _followed(structure: Structure, modes: ModeSet, body: FlexibleBody, condensed: bool) -> FlexibleBody:
+    """The body with sections that turn; condensed, without V3 yet: with those derivatives slaved that can follow."""
+    slaved = able_to_follow(body, _derivatives(modes)) if condensed else np.zeros(0, np.int64)
+    sections = sections_of(structure, modes.phi)
+    if sections is not None:
+        body = with_turned_sections(body, sections, np.setdiff1d(np.arange(body.n_modes), slaved))
+    if not condensed:
+        return body
     if not len(slaved):
         return replace(body, strain=strain_tensors(structure, modes.phi))
     return condense(body, slaved, lambda free: strain_tensors(structure, modes.phi[:, free]).V3)

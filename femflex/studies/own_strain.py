@@ -41,6 +41,6 @@ def with_own_strain(case: Case) -> Case:
 
 def strain_name(body: FlexibleBody) -> Strain:
     """The form of strain that a body holds."""
-    if len(body.slaves):
+    if body.condensed:
         return "condensed"
     return "linear" if body.strain.is_linear else "nonlinear"
