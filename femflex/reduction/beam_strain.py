@@ -29,7 +29,7 @@ class BeamStrains:
     rows        (p, 9, n)     gradients of the columns, as listed by `fem.beam.strain.strain_maps`
     linear      (s, 9)
     quadratic   (s, 9, 9)
-    stiffness   (p, s)        of (eps, kappa_z, kappa_y, r kappa_x), r^2 = I_p / A
+    stiffness   (p, s)        of (eps, kappa_z, kappa_y, r kappa_x), r^2 = I_p / A, and of a fifth where stretch follows
     """
 
     xi: Array
@@ -43,7 +43,10 @@ class BeamStrains:
 def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, following: bool) -> BeamStrains:
     """The strains of the functions times X (count, n).
 
-    following: stretch is to follow bending (reduction.condense). Then u' is as small as v'^2; its square is left out.
+    following: stretch is to follow bending (reduction.condense). Then u' is as small as v'^2: its square is left out,
+    and what an inextensible beam's curvature has at fourth order comes in as a fifth strain without a name,
+    kappa^2 = v''^2 + w''^2 + (v'v'' + w'w'')^2 (between unequal bending stiffnesses the mixed term takes their
+    geometric mean), in place of u'v'' and u'w'' in the curvatures: right for a beam of any stiffness along its axis.
     """
     xi, weight = gauss(2 * functions.most + 24)
     value, slope, curvature = (functions.fields(xi, beam.length, derivative) @ X for derivative in range(3))
@@ -56,7 +59,11 @@ def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, followin
     bending, axial = beam.taper.bending(xi), beam.taper.axial(xi)
     stiffness = [beam.EA * axial, beam.EIz * bending, beam.EIy * bending, beam.GJ / polar**2 * bending]
     if following:
-        quadratic[0, 0, 0] = 0.0
+        quadratic[:, 0], quadratic[:, :, 0] = 0.0, 0.0
+        fourth = np.zeros((1, *quadratic.shape[1:]))
+        fourth[0, [1, 4], [4, 1]], fourth[0, [2, 5], [5, 2]] = np.sqrt(beam.EIz), np.sqrt(beam.EIy)
+        linear, quadratic = np.vstack([linear, np.zeros((1, linear.shape[1]))]), np.concatenate([quadratic, fourth])
+        stiffness.append(bending)
     rows = np.concatenate([slope, curvature[:, 1:3], turned], axis=1)
     return BeamStrains(xi, weight * beam.length, rows, linear, quadratic, np.stack(stiffness, axis=1))
 

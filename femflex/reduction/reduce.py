@@ -86,7 +86,8 @@ def _followed(structure: Structure, modes: ModeSet, body: FlexibleBody, condense
     slaved = able_to_follow(body, _derivatives(modes)) if condensed else np.zeros(0, np.int64)
     sections = sections_of(structure, modes.phi)
     if sections is not None:
-        body = with_turned_sections(body, sections, np.setdiff1d(np.arange(body.n_modes), slaved))
+        first_order = [k for k, kind in enumerate(modes.kinds) if kind != "derivative"]  # the others are of second
+        body = with_turned_sections(body, sections, first_order)
     if not condensed:
         return body
     if not len(slaved):

@@ -102,7 +102,10 @@ def _kept(table: Array, share: Array, by_element: bool) -> Array:
 
 
 def beam_field(beam: UniformBeam, functions: BeamFunctions, X: Array, nonlinear: bool, following: bool) -> StrainPart:
-    """The part of a beam on admissible functions times X (count, n), with its `beam_strains`."""
+    """The part of a beam on admissible functions times X (count, n), with its `beam_strains`.
+
+    Where stretch follows bending, the fourth order of curvature stands as a fifth strain, which has no name.
+    """
     found = beam_strains(beam, functions, X, following)
     s = len(found.linear)
     return StrainPart(
