@@ -28,7 +28,7 @@ def build(write_case, craft, line):
 def test_a_nonlinear_body_has_tensors_and_shapes_that_stretch(write_case, craft):
     body = build(write_case, craft, reduction(', derivatives = "auto"'))
     assert not body.strain.is_linear
-    assert body.kinds[:4] == ("vibration",) * 4 and set(body.kinds[4:]) == {"derivative"}
+    assert body.kinds[:4] == ("vibration",) * 4 and set(body.kinds[4:]) == {"derivative", "section"}
     fewer = build(write_case, craft, reduction(", derivatives = 2"))
     assert fewer.kinds.count("derivative") == 2
     np.testing.assert_allclose(fewer.strain.V1[:4, :4], body.strain.V1[:4, :4])
@@ -70,7 +70,7 @@ def test_vibration_modes_alone_are_refused_unless_chosen(write_case, craft):
     with pytest.raises(CaseError, match=r"bodies.boom.*4 shapes \(vibration\) cannot stretch: .* where the structure"):
         build(write_case, craft, reduction(""))
     body = build(write_case, craft, reduction(', derivatives = "none"'))
-    assert not body.strain.is_linear and set(body.kinds) == {"vibration"}
+    assert not body.strain.is_linear and set(body.kinds) == {"vibration", "section"}
 
 
 def test_load_shapes_are_added_where_the_case_names_them(write_case, craft):
@@ -111,7 +111,7 @@ def told(*words: object) -> str:
 def test_the_verbs_show_the_derivatives_and_store_the_tensors(write_case, craft, tmp_path):
     path = write_case(craft.replace(PLAIN, reduction(", derivatives = 3")))
     shown = told("modes", path)
-    assert "7 elastic coordinates (4 vibration, 3 derivative); nonlinear strain" in shown
+    assert "7 elastic coordinates (4 vibration, 3 derivative), 3 shapes follow (section); nonlinear strain" in shown
     assert sum(line.rstrip().endswith("derivative") for line in shown.splitlines()) == 3
     data = json.loads(told("modes", path, "--json"))["boom"]
     assert data["strain"] == "nonlinear" and data["mode_kinds"].count("derivative") == 3
@@ -139,7 +139,7 @@ def test_segments_take_nonlinear_strain_with_derivatives_of_their_own(write_case
     segments = build_part(read_case(write_case(cut)), "boom")
     assert len(segments.bodies) == 2
     for body in segments.bodies:
-        assert not body.strain.is_linear and {"craig-bampton", "derivative"} == set(body.kinds)
+        assert not body.strain.is_linear and {"craig-bampton", "derivative", "section"} == set(body.kinds)
 
 
 @pytest.mark.parametrize("strain", ["linear", "nonlinear"])
