@@ -19,11 +19,11 @@ def free_to_stretch(file: Path, bodies: Mapping[str, FlexibleBody], number: int 
     if not led:
         return found
     from femflex.case import read_case
-    from femflex.case.builders import build_body
+    from femflex.case.builders import build_each
     from femflex.studies.strain_forms import with_strain_of
 
     case = with_strain_of(read_case(file), led, "nonlinear")
-    return found | {name: build_body(case, name, modes=number) for name in led}
+    return found | build_each(case, led, modes=number)
 
 
 def read_lengths(text: str) -> list[float]:

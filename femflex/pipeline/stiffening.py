@@ -10,15 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.reports.ignored import IgnoredStiffness
+from femflex.dynamics.reports.ignored import STIFFENED, IgnoredStiffness
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
 
 Array = NDArray[np.float64]
-
-STIFFENED = 0.02  # of the first frequency: what spin or loads change of it from which its lack is told
 
 
 @dataclass(frozen=True)

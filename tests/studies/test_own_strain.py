@@ -10,8 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 from femflex.case import Case
+from femflex.case.builders import with_own_strain
 from femflex.cli.app import app
-from femflex.studies import convergence, planned, strain_forms, with_own_strain
+from femflex.studies import convergence, planned, strain_forms
 
 Built = Callable[..., Case]
 Written = Callable[..., Path]
