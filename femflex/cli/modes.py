@@ -64,6 +64,7 @@ def modes(
     for k, (names, found) in enumerate(alike(bodies)):
         print("\n" * (k > 0), end="")
         print_modes(names, found)
+        print_note(found)
         if other is not None:
             print_mac(found, other, str(mac))
         if amplitudes is not None:
@@ -145,6 +146,12 @@ def print_modes(name: str, body: FlexibleBody) -> None:
         rows.append([str(k + 1), f"{omega / (2 * pi):.6g}", *cells])
     print("effective mass in % of the body's mass and inertia (running sum)")
     print_table(["mode", "Hz", *DIRECTIONS], rows)
+
+
+def print_note(body: FlexibleBody) -> None:
+    """Print what is to be said of how the body was made, if anything."""
+    if body.note:
+        print(body.note)
 
 
 def counted(kinds: tuple[str, ...]) -> str:

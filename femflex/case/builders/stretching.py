@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from femflex.case.body import Strain
+from femflex.case.body import FlexibleTable, Strain
 from femflex.case.builders.body import build_bodies
 from femflex.case.builders.choice import with_strains
 from femflex.case.case import Case
 from femflex.case.problems import CaseError
+from femflex.case.reduction import Stretchable
 from femflex.system import Part
 
 TRIED: tuple[Strain, ...] = ("condensed", "nonlinear")
@@ -21,15 +22,34 @@ def stretching(case: Case, reasons: Mapping[str, str]) -> Built:
 
     Those that cannot be condensed are nonlinear; those that cannot be either are left out: linear, as they were.
     """
+    said: dict[str, tuple[Strain, str]] = {
+        name: ("linear", f"{why}; {bound}") for name, why in reasons.items() if (bound := bound_to_linear(case, name))
+    }
+    others = {name: why for name, why in reasons.items() if name not in said}
     try:
-        return _built(case, list(reasons), "condensed"), {name: ("condensed", why) for name, why in reasons.items()}
+        return _built(case, list(others), "condensed"), said | {
+            name: ("condensed", why) for name, why in others.items()
+        }
     except CaseError:
-        found: Built = {}, {}
-        for name, why in reasons.items():
-            parts, said = _alone(case, name, why)
+        found: Built = {}, said
+        for name, why in others.items():
+            parts, told = _alone(case, name, why)
             found[0].update(parts)
-            found[1].update(said)
+            found[1].update(told)
         return found
+
+
+def bound_to_linear(case: Case, name: str) -> str:
+    """Why a body is to stay linear whatever bends it; nothing where it need not."""
+    table = case.bodies[name]
+    if not isinstance(table, FlexibleTable):
+        return ""
+    if not isinstance(table.reduction, Stretchable):
+        method = getattr(table.reduction, "method", "none")
+        return f"its reduction ({method!r}) keeps it so: take one with derivatives, such as 'cantilever', or segments"
+    if table.reduction.derivatives in ("none", 0):
+        return "derivatives = 'none' keeps it so: leave that out"
+    return ""
 
 
 def _alone(case: Case, name: str, why: str) -> Built:
