@@ -11,6 +11,7 @@ from femflex.case.base import Name, Table, refuse
 from femflex.case.body import Body
 from femflex.case.campbell import CampbellTable
 from femflex.case.constraint import Constraint, SpringTable
+from femflex.case.environment import EnvironmentTable
 from femflex.case.initial import StartTable
 from femflex.case.joint import Joint
 from femflex.case.load import LoadTable
@@ -30,6 +31,7 @@ class Case(Table):
     description: str = ""
     run: RunTable
     orbit: OrbitTable = OrbitTable(kind="none")
+    environment: EnvironmentTable = EnvironmentTable()
     attitude: AttitudeTable = AttitudeTable()
     materials: dict[Name, Material] = Field(default_factory=dict)
     sections: dict[Name, Section] = Field(default_factory=dict)

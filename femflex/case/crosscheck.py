@@ -21,6 +21,8 @@ def cross_problems(outline: Outline, folder: Path) -> list[Problem]:
     """Everything wrong between the parts of a case whose files lie in that folder."""
     checks: list[Callable[[Outline], Iterator[Problem]]] = [
         frames,
+        surroundings,
+        plays,
         ends,
         members,
         doubles,
@@ -44,6 +46,29 @@ def ends(outline: Outline) -> Iterator[Problem]:
                 yield Problem(f"{where}.{key}", f"found {name!r}, which is not a body; {near(name, outline.bodies)}")
         if body == parent:
             yield Problem(where, f"found body {body!r} joined to itself; parent and {role} must differ")
+
+
+def plays(outline: Outline) -> Iterator[Problem]:
+    """Play belongs to loops."""
+    for where, joint in outline.joints.items():
+        if joint is not None and "play" in joint.model_fields_set:
+            yield Problem(
+                f"{where}.play",
+                f"found {joint.play:g} m on a joint of the tree, whose coordinates keep it together exactly; play "
+                "belongs to an entry of [[loops]]",
+            )
+
+
+def surroundings(outline: Outline) -> Iterator[Problem]:
+    """Uniform gravity is that of the ground."""
+    if outline.environment is None or outline.orbit is None or outline.orbit.kind == "none":
+        return
+    if any(outline.environment.gravity):
+        yield Problem(
+            "environment.gravity",
+            f"found {list(outline.environment.gravity)} m/s^2 beside an [orbit], whose gravity is that of the central "
+            "body; give one of them",
+        )
 
 
 def frames(outline: Outline) -> Iterator[Problem]:

@@ -16,6 +16,7 @@ from femflex.case.body import Body, BodyTable
 from femflex.case.campbell import CampbellTable
 from femflex.case.case import Case
 from femflex.case.constraint import BetweenTable, Constraint, SpringTable
+from femflex.case.environment import EnvironmentTable
 from femflex.case.initial import StartTable
 from femflex.case.joint import Joint
 from femflex.case.joint_base import JointTable
@@ -39,6 +40,7 @@ class Outline:
 
     run: RunTable | None
     orbit: OrbitTable | None
+    environment: EnvironmentTable | None
     attitude: AttitudeTable | None
     bodies: Mapping[str, BodyTable | None]
     joints: Mapping[str, JointTable | None]
@@ -59,6 +61,7 @@ def outline(raw: Mapping[str, Any]) -> Outline:
     return Outline(
         run=_part(RunTable, raw.get("run")),
         orbit=_part(OrbitTable, raw.get("orbit", {"kind": "none"})),
+        environment=_part(EnvironmentTable, raw.get("environment", {})),
         attitude=_part(AttitudeTable, raw.get("attitude", {})),
         bodies={str(name): _part(Body, table) for name, table in _table(raw, "bodies").items()},
         joints=_listed(raw, "joints", Joint),

@@ -98,6 +98,7 @@ def _case(file: Path) -> str:
     period = f"{case.run.duration:g} s" if case.run.duration is not None else f"{case.run.orbits:g} orbits"
     lines.append(f"run     {period}, integrator {case.run.integrator}")
     lines.append(f"orbit   {case.orbit.kind}")
+    lines += [f"gravity {_list(case.environment.gravity)} m/s^2"] if any(case.environment.gravity) else []
     lines += [
         f"body    {name}: {table.kind}" + (f" from {table.mesh}" if table.kind == "flexible" else "")
         for name, table in case.bodies.items()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.backbone import backbone_data, free_to_stretch, print_backbone, read_lengths
+from femflex.cli.backbone import backbone_data, print_backbone, read_lengths
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_json, print_table
 from femflex.cli.verb import verb
@@ -40,13 +40,11 @@ def modes(
     """Print natural frequencies, participation and effective mass per direction with the running sum.
 
     Effective masses are in per cent of the body's mass and of its inertia about the origin of its frame. With nonlinear
-    strain --backbone tells how the lowest frequency changes with the amplitude, the frame held; of a condensed body
-    of a case it is that of its nonlinear form, where the shapes that follow are coordinates.
+    or condensed strain --backbone tells how the lowest frequency changes with the amplitude, the frame held.
     """
     amplitudes = None if backbone is None else read_lengths(backbone)
     with Patience("solving for the modes"):
         bodies = flexible_bodies(file, body, number)
-        stretched = bodies if amplitudes is None or _is_hdf5(file) else free_to_stretch(file, bodies, number)
         other = None if mac is None else _body_file(mac)
     if picture is not None and len(bodies) > 1:
         raise ValueError(f"--picture draws one body; name one of {sorted(bodies)} with --body")
@@ -58,7 +56,7 @@ def modes(
         data = {name: modes_data(found, other) for name, found in bodies.items()}
         if amplitudes is not None:
             for name in bodies:
-                data[name]["backbone"] = backbone_data(stretched[name], amplitudes)
+                data[name]["backbone"] = backbone_data(bodies[name], amplitudes)
         print_json(data)
         return
     for k, (names, found) in enumerate(alike(bodies)):
@@ -68,8 +66,7 @@ def modes(
         if other is not None:
             print_mac(found, other, str(mac))
         if amplitudes is not None:
-            first = next(name for name, own in bodies.items() if own is found)
-            print_backbone(stretched[first], amplitudes, condensed=stretched[first] is not found)
+            print_backbone(found, amplitudes)
     if picture is not None:
         print(f"picture     {picture}")
 

@@ -50,9 +50,10 @@ def run(
         if resume and pipeline.is_finished(read, output):
             print(f"done        {output} is complete already; there is nothing to resume (--force runs it anew)")
             return
-        pipeline.check_output(read, output, force=force, resume=resume)
-        if not no_pictures:
-            check_pictures(read, output, force=force)
+        with pipeline.wrong_names_first(read, named(without)):
+            pipeline.check_output(read, output, force=force, resume=resume)
+            if not no_pictures:
+                check_pictures(read, output, force=force)
         told(
             "building bodies and compiling the equations of motion (the first run of an installation takes about a "
             "minute)"
@@ -128,6 +129,8 @@ def say_what_runs(prepared: Prepared) -> None:
     print(f"integrator  {prepared.reason}")
     if (held := prepared.model.constraints) is not None:
         print(f"constraints {held.told(0.0, prepared.model.x0)}")
+        for misfit in prepared.taken_up:
+            print(f"constraints {misfit}")
         say_what_moved(prepared)
     print(f"output      {step}")
 
@@ -147,7 +150,9 @@ def _orbit_lines(prepared: Prepared) -> list[str]:
 
     orbit, table = prepared.system.orbit, prepared.case.orbit
     if orbit is None:
-        return ["orbit       none"]
+        g = prepared.system.environment.gravity
+        told = [f"gravity     ({', '.join(f'{a:.6g}' for a in g)}) m/s^2, inertial axes"] if g.any() else []
+        return ["orbit       none", *told]
     altitude = (table.perigee_radius - table.radius) / 1e3
     text = (
         f"orbit       {table.kind}, perigee {altitude:.6g} km over {table.radius / 1e3:.6g} km, e = "

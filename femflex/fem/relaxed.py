@@ -57,9 +57,9 @@ class RelaxedStrain:
         """See StrainBlock."""
         return self.block.quadratic_map
 
-    def gradients(self, phi: Array, elements: slice) -> Array:
+    def gradients(self, phi: Array, elements: slice, most: int | None = None) -> Array:
         """See StrainBlock."""
-        return self.block.gradients(phi, elements)
+        return self.block.gradients(phi, elements, most)
 
     def rows(self, elements: slice) -> Array:
         """See StrainBlock."""

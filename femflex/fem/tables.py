@@ -67,8 +67,8 @@ class StrainBlock(Protocol):
     @property
     def quadratic_map(self) -> Array: ...  # (s, g, g)
 
-    def gradients(self, phi: Array, elements: slice) -> Array:
-        """Generalised gradients per column of phi (n_raw, n): (e, q, g, n)."""
+    def gradients(self, phi: Array, elements: slice, most: int | None = None) -> Array:
+        """Generalised gradients per column of phi (n_raw, n): (e, q, g, n), or the first most of them."""
 
     def rows(self, elements: slice) -> Array:
         """Generalised gradients per raw dof of the element: (e|1, q, g, l)."""
@@ -130,9 +130,9 @@ class DenseStrain:
     G: Array
     stress: Array = field(default_factory=lambda: np.zeros((1, 1, 1)))  # broadcast over the strains
 
-    def gradients(self, phi: Array, elements: slice) -> Array:
+    def gradients(self, phi: Array, elements: slice, most: int | None = None) -> Array:
         """See StrainBlock."""
-        return np.matmul(of(self.G, elements), phi[self.dofs[elements]][:, None])
+        return np.matmul(of(self.G, elements)[:, :, :most], phi[self.dofs[elements]][:, None])
 
     def rows(self, elements: slice) -> Array:
         """See StrainBlock."""
@@ -176,8 +176,8 @@ def mass_and_stiffness(
     return assembler.total([part for block in inertia for part in block.parts()]), K
 
 
-def element_chunks(n_elements: int, values_per_element: int) -> Iterator[slice]:
-    """Slices of elements whose values fit in CHUNK_VALUES doubles."""
-    step = max(1, CHUNK_VALUES // max(1, values_per_element))
+def element_chunks(n_elements: int, values_per_element: int, most: int = CHUNK_VALUES) -> Iterator[slice]:
+    """Slices of elements whose values fit in so many doubles."""
+    step = max(1, most // max(1, values_per_element))
     for start in range(0, n_elements, step):
         yield slice(start, min(start + step, n_elements))

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from femflex.pipeline.advance import Progress, integrate
-from femflex.pipeline.prepared import Prepared, check_output, prepare
+from femflex.pipeline.prepared import Prepared, check_output, prepare, wrong_names_first
 from femflex.pipeline.rebuilt import rebuilt
 from femflex.pipeline.resumed import is_finished
 
@@ -15,7 +15,17 @@ if TYPE_CHECKING:
     from femflex.case import Case
     from femflex.results import Run
 
-__all__ = ["Prepared", "Progress", "check_output", "integrate", "is_finished", "prepare", "rebuilt", "run"]
+__all__ = [
+    "Prepared",
+    "Progress",
+    "check_output",
+    "integrate",
+    "is_finished",
+    "prepare",
+    "rebuilt",
+    "run",
+    "wrong_names_first",
+]
 
 
 def run(

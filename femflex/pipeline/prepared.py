@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from femflex.case import Case
     from femflex.dynamics import Model
     from femflex.dynamics.constraints.moved_start import Moved
+    from femflex.dynamics.constraints.taken_up import TakenUp
     from femflex.integrate import Integrator
     from femflex.system import Part, System
 
@@ -35,6 +37,13 @@ class Prepared:
         from femflex.dynamics.constraints.moved_start import moved_start
 
         return moved_start(self.model)
+
+    @cached_property
+    def taken_up(self) -> list[TakenUp]:
+        """The misfit of loops with play that was taken into their markers."""
+        from femflex.dynamics.constraints.taken_up import taken_up
+
+        return [] if self.model.constraints is None else taken_up(self.model.constraints)
 
     def load_kernels(self) -> None:
         """Have everything compiled, or read from disk, that the run will call."""
@@ -66,7 +75,8 @@ def prepare(
     from femflex.pipeline.resumed import check_same_model
 
     case = case if isinstance(case, Case) else read_case(case)
-    check_output(case, Path(output), force, resume)
+    with wrong_names_first(case, without):
+        check_output(case, Path(output), force, resume)
     system = build_system(case, bodies)
     model = compile_system(system)
     if without:
@@ -78,6 +88,27 @@ def prepare(
     warn_of_doubtful_bodies(case, system.bodies, float(times[1] - times[0]))
     integrator, reason = chosen_integrator(case, model, times)
     return Prepared(case, system, model, integrator, reason, times)
+
+
+@contextmanager
+def wrong_names_first(case: Case, without: Sequence[str]) -> Iterator[None]:
+    """Where a file is in the way of a run, raise ValueError for a name to leave out that is not known, if there is one.
+
+    Files are looked at before anything is built, names only once everything is: without this, who gives another
+    output, or force, would still have the name to mend.
+    """
+    try:
+        yield
+    except FileExistsError:
+        from femflex.case.builders import build_system
+        from femflex.dynamics import compile_system
+        from femflex.dynamics.terms.without import resolved
+
+        if without:
+            model = compile_system(build_system(case))
+            for name in without:
+                resolved(model, name)
+        raise
 
 
 def check_output(case: Case, output: Path, force: bool, resume: bool) -> None:

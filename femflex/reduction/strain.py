@@ -7,6 +7,13 @@ V2_i(jk) = int B0_i C B_jk and V3_(ij)(kl) = int B_ij C B_kl; their fully symmet
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
+from itertools import cycle
+from math import prod
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,14 +26,15 @@ from femflex.reduction.moments import linear_stiffness
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+ROOM = 1_000_000  # doubles of a chunk's columns: large enough for fast products, small enough for the cache
 MOST_BYTES = 2e9  # of the products of pairs; some 170 shapes
 
 
 def strain_tensors(structure: Structure, phi: Array) -> StrainTensors:
     """V1, f0, V2 and V3 of shapes phi (n_dof, n), initial stress included.
 
-    Memory: the table is cut into chunks of `fem.tables.CHUNK_VALUES` doubles (32 MB); beside them stands one product
-    of pairs, 8 (n + n(n+1)/2)^2 bytes (0.4 MB for 20 shapes, 6 MB for 40).
+    Memory: the table is cut into chunks; two of `ROOM` doubles (8 MB) stand at a time, and beside them one product of
+    pairs, 8 (n + n(n+1)/2)^2 bytes (0.4 MB for 20 shapes, 6 MB for 40).
     Raises ValueError when that would be more than MOST_BYTES.
     """
     n = phi.shape[1]
@@ -62,32 +70,58 @@ def products(structure: Structure, phi: Array, rows: int) -> Array:
 
 
 def add_products(total: Array, block: StrainBlock, raw: Array) -> None:
-    """Add the first rows of X^T X of a block to total (rows, m), for shapes raw (n_raw, n)."""
+    """Add the first rows of X^T X of a block to total (rows, m), for shapes raw (n_raw, n).
+
+    While one chunk is contracted the next is filled: the product runs on all cores, the filling on one. The two rooms
+    they take are used again and again, as fresh memory costs as much as its filling.
+    """
     rows, m = total.shape
-    for chunk in element_chunks(len(block.dofs), values_per_element(block, raw.shape[1])):
-        for part in block.nonlinear(chunk):
-            if part.elastic.any() and part.quadratic_map.any():
-                X = strain_columns(part, raw).reshape(m, -1)
-                total += X[:rows] @ X.T
+    room = np.empty((2, ROOM))
+    chunks = element_chunks(len(block.dofs), values_per_element(block, raw.shape[1]), ROOM)
+    parts = (
+        part for chunk in chunks for part in block.nonlinear(chunk) if part.elastic.any() and part.quadratic_map.any()
+    )
+    jobs = (partial(strain_columns, part, raw, own) for part, own in zip(parts, cycle(room), strict=False))
+    for X in ahead(jobs):
+        flat = X.reshape(m, -1)
+        total += flat[:rows] @ flat.T
 
 
-def strain_columns(block: StrainBlock, raw: Array) -> Array:
-    """X (n + n(n+1)/2, s, p) of all points of a block: single shapes, then pairs i <= j."""
+def ahead(jobs: Iterable[Callable[[], Array]]) -> Iterator[Array]:
+    """Results of the jobs in their order, each one begun while the result before it is in use, none earlier."""
+    with ThreadPoolExecutor(1) as pool:
+        waiting: deque[Future[Array]] = deque()
+        for job in jobs:
+            waiting.append(pool.submit(job))
+            if len(waiting) > 1:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+
+
+def strain_columns(block: StrainBlock, raw: Array, room: Array | None = None) -> Array:
+    """X (n + n(n+1)/2, s, p) of all points of a block, single shapes before pairs i <= j; in the room if that fits."""
     from femflex.reduction.strain_kernel import fill_pairs, mix_strains
 
     n = raw.shape[1]
     strains, Q = quadratic_strains(block)
-    g = block.gradients(raw, slice(None))
-    e, q, rows, _ = g.shape
     C = block.elastic[..., strains, :]  # (e|1, q|1, s, all strains)
     root = np.linalg.cholesky(C[..., strains])
-    linear = np.linalg.solve(root, C @ block.linear_map) * np.sqrt(block.weight)[:, :, None, None]
-    X = np.empty((n + n * (n + 1) // 2, len(strains), e * q))
-    X[:n] = np.matmul(linear, g).reshape(e * q, -1, n).transpose(2, 1, 0)
-    uniform = root.shape[:2] == (1, 1)
-    strain, row, column, value = nonzero_entries(np.tensordot(root[0, 0].T, Q, axes=1) if uniform else Q)
-    by_row = np.ascontiguousarray(g.reshape(e * q, rows, n).transpose(1, 2, 0)) * block.weight.ravel() ** 0.25
-    fill_pairs(X[n:], by_row, strain, row, column, value)
+    linear = np.linalg.solve(root, C @ block.linear_map)
+    needed = 1 + np.flatnonzero(linear.any(axis=(0, 1, 2)) | Q.any(axis=(0, 1)))[-1]
+    g = block.gradients(raw, slice(None), needed)
+    e, q = g.shape[:2]
+    by_row = np.ascontiguousarray(g.reshape(e * q, needed, n).transpose(1, 2, 0))
+    shape = (n + n * (n + 1) // 2, len(strains), e * q)
+    X = np.empty(shape) if room is None or room.size < prod(shape) else room[: prod(shape)].reshape(shape)
+    uniform = linear.shape[:2] == (1, 1)
+    if uniform:  # by one product, which many small ones are slow against
+        X[:n] = np.tensordot(linear[0, 0, :, :needed], by_row, axes=1).swapaxes(0, 1)
+    else:
+        X[:n] = np.matmul(linear[..., :needed], g).reshape(e * q, -1, n).transpose(2, 1, 0)
+    X[:n] *= np.sqrt(block.weight).ravel()
+    by_row *= block.weight.ravel() ** 0.25
+    fill_pairs(X[n:], by_row, *nonzero_entries(np.tensordot(root[0, 0].T, Q, axes=1) if uniform else Q))
     if not uniform:
         root = np.broadcast_to(root, (e, q, *root.shape[2:])).reshape(e * q, *root.shape[2:])
         mix_strains(X[n:], np.ascontiguousarray(root.transpose(1, 2, 0)))

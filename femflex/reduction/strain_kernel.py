@@ -9,30 +9,49 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-TILE = 128  # points taken at once: what they need stays in cache
+TILE = 256  # points taken at once: what they need stays in cache
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def fill_pairs(out: Array, g: Array, strain: Index, row: Index, column: Index, value: Array) -> None:
     """Fill out (n(n+1)/2, s, p) with a quadratic strain of all pairs of shapes i <= j from gradients g (rows, n, p).
 
-    Strain q of a pair is the sum of value * g[row, i] * g[column, j] over the entries with strain q.
+    Strain q of a pair is the sum of value * g[row, i] * g[column, j] over the entries with strain q, which stand
+    together.
     """
     n, p = g.shape[1], g.shape[2]
+    first = np.searchsorted(strain, np.arange(out.shape[1] + 1))
+    left = np.empty((len(strain), TILE))
     for start in range(0, p, TILE):
         end = min(start + TILE, p)
         at = 0
         for i in range(n):
+            for k in range(len(strain)):
+                _scale(left[k], value[k], g[row[k], i, start:end])
             for j in range(i, n):
-                out[at, :, start:end] = 0.0
-                for k in range(len(strain)):
-                    _add_product(
-                        out[at, strain[k], start:end], value[k], g[row[k], i, start:end], g[column[k], j, start:end]
-                    )
+                for q in range(out.shape[1]):
+                    own, of = out[at, q, start:end], slice(first[q], first[q + 1])
+                    _sum_products(own, left[of], g, column[of], j, start)
                 at += 1
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
+def _sum_products(out: Array, left: Array, g: Array, column: Index, j: int, start: int) -> None:
+    """The sum over k of left[k] g[column[k], j, start:], three of them in one pass: loads and stores take the time."""
+    end, k = start + len(out), len(column) % 3
+    if k == 0:
+        out[:] = 0.0
+    elif k == 1:
+        _set_product(out, left[0], g[column[0], j, start:end])
+    else:
+        _set_two(out, left[0], g[column[0], j, start:end], left[1], g[column[1], j, start:end])
+    while k < len(column):
+        a, b, c = g[column[k], j, start:end], g[column[k + 1], j, start:end], g[column[k + 2], j, start:end]
+        _add_three(out, left[k], a, left[k + 1], b, left[k + 2], c)
+        k += 3
+
+
+@njit(cache=True, nogil=True)
 def mix_strains(out: Array, root: Array) -> None:
     """Replace strains out (pairs, s, p) by root^T times them, root (s, s, p) lower triangular."""
     for pair in range(out.shape[0]):
@@ -40,10 +59,34 @@ def mix_strains(out: Array, root: Array) -> None:
             own = out[pair, r]
             own *= root[r, r]
             for q in range(r + 1, out.shape[1]):
-                _add_product(own, 1.0, root[q, r], out[pair, q])
+                _add_product(own, root[q, r], out[pair, q])
 
 
-@njit(cache=True)
-def _add_product(out: Array, factor: float, a: Array, b: Array) -> None:
+@njit(cache=True, nogil=True)
+def _scale(out: Array, factor: float, a: Array) -> None:
+    for x in range(len(a)):
+        out[x] = factor * a[x]
+
+
+@njit(cache=True, nogil=True)
+def _set_product(out: Array, a: Array, b: Array) -> None:
     for x in range(len(out)):
-        out[x] += factor * a[x] * b[x]
+        out[x] = a[x] * b[x]
+
+
+@njit(cache=True, nogil=True)
+def _set_two(out: Array, a: Array, b: Array, c: Array, d: Array) -> None:
+    for x in range(len(out)):
+        out[x] = a[x] * b[x] + c[x] * d[x]
+
+
+@njit(cache=True, nogil=True)
+def _add_product(out: Array, a: Array, b: Array) -> None:
+    for x in range(len(out)):
+        out[x] += a[x] * b[x]
+
+
+@njit(cache=True, nogil=True)
+def _add_three(out: Array, a: Array, b: Array, c: Array, d: Array, e: Array, f: Array) -> None:
+    for x in range(len(out)):
+        out[x] += a[x] * b[x] + c[x] * d[x] + e[x] * f[x]

@@ -1,9 +1,9 @@
 """Free vibration at finite amplitude: how the frequency of a mode changes with it, by harmonic balance.
 
-A body whose frame is held moves by Me q'' + f(q) = 0. A motion at rest at t = 0 is even in time,
-q = sum_k c_k cos(k omega t), and every harmonic must balance:
+A body whose frame is held moves by f(q) + Y^T Me (Y q'' + g) = 0 (`held_motion`; Y = 1 and g = 0 unless shapes follow).
+A motion at rest at t = 0 is even in time, q = sum_k c_k cos(k omega t), and every harmonic must balance:
 
-    F_k(c) - (k omega)^2 Me c_k = 0,     F_k = (2 - [k = 0]) / T int f(q(t)) cos(k omega t) dt,
+    (2 - [k = 0]) / T int (f + Y^T Me (Y q'' + g)) cos(k omega t) dt = 0,
 
 with the displacement of one place at t = 0 given. Newton steps, amplitude after amplitude.
 """
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
 from femflex.fem.eigen.modes import dense_modes
+from femflex.studies.held_motion import HeldMotion
 
 Array = NDArray[np.float64]
 
@@ -53,21 +54,21 @@ class Backbone:
 def backbone(body: FlexibleBody, mode: int, amplitudes: Sequence[float], harmonics: int = HARMONICS) -> Backbone:
     """The Backbone of a body's mode (from 1) at rising amplitudes [m], its frame held and its damping left out.
 
-    Raises ValueError when there is no such mode, amplitudes do not rise from above zero, the body has no skin or
-    slaved shapes, or no motion of that amplitude is found.
+    Raises ValueError when there is no such mode, amplitudes do not rise from above zero, the body has no skin, or no
+    motion of that amplitude is found.
     """
     _check(body, mode, amplitudes)
     assert body.skin is not None
-    Me = body.moments.elastic_mass()
-    eigenvalues, X = dense_modes(body.strain.tangent(np.zeros(body.n_modes)), Me)
+    motion, n = HeldMotion(body), body.n_modes
+    eigenvalues, X = dense_modes(body.strain.tangent(np.zeros(n)), motion.mass[:n, :n])
     small = float(np.sqrt(eigenvalues[mode - 1]))
-    shape = np.einsum("kpa,k->pa", body.skin.shapes, X[:, mode - 1])
+    shape = np.einsum("kpa,k->pa", body.skin.shapes[:n], X[:, mode - 1])
     point = int(np.argmax(np.linalg.norm(shape, axis=1)))
     direction = shape[point] / np.linalg.norm(shape[point])
     row = body.skin.shapes[:, point] @ direction
-    c, omega = np.zeros((harmonics + 1, body.n_modes)), small
-    c[1] = X[:, mode - 1] / (row @ X[:, mode - 1])  # per metre of amplitude
-    problem, found, last = _Balance(body, Me, row), [], amplitudes[0]
+    c, omega = np.zeros((harmonics + 1, n)), small
+    c[1] = X[:, mode - 1] / (row[:n] @ X[:, mode - 1])  # per metre of amplitude
+    problem, found, last = _Balance(motion, row), [], amplitudes[0]
     c = c * last
     for amplitude in amplitudes:
         c, omega = problem.followed(c, omega, float(last), float(amplitude))
@@ -82,10 +83,9 @@ def backbone(body: FlexibleBody, mode: int, amplitudes: Sequence[float], harmoni
 
 @dataclass(frozen=True, eq=False)
 class _Balance:
-    """The equations of a body: elastic mass Me and row that tells the amplitude."""
+    """The equations of a body's motion, and the row over all shapes that tells its amplitude."""
 
-    body: FlexibleBody
-    Me: Array
+    motion: HeldMotion
     row: Array
 
     def followed(self, c: Array, omega: float, last: float, amplitude: float, depth: int = 0) -> tuple[Array, float]:
@@ -106,26 +106,41 @@ class _Balance:
     def balanced(self, c: Array, omega: float, amplitude: float) -> tuple[Array, float] | None:
         """Coefficients and frequency of the motion of this amplitude, from a start near it; None if none is found."""
         h, n = c.shape
-        times = np.arange(4 * h) / (4 * h)  # of a period; products of four harmonics below h are told apart
-        cosine = np.cos(2 * np.pi * np.outer(times, np.arange(h)))
-        back = cosine.T * np.where(np.arange(h) == 0, 1.0, 2.0)[:, None] / len(times)
-        order, K = np.arange(h) ** 2.0, self.body.strain.tangent(np.zeros(n))
-        held = np.append(np.tile(self.row, h), 0.0)[None, :]
+        waves, back = _waves(h)
+        K = self.motion.body.strain.tangent(np.zeros(n))
         for _ in range(STEPS):
-            q, inertia = cosine @ c, order[:, None] * (c @ self.Me)
-            force = back @ np.stack([self.body.strain.force(at) for at in q])
-            rest, miss = force - omega**2 * inertia, amplitude - self.row @ c.sum(axis=0)
+            q, q1, q2 = (wave @ c for wave in waves)
+            force, inertia = back @ self.motion.elastic(q), back @ self.motion.inertia(q, q1, q2)
+            reached, held = self.reached(c.sum(axis=0))
+            rest, miss = force + omega**2 * inertia, amplitude - reached
             if not np.isfinite(rest).all():
                 return None
             if abs(miss) < CONVERGED * amplitude and _energy(K, rest) < CONVERGED**2 * _energy(K, force):
                 return c, omega
-            tangent = np.stack([self.body.strain.tangent(at) for at in q])
-            J = np.einsum("kt,tij,tl->kilj", back, tangent, cosine, optimize=True).reshape(h * n, h * n)
-            J -= omega**2 * np.kron(np.diag(order), self.Me)
-            whole = np.concatenate([np.column_stack([J, -2 * omega * inertia.reshape(-1, 1)]), held])
+            slopes = self.motion.slopes(q, q1, q2, omega**2)
+            J = sum(
+                np.einsum("kt,tij,tl->kilj", back, slope, wave, optimize=True)
+                for slope, wave in zip(slopes, waves, strict=True)
+            ).reshape(h * n, h * n)
+            whole = np.concatenate(
+                [np.column_stack([J, 2 * omega * inertia.reshape(-1, 1)]), np.append(np.tile(held, h), 0.0)[None]]
+            )
             step = _least_change(whole, np.append(-rest.ravel(), miss))
             c, omega = c + step[:-1].reshape(h, n), omega + float(step[-1])
         return None
+
+    def reached(self, q: Array) -> tuple[float, Array]:
+        """The amplitude [m] at coordinates (n,), and its gradient (n,)."""
+        return float(self.row @ self.motion.body.amplitudes(q)), self.row @ self.motion.ties(q[None])[0]
+
+
+def _waves(h: int) -> tuple[tuple[Array, Array, Array], Array]:
+    """Cosines of h harmonics with their first two derivatives by phase (t, h), and what picks harmonics out (h, t)."""
+    phase = 2 * np.pi * np.arange(4 * h) / (4 * h)  # products of four harmonics below h are told apart
+    order = np.arange(h)
+    cosine, sine = np.cos(np.outer(phase, order)), np.sin(np.outer(phase, order))
+    back = cosine.T * np.where(order == 0, 1.0, 2.0)[:, None] / len(phase)
+    return (cosine, -order * sine, -(order**2) * cosine), back
 
 
 def _energy(K: Array, forces: Array) -> float:
@@ -152,7 +167,3 @@ def _check(body: FlexibleBody, mode: int, amplitudes: Sequence[float]) -> None:
         raise ValueError(f"mode {mode} was asked for; the body has modes 1 to {body.n_modes}")
     if body.skin is None:
         raise ValueError("the body has no skin, so that no amplitude can be told in metres; reduce it from a mesh")
-    if len(body.slaves):
-        raise ValueError(
-            "the body's stretch follows its bending (condensed strain); give one with strain = 'nonlinear'"
-        )

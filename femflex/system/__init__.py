@@ -3,6 +3,7 @@
 from femflex.system.ball import ball_coordinates
 from femflex.system.channel import Channel
 from femflex.system.constraint import Nonholonomic, knife_edge, rolling_disc, velocity_rows
+from femflex.system.environment import STANDARD_GRAVITY, Environment
 from femflex.system.joint import Joint
 from femflex.system.kinds import (
     JOINTS,
@@ -32,8 +33,10 @@ __all__ = [
     "EARTH_RADIUS",
     "JOINTS",
     "MU_EARTH",
+    "STANDARD_GRAVITY",
     "Channel",
     "Closure",
+    "Environment",
     "Frame",
     "Friction",
     "Joint",

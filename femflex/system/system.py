@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
 from femflex.system.constraint import Nonholonomic
+from femflex.system.environment import Environment
 from femflex.system.joint import Joint
 from femflex.system.kept import keep_problems
 from femflex.system.load import Load
@@ -32,6 +33,7 @@ class System:
     joints   one per body, in any order; parent None hangs from the base frame
     frame    base frame F of joints without a parent
     orbit    None, or the orbit of O; then one root body, and F's origin is O
+    environment  uniform gravity, where there is no orbit
     delta0   body name -> initial elastic coordinates (n,);  ddelta0 their rates
     libration_sequence  angles reported of the root joint's marker on the root body relative to F, such as "xzy" or
              "extrinsic xzy"
@@ -63,6 +65,7 @@ class System:
     sights: tuple[Sight, ...] = ()
     reactions: bool = False
     keep: tuple[str, ...] = ()
+    environment: Environment = field(default_factory=Environment)
 
     def __post_init__(self) -> None:
         problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems()]
@@ -121,6 +124,11 @@ class System:
         known = sorted(self.bodies)
         out = [] if self.bodies else ["the system has no bodies"]
         out += [text for j in self.joints if (text := j.singular_start()) is not None]
+        out += [
+            f"joint {j.label!r} has play, but its coordinates keep it together exactly; play belongs to a loop"
+            for j in self.joints
+            if j.play
+        ]
         parent: dict[str, str | None] = {}
         for j in self.joints:
             for role, name in (("child", j.child), ("parent", j.parent)):
@@ -154,6 +162,12 @@ class System:
                 if self.frame.kind == "orbital"
                 else []
             )
+        if self.environment.has_weight:
+            g = float(np.linalg.norm(self.environment.gravity))
+            return [
+                f"uniform gravity of {g:.4g} m/s^2 beside an orbit, whose gravity is that of the central body; give "
+                "one of them"
+            ]
         roots = [j for j in self.joints if j.parent is None]
         if len(roots) > 1:
             return [f"an orbiting system has one root body; found {[j.child for j in roots]}"]

@@ -8,9 +8,9 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from femflex.fem import Material, Member, build_structure, tables
+from femflex.fem import Material, Member, build_structure
 from femflex.mesh import box, rectangle
-from femflex.reduction.strain import strain_columns, strain_tensors
+from femflex.reduction.strain import ROOM, strain_columns, strain_tensors
 
 pytestmark = pytest.mark.benchmark
 N, POINTS = 20, 100_000
@@ -66,4 +66,4 @@ def test_tensors_cost_at_most_twice_the_bare_products(make, capsys):
         )
     assert points > 0.95 * POINTS
     assert ratio < 2.0
-    assert peak < 3 * 8 * tables.CHUNK_VALUES
+    assert peak < 4 * 8 * ROOM + 2 * phi.nbytes

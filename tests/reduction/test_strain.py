@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from nonlinear_models import STRUCTURES
 
-from femflex.fem import tables
 from femflex.reduction import strain as module
 from femflex.reduction.strain import strain_tensors
 
@@ -45,7 +44,7 @@ def test_the_elastic_force_is_the_difference_of_the_full_energy(reduced):
 
 def test_chunks_of_any_size_give_the_same_tensors(reduced, monkeypatch):
     structure, phi, tensors = reduced
-    monkeypatch.setattr(tables, "CHUNK_VALUES", 1)  # one element at a time
+    monkeypatch.setattr(module, "ROOM", 1)  # one element at a time
     again = strain_tensors(structure, phi)
     for name in ("V1", "f0", "V2", "V3"):
         found, expected = getattr(again, name), getattr(tensors, name)

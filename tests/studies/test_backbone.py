@@ -6,14 +6,25 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_trapezoid
 from scipy.special import ellipk
 
 from femflex.body import FlexibleBody, Marker, MassMoments, Skin, StrainTensors
+from femflex.dynamics import compile_system
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import Rectangle
+from femflex.integrate import integrator
 from femflex.mesh import line
-from femflex.reduction import cantilever_modes, reduce_structure, with_derivatives
+from femflex.reduction import (
+    BeamFunctions,
+    UniformBeam,
+    beam_body,
+    cantilever_modes,
+    reduce_structure,
+    with_derivatives,
+)
 from femflex.studies import backbone
+from femflex.system import System, weld
 
 H = 0.01
 RADIUS = H / np.sqrt(12)  # of gyration
@@ -51,21 +62,85 @@ def test_a_quadratic_spring_softens_and_drifts():
 
 
 @pytest.fixture(scope="module")
-def beam():
+def pinned():
     mesh = line([[0, 0, 0], [1.0, 0, 0]], 4)
     options = {"order": 6, "orientation": (0, 1, 0), "rotary_inertia": False}
     structure = build_structure(mesh, [Member("line", "beam", Rectangle(0.05, H), METAL, options)])
     pins = dict.fromkeys(("start", "end"), ("x", "y", "z", "rx"))
     modes = with_derivatives(structure, cantilever_modes(structure, pins, 2).picked([0, 1]), "all")
-    return reduce_structure(structure, modes, strain="nonlinear")
+    return {strain: reduce_structure(structure, modes, strain=strain) for strain in ("condensed", "nonlinear")}
 
 
-def test_a_beam_between_immovable_pins_follows_woinowsky_krieger(beam):
-    """w / w0 at a / r = 1, 2, 3: 1.0892, 1.3178, 1.6257 (1950); the axial inertia it leaves out counts 2e-5 here."""
-    found = backbone(beam, 1, RADIUS * np.array([1.0, 2.0, 3.0]))
+@pytest.fixture
+def beam(pinned):
+    return pinned["nonlinear"]
+
+
+@pytest.mark.parametrize("strain", ["condensed", "nonlinear"])
+def test_a_beam_between_immovable_pins_follows_woinowsky_krieger(pinned, strain):
+    """w / w0 at a / r = 1, 2, 3: 1.0892, 1.3178, 1.6257 (1950), by quasi-static stretch along the axis.
+
+    The axial inertia that this leaves out counts (a / L)^2 and r^2: 2e-5 here, L / r = 346.
+    """
+    found = backbone(pinned[strain], 1, RADIUS * np.array([1.0, 2.0, 3.0]))
     assert found.place[0] == pytest.approx(0.5)
+    assert found.harmonics.shape[2] == {"condensed": 2, "nonlinear": 5}[strain]
     np.testing.assert_allclose(found.omega / found.small, [1.0892, 1.3178, 1.6257], atol=6e-5)
     np.testing.assert_allclose(found.omega / found.small, duffing(np.array([1, 4, 9]) / 4), rtol=3e-5)
+
+
+def inextensible(mode):
+    """(omega / omega_0 - 1) / a^2 of a cantilever's mode, a its tip over the length: geometric and inertial part.
+
+    q'' + omega_0^2 q + g q^3 + i (q q'^2 + q^2 q'') = 0 with g = 2 int (f'f'')^2, i = int (int_0^x f'^2)^2, int f^2 = 1
+    (Crespo da Silva and Glynn 1978; Nayfeh and Pai 2004: 40.44 and 4.597, 13418 and 144.7), by Lindstedt's series.
+    """
+    beta = (1.8751040687119611, 4.694091132974175)[mode - 1]
+    x = np.linspace(0.0, 1.0, 20001)
+    ratio = (np.cosh(beta) + np.cos(beta)) / (np.sinh(beta) + np.sin(beta))
+    cosh, sinh, cos, sin = (wave(beta * x) for wave in (np.cosh, np.sinh, np.cos, np.sin))
+    shape = cosh - cos - ratio * (sinh - sin)
+    slope = beta * (sinh + sin - ratio * (cosh - cos))
+    bend = beta**2 * (cosh + cos - ratio * (sinh + sin))
+    assert np.trapezoid(shape**2, x) == pytest.approx(1.0, rel=1e-6)
+    geometric = 2 * np.trapezoid((slope * bend) ** 2, x)
+    inertial = np.trapezoid(cumulative_trapezoid(slope**2, x, initial=0.0) ** 2, x)
+    return np.array([3 * geometric / (8 * beta**4), -inertial / 4]) / shape[-1] ** 2
+
+
+def cantilever(r=1e-4, **functions):
+    """Without rotary inertia, of length 1, EI / m' = 1."""
+    return beam_body(UniformBeam(1.0, r**-2, 1.0, 1.0, 1.0, 1.0), BeamFunctions(**functions), strain="condensed")
+
+
+@pytest.mark.parametrize(("mode", "published"), [(1, (40.44, 4.597)), (2, (13418.0, 144.7))])
+def test_a_cantilever_hardens_in_its_first_mode_and_softens_in_its_second(mode, published):
+    """By curvature and by the inertia of the tip drawn in, which all but cancel in the first mode."""
+    geometric, inertial = inextensible(mode)
+    square = (3.5160152685, 22.0344915647)[mode - 1] ** 2
+    assert 4 * geometric * 8 * square / 3 == pytest.approx(published[0], rel=1e-3)
+    assert -4 * inertial * 4 == pytest.approx(published[1], rel=1e-3)
+    found = backbone(cantilever(z=6), mode, [0.01, 0.02])
+    assert found.place[0] == 1.0
+    exact = geometric + inertial
+    assert (exact > 0) == (mode == 1)
+    rise = (found.omega / found.small - 1) / found.amplitudes**2
+    assert (4 * rise[0] - rise[1]) / 3 == pytest.approx(exact, rel=2e-4)  # the next term goes with a^4
+
+
+def test_a_condensed_motion_repeats_itself_when_the_compiled_equations_run_it():
+    body = cantilever(z=3)
+    found = backbone(body, 2, [0.03, 0.1])
+    assert found.omega[1] < 0.95 * found.small
+    delta = found.harmonics[1].sum(axis=0)
+    model = compile_system(System({"beam": body}, (weld("beam"),), delta0={"beam": delta}))
+    times = 2 * np.pi / found.omega[1] * np.array([0.0, 0.5, 1.0])
+    states = integrator("dop853", rtol=1e-11, atol=1e-14).solve(model, times, model.x0).states
+    np.testing.assert_allclose(states[2, :3], delta, atol=1e-4 * np.abs(delta).max())
+    assert np.abs(states[2, 3:]).max() < 1e-3 * found.omega[1] * np.abs(delta).max()
+    turned = body.markers["tip"].phi @ body.amplitudes(states[1, :3])
+    assert np.linalg.norm(turned) > 0.1  # half a period later it is on the other side
+    assert turned[2] * (body.markers["tip"].phi @ body.amplitudes(delta))[2] < 0
 
 
 def test_a_motion_that_was_found_repeats_itself_when_it_is_run(beam):

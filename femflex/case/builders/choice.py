@@ -15,7 +15,7 @@ from femflex.case.case import Case
 from femflex.dynamics import compile_system
 from femflex.dynamics.reports.bends import bends
 from femflex.dynamics.reports.ignored import IgnoredStiffness
-from femflex.system import Frame, System
+from femflex.system import Environment, Frame, System
 
 
 def undecided(case: Case) -> list[str]:
@@ -46,7 +46,40 @@ def choices(case: Case, system: System, names: list[str]) -> dict[str, tuple[Str
         spun = compile_system(replace(system, frame=Frame("spinning", axis * case.campbell.speeds[-1])))
         fastest = reaches(Foresight(spun, np.zeros(1), spun.x0[None], spun.x0[None]))
         found = {name: _wider(reach, fastest[name]) for name, reach in found.items()}
+    for name, gain in weights_of_swingers(system).items():
+        found[name] = _wider(found[name], Reach(gain, -gain, 0.0, 0.0))
     return {name: judged(found[name]) for name in names if name in found}
+
+
+def weights_of_swingers(system: System) -> dict[str, float]:
+    """The most that gravity adds to, or takes from, the stiffness of each body that may come to hang or stand along it.
+
+    Bodies that no joint lets turn stay as they start.
+    """
+    g = float(np.linalg.norm(system.environment.gravity))
+    turning = [name for name in system.order if _turns(system, name)] if g > 0.0 else []
+    if not turning:
+        return {}
+    model = compile_system(system)
+    seen = model.observe(np.zeros(1), model.x0[None])
+    pulls = [Environment(direction) for direction in (*np.eye(3), np.zeros(3))]
+    x, y, z, none = (IgnoredStiffness(replace(system, environment=pull)).gains(seen) for pull in pulls)
+    return {
+        name: g * float(np.linalg.norm([axis[name][0] - none[name][0] for axis in (x, y, z)]))
+        for name in turning
+        if name in none
+    }
+
+
+def _turns(system: System, name: str | None) -> bool:
+    """Whether a joint between the base frame and a body lets it turn."""
+    while name is not None:
+        joint = system.joint_of(name)
+        slides = len(joint.translations)
+        if any(k >= slides and k not in joint.held for k in range(joint.n_u)):
+            return True
+        name = joint.parent
+    return False
 
 
 def reaches(view: Foresight) -> dict[str, Reach]:

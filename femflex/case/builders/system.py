@@ -22,7 +22,7 @@ from femflex.case.builders.stretching import stretching
 from femflex.case.case import Case
 from femflex.case.orbit import OrbitTable
 from femflex.case.problems import CaseError, Problem
-from femflex.system import Frame, Load, Orbit, Part, Sight, System, assembled
+from femflex.system import Environment, Frame, Load, Orbit, Part, Sight, System, assembled
 
 Array = NDArray[np.float64]
 
@@ -70,6 +70,7 @@ def _system(case: Case, bodies: Mapping[str, Part] | None) -> System:
             springs=tuple(build_spring(table) for table in case.springs),
             sights=tuple(Sight(**table.model_dump()) for table in case.sights),
             reactions=case.run.reactions,
+            environment=Environment(np.array(case.environment.gravity)),
         )
     except CaseError:
         raise

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from femflex.dynamics.equilibria.closed_motion import carried
+from femflex.dynamics.equilibria.closed_motion import carried, slack_of_loops
 from femflex.dynamics.equilibria.linearised import free_directions, held_freedoms, linearised
 from femflex.dynamics.joints.drive_report import held_places
 from femflex.dynamics.lowering.layout import body_records
@@ -59,14 +59,14 @@ def elastic_answer(model: Model, times: Array, states: Array, accelerations: Arr
 def left_over(model: Model, times: Array, states: Array, rates: Array, jumps: Array) -> tuple[Array, Array]:
     """Forces, and impulses of jumps of the velocities, on the elastic coordinates; each (n_t, n_u), 0 for joints."""
     force, impulse = np.zeros((2, len(times), model.n_u))
-    ue = elastic_places(model)[1]
+    ue, slack = elastic_places(model)[1], slack_of_loops(model.system)
     carrying = ~held_freedoms(model)
     carrying[ue] = False
     for row, pushed, t, x, rate, jump in zip(force, impulse, times, states, rates, jumps, strict=True):
         pair = [model.residual(float(t), x, rate), model.residual(float(t), x, rate + jump)]
         if model.constraints is not None:  # what loops carry as the bodies move on stands in the rows of joints
             A = model.constraints.matrix(float(t), x)
-            pair = [own - carried(A[:, carrying], own[carrying]) @ A for own in pair]
+            pair = [own - carried(A[:, carrying], own[carrying], slack) @ A for own in pair]
         row[ue], pushed[ue] = -pair[0][ue], (pair[0] - pair[1])[ue]
     return force, impulse
 

@@ -9,6 +9,7 @@ import numpy as np
 from femflex.dynamics.equilibria.closed_motion import refuse_rolling
 from femflex.system import Joint, Load, Profile, System
 
+ROUNDING = 1e-12  # relative; gravity this nearly along the axis of spin is along it
 CIRCULAR = 1e-9  # eccentricity below which an orbit counts as circular
 
 
@@ -23,7 +24,7 @@ def frozen(system: System, at: float | None = None) -> System:
         joints=tuple(_still(joint, at) for joint in system.joints),
         loads=tuple(_frozen(load, at) for load in system.loads),
     )
-    if problems := [*_orbit_problems(still), *_load_problems(still)]:
+    if problems := [*_orbit_problems(still), *_gravity_problems(still), *_load_problems(still)]:
         raise ValueError("\n".join(problems))
     return still
 
@@ -85,6 +86,17 @@ def _orbit_problems(system: System) -> list[str]:
             "equilibrium in orbit is at rest in the orbital frame"
         )
     return out
+
+
+def _gravity_problems(system: System) -> list[str]:
+    g, rate = system.environment.gravity, system.frame.rate
+    across = float(np.linalg.norm(np.cross(g, rate)))
+    if system.frame.kind != "spinning" or across <= ROUNDING * float(np.linalg.norm(g) * np.linalg.norm(rate)):
+        return []
+    return [
+        f"gravity {g.tolist()} m/s^2 turns around in the frame that spins at {rate.tolist()} rad/s; an equilibrium in "
+        "a spinning frame needs gravity along its axis, or none"
+    ]
 
 
 def _load_problems(system: System) -> list[str]:

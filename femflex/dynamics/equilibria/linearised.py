@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
-from femflex.dynamics.equilibria.closed_motion import carried, independent, refuse_rolling
+from femflex.dynamics.equilibria.closed_motion import carried, independent, refuse_rolling, slack_of_loops
 from femflex.dynamics.lowering.layout import BALL_NONE, body_records
 from femflex.dynamics.model import Model
 
@@ -83,7 +83,9 @@ def free_directions(model: Model, t: float, x: Array) -> tuple[NDArray[np.int64]
     Z = np.eye(model.n_u)[:, free]
     if model.constraints is None:
         return free, Z
-    own, following = independent(model.constraints.matrix(t, x)[:, free], usual_sizes(model)[free])
+    own, following = independent(
+        model.constraints.matrix(t, x)[:, free], usual_sizes(model)[free], slack_of_loops(model.system)
+    )
     return free[own], Z @ following
 
 
@@ -100,7 +102,8 @@ def multipliers(model: Model, t: float, x: Array) -> Array:
     if model.constraints is None:
         return np.zeros(0)
     ties, force = model.constraints.matrix(t, x), model.bias(t, x)
-    return carried(np.where(held_freedoms(model), 0.0, ties), np.where(held_freedoms(model), 0.0, force))
+    held = held_freedoms(model)
+    return carried(np.where(held, 0.0, ties), np.where(held, 0.0, force), slack_of_loops(model.system))
 
 
 def stiffness(model: Model, t: float, x: Array, udot: Array, lambdas: Array) -> Array:

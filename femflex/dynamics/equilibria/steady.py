@@ -8,12 +8,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.equilibria.closed_motion import closing_directions
+from femflex.dynamics.equilibria.closed_motion import closing_directions, slack_of_loops
 from femflex.dynamics.equilibria.frozen import frozen, undamped
 from femflex.dynamics.equilibria.linearised import held_freedoms, linear_stiffness, stiffness, usual_sizes
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model, compile_system
-from femflex.system import Frame, System
+from femflex.system import Environment, Frame, System
 
 Array = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ CHANGED = 1e-9  # relative change of the forces over time that is still rounding
 class Steady:
     """A system at rest in its base frame, its outer forces scaled by a share between 0 and 1.
 
-    full     the model under all its forces: loads, centrifugal, gravity gradient
+    full     the model under all its forces: loads, weight, centrifugal, gravity gradient
     inner    the same bodies and joints without any: elastic and spring forces alone
     sizes    (n_u,) usual size of each coordinate; forces times sizes are energies [J]
     elastic  (n_u,) which coordinates have a stiffness of their own
@@ -60,6 +60,11 @@ class Steady:
         return float(self.full.observe(np.zeros(1), x[None])["monitors/kinetic"][0])
 
     @cached_property
+    def slack(self) -> float:
+        """The part of the largest below which a row of the loops follows from others."""
+        return slack_of_loops(self.full.system)
+
+    @cached_property
     def own_stiffness(self) -> tuple[Array, NDArray[np.int64]]:
         """Stiffness of shapes and springs on slides and turns, and the coordinates it multiplies."""
         return linear_stiffness(self.full)
@@ -87,7 +92,7 @@ class Steady:
         unit = np.eye(self.full.n_u)
         if not len(A):
             return unit[:, self.elastic & ~self.held], unit[:, ~self.elastic & ~self.held]
-        Z = unit[:, ~self.held] @ closing_directions(A[:, ~self.held])
+        Z = unit[:, ~self.held] @ closing_directions(A[:, ~self.held], self.slack)
         K = self.own_stiffness[0] * self.sizes * self.sizes[:, None]
         values, V = np.linalg.eigh(Z.T @ K @ Z)
         stiff = values > SLACK * values.max(initial=0.0)
@@ -110,7 +115,7 @@ def steady(system: System, at: float | None = None) -> Steady:
     """
     rest = undamped(frozen(system, at))
     full = compile_system(rest)
-    inner = compile_system(replace(rest, loads=(), orbit=None, frame=Frame()))
+    inner = compile_system(replace(rest, loads=(), orbit=None, frame=Frame(), environment=Environment()))
     elastic, held = np.zeros(full.n_u, bool), held_freedoms(full)
     for name, record in zip(system.order, body_records(full.table)[1:], strict=True):
         joint = system.joint_of(name)

@@ -1,4 +1,7 @@
-"""Gravity of the orbit (eq. 6): its gradient over the bodies, and on a free orbit the pull on the centre of mass."""
+"""Gravity: of the orbit (eq. 6), its gradient over the bodies and the pull on the centre of mass; and uniform.
+
+Uniform gravity, without an orbit, acts on every body through its first moments (THEORY section 3).
+"""
 
 from __future__ import annotations
 
@@ -92,10 +95,12 @@ def inertia_along(l: Vector, c: Vector, table: Table, pool: Array, work: Array) 
 
 
 @inner
-def local_field(b: Record, head: Record, l: Vector, strength: float, work: Array) -> tuple[Matrix, Vector]:
+def local_field(b: Record, head: Record, l: Vector, strength: float, pool: Array, work: Array) -> tuple[Matrix, Vector]:
     """Gradient F (3, 3) and uniform part of minus the gravity field, body components: -(mu/a0^3)(r - 3 l (l.r))."""
     if head["orbit"] == ORBIT_NONE:
-        return NO_GRADIENT, ZERO
+        if head["weighs"] == 0:
+            return NO_GRADIENT, ZERO
+        return NO_GRADIENT, scale(-1.0, turn(load9(work, b["work"] + W_CIN), load3(pool, head["gravity"])))
     C_iN = load9(work, b["work"] + W_CIN)
     e = turn(C_iN, l)
     k = strength

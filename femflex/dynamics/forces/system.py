@@ -1,4 +1,4 @@
-"""Forces on the system: of motion and strain, gravity of the orbit, springs and dampers, loads; and their absence."""
+"""Forces on the system: of motion and strain, gravity, springs and dampers, loads; and their absence."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def write_plain_forces(t: float, q: Array, u: Array, table: Table, pool: Array, 
         l, strength = gravity_field(table, pool, work)
     for i in range(1, head["n_bodies"]):
         b = body_of(table, i)
-        field, uniform = local_field(b, head, l, strength, work)
+        field, uniform = local_field(b, head, l, strength, pool, work)
         write_velocity_forces(b, pool, work, field, uniform)
         add_elastic_forces(b, pool, work)
         if b["sprung"]:

@@ -36,6 +36,7 @@ HEADER = np.dtype(
             "frame",  # FRAME_*
             "orbit_data",  # pool: mu, a, e, n, mean anomaly at t = 0, C_NP (9)
             "frame_data",  # pool: rate of a spinning frame (3)
+            "weighs", "gravity",  # 1: uniform gravity acts; pool: its acceleration, inertial components (3)
             "mass",  # pool: total mass
             "orbit_state",  # work: radius; the true anomaly's rate, acceleration, value; C_NO (9), place, velocity
             "angle_axes",  # pool: axis numbers of the reported attitude angles (3), C_QL (9)

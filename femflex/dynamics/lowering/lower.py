@@ -67,9 +67,10 @@ def lower(system: System) -> tuple[Table, Array, int]:
 
 
 def lower_orbit(head: np.void, system: System, pool: Pool) -> None:
-    """Orbit and base frame into the header."""
+    """Orbit, uniform gravity and base frame into the header."""
     head["frame"] = FRAME_CODES[system.frame.kind]
     head["frame_data"] = pool.put(system.frame.rate)
+    head["weighs"], head["gravity"] = int(system.environment.has_weight), pool.put(system.environment.gravity)
     if system.orbit is None:
         head["orbit"] = at.ORBIT_NONE
         return

@@ -55,6 +55,8 @@ def row_places(system: System) -> dict[str, slice | int]:
             "monitors/gravity": s.ROW_GRAVITY,
             "monitors/jacobi": s.ROW_JACOBI,
         }
+    if system.environment.has_weight:
+        places["monitors/gravity"] = s.ROW_GRAVITY
     if conservative_loads(system):
         places["monitors/load"] = s.ROW_LOAD_ENERGY
     at = s.ROW_FIXED
@@ -99,6 +101,8 @@ def channels_of(system: System) -> dict[str, Channel]:
     }
     if conservative_loads(system):
         out["monitors/load"] = Channel("J", "energy of forces that are constant in inertial axes, -F.r")
+    if system.environment.has_weight:
+        out["monitors/gravity"] = Channel("J", "energy of the weight, -m g.c from the inertial origin")
     if system.orbit is not None:
         out |= {
             "orbit/radius": Channel("m", "distance of O from the Earth's centre"),

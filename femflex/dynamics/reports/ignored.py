@@ -32,8 +32,9 @@ class Pull:
 class IgnoredStiffness:
     """The part of its lowest shape's stiffness that each body with linear strain leaves out; negative: it softens.
 
-    Counted is the centripetal inertia of each body and of all that hangs on it, at the body's rate; loads, as they
-    pull at a body and at what hangs on it; and how a free craft gives way to them as a whole, without turning faster.
+    Counted is the centripetal inertia of each body and of all that hangs on it, at the body's rate; weight and loads,
+    as they pull at a body and at what hangs on it; and how a free craft gives way to them as a whole, without turning
+    faster.
     """
 
     def __init__(self, system: System) -> None:
@@ -41,6 +42,7 @@ class IgnoredStiffness:
         self.bodies = {name: body.ignored for name, body in system.bodies.items() if body.ignored is not None}
         self._pulls = {name: pulls(system, name, ignored) for name, ignored in self.bodies.items()}
         self._free = len(system.joint_of(system.root).translations) == 3
+        self._gravity = system.environment.gravity
         self._about_mass = system.orbit is not None or self._free
 
     def gains(self, channels: Mapping[str, Array]) -> dict[str, Array]:
@@ -61,7 +63,7 @@ class IgnoredStiffness:
             omega, C = channels[f"bodies/{name}/rate"], np.swapaxes(turned[name], 1, 2)
             W = omega[:, :, None] * omega[:, None, :] - np.einsum("ta,ta,bc->tbc", omega, omega, np.eye(3))
             moved = np.broadcast_to(given_way, places[name].shape)
-            field = np.einsum("tab,tbc,tc->ta", W, C, places[name]) + np.einsum("tab,tb->ta", C, moved)
+            field = np.einsum("tab,tbc,tc->ta", W, C, places[name]) + np.einsum("tab,tb->ta", C, moved - self._gravity)
             gain = field @ ignored.mass[0] + np.einsum("tab,ab->t", W, ignored.mass[1:])
             for pull in self._pulls[name]:
                 b = pull.body
@@ -77,12 +79,13 @@ class IgnoredStiffness:
     def _hung(
         self, places: Mapping[str, Array], turned: Mapping[str, Array], loads: Mapping[str, Array]
     ) -> tuple[dict[str, Array], dict[str, float], dict[str, Array]]:
-        """Of each body and all that hangs on it: mass times place, mass, and the sum of the loads, inertial axes."""
+        """Of each body and all that hangs on it: mass times place, mass, and weight with loads, inertial axes."""
         pushed: dict[str, Array] = {}
         mass: dict[str, float] = {}
-        loaded = {name: np.zeros(3) for name in self._system.order}
+        loaded = {}
         for name, body in self._system.bodies.items():
             mass[name] = body.moments.mass
+            loaded[name] = mass[name] * self._gravity
             pushed[name] = body.moments.mass * (places[name] + turned[name] @ body.moments.center_of_mass())
         for load in self._system.loads:
             loaded[load.body] = loaded[load.body] + loads[load.name]

@@ -112,6 +112,7 @@ def observe_orbit(
 ) -> None:
     """Orbit state, gravity's energy, total energy and Jacobi integral.
 
+    Uniform gravity: U = -m g.c, c the centre of mass from the inertial origin.
     Specified orbit: energy relative to O with U = 1/2 int r.(mu/a0^3)(1 - 3 l l) r dm; Jacobi = energy - Omega.H.
     Free orbit: total energy less that of the total mass on the Kepler orbit of O, formed without cancellation.
     """
@@ -138,6 +139,8 @@ def observe_orbit(
             gravity += mu * mass * dot(c, add(R, R_c)) / (radius * a0 * (radius + a0))
             energy += dot(V, momentum)
         jacobi = energy + gravity - work[o + 1] * dot((C[0], C[3], C[6]), spin)
+    elif head["weighs"]:
+        gravity = -pool[head["mass"]] * dot(load3(pool, head["gravity"]), load3(row, ROW_CENTER))
     row[ROW_GRAVITY] = gravity
     row[ROW_ENERGY] = energy + gravity
     row[ROW_JACOBI] = jacobi

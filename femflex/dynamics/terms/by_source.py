@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+GRAVITY = "gravity"
 # the ledger's rows in its order, with what they say; then come "loads/<name>", "drives/<held freedom>", "laws/<law>"
 TERMS = {
     "inertia": "M udot",
@@ -30,6 +31,7 @@ TERMS = {
     "joint_springs": "springs of joints",
     "joint_dampers": "dampers of joints",
     "gravity_gradient": "gravity relative to O",
+    GRAVITY: "weight of the bodies in uniform gravity",
     "moving_mass": "M_t u: the mass matrix changes with specified joints",
 }
 SWITCHED = (  # in the compiled equations
@@ -150,6 +152,7 @@ def term_names(system: System) -> list[str]:
         "joint_springs": any(joint.stiffness.any() for joint in system.joints),
         "joint_dampers": any(joint.damping.any() for joint in system.joints),
         "gravity_gradient": system.orbit is not None,
+        GRAVITY: system.environment.has_weight,
         "moving_mass": led,
     }
     return [name for name in all_rows(system) if there.get(name, True)]

@@ -42,7 +42,7 @@ Record = np.void
 # rows of the ledger; loads follow in the system's order
 INERTIA, QUADRATIC, LINEAR, SPECIFIED = 0, 1, 2, 3
 ELASTIC, QUADRATIC_STRAIN, CUBIC_STRAIN, PRESTRESS, DAMPING = 4, 5, 6, 7, 8
-SPRINGS, DAMPERS, GRAVITY, MOVING, FIRST_LOAD = 9, 10, 11, 12, 13
+SPRINGS, DAMPERS, GRADIENT, WEIGHT, MOVING, FIRST_LOAD = 9, 10, 11, 12, 13, 14
 
 
 # vectors of `spare`: zeros; u and udot of held freedoms alone; udot of the others; -u; trial velocities and their h
@@ -190,15 +190,18 @@ def write_joint_rows(q: Array, u: Array, rows: Array, still: Array, table: Table
 
 @inner
 def write_gravity_row(still: Array, row: Array, table: Table, pool: Array, work: Array) -> None:
-    """Row of gravity relative to O, bodies at rest: eq. (6); on a free orbit also what moves the centre of mass."""
+    """Row of gravity, bodies at rest: relative to O (eq. 6), on a free orbit also what moves the centre of mass; or
+    of uniform gravity."""
     head = header_of(table)
     clear(table, work)
-    find_center_of_mass(table, pool, work)
-    l, strength = gravity_field(table, pool, work)
+    l, strength = ZERO, 0.0
+    if head["orbit"] != ORBIT_NONE:
+        find_center_of_mass(table, pool, work)
+        l, strength = gravity_field(table, pool, work)
     for i in range(1, head["n_bodies"]):
         b = body_of(table, i)
         store3(work, b["work"] + W_OMEGA, ZERO)  # what remains of the velocity forces is the field
-        field, uniform = local_field(b, head, l, strength, work)
+        field, uniform = local_field(b, head, l, strength, pool, work)
         write_velocity_forces(b, pool, work, field, uniform)
     gather_residual(still, row, table, pool, work)
 
@@ -242,7 +245,9 @@ def write_terms(
         apply_load(t, load_of(table, j), table, pool, work)
         gather_residual(spare, beyond(rows, (FIRST_LOAD + j) * n_u), table, pool, work)
     if head["orbit"] != ORBIT_NONE:
-        write_gravity_row(spare, beyond(rows, GRAVITY * n_u), table, pool, work)
+        write_gravity_row(spare, beyond(rows, GRADIENT * n_u), table, pool, work)
+    if head["weighs"]:
+        write_gravity_row(spare, beyond(rows, WEIGHT * n_u), table, pool, work)
     laws = FIRST_LOAD + head["n_loads"] + head["n_holds"]
     if head["n_laws"] > 0:
         write_law_rows(q, u, beyond(rows, laws * n_u), table, pool)

@@ -12,8 +12,18 @@ import numpy as np
 
 from femflex.body import FlexibleBody, StrainTensors
 from femflex.dynamics.joints.law_report import law_places
-from femflex.dynamics.terms.by_source import DRIVES, LAWS, LOADS, SPRINGS_OF, SWITCHED, TERMS, all_rows, term_names
-from femflex.system import Joint, Latch, System
+from femflex.dynamics.terms.by_source import (
+    DRIVES,
+    GRAVITY,
+    LAWS,
+    LOADS,
+    SPRINGS_OF,
+    SWITCHED,
+    TERMS,
+    all_rows,
+    term_names,
+)
+from femflex.system import Environment, Joint, Latch, System
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -107,13 +117,12 @@ def resolved(model: Model, name: str) -> str:
         why = f"{name!r} cannot be switched off: it is what the specified motion needs."
     elif name in model.omitted:
         why = f"{name!r} is switched off already."
-    elif name in TERMS or name in (FLEXIBILITY, NONLINEAR):
-        why = f"{name!r} cannot be switched off: this system has none."
     else:
-        why = f"{name!r} is not something that can be switched off" + (
-            f"; did you mean {near!r}?" if (near := nearest(name, known)) else "."
-        )
-    raise ValueError(f"{why} Known here are {known}.")
+        absent = name in TERMS or name in (FLEXIBILITY, NONLINEAR)
+        why = "cannot be switched off: this system has none" if absent else "is not something that can be switched off"
+        near = nearest(name, known)
+        why = f"{name!r} {why}" + (f"; did you mean {near!r}?" if near else ".")
+    raise ValueError(f"{why} Known here are {', '.join(known)}." if known else f"{why} Nothing can be, here.")
 
 
 def nearest(name: str, known: list[str]) -> str:
@@ -129,6 +138,8 @@ def changed(system: System, name: str) -> System:
         return replace(system, bodies={key: BODY_CHANGES[name](body) for key, body in system.bodies.items()})
     if name in JOINT_CHANGES:
         return replace(system, joints=tuple(JOINT_CHANGES[name](joint) for joint in system.joints))
+    if name == GRAVITY:
+        return replace(system, environment=Environment())
     if name.startswith(LAWS):
         return replace(system, joints=tuple(without_law(joint, name.removeprefix(LAWS)) for joint in system.joints))
     if name.startswith(LOADS):
@@ -178,8 +189,8 @@ def without_reactions(system: System, omitted: tuple[str, ...]) -> System:
 
 
 def rigid(body: FlexibleBody) -> FlexibleBody:
-    """The body without its shapes."""
-    return replace(body.without_slaves().truncated(0), damping=np.zeros((0, 0)))
+    """The body without its shapes, and so without any stiffness that its strain could leave out."""
+    return replace(body.without_slaves().truncated(0), damping=np.zeros((0, 0)), ignored=None)
 
 
 def reduced(model: Model, omitted: tuple[str, ...]) -> Model:

@@ -42,6 +42,11 @@ class LocalDofs:
 
     def local(self, phi: Array, elements: slice) -> Array:
         """Local dofs per column of phi (n_raw, n): (e, 2 m + b, n)."""
+        picked = self.picked()
+        if picked is not None:
+            column, sign = picked
+            local = phi[self.dofs[elements][:, column]]
+            return local if (sign == 1.0).all() else local * sign[:, None]
         return np.matmul(of(self.X, elements), phi[self.dofs[elements]])
 
     def picked(self) -> tuple[Index, Array] | None:
@@ -207,13 +212,14 @@ class PlateStrain:
         quadratic[0, 4, 4] = quadratic[1, 5, 5] = quadratic[2, 4, 5] = quadratic[2, 5, 4] = 1.0
         return quadratic
 
-    def gradients(self, phi: Array, elements: slice) -> Array:
+    def gradients(self, phi: Array, elements: slice, most: int | None = None) -> Array:
         """Generalised gradients per column of phi (n_raw, n): (e, q, 9|11, n)."""
         local = self.map.local(phi, elements)[:, None]
         m, dP = self.dP.shape[3], of(self.dP, elements)
         inplane = [np.matmul(dP, local[:, :, i : 2 * m : 2]) for i in (0, 1)]
-        bending = [np.matmul(rows(elements), local[:, :, 2 * m :]) for rows in (self.slopes, self.bending)]
-        return np.concatenate([*inplane, *bending], axis=2)
+        wanted = (self.slopes, self.bending) if most is None or most > 6 else (self.slopes,)
+        bending = [np.matmul(rows(elements), local[:, :, 2 * m :]) for rows in wanted]
+        return np.concatenate([*inplane, *bending], axis=2)[:, :, :most]
 
     def rows(self, elements: slice) -> Array:
         """Generalised gradients per raw dof: (e|1, q, 9|11, l)."""

@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 START, END = np.array([0, 1, 2]), np.array([1, 2, 0])  # corners of the sides
+BEFORE = np.array([2, 0, 1])  # the side that ends in each corner
 # Exponents of the cubic Bernstein polynomials: corners, then two per side, then the middle.
 CUBIC = np.array([
     [3, 0, 0], [0, 3, 0], [0, 0, 3],
@@ -32,6 +33,13 @@ CUBIC = np.array([
     [1, 1, 1],
 ])  # fmt: skip
 FACTOR = np.array([1, 1, 1, 3, 3, 3, 3, 3, 3, 6])  # 3! / (i! j! k!)
+# Bezier coefficients of w from the deflections (3) of the corners and the rises (6) of `side_rises`: the nearest
+# corner's deflection, with the rise on the sides; in the middle (sum of the six on the sides) / 4 - (sum of the
+# corners) / 6, which makes quadratics exact.
+BY_DEFLECTION = np.vstack([np.eye(3), np.eye(3)[[0, 1, 1, 2, 2, 0]], np.full((1, 3), 1 / 3)])
+BY_RISE = np.vstack([np.zeros((3, 6)), np.eye(6)[[0, 4, 1, 5, 2, 3]], np.full((1, 6), 1 / 4)])
+# The deflections of the corners from the dofs.
+DEFLECTION = np.eye(9)[[0, 3, 6]]
 # beta (corner, component, bending dof) from the dofs.
 BETA = np.zeros((3, 2, 9))
 BETA[[0, 1, 2], 0, [2, 5, 8]] = 1.0
@@ -64,14 +72,15 @@ class Triangles:
         """w, beta_x, beta_y (e, 3, q, 9) at area coordinates L (q, 3)."""
         bubble = self.bubble[elements].swapaxes(1, 2)
         N = np.empty((len(bubble), 3, len(L), 9))
-        np.matmul(bernstein(L), self._cubic(elements), out=N[:, 0])
+        N[:, 0] = self._cubic(bernstein(L), elements)
         np.matmul(4 * L[:, START] * L[:, END], bubble, out=N[:, 1:])
         N[:, 1:] += np.matmul(L, BETA.swapaxes(0, 1))
         return N
 
     def slopes(self, L: Array, elements: slice) -> Array:
         """w,x and w,y (e, q, 2, 9) at area coordinates L (q, 3)."""
-        by_L = np.matmul(bernstein_derivatives(L).reshape(-1, 10), self._cubic(elements)).reshape(-1, len(L), 3, 9)
+        polynomials = bernstein_derivatives(L).reshape(-1, 10)
+        by_L = self._cubic(polynomials, elements).reshape(-1, len(L), 3, 9)
         return np.matmul(self.dL[elements, None], by_L)
 
     def strains(self, L: Array, shears: bool, elements: slice) -> Array:
@@ -87,8 +96,12 @@ class Triangles:
             B[:, :, 3:] = np.matmul(L, shear).reshape(e, q, 2, 9)
         return B
 
-    def _cubic(self, elements: slice) -> Array:
-        return cubic_coefficients(self.x[elements], self.shear[elements] - BETA)
+    def _cubic(self, polynomials: Array, elements: slice) -> Array:
+        """Rows (e, p, 9) of w in place of its Bezier coefficients in polynomials (p, 10)."""
+        rises = side_rises(self.x[elements], self.shear[elements] - BETA)
+        rows = np.matmul(polynomials @ BY_RISE, rises)
+        rows += polynomials @ BY_DEFLECTION @ DEFLECTION
+        return rows
 
 
 def triangles(x: Array, D: Array, S: Array | None) -> Triangles:
@@ -120,28 +133,23 @@ def side_shear_factor(t: Array, length: Array, D: Array, S: Array) -> Array:
 
 def corner_vectors(t: Array, along: Array) -> Array:
     """Vectors (e, corner, 2, 9) whose components along the two sides of each corner are along (e, side, 9)."""
-    before = np.array([2, 0, 1])  # the side that ends in each corner
-    s, g = t[:, before], along[:, before]
+    s, g = t[:, BEFORE], along[:, BEFORE]
     sine = (t[..., 0] * s[..., 1] - t[..., 1] * s[..., 0])[..., None]
     x = (s[..., 1, None] * along - t[..., 1, None] * g) / sine
     y = (t[..., 0, None] * g - s[..., 0, None] * along) / sine
     return np.stack([x, y], axis=2)
 
 
-def cubic_coefficients(x: Array, slope: Array) -> Array:
-    """Bezier coefficients (e, 10, 9) of w from the deflections and the slopes (e, 3, 2, 9) of the corners x (e, 3, 2).
-
-    The middle one, (sum of the six on the sides) / 4 - (sum of the corners) / 6, makes quadratics exact.
+def side_rises(x: Array, slope: Array) -> Array:
+    """How w rises (e, 6, 9) over a third of a side from corners x (e, 3, 2) with their slopes (e, 3, 2, 9): from each
+    corner along the side that begins there, then from each along the side that ends there.
     """
-    e = len(x)
-    c = np.zeros((e, 10, 9))
-    c[:, [0, 1, 2], [0, 3, 6]] = 1.0
     third = (x[:, END] - x[:, START])[..., None] / 3
-    for first, corner, sign in ((3, START, 1), (4, END, -1)):
-        rise = third[:, :, 0] * slope[:, corner, 0] + third[:, :, 1] * slope[:, corner, 1]
-        c[:, first:9:2] = c[:, corner] + sign * rise
-    c[:, 9] = c[:, 3:9].sum(axis=1) / 4 - c[:, :3].sum(axis=1) / 6
-    return c
+    rises = np.empty((len(x), 6, slope.shape[3]))
+    for out, by in ((rises[:, :3], third), (rises[:, 3:], -third[:, BEFORE])):
+        np.multiply(by[:, :, 0], slope[:, :, 0], out=out)
+        out += by[:, :, 1] * slope[:, :, 1]
+    return rises
 
 
 def bernstein(L: Array) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import partial
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -115,10 +115,14 @@ def triangle_strain(elastic: Array, stress: Array, fields: Triangles, dof_map: L
     )
 
 
+@cache
 def area_points(degree: int) -> tuple[Array, Array]:
-    """Area coordinates (q, 3) and weights (q,), summing to 1, of a quadrature exact to the degree."""
+    """Area coordinates (q, 3) and weights (q,), summing to 1, of a quadrature exact to the degree; read only."""
     points, weight = get_quadrature(RefTri, degree)
-    return np.stack([1 - points[0] - points[1], points[0], points[1]], axis=1), 2 * weight
+    L, share = np.stack([1 - points[0] - points[1], points[0], points[1]], axis=1), 2 * weight
+    for kept in (L, share):
+        kept.setflags(write=False)
+    return L, share
 
 
 def _counterclockwise(points: Array, corners: Index, normals: Array) -> Index:

@@ -65,12 +65,12 @@ class SolidStrain:
     G: Array
     stress: Array
 
-    def gradients(self, phi: Array, elements: slice) -> Array:
+    def gradients(self, phi: Array, elements: slice, most: int | None = None) -> Array:
         """Displacement gradients du_i/dx_a, row 3 i + a, per column of phi (n_raw, n): (e, q, 9, n)."""
         e, q, _, k = self.G[elements].shape
         nodal = phi[self.dofs[elements]].reshape(e, k, -1)
         g = np.matmul(self.G[elements].reshape(e, 3 * q, k), nodal).reshape(e, q, 3, 3, -1)
-        return g.swapaxes(2, 3).reshape(e, q, 9, -1)
+        return g.swapaxes(2, 3).reshape(e, q, 9, -1)[:, :, :most]
 
     def rows(self, elements: slice) -> Array:
         """Displacement gradients per dof (e, q, 9, 3 k)."""
