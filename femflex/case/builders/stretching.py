@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from femflex.case.body import FlexibleTable, Strain
 from femflex.case.builders.body import build_bodies
 from femflex.case.builders.choice import with_strains
+from femflex.case.builders.strain import KEEPS
 from femflex.case.case import Case
 from femflex.case.problems import CaseError
 from femflex.case.reduction import Stretchable
@@ -22,9 +23,10 @@ def stretching(case: Case, reasons: Mapping[str, str]) -> Built:
 
     Those that cannot be condensed are nonlinear; those that cannot be either are left out: linear, as they were.
     """
-    said: dict[str, tuple[Strain, str]] = {
-        name: ("linear", f"{why}; {bound}") for name, why in reasons.items() if (bound := bound_to_linear(case, name))
-    }
+    said: dict[str, tuple[Strain, str]] = {}
+    for name, why in reasons.items():
+        if bound := bound_to_linear(case, name):
+            said[name] = "linear", f"{bound}; {why.replace(KEEPS, '')}"
     others = {name: why for name, why in reasons.items() if name not in said}
     try:
         return _built(case, list(others), "condensed"), said | {
@@ -46,9 +48,12 @@ def bound_to_linear(case: Case, name: str) -> str:
         return ""
     if not isinstance(table.reduction, Stretchable):
         method = getattr(table.reduction, "method", "none")
-        return f"its reduction ({method!r}) keeps it so: take one with derivatives, such as 'cantilever', or segments"
+        return f"its reduction ({method!r}) knows no other form (one with derivatives, such as 'cantilever', does)"
     if table.reduction.derivatives in ("none", 0):
-        return "derivatives = 'none' keeps it so: leave that out"
+        return (
+            f"derivatives = {table.reduction.derivatives!r} leaves its set without shapes that let bending go without "
+            "stretching (without that key it would be condensed)"
+        )
     return ""
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.body import Foreshortening
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ class Bend:
     def warn(self, verb: str) -> None:
         """Warn when the body was bent by more than its strain is good for, with both numbers."""
         body = self._body
-        bound, way = (BENT, "choose strain = 'condensed', ")
+        bound, way = BENT, f"{(body.ignored or Foreshortening()).remedy}, "
         if body.strain_form != "linear":
             bound, way = SWUNG, "cut the member into segments, "
         if (reached := self.reached) > bound:
