@@ -9,6 +9,7 @@ import numpy as np
 
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
+from femflex.case.builders.load_buckling import warn_of_analytic, warn_of_meshed
 from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
 from femflex.case.builders.strain import chosen_strain
@@ -100,7 +101,7 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
     if isinstance(table, RigidTable):
         return _rigid(case, table)
     if isinstance(table, AnalyticTable):
-        return _analytic(case, table, modes)
+        return _analytic(case, name, table, modes)
     if isinstance(table, FileTable):
         return _from_file(case, name, table, modes)
     assert isinstance(table, FlexibleTable)
@@ -122,6 +123,8 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
     if strain == "condensed" and keep is None:
         modeset = with_derivatives(structure, modeset)
     body = reduce_structure(structure, modeset, groups, _damping(table.damping), strain, turning)
+    if strain != "linear":
+        warn_of_meshed(case, name, groups, structure, modeset)
     if strain == "nonlinear" and isinstance(r, Stretchable) and keep != "none" and body.n_modes:
         require_stretch(structure, modeset, body.strain)
     return replace(body, note=note, ignored=ignored if strain == "linear" else None)
@@ -171,7 +174,7 @@ def _rigid(case: Case, table: RigidTable) -> FlexibleBody:
     return rigid_body(table.mass, J, centre, markers, rigid_skin(case, table))
 
 
-def _analytic(case: Case, table: AnalyticTable, modes: int | None) -> FlexibleBody:
+def _analytic(case: Case, name: str, table: AnalyticTable, modes: int | None) -> FlexibleBody:
     values = table.model_dump(include=set(UniformBeam.__dataclass_fields__) - {"mass_per_length"})
     mass = table.mass_per_length if table.mass is None else table.mass / table.length
     assert mass is not None
@@ -186,6 +189,8 @@ def _analytic(case: Case, table: AnalyticTable, modes: int | None) -> FlexibleBo
         if strain is None:
             strain, note = chosen_strain(case, table, ignored)
     body = beam_body(beam, chosen, _damping(table.damping), strain=strain or "linear")
+    if not body.strain.is_linear:
+        warn_of_analytic(case, name, beam, chosen)
     return replace(body, note=note, ignored=ignored if body.strain.is_linear else None)
 
 
