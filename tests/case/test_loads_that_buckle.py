@@ -6,6 +6,7 @@ import pytest
 
 from femflex.case import read_case
 from femflex.case.builders import build_body
+from femflex.case.builders.body import build_bodies
 from femflex.warning import PhysicsWarning
 
 STRIP = """
@@ -99,3 +100,16 @@ def test_beams_on_functions_are_told_of_when_they_cannot_twist(write_case, torsi
     assert len(texts) == count
     assert all("load 'weight' is near what buckles the body, 1.31 times it" in t for t in texts)
     assert all("the shapes kept buckle under none" in t and "torsion among them" in t for t in texts)
+
+
+def test_of_two_strips_alike_the_loaded_one_is_told_of(write_case):
+    table = STRIP[STRIP.index("[bodies.boom]") : STRIP.index("[[loads]]")]
+    joint = (
+        '[[joints]]\nkind = "weld"\nparent = "spare"\nparent_marker = "tip"\nchild = "boom"\nchild_marker = "ROOT"\n'
+    )
+    text = STRIP.replace("[bodies.boom]", table.replace("boom]", "spare]") + "[bodies.boom]", 1) + joint
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        bodies = build_bodies(read_case(write_case(text)))
+    assert list(bodies) == ["spare", "boom"]
+    assert ["bodies.boom: load 'weight'" in str(w.message) for w in found] == [True]

@@ -9,7 +9,7 @@ import numpy as np
 
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
-from femflex.case.builders.load_buckling import warn_of_analytic, warn_of_meshed
+from femflex.case.builders.load_buckling import judged_loads, warn_of_analytic, warn_of_meshed
 from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
 from femflex.case.builders.strain import chosen_strain
@@ -43,15 +43,16 @@ Told = Callable[[str], None]  # called with what is being done, for a progress d
 def build_bodies(case: Case, modes: int | None = None, refine: int = 0, told: Told | None = None) -> dict[str, Part]:
     """All bodies of a case by name, with other numbers of modes or finer meshes if asked.
 
-    Bodies whose tables say the same but for their initial state are built once and shared.
+    Bodies whose tables say the same but for their initial state are built once and shared; with nonlinear strain, those
+    under the same loads.
     Raises CaseError with the problems of all bodies together.
     """
     bodies: dict[str, Part] = {}
     alike: dict[str, Part] = {}
     problems: list[Problem] = []
     for name, table in case.bodies.items():
-        turning = sorted(turning_markers(case, name))  # decides what is warned of
-        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {turning}"
+        warned = [sorted(turning_markers(case, name)), *judged_loads(case, name)]  # decide what is warned of
+        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {warned}"
         if key in alike:
             bodies[name] = alike[key]
             continue

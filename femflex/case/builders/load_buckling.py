@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.case.builders.loads import build_load
 from femflex.case.case import Case
+from femflex.case.load import LoadTable
 from femflex.fem.structure import Structure
 from femflex.reduction.beam_buckling import beam_buckling
 from femflex.reduction.load_buckling import LoadBuckling, load_buckling
@@ -52,11 +54,24 @@ def warn_of_analytic(case: Case, name: str, beam: UniformBeam, functions: BeamFu
         _warn(case, name, loads, judge)
 
 
-def _loads(case: Case, name: str) -> Iterator[Load]:
-    """Dead loads of a body."""
-    for table in case.loads:
-        if table.body == name and table.frame != "marker":
-            yield build_load(case, table)
+def judged_loads(case: Case, name: str) -> list[str]:
+    """What is told of the loads by which a body may be warned of: none of one with linear strain."""
+    linear = getattr(case.bodies[name], "strain", "linear") == "linear"
+    return [] if linear else [table.model_dump_json(exclude={"body"}) for table in _dead_loads(case, name)]
+
+
+def _dead_loads(case: Case, name: str) -> list[LoadTable]:
+    """Loads on a body whose directions do not follow it as it bends."""
+    return [table for table in case.loads if table.body == name and table.frame != "marker"]
+
+
+def _loads(case: Case, name: str) -> list[Load]:
+    """The same, read; one that cannot be is told of where the loads of the case are built."""
+    found = []
+    for table in _dead_loads(case, name):
+        with suppress(ValueError, OSError):
+            found.append(build_load(case, table))
+    return found
 
 
 def _warn(case: Case, name: str, loads: list[Load], judge: Judge) -> None:
