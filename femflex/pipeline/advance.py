@@ -93,6 +93,7 @@ def _writer(prepared: Prepared, output: Path, force: bool, resume: bool) -> Iter
         "case_path": str(case.path),
         "without": ", ".join(model.omitted),
         "start_moved": ", ".join(map(str, prepared.moved[:MOST_MOVED])),
+        "start_taken_up": "; ".join(map(str, prepared.taken_up)),
         "integrator": prepared.integrator.name,
         "frame": f"N inertial; attitude from the {prepared.system.frame.kind} frame",
     }
