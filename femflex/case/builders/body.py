@@ -121,6 +121,8 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
         ignored = foreshortening(structure, modeset, groups)
     if strain is None:
         strain, note = ("linear", "") if ignored is None else chosen_strain(case, table, ignored)
+    if ignored is not None and keep in ("none", 0):
+        ignored = replace(ignored, remedy=f"drop derivatives = {keep!r} and {ignored.remedy}")
     if strain == "condensed" and keep is None:
         modeset = with_derivatives(structure, modeset)
     body = reduce_structure(structure, modeset, groups, _damping(table.damping), strain, turning)
@@ -215,6 +217,9 @@ def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> Fl
         damped = [body.strain.is_linear or kind != "derivative" for kind in body.kinds or ("",) * body.n_modes]
         Me = body.without_slaves().moments.elastic_mass()
         body = replace(body, damping=bending_damping(damping, Me, body.strain.V1, damped[: body.n_modes]))
+    if body.ignored is not None:
+        remedy = f"make {table.file} anew (femflex body) from a case that gives it strain = 'condensed'"
+        body = replace(body, ignored=replace(body.ignored, remedy=remedy))
     return body
 
 
