@@ -9,6 +9,7 @@ import numpy as np
 
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
+from femflex.case.builders.curved import of_curved
 from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
 from femflex.case.builders.strain import chosen_strain
@@ -124,6 +125,8 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
     body = reduce_structure(structure, modeset, groups, _damping(table.damping), strain, turning)
     if strain == "nonlinear" and isinstance(r, Stretchable) and keep != "none" and body.n_modes:
         require_stretch(structure, modeset, body.strain)
+    if strain != "linear" and isinstance(r, Stretchable) and r.deflection is None and modeset.held.size:
+        note = "; ".join(part for part in (note, of_curved(structure, modeset)) if part)
     return replace(body, note=note, ignored=ignored if strain == "linear" else None)
 
 
