@@ -22,6 +22,7 @@ def cross_problems(outline: Outline, folder: Path) -> list[Problem]:
     checks: list[Callable[[Outline], Iterator[Problem]]] = [
         frames,
         surroundings,
+        plays,
         ends,
         members,
         doubles,
@@ -45,6 +46,17 @@ def ends(outline: Outline) -> Iterator[Problem]:
                 yield Problem(f"{where}.{key}", f"found {name!r}, which is not a body; {near(name, outline.bodies)}")
         if body == parent:
             yield Problem(where, f"found body {body!r} joined to itself; parent and {role} must differ")
+
+
+def plays(outline: Outline) -> Iterator[Problem]:
+    """Play belongs to loops."""
+    for where, joint in outline.joints.items():
+        if joint is not None and "play" in joint.model_fields_set:
+            yield Problem(
+                f"{where}.play",
+                f"found {joint.play:g} m on a joint of the tree, whose coordinates keep it together exactly; play "
+                "belongs to an entry of [[loops]]",
+            )
 
 
 def surroundings(outline: Outline) -> Iterator[Problem]:

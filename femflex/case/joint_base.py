@@ -10,7 +10,7 @@ from pydantic import model_validator
 from femflex.case.base import Table, refuse
 from femflex.case.law import Laws, read_laws
 from femflex.case.motion import Motion
-from femflex.case.values import ValueProblem
+from femflex.case.values import Quantity, ValueProblem
 
 SLIDE_SPRINGS, SPRINGS = ("slide_stiffness", "slide_damping"), ("stiffness", "damping")
 # key of `motion`, key of the initial value, what must not act on a held coordinate
@@ -33,6 +33,9 @@ class JointTable(Table):
     parent_marker: str = "origin"
     name: str = ""
     """Left out: "parent-child"."""
+    play: Annotated[float, Quantity("m", least=0.0)] = 0.0
+    """Of a loop alone: misfit of its markers that is put up with where its rows follow from others, for lengths and
+    axes typed with few digits. What the start leaves is taken into its marker and told; more than it stops the run."""
     laws: Annotated[tuple[Mapping[str, Any], ...], Laws()] = ()
     """[[joints.laws]]: spring and damper tables, stops, friction and latches of single slides and turns."""
 

@@ -105,8 +105,8 @@ class Stretchable(Table):
 
     derivatives: Derivatives = None
     """How many static derivatives of pairs of shapes are added, so that bending need not stretch: a number, 'auto'
-    (until 1e-6 of their energy is left out, and all that a spin needs), 'all', or 'none', which nonlinear strain takes
-    as a choice."""
+    (until 1e-6 of their energy is left out, and all that a spin and the twist of a bent strip need), 'all', or 'none',
+    which nonlinear strain takes as a choice."""
     third_derivatives: Annotated[int, Count(0)] = 0
     """How many of the lowest shapes get a static answer of third order as one more coordinate: 1 for a plate that bends
     by several thicknesses. It wants nonlinear or condensed strain."""

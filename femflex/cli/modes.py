@@ -54,10 +54,13 @@ def modes(
         mode_montage(next(iter(bodies.values())), picture, title=f"modes of {next(iter(bodies))}", force=force)
     if as_json:
         data = {name: modes_data(found, other) for name, found in bodies.items()}
-        if amplitudes is not None:
-            for name in bodies:
-                data[name]["backbone"] = backbone_data(bodies[name], amplitudes)
+        first = None
+        for name in bodies if amplitudes is not None else ():
+            data[name]["backbone"], error = backbone_data(bodies[name], amplitudes or [])
+            first = first or error
         print_json(data)
+        if first is not None:
+            raise first
         return
     for k, (names, found) in enumerate(alike(bodies)):
         print("\n" * (k > 0), end="")

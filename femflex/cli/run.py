@@ -129,6 +129,8 @@ def say_what_runs(prepared: Prepared) -> None:
     print(f"integrator  {prepared.reason}")
     if (held := prepared.model.constraints) is not None:
         print(f"constraints {held.told(0.0, prepared.model.x0)}")
+        for misfit in prepared.taken_up:
+            print(f"constraints {misfit}")
         say_what_moved(prepared)
     print(f"output      {step}")
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.body import Foreshortening
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -48,7 +49,11 @@ class Bend:
         """Warn when the body was bent by more than its strain is good for, with both numbers."""
         body = self._body
         linear = body.strain.is_linear and not len(body.slaves)
-        strain, bound, way = ("linear", BENT, "choose strain = 'condensed', ")
+        strain, bound, way = (
+            "linear",
+            BENT,
+            f"{Foreshortening().remedy if body.ignored is None else body.ignored.remedy}, ",
+        )
         if not linear:
             strain, bound, way = ("nonlinear", SWUNG, "cut the member into segments, ")
         displaced = np.einsum("spa,s->pa", self._places, body.amplitudes(self._delta))

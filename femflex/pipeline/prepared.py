@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from femflex.case import Case
     from femflex.dynamics import Model
     from femflex.dynamics.constraints.moved_start import Moved
+    from femflex.dynamics.constraints.taken_up import TakenUp
     from femflex.integrate import Integrator
     from femflex.system import Part, System
 
@@ -36,6 +37,13 @@ class Prepared:
         from femflex.dynamics.constraints.moved_start import moved_start
 
         return moved_start(self.model)
+
+    @cached_property
+    def taken_up(self) -> list[TakenUp]:
+        """The misfit of loops with play that was taken into their markers."""
+        from femflex.dynamics.constraints.taken_up import taken_up
+
+        return [] if self.model.constraints is None else taken_up(self.model.constraints)
 
     def load_kernels(self) -> None:
         """Have everything compiled, or read from disk, that the run will call."""

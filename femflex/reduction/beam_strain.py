@@ -1,11 +1,19 @@
-"""Nonlinear strain of a straight beam on admissible functions: stretch by its slopes, curvature of large bends."""
+"""Nonlinear strain of a straight beam on admissible functions, with the measure of a meshed beam (`fem.beam.strain`).
+
+eps = u' + 1/2 (u'^2 + v'^2 + w'^2 + (I_p / A) theta'^2), I_p / A = ry^2 + rz^2, against EA; with torsion functions the
+curvatures and the twist rate of a section that turns, to third order in energy: bent in its stiff plane, the beam tips
+over sideways. Without them twist cannot answer, and curvature is that of the deflections alone.
+"""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import StrainTensors
+from femflex.fem.beam.strain import strain_maps, unevenness
 from femflex.reduction.beam_functions import gauss
 from femflex.reduction.strain import packed_cubic, packed_quartic
 from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
@@ -13,26 +21,64 @@ from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
 Array = NDArray[np.float64]
 
 
-def beam_strain(beam: UniformBeam, functions: BeamFunctions, X: Array, V1: Array, following: bool) -> StrainTensors:
-    """Strain tensors over the functions times X (count, n), with V1 (n, n) as it is.
+@dataclass(frozen=True, eq=False)
+class BeamStrains:
+    """Strains (s,) of a beam at points along it: linear @ rows + 1/2 rows quadratic rows.
 
-    The axis stretches by eps = u' + 1/2 (u'^2 + v'^2 + w'^2 + (I_p / A) theta'^2), I_p / A = ry^2 + rz^2, against EA.
+    xi, dx      (p,)          points over the length; their part of it [m]
+    rows        (p, 9, n)     gradients of the columns, as listed by `fem.beam.strain.strain_maps`
+    linear      (s, 9)
+    quadratic   (s, 9, 9)
+    stiffness   (p, s)        of (eps, kappa_z, kappa_y, r kappa_x), r^2 = I_p / A, and of a fifth where stretch follows
+    """
+
+    xi: Array
+    dx: Array
+    rows: Array
+    linear: Array
+    quadratic: Array
+    stiffness: Array
+
+
+def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, following: bool) -> BeamStrains:
+    """The strains of the functions times X (count, n).
 
     following: stretch is to follow bending (reduction.condense). Then u' is as small as v'^2: its square is left out,
-    and what an inextensible beam's curvature has at fourth order comes in, kappa^2 = v''^2 + w''^2 + (v'v'' + w'w'')^2
-    (between unequal bending stiffnesses the mixed term takes their geometric mean).
+    and what an inextensible beam's curvature has at fourth order comes in as a fifth strain without a name,
+    kappa^2 = v''^2 + w''^2 + (v'v'' + w'w'')^2 (between unequal bending stiffnesses the mixed term takes their
+    geometric mean).
     """
     xi, weight = gauss(2 * functions.most + 24)
-    slope, curvature = (functions.fields(xi, beam.length, derivative) @ X for derivative in (1, 2))
-    slope[:, 3] *= np.sqrt(beam.ry**2 + beam.rz**2)
-    dx, n = weight * beam.length, X.shape[1]
-    sideways = slope[:, 1:] if following else slope
-    stretched = np.concatenate([slope[:, 0], 0.5 * pairs(sideways, sideways)], axis=1)
-    total = weighted_square(stretched, dx * beam.EA * beam.taper.axial(xi))
+    value, slope, curvature = (functions.fields(xi, beam.length, derivative) @ X for derivative in range(3))
+    polar, uneven = float(np.hypot(beam.ry, beam.rz)) or 1.0, unevenness(beam.EIy, beam.EIz)
+    slope[:, 3] *= polar
+    turned = np.stack([uneven * value[:, 3], polar * slope[:, 1], polar * slope[:, 2]], axis=1)
+    linear, quadratic = strain_maps()
+    if not functions.torsion:
+        quadratic[1:] = 0.0
+    bending, axial = beam.taper.bending(xi), beam.taper.axial(xi)
+    stiffness = [beam.EA * axial, beam.EIz * bending, beam.EIy * bending, beam.GJ / polar**2 * bending]
     if following:
-        stiffness = np.sqrt([beam.EIz, beam.EIy])[:, None]
-        bent = pairs(slope[:, 1:3] * stiffness, curvature[:, 1:3])
-        total[n:, n:] += weighted_square(bent, dx * beam.taper.bending(xi))
+        quadratic[0, 0, 0] = 0.0
+        fourth = np.zeros((1, *quadratic.shape[1:]))
+        fourth[0, [1, 4], [4, 1]], fourth[0, [2, 5], [5, 2]] = np.sqrt(beam.EIz), np.sqrt(beam.EIy)
+        linear, quadratic = np.vstack([linear, np.zeros((1, linear.shape[1]))]), np.concatenate([quadratic, fourth])
+        stiffness.append(bending)
+    rows = np.concatenate([slope, curvature[:, 1:3], turned], axis=1)
+    return BeamStrains(xi, weight * beam.length, rows, linear, quadratic, np.stack(stiffness, axis=1))
+
+
+def beam_strain(beam: UniformBeam, functions: BeamFunctions, X: Array, V1: Array, following: bool) -> StrainTensors:
+    """Strain tensors over the functions times X (count, n), with V1 (n, n) as it is; `beam_strains` for the terms."""
+    n = X.shape[1]
+    strains = beam_strains(beam, functions, X, following)
+    total = np.zeros((n + n * (n + 1) // 2,) * 2)
+    for linear, quadratic, stiffness in zip(strains.linear, strains.quadratic, strains.stiffness.T, strict=True):
+        if quadratic.any():
+            columns = np.concatenate(
+                [linear @ strains.rows, 0.5 * pairs(strains.rows, quadratic @ strains.rows)], axis=1
+            )
+            total += weighted_square(columns, strains.dx * stiffness)
     return StrainTensors(V1, np.zeros(n), packed_cubic(total, n), packed_quartic(total[n:, n:], n))
 
 

@@ -27,6 +27,7 @@ from femflex.reduction.markers import marker_rows
 from femflex.reduction.modes import ritz
 from femflex.reduction.modeset import ModeSet
 from femflex.reduction.rigid import independent_columns, rigid_shapes
+from femflex.reduction.softening import answers_to_bends
 
 Array = NDArray[np.float64]
 
@@ -43,13 +44,15 @@ def with_derivatives(
     The set is taken out of the derivatives, and of their combinations those come first that store most energy when
     every shape carries the amplitude of an equal static load, 1 / omega^2. deflection [m]: the shapes are taken from
     the static states of the structure bent so far instead of at rest, each state counting by its part of that state's
-    energy. keep: how many; "auto": until at most LEFT_OUT of that energy is left out, and those more that follow and
-    through which a spin or an accelerated base stiffens the set (`answers_to_accelerations`); "all" that are
-    independent, whatever they store. omega of the added shapes is that of the structure confined to them. `note` says
+    energy. keep: how many; "auto": until at most LEFT_OUT of that energy is left out, those more that follow and
+    through which a spin or an accelerated base stiffens the set (`answers_to_accelerations`), and those through which
+    one bend softens another, such as the twist of a strip (`answers_to_bends`); "all" that are independent, whatever
+    they store. omega of the added shapes is that of the structure confined to them. `note` says
     how many of how many pairs were kept, and the share left out. Raises ValueError when keep is another word, or below
     zero, and as `bent_states`.
     """
-    pairs = without(structure, modes, scaled_derivatives(structure, modes))
+    whole = scaled_derivatives(structure, modes)
+    pairs = without(structure, modes, whole)
     theta, note = _followers(structure, modes, pairs, keep, deflection)
     energy, X = np.linalg.eigh(theta.T @ (structure.K @ theta))
     energy, X = np.maximum(energy[::-1], 0.0), X[:, ::-1]
@@ -61,6 +64,9 @@ def with_derivatives(
         answers = answers_to_accelerations(structure, pairs[:, followed(structure, modes, pairs)], shapes)
         shapes = np.column_stack([shapes, answers])
         note += f", and {answers.shape[1]} more for accelerations" if answers.shape[1] else ""
+        answers = answers_to_bends(structure, modes, whole, shapes)
+        shapes = np.column_stack([shapes, answers])
+        note += f", and {answers.shape[1]} more for bends that soften others" if answers.shape[1] else ""
     omega, shapes = ritz(structure, without(structure, modes, shapes))
     return replace(
         modes,

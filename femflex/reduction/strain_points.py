@@ -11,7 +11,7 @@ from femflex.body.strain_field import StrainPart
 from femflex.fem.family import StrainPlaces
 from femflex.fem.structure import Structure
 from femflex.fem.tables import StrainBlock, element_chunks
-from femflex.reduction.beam_functions import gauss
+from femflex.reduction.beam_strain import beam_strains
 from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
 
 Array = NDArray[np.float64]
@@ -102,33 +102,21 @@ def _kept(table: Array, share: Array, by_element: bool) -> Array:
 
 
 def beam_field(beam: UniformBeam, functions: BeamFunctions, X: Array, nonlinear: bool, following: bool) -> StrainPart:
-    """The part of a beam on admissible functions times X (count, n), with the strains of `beam_strain`.
+    """The part of a beam on admissible functions times X (count, n), with its `beam_strains`.
 
     Where stretch follows bending, the fourth order of curvature stands as a fifth strain, which has no name.
     """
-    xi, weight = gauss(2 * functions.most + 24)
-    slope, curvature = (functions.fields(xi, beam.length, derivative) @ X for derivative in (1, 2))
-    polar = np.hypot(beam.ry, beam.rz) or 1.0
-    slope[:, 3] *= polar
-    s = 5 if following else 4
-    linear, quadratic = np.zeros((s, 6)), np.zeros((s, 6, 6))
-    linear[[0, 1, 2, 3], [0, 4, 5, 3]] = 1.0, 1.0, -1.0, 1.0
-    quadratic[0, range(4), range(4)] = 1.0
-    if following:
-        quadratic[0, 0, 0] = 0.0
-        quadratic[4, [1, 4], [4, 1]], quadratic[4, [2, 5], [5, 2]] = np.sqrt(beam.EIz), np.sqrt(beam.EIy)
-    bending, axial = beam.taper.bending(xi), beam.taper.axial(xi)
-    stiffness = [beam.EA * axial, beam.EIz * bending, beam.EIy * bending, beam.GJ / polar**2 * bending, bending][:s]
-    rows = np.concatenate([slope, curvature[:, 1:3]], axis=1)
+    found = beam_strains(beam, functions, X, following)
+    s = len(found.linear)
     return StrainPart(
         kind="line",
-        places=np.asarray(beam.root, float) + beam.length * xi[:, None] * beam.frame[0],
-        weight=weight * beam.length,
-        rows=(rows if nonlinear else linear @ rows).astype(np.float32),
-        linear=linear if nonlinear else np.eye(4),
-        quadratic=quadratic if nonlinear else np.zeros((4, 4, 4)),
-        elastic=np.stack(stiffness, axis=1)[:, :, None] * np.eye(s),
-        stress=np.zeros((1, len(linear))),
+        places=np.asarray(beam.root, float) + beam.length * found.xi[:, None] * beam.frame[0],
+        weight=found.dx,
+        rows=(found.rows if nonlinear else found.linear @ found.rows).astype(np.float32),
+        linear=found.linear if nonlinear else np.eye(s),
+        quadratic=found.quadratic if nonlinear else np.zeros((s, s, s)),
+        elastic=found.stiffness[:, :, None] * np.eye(s),
+        stress=np.zeros((1, s)),
         leading=X.shape[1],
         nonlinear=nonlinear,
     )

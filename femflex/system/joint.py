@@ -45,6 +45,8 @@ class Joint:
     rest         (n_u,)    coordinate at which the spring is free (for a ball: rotation vector)
     laws         nonlinear springs, dampers, stops and friction of single slides and turns
     latches      what locks single slides and turns when they reach a place
+    play         of a cut joint: misfit up to which its loop may stand open where rows follow from others [m]; an angle
+                 counts by the bodies' size
     motion       (n_u,)    per freedom None (free), a number (locked there) or a Profile (specified); () all free
     q0, u0       initial coordinates (n_q,) and quasi-velocities (n_u,); the reference of a ball may be
                            left out, and those of held freedoms are their motion's
@@ -70,6 +72,7 @@ class Joint:
     q0: Array = field(default_factory=lambda: np.zeros(0))
     u0: Array = field(default_factory=lambda: np.zeros(0))
     kind: str = "weld"
+    play: float = 0.0
 
     def __post_init__(self) -> None:
         check_ball(self.ball, self.rebase, self.label)
@@ -99,6 +102,8 @@ class Joint:
         for key in ("stiffness", "damping"):
             if np.any(getattr(self, key) < 0):
                 raise ValueError(f"{key} of joint {self.label!r} is negative: {getattr(self, key).tolist()}")
+        if not (np.isfinite(self.play) and self.play >= 0.0):
+            raise ValueError(f"play of joint {self.label!r} is {self.play} m; expected a length, zero for none")
         motion = tuple(Profile.constant(m) if isinstance(m, int | float) else m for m in self.motion)
         set_(self, "motion", motion)
         q0, u0 = started_motion(self)

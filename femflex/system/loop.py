@@ -14,11 +14,15 @@ Array = NDArray[np.float64]
 PARALLEL = 1e-9  # sine of the angle below which two axes count as one
 
 
+OFFSET, COSINE = 3, 6  # columns of slides and pairs from which a residual is counted
+
+
 @dataclass(frozen=True, eq=False)
 class Closure:
     """What a cut joint between marker P of the parent and marker Q of the child locks.
 
-    slides  (n_s, 3)  unit directions e, fixed in P, along which Q must not leave P: e . r_QP_P = 0
+    slides  (n_s, 4)  unit directions e, fixed in P, along which Q must not leave P, and the distance o it keeps
+                      (0): e . r_QP_P = o
     pairs   (n_d, 7)  directions p fixed in P, s fixed in Q and their cosine c: p . C_PQ s = c
     """
 
@@ -38,7 +42,7 @@ def closure(joint: Joint) -> Closure:
     about a and b: their angle stays (one pair, since a . R(a) R(b) b = a . b); a ball locks no turn.
     """
     _, _, rest = np.linalg.svd(np.vstack([joint.translations, np.zeros((3, 3))]))
-    slides = rest[len(joint.translations) :]
+    slides = np.pad(rest[len(joint.translations) :], ((0, 0), (0, 1)))
     turns = joint.rotations
     if joint.ball is not None or len(turns) == 3:
         pairs: list[tuple[Array, Array]] = []

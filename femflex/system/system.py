@@ -124,6 +124,11 @@ class System:
         known = sorted(self.bodies)
         out = [] if self.bodies else ["the system has no bodies"]
         out += [text for j in self.joints if (text := j.singular_start()) is not None]
+        out += [
+            f"joint {j.label!r} has play, but its coordinates keep it together exactly; play belongs to a loop"
+            for j in self.joints
+            if j.play
+        ]
         parent: dict[str, str | None] = {}
         for j in self.joints:
             for role, name in (("child", j.child), ("parent", j.parent)):

@@ -57,6 +57,16 @@ MISTAKES = [
         "loops[closure].motion",
         "has no coordinates of its own",
     ),
+    (FOUR_BAR, 'name = "closure"', 'name = "closure"\nplay = "3 deg"', "loops[closure].play", "expected a length"),
+    (FOUR_BAR, 'name = "closure"', 'name = "closure"\nplay = -1e-6', "loops[closure].play", "-1e-06"),
+    (FOUR_BAR, 'name = "closure"', 'name = "closure"\nplay = "1 cm"', "play of loop 'closure' is 0.01 m", "0.1%"),
+    (
+        FOUR_BAR,
+        'name = "drive"',
+        'name = "drive"\nplay = "1 um"',
+        "joints[drive].play",
+        "belongs to an entry of [[loops]]",
+    ),
     (FOUR_BAR, 'keep = ["drive"]', 'keep = ["drvie"]', "initial.keep", "did you mean 'drive'?"),
     (FOUR_BAR, 'keep = ["drive"]', 'keep = ["drive", "ground-rocker"]', "'closure'", "'ground-rocker' kept as given"),
     (FOUR_BAR, 'keep = ["drive"]', "", "initial", "neither from nor keep"),
@@ -115,6 +125,17 @@ def test_initial_values_that_the_loop_moves_are_told_and_kept_in_the_file(tmp_pa
     said, opened = begun(tmp_path, short)
     with opened as run:
         assert "drive" not in run.attributes["start_moved"]  # kept
+
+
+def test_a_misfit_within_the_play_is_told_and_kept_in_the_file(tmp_path):
+    short = FOUR_BAR.replace('duration = "5 s"\nsamples = 1001', 'duration = "5 ms"\nsamples = 3')
+    askew = short.replace('position = ["2 m", 0, 0]', 'position = ["2 m", 0, "0.4 um"]')
+    assert askew != short
+    said, opened = begun(tmp_path, askew.replace('name = "closure"', 'name = "closure"\nplay = "1 um"'))
+    told = "loop 'closure' stood open by 4e-07 m and 0 rad where its joints close best, within its play of 1e-06 m"
+    with opened as run:
+        assert told in said and told in run.attributes["start_taken_up"]
+        assert run["monitors/constraint_position"].max() < 1e-12
 
 
 def test_nothing_is_told_of_a_start_that_is_consistent(tmp_path):

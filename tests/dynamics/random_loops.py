@@ -80,6 +80,6 @@ def row_jets(tree, q, u, udot, base):
         rows = closure(loop)
         d = C_P.T @ (r_Q - r_P)
         C = C_P.T @ C_Q
-        out += [const(e[None, :]) @ d for e in rows.slides]
+        out += [const(e[None, :3]) @ d - Jet(e[3:]) for e in rows.slides]
         out += [const(row[None, :3]) @ C @ const(row[3:6]) - Jet(row[6:]) for row in rows.pairs]
     return out

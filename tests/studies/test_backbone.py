@@ -23,7 +23,7 @@ from femflex.reduction import (
     reduce_structure,
     with_derivatives,
 )
-from femflex.studies import backbone
+from femflex.studies import BackboneError, backbone
 from femflex.system import System, weld
 
 H = 0.01
@@ -175,5 +175,10 @@ def test_what_cannot_be_followed_is_refused(beam):
         backbone(beam, 99, [0.01])
     with pytest.raises(ValueError, match="the body has no skin"):
         backbone(replace(beam, skin=None), 1, [0.01])
-    with pytest.raises(ValueError, match=r"no free vibration with an amplitude of .* m was found near that of"):
-        backbone(oscillator(0.5, 0.0), 1, [0.1, 3.0])  # beyond the potential's ridge
+    with pytest.raises(BackboneError, match=r"no free vibration with an amplitude of .* m was found near that of") as e:
+        backbone(oscillator(0.5, 0.0), 1, [0.1, 0.2, 3.0])  # beyond the potential's ridge
+    reached, whole = e.value.found, backbone(oscillator(0.5, 0.0), 1, [0.1, 0.2])
+    assert list(reached.amplitudes) == [0.1, 0.2] and np.array_equal(reached.omega, whole.omega)
+    with pytest.raises(BackboneError) as e:
+        backbone(oscillator(0.5, 0.0), 1, [30.0])
+    assert e.value.found is None

@@ -78,6 +78,23 @@ def test_the_backbone_of_a_condensed_body_is_its_own_and_near_that_of_its_nonlin
     assert own == pytest.approx(other, rel=1e-4) and (own != other).any()
 
 
+@pytest.mark.parametrize("strain", ["condensed", "nonlinear"])
+def test_the_backbone_of_a_body_file_is_that_of_the_body_it_was_made_of(written: Written, tmp_path: Path, strain: str):
+    path, file = written(("modes = 4 }", DERIVED.replace("condensed", strain))), tmp_path / "beam_file.h5"
+    assert told("body", path, "beam", "-o", file)[0] == 0
+    own, kept = (json.loads(told("modes", f, "--backbone", "1 mm, 1 cm", "--json")[1]) for f in (path, file))
+    assert kept["beam_file"]["backbone"]["frequency_hz"] == own["beam"]["backbone"]["frequency_hz"]
+
+
+def test_a_backbone_that_ends_early_keeps_what_it_had(written: Written):
+    path = written(("modes = 4 }", DERIVED))
+    code, out, err = told("modes", path, "--backbone", "1 mm, 1 cm, 1000 m")
+    rows = [amplitude for amplitude in (" 0.001 ", " 0.01 ", " 1000 ") if amplitude in out]
+    assert code == 3 and rows == [" 0.001 ", " 0.01 "] and "no free vibration with an amplitude of" in err
+    code, out, _ = told("modes", path, "--backbone", "1 mm, 1 cm, 1000 m", "--json")
+    assert code == 3 and json.loads(out)["beam"]["backbone"]["amplitude_m"] == [0.001, 0.01]
+
+
 def test_modes_tell_of_condensed_strain_and_of_what_follows(written: Written):
     code, out, _ = told("modes", written(("modes = 4 }", DERIVED)), "--backbone", "1 mm")
     assert code == 0 and "3 elastic coordinates, 2 shapes follow (derivative); condensed strain" in out

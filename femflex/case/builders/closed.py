@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from femflex.case import constraint as tables
 from femflex.case.builders.joints import build_joint
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem, listed
 from femflex.system import Joint, Nonholonomic, Spring, knife_edge, rolling_disc
 
-PLACES = {"kind", "child", "parent", "child_marker", "parent_marker", "name", "axis", "axes"}
+PLACES = {"kind", "child", "parent", "child_marker", "parent_marker", "name", "axis", "axes", "play"}
 
 
 def build_loops(case: Case) -> tuple[Joint, ...]:
@@ -25,7 +27,7 @@ def build_loops(case: Case) -> tuple[Joint, ...]:
             problems.append(Problem(where, text))
     if problems:
         raise CaseError(case.path.name, problems)
-    return tuple(build_joint(table, case.path.parent) for table in case.loops)
+    return tuple(replace(build_joint(table, case.path.parent), play=table.play) for table in case.loops)
 
 
 def build_constraint(table: tables.BetweenTable) -> Nonholonomic:

@@ -41,10 +41,13 @@ def chosen_strain(case: Case, table: FlexibleTable | AnalyticTable, ignored: For
     Alone it turns about its own origin with nothing on it; `choice` looks at it in its system.
     """
     r = getattr(table, "reduction", None)
-    if isinstance(table, FlexibleTable) and (
-        not isinstance(r, Stretchable) or getattr(r, "derivatives", None) in ("none", 0)
-    ):
+    if isinstance(table, FlexibleTable) and not isinstance(r, Stretchable):
         return "linear", ""
+    if isinstance(r, Stretchable) and r.derivatives in ("none", 0):
+        return "linear", (
+            f"strain is linear: derivatives = {r.derivatives!r} leaves its set without shapes that let bending go "
+            "without stretching, so no other was looked at; without that key strain is chosen by what stiffens the body"
+        )
     spin = fastest_turn(case)
     own = largest_stiffening(ignored, spin)
     return judged(table, Reach(own, own, spin, spin))

@@ -11,8 +11,11 @@ from femflex.dynamics.constraints import equations as calls
 from femflex.dynamics.constraints.blame import beside, unheld
 from femflex.dynamics.constraints.constrained import Constraints
 from femflex.dynamics.constraints.discs import told_flat
+from femflex.dynamics.constraints.excess import SWAY
 from femflex.dynamics.constraints.singular_passage import start_pivots
 from femflex.dynamics.constraints.start_accelerations import refuse_accelerations
+from femflex.dynamics.constraints.taken_up import refuse_clearance, take_up
+from femflex.dynamics.lowering.ties import characteristic_length
 from femflex.dynamics.motion.second_order import advance
 from femflex.system import System
 from femflex.system.kept import kept
@@ -25,9 +28,11 @@ STEPS = 400  # of the search for a closed configuration
 TURN = 0.5  # rad or m of the largest coordinate in one step of the search, before it is close
 OPEN = 1e-9  # gap that counts as not closed, relative to the bodies' size
 SHRINKING, LEAST_PART = 0.9, 1 / 16
+DIGITS = 1e-4  # gap, relative to the bodies' size, that digits left out may make
 CLOSED = 1e-13  # gap that needs no search, relative to the bodies' size
 BENT = 0.05  # displacement by bending, relative to the bodies' size, up to which a loop may be forced together
 REFINED = 3  # times that velocities are brought to the nearest: masses far apart leave rounding
+INDEPENDENT = 1e-10  # singular value of the rows, relative to the largest, that counts
 SETTLED = 1e-13  # change of coordinates at which the nearest configuration is found
 
 
@@ -41,7 +46,9 @@ def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: Mas
     """
     if told := told_flat(constraints, 0.0, x0):
         raise ValueError(told)
+    refuse_clearance(constraints, size)
     x, tolerance = np.array(x0, float), OPEN * max(1.0, size)
+    limits = np.maximum(tolerance, constraints.plays)
     stiff = nearest_of(constraints, mass_matrix, shapes=False)
     bending = nearest_of(constraints, mass_matrix, shapes=True)
     if not np.abs(constraints.residuals(0.0, x)[0]).max(initial=0.0) <= CLOSED * max(1.0, size):
@@ -51,10 +58,11 @@ def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: Mas
         )
         for nearest, to_given in ((stiff, True), (stiff, False), (plain, False), (bending, True), (bending, False)):
             x = searched(constraints, x0, nearest, to_given)
-            if np.abs(constraints.residuals(0.0, x)[0]).max() < tolerance:
+            if np.all(np.abs(constraints.residuals(0.0, x)[0]) < limits):
                 break
-    refuse_open(constraints, x, tolerance)
+    refuse_open(constraints, x, limits)
     refuse_bent(constraints, x0, x, size)
+    take_up(constraints, x)
     for nearest in (stiff, bending):
         moving = x.copy()
         for _ in range(REFINED):
@@ -65,7 +73,7 @@ def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: Mas
     if calls.project(0.0, moving, *constraints.own) > 1.0:  # what is left is rounding, where rows do not contradict
         raise ValueError(
             f"{unheld(constraints, 0.0, moving)}, or give lengths and axes to more digits: a loop with more rows than "
-            "it needs closes only to the accuracy of its markers."
+            "it needs closes only to the accuracy of its markers, or to its `play` where it has some."
         )
     refuse_accelerations(constraints, moving, size)
     start_pivots(constraints)
@@ -103,7 +111,7 @@ def nearest_among(constraints: Constraints, mass_matrix: MassMatrix, free: list[
         M = mass_matrix(t, x)[np.ix_(free, free)]
         root = np.linalg.cholesky(M)
         B = np.linalg.solve(root, A.T).T  # v = root^-T w, of least length
-        w, _, rank, _ = np.linalg.lstsq(B, targets, rcond=1e-10)
+        w, _, rank, _ = np.linalg.lstsq(B, targets, rcond=max(INDEPENDENT, constraints.slack))
         out = np.zeros(constraints.n_u)
         out[free] = np.linalg.solve(root.T, w)
         return out, int(rank)
@@ -134,16 +142,16 @@ def searched(constraints: Constraints, x0: Array, nearest: Nearest, to_given: bo
     return x
 
 
-def refuse_open(constraints: Constraints, x: Array, tolerance: float) -> None:
-    """Raise ValueError for a loop that x does not close."""
+def refuse_open(constraints: Constraints, x: Array, limits: Array) -> None:
+    """Raise ValueError for a loop that x leaves open by more than the limits (n_rows,)."""
     gaps = np.abs(constraints.residuals(0.0, x)[0])
-    if np.all(gaps <= tolerance):
+    if np.all(gaps <= limits):
         return
-    worst = max(constraints.names, key=lambda name: gaps[constraints.rows_of(name)].max())
+    worst = max(constraints.names, key=lambda name: (gaps / limits)[constraints.rows_of(name)].max())
     raise ValueError(
         f"{constraints.kind_of(worst)} cannot close{beside(constraints, 0.0, x, worst)}: the best configuration found "
         f"leaves a gap of {gaps[constraints.rows_of(worst)].max():.3g} (m or rad){told_kept(constraints)}. Check the "
-        "lengths and the markers' axes, or start nearer to a closed configuration."
+        f"lengths and the markers' axes, or start nearer to a closed configuration{told_play(constraints, gaps)}."
     )
 
 
@@ -165,16 +173,25 @@ def refuse_bent(constraints: Constraints, x0: Array, x: Array, size: float) -> N
 
 
 def refuse_moving(constraints: Constraints, x: Array, tolerance: float) -> None:
-    """Raise ValueError for a constraint whose velocities x cannot satisfy."""
+    """Raise ValueError for a constraint whose velocities x cannot satisfy, rows with play to what they may open at."""
     speeds = np.abs(constraints.residuals(0.0, x)[1])
-    if np.all(speeds <= tolerance * max(1.0, np.abs(x[constraints.n_q :]).max(initial=0.0))):
+    limits = np.maximum(tolerance, SWAY * constraints.plays) * max(1.0, np.abs(x[constraints.n_q :]).max(initial=0.0))
+    if np.all(speeds <= limits):
         return
-    worst = max(constraints.names, key=lambda name: speeds[constraints.rows_of(name)].max())
+    worst = max(constraints.names, key=lambda name: (speeds / limits)[constraints.rows_of(name)].max())
     raise ValueError(
         f"{constraints.kind_of(worst)} cannot be held{beside(constraints, 0.0, x, worst)}: the nearest velocities "
         f"still miss it by {speeds[constraints.rows_of(worst)].max():.3g} (m/s or rad/s){told_kept(constraints)}. Take "
         "one of them out."
     )
+
+
+def told_play(constraints: Constraints, gaps: Array) -> str:
+    """What else helps where loops stand open by no more than digits that were left out; "" else."""
+    wide = float((gaps * constraints.lengths).max())
+    if wide > DIGITS * characteristic_length(constraints.system) or not constraints.system.loops:
+        return ""
+    return f", or give the loop `play` of {10.0 ** np.ceil(np.log10(wide)):.0e} m: more rows than it needs stand open"
 
 
 def told_kept(constraints: Constraints) -> str:

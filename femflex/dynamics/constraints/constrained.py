@@ -13,6 +13,7 @@ from femflex.dynamics.constraints import equations as calls
 from femflex.dynamics.constraints.user import Rows
 from femflex.dynamics.lowering import tie_layout as at
 from femflex.dynamics.lowering.layout import W_CIN, body_records
+from femflex.dynamics.lowering.ties import slack_of
 from femflex.system import System
 
 Array = NDArray[np.float64]
@@ -149,7 +150,7 @@ class Constraints:
         """Channels of residuals, rank, multipliers and reactions at times (n_t,) and states (n_t, n_x)."""
         _, rows, rank, turns = self.solved(times, states)
         out = {
-            "monitors/constraint_position": np.abs(rows[:, :, at.R_GAP] * self._lengths()).max(axis=1),
+            "monitors/constraint_position": np.abs(rows[:, :, at.R_GAP] * self.lengths).max(axis=1),
             "monitors/constraint_velocity": np.abs(rows[:, :, at.R_SPEED]).max(axis=1),
             "monitors/constraint_rank": rank,
         }
@@ -165,7 +166,21 @@ class Constraints:
                 )
         return out
 
-    def _lengths(self) -> Array:
+    @cached_property
+    def slack(self) -> float:
+        """What remains of a row below this part of the longest row: it depends on those before (at the start)."""
+        return slack_of(self.system)
+
+    @cached_property
+    def plays(self) -> Array:
+        """What each row may stay open by (n_rows,): the play of its loop [m], by the bodies' size in rows of angles."""
+        out = np.zeros(self.n_rows)
+        for loop in self.system.loops:
+            out[self.rows_of(loop.label)] = loop.play
+        return out / self.lengths
+
+    @cached_property
+    def lengths(self) -> Array:
         """What turns every row's position residual to metres, (n_rows,)."""
         out = np.ones(self.n_rows)
         size = self.own[1][int(self.closing["tolerance"]) + 1]

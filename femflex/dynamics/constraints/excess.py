@@ -2,6 +2,7 @@
 
 Positions are brought back to rounding, velocities exactly, wherever the constraints can all be satisfied. What remains
 above the limits here belongs to constraints that contradict each other, or the motions that are specified beside them.
+Rows of a loop with play that follow from others may miss by it: all rows then share what is missed, least in squares.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ Record = np.void
 
 LOOSE = 1e3  # how much larger a velocity residual may be while a row is lost in a singular configuration
 HELD = 1e-10  # residual that may be left, relative to the bodies' size; of velocities also to the fastest
+SWAY = 10.0  # speed at which a row with play may open, over its play times the fastest rate
 ROUNDING = 1e-14  # the same, relative to the markers' distance from the origin
 
 
@@ -39,11 +41,12 @@ def excess(t: float, u: Array, table: Table, pool: Array, work: Array) -> float:
         correct_speeds(table, work)
     slow = HELD * max(1.0, size) * fastest
     if rank_of(table, work) < work[closing["note"] + at.N_RANK]:
-        slow *= LOOSE
+        slow, fastest = LOOSE * slow, LOOSE * fastest
     worst = 0.0
     for i in range(closing["n_constraints"]):
         c = constraint_of(table, i)
-        limit = HELD * size + ROUNDING * distance(c, work)
+        play = pool[c["play"]]
+        limit = max(HELD * size, play) + ROUNDING * distance(c, work)
         for k in range(c["n_rows"]):
             row = c["first"] + k
             length = size if c["kind"] == at.CONSTRAINT_LOOP and k >= c["n_slides"] else 1.0
@@ -51,7 +54,7 @@ def excess(t: float, u: Array, table: Table, pool: Array, work: Array) -> float:
             worst = noted(row, gap, limit, 0.0, worst, table, work)
             if rank_of(table, work) < closing["n_rows"]:
                 speed = abs(work[row_of(table, row) + at.R_SPEED])
-                worst = noted(row, speed, slow, 1.0, worst, table, work)
+                worst = noted(row, speed, max(slow, SWAY * play / length * fastest), 1.0, worst, table, work)
     return worst
 
 

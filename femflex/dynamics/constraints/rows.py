@@ -68,7 +68,7 @@ def row_along(r: int, c: Record, P: Record, Q: Record, linear: int, angular: int
 
 @inner
 def write_slides(c: Record, P: Record, Q: Record, row: int, pool: Array, work: Array) -> None:
-    """Rows e . (r_Q - r_P) = 0 with e fixed in P."""
+    """Rows e . (r_Q - r_P) = o with e fixed in P."""
     p, q = c["motion_P"], c["motion_Q"]
     omega = load3(work, p + at.M_O)
     d = sub(load3(work, q + at.M_R), load3(work, p + at.M_R))
@@ -76,10 +76,11 @@ def write_slides(c: Record, P: Record, Q: Record, row: int, pool: Array, work: A
     v = sub(sub(load3(work, q + at.M_V), load3(work, p + at.M_V)), turned)  # as seen from P
     swept = scale(-1.0, add(cross(omega, turned), scale(2.0, cross(omega, v))))
     for k in range(c["n_slides"]):
-        e = turn(load9(work, p + at.M_C), load3(pool, c["slides"] + 3 * k))
+        slide = c["slides"] + 4 * k
+        e = turn(load9(work, p + at.M_C), load3(pool, slide))
         r = row + at.ROW_SIZE * k
         put_force(r, e, d, ZERO, P, Q, work)
-        put_values(r, dot(e, d), dot(e, swept), work)
+        put_values(r, dot(e, d) - pool[slide + 3], dot(e, swept), work)
 
 
 @inner

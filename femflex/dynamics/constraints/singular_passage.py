@@ -11,10 +11,12 @@ from __future__ import annotations
 import numpy as np
 
 from femflex.dynamics.constraints.constrained import Constraints
-from femflex.dynamics.constraints.multipliers import DEPENDENT
 from femflex.dynamics.lowering import tie_layout as at
+from femflex.dynamics.lowering.ties import characteristic_length
 
 LOST = 3e-4  # part of the last pivot at the start below which a row is left out along a run
+WIDER = 30.0  # the same of loops with play, over the root of the play by the bodies' size: a misfit e changes rates by
+# e over the pivot's square, and so by a part in a thousand where the row is left out
 
 
 def start_pivots(constraints: Constraints) -> None:
@@ -22,8 +24,9 @@ def start_pivots(constraints: Constraints) -> None:
     _, pool, work = constraints.own
     small, m, rank = int(constraints.closing["small"]), constraints.n_rows, constraints.rank()
     pivots = np.array([work[small + k * m + k] for k in range(rank)])
+    play = float((constraints.plays * constraints.lengths).max(initial=0.0)) / characteristic_length(constraints.system)
     part = float(pivots[-1] / pivots[0]) if rank else 1.0
-    pool[int(constraints.closing["tolerance"]) + 2] = max(DEPENDENT, LOST * part)
+    pool[int(constraints.closing["tolerance"]) + 2] = max(constraints.slack, part * max(LOST, WIDER * play**0.5))
     constraints.forget_passage()
 
 
@@ -35,6 +38,6 @@ def passage(constraints: Constraints) -> tuple[float, float, float] | None:
     note, pool = int(constraints.closing["note"]), constraints.own[1]
     lost = float(pool[int(constraints.closing["tolerance"]) + 2])
     least, t = (float(value) for value in constraints.own[2][note + at.N_LEAST : note + at.N_TIME + 1])
-    if not constraints.own[2][note + at.N_RANK] or least > 100.0 * lost or lost <= DEPENDENT:
+    if not constraints.own[2][note + at.N_RANK] or least > 100.0 * lost or lost <= constraints.slack:
         return None
     return t, least, lost

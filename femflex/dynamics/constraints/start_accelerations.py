@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.constraints.blame import beside
 from femflex.dynamics.constraints.constrained import Constraints
+from femflex.dynamics.constraints.excess import SWAY
 from femflex.dynamics.lowering import tie_layout as at
 
 Array = NDArray[np.float64]
@@ -20,7 +21,7 @@ AGREED = 1e-6  # acceleration that may be missing, relative to the largest that 
 
 def refuse_accelerations(constraints: Constraints, x: Array, size: float) -> None:
     """Raise ValueError for a constraint whose accelerations no multipliers can bring about at the start x (n_x,)."""
-    _, rows, rank, _ = constraints.solved(np.zeros(1), x[None])
+    udot, rows, rank, _ = constraints.solved(np.zeros(1), x[None])
     closing, m = constraints.closing, constraints.n_rows
     if rank[0] == m:
         return
@@ -28,9 +29,11 @@ def refuse_accelerations(constraints: Constraints, x: Array, size: float) -> Non
     white = constraints.own[2][first : first + m * width].reshape(m, width)
     asked = rows[0, :, at.R_TARGET]
     missing = np.abs(white @ (white.T @ rows[0, :, at.R_LAMBDA]) - asked)
-    if np.all(missing <= AGREED * max(1.0, size, np.abs(asked).max())):
+    speed, rate = np.abs(x[constraints.n_q :]).max(initial=0.0), np.abs(udot).max(initial=0.0)
+    limits = AGREED * max(1.0, size, np.abs(asked).max()) + SWAY * constraints.plays * (speed**2 + rate)
+    if np.all(missing <= limits):
         return
-    worst = max(constraints.names, key=lambda name: missing[constraints.rows_of(name)].max())
+    worst = max(constraints.names, key=lambda name: (missing / limits)[constraints.rows_of(name)].max())
     told = beside(constraints, 0.0, x, worst)
     raise ValueError(
         f"{constraints.kind_of(worst)} cannot be held{told} as the run begins: the nearest accelerations miss it by "

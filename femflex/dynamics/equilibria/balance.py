@@ -76,7 +76,7 @@ def unbalanced(problem: Steady, q: Array, share: float, A: Array) -> tuple[Array
     """Forces (n_u,) that are left at q under a share of the outer ones, and the multipliers (n_rows,) of the loops."""
     inner, outer = problem.forces(q)
     g = inner + share * outer
-    lambdas = carried(A, g) if len(A) else np.zeros(0)
+    lambdas = carried(A, g, problem.slack) if len(A) else np.zeros(0)
     return g - lambdas @ A, lambdas
 
 

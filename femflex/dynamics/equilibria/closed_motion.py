@@ -1,6 +1,7 @@
 """Small motions that loops leave: independent freedoms, the directions that close every loop, and what loops carry.
 
-Loops are g(q) = 0 with dg = A dxi. Rows of A may depend on each other, as those of a flat linkage do in space.
+Loops are g(q) = 0 with dg = A dxi. Rows of A may depend on each other, as those of a flat linkage do in space; `slack`
+is the part of the largest below which a row does (`slack_of_loops`).
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.lowering.ties import slack_of
 from femflex.system import System
 
 Array = NDArray[np.float64]
@@ -15,7 +17,7 @@ Array = NDArray[np.float64]
 DEPENDENT = 1e-9  # of the largest, below which a row of A follows from others
 
 
-def independent(A: Array, sizes: Array) -> tuple[NDArray[np.int64], Array]:
+def independent(A: Array, sizes: Array, slack: float) -> tuple[NDArray[np.int64], Array]:
     """Freedoms that the others follow, and Z (n, m) of dxi = Z dxi_independent with A Z = 0.
 
     Those that A (n_rows, n) moves most, measured in usual sizes (n,), are made to follow.
@@ -25,7 +27,7 @@ def independent(A: Array, sizes: Array) -> tuple[NDArray[np.int64], Array]:
     scaled = A * sizes
     R, order = qr(scaled, mode="r", pivoting=True)
     pivots = np.abs(np.diag(R))
-    rank = int((pivots > DEPENDENT * pivots.max(initial=0.0)).sum())
+    rank = int((pivots > slack * pivots.max(initial=0.0)).sum())
     follow, own = order[:rank], np.sort(order[rank:]).astype(np.int64)
     Z = np.zeros((len(sizes), len(own)))
     Z[own, np.arange(len(own))] = 1.0
@@ -33,16 +35,21 @@ def independent(A: Array, sizes: Array) -> tuple[NDArray[np.int64], Array]:
     return own, sizes[:, None] * Z / sizes[own]
 
 
-def closing_directions(A: Array) -> Array:
+def closing_directions(A: Array, slack: float) -> Array:
     """Orthonormal directions (n, m) along which A (n_rows, n) keeps every loop closed."""
     _, sigma, Vt = np.linalg.svd(A)
-    rank = int((sigma > DEPENDENT * sigma.max(initial=0.0)).sum())
+    rank = int((sigma > slack * sigma.max(initial=0.0)).sum())
     return np.ascontiguousarray(Vt[rank:].T)
 
 
-def carried(A: Array, force: Array) -> Array:
+def carried(A: Array, force: Array, slack: float) -> Array:
     """The smallest multipliers (n_rows,) whose forces A^T lambda come nearest to a generalised force (n,)."""
-    return np.asarray(np.linalg.lstsq(A.T, force, rcond=DEPENDENT)[0], float)
+    return np.asarray(np.linalg.lstsq(A.T, force, rcond=slack)[0], float)
+
+
+def slack_of_loops(system: System) -> float:
+    """The part of the largest below which a row of A follows from others."""
+    return slack_of(system, DEPENDENT)
 
 
 def refuse_rolling(system: System, what: str) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
-from femflex.dynamics.equilibria.closed_motion import carried, independent, refuse_rolling
+from femflex.dynamics.equilibria.closed_motion import carried, independent, refuse_rolling, slack_of_loops
 from femflex.dynamics.lowering.layout import BALL_NONE, body_records
 from femflex.dynamics.model import Model
 
@@ -75,7 +75,9 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
     M, D, K, W = (A[np.ix_(free, free)] for A in (model.mass_matrix(t, x), D, K, turning(model, u)))
     names = np.array([name for name, _ in model.system.velocity_names()])[free]
     if model.constraints is not None:
-        own, Z = independent(model.constraints.matrix(t, x)[:, free], usual_sizes(model)[free])
+        own, Z = independent(
+            model.constraints.matrix(t, x)[:, free], usual_sizes(model)[free], slack_of_loops(model.system)
+        )
         M, D, K, W, names = Z.T @ M @ Z, Z.T @ D @ Z, Z.T @ K @ Z, W[np.ix_(own, own)], names[own]
     return Linearised(M, D, K, W, tuple(str(name) for name in names))
 
@@ -93,7 +95,8 @@ def multipliers(model: Model, t: float, x: Array) -> Array:
     if model.constraints is None:
         return np.zeros(0)
     ties, force = model.constraints.matrix(t, x), model.bias(t, x)
-    return carried(np.where(held_freedoms(model), 0.0, ties), np.where(held_freedoms(model), 0.0, force))
+    held = held_freedoms(model)
+    return carried(np.where(held, 0.0, ties), np.where(held, 0.0, force), slack_of_loops(model.system))
 
 
 def stiffness(model: Model, t: float, x: Array, udot: Array, lambdas: Array) -> Array:

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.equilibria.closed_motion import closing_directions
+from femflex.dynamics.equilibria.closed_motion import closing_directions, slack_of_loops
 from femflex.dynamics.equilibria.frozen import frozen, undamped
 from femflex.dynamics.equilibria.linearised import held_freedoms, linear_stiffness, stiffness, usual_sizes
 from femflex.dynamics.lowering.layout import body_records
@@ -60,6 +60,11 @@ class Steady:
         return float(self.full.observe(np.zeros(1), x[None])["monitors/kinetic"][0])
 
     @cached_property
+    def slack(self) -> float:
+        """The part of the largest below which a row of the loops follows from others."""
+        return slack_of_loops(self.full.system)
+
+    @cached_property
     def own_stiffness(self) -> tuple[Array, NDArray[np.int64]]:
         """Stiffness of shapes and springs on slides and turns, and the coordinates it multiplies."""
         return linear_stiffness(self.full)
@@ -87,7 +92,7 @@ class Steady:
         unit = np.eye(self.full.n_u)
         if not len(A):
             return unit[:, self.elastic & ~self.held], unit[:, ~self.elastic & ~self.held]
-        Z = unit[:, ~self.held] @ closing_directions(A[:, ~self.held])
+        Z = unit[:, ~self.held] @ closing_directions(A[:, ~self.held], self.slack)
         K = self.own_stiffness[0] * self.sizes * self.sizes[:, None]
         values, V = np.linalg.eigh(Z.T @ K @ Z)
         stiff = values > SLACK * values.max(initial=0.0)

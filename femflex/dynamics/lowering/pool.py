@@ -31,10 +31,15 @@ class Pool:
         piece = np.ascontiguousarray(values, float).ravel()
         key = piece.tobytes()
         if key not in self._known:
-            self._known[key] = self.size
-            self._pieces.append(np.concatenate([piece, np.zeros(padded(piece.size) - piece.size)]))
-            self.size += padded(piece.size)
+            self._known[key] = self.put_own(piece)
         return self._known[key]
+
+    def put_own(self, values: object) -> int:
+        """Place of the flattened values, shared with no others: they may be changed later."""
+        piece, place = np.ascontiguousarray(values, float).ravel(), self.size
+        self._pieces.append(np.concatenate([piece, np.zeros(padded(piece.size) - piece.size)]))
+        self.size += padded(piece.size)
+        return place
 
     def put_rows(self, values: object) -> int:
         """Place of an array whose last axis is filled up with zeros to whole lanes."""

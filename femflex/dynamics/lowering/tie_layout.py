@@ -53,10 +53,11 @@ CONSTRAINT = np.dtype(
             *ENDS,
             "kind",  # CONSTRAINT_*
             "motion_P", "motion_Q",  # work: M_*
-            "n_slides", "slides",  # pool (n_slides, 3)
+            "n_slides", "slides",  # pool (n_slides, 4)
             "n_pairs", "pairs",  # pool (n_pairs, 7)
             "first", "n_rows",  # rows
             "scales",  # pool (n_rows)
+            "play",  # pool: misfit that rows which follow from others may keep [m]
             "axis",  # pool: axis in Q (3), normal in P (3), radius
             "function",  # address of the function of general rows
             "general",  # work: A (n_rows, n_u), b (n_rows), Adot u - bdot (n_rows)

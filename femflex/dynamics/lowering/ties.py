@@ -16,6 +16,8 @@ Ends = tuple[tuple[str | None, str], tuple[str | None, str]]  # body and marker 
 
 CLOSED = 1e-13  # position residual to which every step is brought back, relative to the size of the bodies
 
+ASKEW = 10.0  # how much larger the part of a row that does not follow may be than its play over the bodies' size
+
 KINDS = {"rolling_disc": at.CONSTRAINT_DISC, "knife_edge": at.CONSTRAINT_EDGE, "rows": at.CONSTRAINT_GENERAL}
 
 
@@ -28,6 +30,7 @@ def lower_constraints(
     n_rows, n_u = 0, int(head["n_u"])
     for record, constraint in zip(records, given, strict=True):
         record["first"] = n_rows
+        record["play"] = pool.put([constraint.play if isinstance(constraint, Joint) else 0.0])
         if isinstance(constraint, Joint):
             lower_loop(record, constraint, system, pool)
         else:
@@ -49,7 +52,18 @@ def lower_closing(closing: np.void, system: System, pool: Pool, n_rows: int, n_c
     """Counts and the tolerance of positions."""
     size = characteristic_length(system)
     closing["n_constraints"], closing["n_rows"] = n_constraints, n_rows
-    closing["tolerance"] = pool.put([CLOSED * size, size, DEPENDENT])
+    closing["tolerance"] = pool.put_own([CLOSED * size, size, slack_of(system)])
+
+
+def slack_of(system: System, least: float = DEPENDENT) -> float:
+    """What remains of a row below this part of the longest row: it depends on those before; more than the least where
+    loops have play.
+
+    An axis that is askew by an angle leaves a row that part of which does not follow from the others, and a loop open
+    by the angle times its size as it moves.
+    """
+    play = max((loop.play for loop in system.loops), default=0.0)
+    return max(least, ASKEW * play / characteristic_length(system))
 
 
 def take_scratch(closing: np.void, head: np.void, scratch: Scratch) -> None:
@@ -82,8 +96,8 @@ def lower_loop(record: np.void, joint: Joint, system: System, pool: Pool) -> Non
     slide, turn = free_scales(ends, system)
     rows = closure(joint)
     record["kind"] = at.CONSTRAINT_LOOP
-    record["n_slides"], record["slides"] = len(rows.slides), pool.put(rows.slides)
-    record["n_pairs"], record["pairs"] = len(rows.pairs), pool.put(rows.pairs)
+    record["n_slides"], record["slides"] = len(rows.slides), pool.put_own(rows.slides)
+    record["n_pairs"], record["pairs"] = len(rows.pairs), pool.put_own(rows.pairs)
     record["n_rows"] = rows.n_rows
     record["scales"] = pool.put([slide] * len(rows.slides) + [turn] * len(rows.pairs))
 

@@ -37,7 +37,7 @@ def beam_strain(elements: BeamElements, member: Member, degree: int, options: di
     """
     xi, weight, r = stations(elements, member, degree)
     value, first, second = (elements.rows(xi, derivative) for derivative in range(3))
-    polar, uneven = np.sqrt(r.polar2)[..., None], ((r.EIy - r.EIz) / (r.EIy + r.EIz))[..., None]
+    polar, uneven = np.sqrt(r.polar2)[..., None], np.asarray(unevenness(r.EIy, r.EIz))[..., None]
     first[:, :, 3] *= polar
     elastic = np.stack([r.EA, r.EIz, r.EIy, r.GJ / r.polar2], axis=-1)[..., None] * np.eye(4)
     turned = np.stack([uneven * value[:, :, 3], polar * first[:, :, 1], polar * first[:, :, 2]], axis=2)
@@ -45,6 +45,11 @@ def beam_strain(elements: BeamElements, member: Member, degree: int, options: di
     stress = np.zeros((*weight.shape, 4))
     stress[:, :, 0] = options["prestress"] - r.EA * options["thermal_strain"]
     return DenseStrain(elements.dofs, weight, elastic, *strain_maps(), G, stress)
+
+
+def unevenness(EIy: Array | float, EIz: Array | float) -> Array | float:
+    """c = (EIy - EIz) / (EIy + EIz), the share of a section's turn that changes its curvatures."""
+    return (EIy - EIz) / (EIy + EIz)
 
 
 def strain_maps() -> tuple[Array, Array]:

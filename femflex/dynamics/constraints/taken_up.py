@@ -1,0 +1,83 @@
+"""What loops with play stand open by where the run begins, taken into their markers.
+
+A loop with more rows than it needs closes only to the accuracy of its markers. Within its play the misfit that the best
+configuration leaves is taken into the marker on the parent: moved and turned by it, the marker fits exactly, and so do
+the equations, at the start always, and for good where axes are parallel. Where they are not quite, rows that follow
+from others open and close within the play as the loop moves; all rows then share the misfit, least in squares.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.constraints.constrained import Constraints
+from femflex.dynamics.lowering.ties import CLOSED
+from femflex.system.loop import COSINE, OFFSET, closure
+
+Array = NDArray[np.float64]
+
+MOST = 1e-3  # of the bodies' size: play beyond is a clearance in which parts would move
+
+
+@dataclass(frozen=True)
+class TakenUp:
+    """By how much a loop's marker on the parent was moved [m] and turned [rad], and the loop's play [m]."""
+
+    loop: str
+    moved: float
+    turned: float
+    play: float
+
+    def __str__(self) -> str:
+        """The sentence."""
+        return (
+            f"loop {self.loop!r} stood open by {self.moved:.3g} m and {self.turned:.3g} rad where its joints close "
+            f"best, within its play of {self.play:.3g} m: its marker on the parent was moved and turned by that"
+        )
+
+
+def take_up(constraints: Constraints, x: Array) -> None:
+    """Take the misfit at the state x (n_x,) of loops with play into their markers."""
+    gaps, pool = constraints.residuals(0.0, x)[0], constraints.own[1]
+    size = float(pool[int(constraints.closing["tolerance"]) + 1])
+    for loop, record in zip(constraints.system.loops, constraints.records, strict=False):
+        own = gaps[constraints.rows_of(loop.label)]
+        if loop.play == 0.0 or np.abs(own).max(initial=0.0) <= CLOSED * size:
+            continue
+        n = int(record["n_slides"])
+        slides, pairs = _tables(constraints, record)
+        slides[:, OFFSET] += own[:n]
+        pairs[:, COSINE] += own[n:]
+
+
+def taken_up(constraints: Constraints) -> list[TakenUp]:
+    """What was taken into the markers of each loop, of those where anything was."""
+    out = []
+    for loop, record in zip(constraints.system.loops, constraints.records, strict=False):
+        given, (slides, pairs) = closure(loop), _tables(constraints, record)
+        moved = float(np.linalg.norm(slides[:, OFFSET]))
+        turned = float(np.linalg.norm(pairs[:, COSINE] - given.pairs[:, COSINE]))
+        if moved or turned:
+            out.append(TakenUp(loop.label, moved, turned, loop.play))
+    return out
+
+
+def refuse_clearance(constraints: Constraints, size: float) -> None:
+    """Raise ValueError for play so large that it would be a motion of its own."""
+    for loop in constraints.system.loops:
+        if loop.play > MOST * size:
+            raise ValueError(
+                f"play of loop {loop.label!r} is {loop.play:.3g} m, {loop.play / size:.2%} of the bodies' size of "
+                f"{size:.3g} m; it stands for digits that lengths and axes were not given to, up to {MOST:.1%}. Give "
+                "them to more digits, or a joint that lets the parts move"
+            )
+
+
+def _tables(constraints: Constraints, record: np.void) -> tuple[Array, Array]:
+    """The slides (n_s, 4) and pairs (n_d, 7) of a loop, where the equations read them."""
+    pool = constraints.own[1]
+    n_s, n_d, s, d = (int(record[key]) for key in ("n_slides", "n_pairs", "slides", "pairs"))
+    return pool[s : s + 4 * n_s].reshape(n_s, 4), pool[d : d + 7 * n_d].reshape(n_d, 7)
