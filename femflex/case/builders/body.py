@@ -9,6 +9,7 @@ import numpy as np
 
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
+from femflex.case.builders.curved import of_curved
 from femflex.case.builders.load_buckling import judged_loads, warn_of_analytic, warn_of_meshed
 from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
@@ -117,7 +118,10 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
         warn_of_meshed(case, name, groups, structure, modeset)
     if strain == "nonlinear" and isinstance(r, Stretchable) and keep != "none" and body.n_modes:
         require_stretch(structure, modeset, body.strain)
-    return replace(body, ignored=ignored)
+    note = ""
+    if strain != "linear" and isinstance(r, Stretchable) and r.deflection is None and modeset.held.size:
+        note = of_curved(structure, modeset)
+    return replace(body, note=note, ignored=ignored)
 
 
 def turning_markers(case: Case, name: str) -> set[str]:

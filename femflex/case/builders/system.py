@@ -47,7 +47,8 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
     noted: dict[tuple[int, str], FlexibleBody] = {}  # bodies alike stay one
     found = dict(system.bodies)
     for name, (strain, why) in chosen.items():
-        note, body = f"strain is {strain}: {why}", found[name]
+        body = found[name]
+        note = "; ".join(part for part in (f"strain is {strain}: {why}", body.note) if part)
         found[name] = noted.setdefault((id(body), note), replace(body, note=note))
     return replace(system, bodies=found)
 
