@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +78,13 @@ class FlexibleBody:
     def n_shapes(self) -> int:
         """Number of shapes: the elastic coordinates and what follows them."""
         return self.moments.n_modes
+
+    @property
+    def strain_form(self) -> Literal["linear", "nonlinear", "condensed"]:
+        """The form of strain that the body holds."""
+        if len(self.slaves):
+            return "condensed"
+        return "linear" if self.strain.is_linear else "nonlinear"
 
     def truncated(self, n: int) -> FlexibleBody:
         """A copy with the first n elastic coordinates alone, and what follows them."""

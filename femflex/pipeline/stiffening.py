@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from femflex.dynamics.reports.ignored import IgnoredStiffness
+from femflex.dynamics.reports.ignored import STIFFENED, IgnoredStiffness
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from femflex.system import System
 
 Array = NDArray[np.float64]
-
-STIFFENED = 0.02  # of the first frequency: what spin or loads change of it from which its lack is told
 
 
 @dataclass(frozen=True)
