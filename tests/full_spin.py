@@ -72,7 +72,8 @@ class Points:
         to = np.broadcast_to(block.dofs[:, None, None], rows.shape)
         self.G = sparse.csr_array((rows.ravel(), (at.ravel(), to.ravel())), shape=(e * q * g, T.shape[0])) @ T
         self.weight, self.shape = self.block.weight.reshape(-1, 1), (e * q, g)
-        self.C = np.broadcast_to(self.block.elastic, (e, q, *self.block.elastic.shape[2:])).reshape(e * q, -1, g - 3)
+        strains = block.elastic.shape[2:]
+        self.C = np.broadcast_to(block.elastic, (e, q, *strains)).reshape(e * q, *strains)
 
     def state(self, x):
         """d eps / d g (p, s, g) and stress times area (p, s)."""

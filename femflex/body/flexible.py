@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,6 +84,13 @@ class FlexibleBody:
         """Whether its stretch follows its bending: shapes follow that are more than turned sections of beams."""
         followers = self.kinds[self.n_modes :] if self.kinds else ("",) * len(self.slaves)
         return any(kind != "section" for kind in followers)
+
+    @property
+    def strain_form(self) -> Literal["linear", "nonlinear", "condensed"]:
+        """The form of strain that the body holds."""
+        if self.condensed:
+            return "condensed"
+        return "linear" if self.strain.is_linear else "nonlinear"
 
     def truncated(self, n: int) -> FlexibleBody:
         """A copy with the first n elastic coordinates alone, and what follows them."""

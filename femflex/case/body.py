@@ -125,6 +125,9 @@ class FlexibleTable(BodyTable):
         if getattr(self.reduction, "third_derivatives", 0) and (several or self.strain == "linear"):
             what = "cut into segments" if several else "with linear strain"
             refuse(f"found third_derivatives in the reduction of a body {what}, which has no use for them; drop them")
+        if getattr(self.reduction, "responses", 0) and (several or self.strain != "nonlinear"):
+            what = "a body cut into segments" if several else f"a body with strain = {self.strain!r}"
+            refuse(f"found responses in the reduction of {what}; they are for strain = 'nonlinear' of a whole body")
         if several and self.initial is not None:
             refuse("found initial on a body cut into segments; start from an equilibrium instead ([initial] from)")
         if several and self.damping is not None and (self.damping.ratio is not None or self.damping.mass):

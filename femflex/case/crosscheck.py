@@ -22,6 +22,7 @@ def cross_problems(outline: Outline, folder: Path) -> list[Problem]:
     checks: list[Callable[[Outline], Iterator[Problem]]] = [
         frames,
         surroundings,
+        sights,
         plays,
         ends,
         members,
@@ -85,6 +86,19 @@ def frames(outline: Outline) -> Iterator[Problem]:
             )
 
 
+def sights(outline: Outline) -> Iterator[Problem]:
+    """Sights look from bodies that exist at a station that an orbit passes over."""
+    for where, sight in outline.sights.items():
+        if outline.orbit is not None and outline.orbit.kind == "none":
+            yield Problem(
+                where, "found a sight, which looks at a station on the Earth, without an orbit; give an [orbit]"
+            )
+        if sight is not None and sight.body not in outline.bodies:
+            yield Problem(
+                f"{where}.body", f"found {sight.body!r}, which is not a body; {near(sight.body, outline.bodies)}"
+            )
+
+
 def known_markers(body: BodyTable | None) -> set[str] | None:
     """Marker names of a body as far as the case file tells; None when only its file knows."""
     if body is None or isinstance(body, FileTable):
@@ -96,7 +110,7 @@ def known_markers(body: BodyTable | None) -> set[str] | None:
 
 
 def markers(outline: Outline, folder: Path) -> Iterator[Problem]:
-    """Markers of joints, loads, attitude and initial states are on their bodies."""
+    """Markers of joints, loads, sights, attitude and initial states are on their bodies."""
     places: list[tuple[str, str | None, str | None]] = []
     for where, joint in [*outline.joints.items(), *outline.loops.items()]:
         if joint is not None:
@@ -110,6 +124,7 @@ def markers(outline: Outline, folder: Path) -> Iterator[Problem]:
                     f"{where}.body", f"found {load.body!r}, which is not a body; {near(load.body, outline.bodies)}"
                 )
             places.append((f"{where}.marker", load.body, load.marker))
+    places += [(f"{where}.marker", one.body, one.marker) for where, one in outline.sights.items() if one is not None]
     for where, item in outline.between.items():
         if item is not None:
             places += [
@@ -160,8 +175,8 @@ def members(outline: Outline) -> Iterator[Problem]:
 
 
 def doubles(outline: Outline) -> Iterator[Problem]:
-    """Names of loads, of joints and loops, and of constraints and springs are given once."""
-    for table in (outline.loads, {**outline.joints, **outline.loops}, outline.between):
+    """Names of loads, of joints and loops, of constraints and springs, and of sights are given once."""
+    for table in (outline.loads, {**outline.joints, **outline.loops}, outline.between, outline.sights):
         seen: dict[str, str] = {}
         for where, item in table.items():
             name = getattr(item, "name", "")

@@ -25,6 +25,7 @@ from femflex.case.measure import ExpectationsTable
 from femflex.case.orbit import AttitudeTable, OrbitTable
 from femflex.case.problems import item_label
 from femflex.case.run import PicturesTable, RunTable, StudyTable
+from femflex.case.sight import SightTable
 
 T = TypeVar("T")
 
@@ -33,7 +34,7 @@ T = TypeVar("T")
 class Outline:
     """The parts of a case file; None stands for a part that is missing or has mistakes of its own.
 
-    bodies  by name; joints, loads, loops, constraints and springs by their label in key paths, such as
+    bodies  by name; joints, loads, loops, constraints, springs and sights by their label in key paths, such as
             "joints[panel]"
     names   of the entries of materials and sections, valid or not
     """
@@ -47,6 +48,7 @@ class Outline:
     loads: Mapping[str, LoadTable | None]
     loops: Mapping[str, JointTable | None]
     between: Mapping[str, BetweenTable | None]
+    sights: Mapping[str, SightTable | None]
     pictures: PicturesTable | None
     study: StudyTable | None
     campbell: CampbellTable | None
@@ -68,6 +70,7 @@ def outline(raw: Mapping[str, Any]) -> Outline:
         loads=_listed(raw, "loads", LoadTable),
         loops=_listed(raw, "loops", Joint),
         between=_listed(raw, "constraints", Constraint) | _listed(raw, "springs", SpringTable),
+        sights=_listed(raw, "sights", SightTable),
         pictures=_part(PicturesTable, raw.get("pictures")),
         study=_part(StudyTable, raw.get("study")),
         campbell=_part(CampbellTable, raw.get("campbell")),

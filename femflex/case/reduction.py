@@ -112,11 +112,18 @@ class Stretchable(Table):
     by several thicknesses. It wants nonlinear or condensed strain."""
     deflection: PositiveLength | None = None
     """Largest deflection, of the lowest shape, that the derivatives are to serve: they are then taken from static
-    states bent so far (8 n^2 of n shapes) and not at rest. For what snaps through or bends by several thicknesses."""
+    states bent so far (8 n^2 of n shapes) and not at rest. For what snaps through or bends by several thicknesses.
+    With `responses` it is theirs instead."""
+    responses: Annotated[int, Count(0)] = 0
+    """How many shapes are taken from static responses up to `deflection`, both ways, to accelerations along the
+    directions of `attachment` (left out: the one that moves the body most). For curved panels and arches that snap
+    through: eight of them do it. Wants strain = 'nonlinear'."""
 
     @model_validator(mode="after")
     def _derives(self) -> Stretchable:
-        if self.deflection is not None and self.derivatives in (None, "none", 0):
+        if self.responses and self.deflection is None:
+            refuse(f"found responses = {self.responses} without deflection; say how far they go, deflection = '4 cm'")
+        if self.deflection is not None and self.derivatives in (None, "none", 0) and not self.responses:
             refuse(
                 f"found deflection = {self.deflection:g} m without derivatives, which it is for; give derivatives too, "
                 "such as derivatives = 8"

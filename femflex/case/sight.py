@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from femflex.case.base import Name, Table
+from pydantic import field_validator
+
+from femflex.case.base import Name, Table, refuse
 from femflex.case.values import Angle, Direction, PositiveLength, Rate
 
 
@@ -21,3 +23,10 @@ class SightTable(Table):
     """Of the station from the Earth's centre."""
     rate: Rate = 7.292115e-5
     """At which the Earth turns."""
+
+    @field_validator("axis")
+    @classmethod
+    def _has_direction(cls, axis: tuple[float, float, float]) -> tuple[float, float, float]:
+        if not any(axis):
+            refuse("found [0, 0, 0], which has no direction; give three numbers, not all zero")
+        return axis

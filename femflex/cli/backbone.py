@@ -8,6 +8,7 @@ from femflex.cli.tables import print_table
 
 if TYPE_CHECKING:
     from femflex.body import FlexibleBody
+    from femflex.studies import Backbone, BackboneError
 
 
 def read_lengths(text: str) -> list[float]:
@@ -31,8 +32,18 @@ def read_lengths(text: str) -> list[float]:
 
 
 def print_backbone(body: FlexibleBody, amplitudes: list[float]) -> None:
-    """Print the frequency of the lowest mode at these amplitudes [m]."""
-    data = backbone_data(body, amplitudes)
+    """Print the frequency of the lowest mode at these amplitudes [m].
+
+    Raises BackboneError where they are not all reached, after those that are.
+    """
+    data, error = backbone_data(body, amplitudes)
+    if data:
+        _print_curve(data)
+    if error is not None:
+        raise error
+
+
+def _print_curve(data: dict[str, Any]) -> None:
     place = ", ".join(f"{x:.4g}" for x in data["place_m"])
     print(f"free vibration in mode 1 by its amplitude at ({place}) m, frame held")
     rows = [
@@ -42,17 +53,24 @@ def print_backbone(body: FlexibleBody, amplitudes: list[float]) -> None:
     print_table(["amplitude m", "Hz", "over small motion"], rows)
 
 
-def backbone_data(body: FlexibleBody, amplitudes: list[float]) -> dict[str, Any]:
-    """What --json prints of a backbone curve."""
+def backbone_data(body: FlexibleBody, amplitudes: list[float]) -> tuple[dict[str, Any], BackboneError | None]:
+    """What --json prints of a backbone curve, as far as it was found, and the error that ended it."""
     from math import pi
 
-    from femflex.studies import backbone
+    from femflex.studies import BackboneError, backbone
 
-    found = backbone(body, 1, amplitudes)
+    error: BackboneError | None = None
+    found: Backbone | None
+    try:
+        found = backbone(body, 1, amplitudes)
+    except BackboneError as stopped:
+        error, found = stopped, stopped.found
+    if found is None:
+        return {}, error
     return {
         "place_m": found.place,
         "direction": found.direction,
         "amplitude_m": found.amplitudes,
         "frequency_hz": found.omega / (2 * pi),
         "small_hz": found.small / (2 * pi),
-    }
+    }, error

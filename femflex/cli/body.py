@@ -38,6 +38,7 @@ def body(
         save_body(target, reduced, force=force)
     print(
         f"{target}: {reduced.moments.mass:.6g} kg, {reduced.n_modes} elastic coordinates, "
-        f"{'linear' if reduced.strain.is_linear else 'nonlinear'} strain, markers "
-        f"{', '.join(sorted(reduced.markers))}"
+        f"{reduced.strain_form} strain, markers {', '.join(sorted(reduced.markers))}"
     )
+    if reduced.note:
+        print(reduced.note)

@@ -63,7 +63,8 @@ def converge(
     numbers = checked_levels(levels, varied)
     with Patience("building the bodies"):
         from femflex.case import read_case
-        from femflex.studies import check_studies, with_choice, with_own_strain
+        from femflex.case.builders import with_own_strain
+        from femflex.studies import check_studies, with_choice
         from femflex.warning import PhysicsWarning
 
         warnings.simplefilter("once", PhysicsWarning)  # not again at every level

@@ -54,14 +54,18 @@ def modes(
         mode_montage(next(iter(bodies.values())), picture, title=f"modes of {next(iter(bodies))}", force=force)
     if as_json:
         data = {name: modes_data(found, other) for name, found in bodies.items()}
-        if amplitudes is not None:
-            for name in bodies:
-                data[name]["backbone"] = backbone_data(bodies[name], amplitudes)
+        first = None
+        for name in bodies if amplitudes is not None else ():
+            data[name]["backbone"], error = backbone_data(bodies[name], amplitudes or [])
+            first = first or error
         print_json(data)
+        if first is not None:
+            raise first
         return
     for k, (names, found) in enumerate(alike(bodies)):
         print("\n" * (k > 0), end="")
         print_modes(names, found)
+        print_note(found)
         if other is not None:
             print_mac(found, other, str(mac))
         if amplitudes is not None:
@@ -77,14 +81,13 @@ def flexible_bodies(file: Path, name: str | None, number: int | None) -> dict[st
     if _is_hdf5(file):
         return {file.stem: _shortened(_body_file(file), number)}
     from femflex.case import read_case
-    from femflex.case.builders import build_body
+    from femflex.case.builders import build_each
 
     case = read_case(file)
     if name is not None and name not in case.bodies:
         raise ValueError(f"{file.name} has no body {name!r}; {near(name, case.bodies)}")
     wanted = [name] if name is not None else [n for n, table in case.bodies.items() if table.kind != "rigid"]
-    bodies = {n: build_body(case, n, modes=number) for n in wanted}
-    bodies = {n: found for n, found in bodies.items() if found.n_modes}
+    bodies = {n: found for n, found in build_each(case, wanted, modes=number).items() if found.n_modes}
     if not bodies:
         raise ValueError(f"{f'body {name!r}' if name else file.name} has no elastic modes; all of it is rigid")
     return bodies
@@ -119,9 +122,8 @@ def print_modes(name: str, body: FlexibleBody) -> None:
     import numpy as np
 
     from femflex.reduction import effective_mass
-    from femflex.studies import strain_name
 
-    found, form, n = effective_mass(body), strain_name(body), body.n_modes
+    found, form, n = effective_mass(body), body.strain_form, body.n_modes
     strain = "" if form == "linear" else f"{form} strain; "
     each = " each" if ", " in name else ""
     print(
@@ -144,6 +146,12 @@ def print_modes(name: str, body: FlexibleBody) -> None:
         rows.append([str(k + 1), f"{omega / (2 * pi):.6g}", *cells])
     print("effective mass in % of the body's mass and inertia (running sum)")
     print_table(["mode", "Hz", *DIRECTIONS], rows)
+
+
+def print_note(body: FlexibleBody) -> None:
+    """Print what is to be said of how the body was made, if anything."""
+    if body.note:
+        print(body.note)
 
 
 def counted(kinds: tuple[str, ...]) -> str:
@@ -173,7 +181,6 @@ def modes_data(body: FlexibleBody, other: FlexibleBody | None) -> dict[str, Any]
     from math import pi
 
     from femflex.reduction import effective_mass, mac_of_bodies
-    from femflex.studies import strain_name
 
     found = effective_mass(body)
     data = {
@@ -181,7 +188,7 @@ def modes_data(body: FlexibleBody, other: FlexibleBody | None) -> dict[str, Any]
         "frequency_hz": found.omega / (2 * pi),
         "kinds": list(body.kinds),
         "mode_kinds": list(found.kinds),
-        "strain": strain_name(body),
+        "strain": body.strain_form,
         "directions": list(DIRECTIONS),
         "participation": found.participation,
         "effective_mass": found.effective,

@@ -7,7 +7,7 @@ eps = L g + 1/2 g.Q g over generalised gradients g = G x, stress sigma = sigma0 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,7 +41,12 @@ class InternalForce:
     def tangent(self, x: Array) -> sparse.csr_array:
         """d2V/dx2 (n_dof, n_dof), symmetric."""
         raw = self._T @ np.asarray(x, float)
-        return self._assembler.total([Part(block.dofs, _Tangents(block, raw)) for block in self._strain])
+        return self._assembler.total([Part(block.dofs, _Matrices(block, raw, tangents)) for block in self._strain])
+
+    def geometric_stiffness(self, x: Array) -> sparse.csr_array:
+        """What the stress C L g of small displacements x adds to the stiffness, (n_dof, n_dof), symmetric."""
+        raw = self._T @ np.asarray(x, float)
+        return self._assembler.total([Part(block.dofs, _Matrices(block, raw, stressed)) for block in self._strain])
 
     def second_derivative(self, a: Array, b: Array) -> Array:
         """How the tangent changes along a times b at rest, (dK/da) b = (dK/db) a: (n_dof, k) for columns a, b alike.
@@ -138,16 +143,30 @@ def bent_forces(block: StrainBlock, raw_a: Array, raw_b: Array) -> Array:
     )
 
 
-class _Tangents:
-    """Element tangents by slice of elements, in chunks whose points fit in memory."""
+def tangents(block: StrainBlock, raw: Array) -> Array:
+    """Element tangents (e, l, l) at raw displacements (n_raw,)."""
+    return point_state(block, raw).stiffness()
 
-    def __init__(self, block: StrainBlock, raw: Array) -> None:
-        self._block, self._raw, self._size = block, raw, values_per_element(block)
+
+def stressed(block: StrainBlock, raw: Array) -> Array:
+    """Element matrices (e, l, l) of `InternalForce.geometric_stiffness`."""
+    g = block.gradients(raw[:, None], slice(None))[..., 0]
+    stress = np.matmul(block.elastic, np.matmul(block.linear_map, g[..., None]))[..., 0]
+    inner = np.einsum("eqs,sgh->eqgh", stress * block.weight[..., None], block.quadratic_map, optimize=True)
+    G = np.broadcast_to(block.rows(slice(None)), (*inner.shape[:3], block.dofs.shape[1]))
+    return np.asarray(np.einsum("eqgl,eqgh,eqhm->elm", G, inner, G, optimize=True))
+
+
+class _Matrices:
+    """Element matrices by slice of elements, in chunks whose points fit in memory."""
+
+    def __init__(self, block: StrainBlock, raw: Array, of: Callable[[StrainBlock, Array], Array]) -> None:
+        self._block, self._raw, self._of, self._size = block, raw, of, values_per_element(block)
 
     def __call__(self, elements: slice) -> Array:
         start, stop, _ = elements.indices(len(self._block.dofs))
         parts = []
         for chunk in element_chunks(stop - start, self._size):
             own = slice(start + chunk.start, start + chunk.stop)
-            parts.append(sum(point_state(part, self._raw).stiffness() for part in self._block.nonlinear(own)))
+            parts.append(sum(self._of(part, self._raw) for part in self._block.nonlinear(own)))
         return np.concatenate(parts)

@@ -86,10 +86,14 @@ class IntegrationError(RuntimeError):
     coordinate     index in x of the first coordinate that was not finite, or else of the one with the largest error;
                    -1 where constraints cannot be satisfied
     steps          statistics
+    reason         the message without who stopped and when; the message itself where it says neither
     """
 
-    def __init__(self, message: str, times: Array, states: Array, coordinate: int, steps: Steps) -> None:
+    def __init__(
+        self, message: str, times: Array, states: Array, coordinate: int, steps: Steps, reason: str = ""
+    ) -> None:
         super().__init__(message)
+        self.reason = reason or message
         self.times, self.states, self.coordinate, self.steps = times, states, coordinate, steps
 
     @property
@@ -121,9 +125,9 @@ def failure(name: str, resume: Array, x: Array, model: object = None) -> Integra
     if asked is not None:
         said, source = asked(t, x, int(resume[head.CAUSE]) == head.UNHELD)
         reason = said or reason
-    message = f"{name} stopped at t = {t:.9g} s: {reason}. The state at this time is the last one kept."
-    steps = Steps.of(resume, ended=f"failed: {reason}")
-    error = IntegrationError(message, np.array([t]), x.copy()[None, :], coordinate, steps)
+    steps, told = Steps.of(resume, ended=f"failed: {reason}"), f"{reason}. The state at this time is the last one kept."
+    message = f"{name} stopped at t = {t:.9g} s: {told}"
+    error = IntegrationError(message, np.array([t]), x.copy()[None, :], coordinate, steps, told)
     error.__cause__ = source
     return error
 

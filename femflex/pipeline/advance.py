@@ -106,14 +106,14 @@ def _kept(error: IntegrationError, writer: RunWriter, model: Model, written: flo
     """The error with the body and coordinate that failed in its text; the last finite state goes into the file."""
     names = [name for name, _ in (*model.system.coordinate_names(), *model.system.velocity_names())]
     where = f" in {names[error.coordinate]}" if error.coordinate >= 0 else ""
-    text = f"the run stopped at t = {error.t:.9g} s{where}: {error}"
+    text = f"the run stopped at t = {error.t:.9g} s{where}: {error.reason}"
     seen = _seen(error, model)
     if seen and error.t > written and all(np.isfinite(value).all() for value in seen.values()):
         writer.write_block(error.times[-1:], seen)
     writer.finish(False, text, _statistics(error))
     kept = f"{writer.path} keeps what was computed and is marked incomplete."
     told = f"{text} {kept if writer.rows else 'Nothing was computed before that could be kept.'}"
-    return type(error)(told, error.times, error.states, error.coordinate, error.steps)
+    return type(error)(told, error.times, error.states, error.coordinate, error.steps, error.reason)
 
 
 def _seen(error: IntegrationError, model: Model) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from femflex.pipeline.bends import bends
+from femflex.dynamics.reports.bends import bends
 from femflex.pipeline.stiffening import Stiffening
 
 if TYPE_CHECKING:

@@ -9,16 +9,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
-from femflex.dynamics.reports.ignored import IgnoredStiffness
+from femflex.dynamics.reports.ignored import STIFFENED, IgnoredStiffness
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
+    from femflex.body import FlexibleBody
     from femflex.dynamics import Model
+    from femflex.system import System
 
 Array = NDArray[np.float64]
-
-STIFFENED = 0.02  # of the first frequency: what spin or loads change of it from which its lack is told
 
 
 @dataclass(frozen=True)
@@ -69,19 +70,28 @@ class Stiffening:
                 self._warn(f"body {whole!r} was pressed, by loads or inertia along it, {self._softened(seen, left)}")
 
     def _softened(self, seen: Seen, left: float) -> str:
-        way = "which linear strain leaves out. Give it strain = 'condensed', or cut it into segments."
+        way = f"which linear strain leaves out. {self._remedy(seen.body)}, or cut it into segments."
         if left == 0.0:
             return f"up to {-seen.gain:.3g} times as hard as makes it buckle in its first shape, {way}"
         return f"so that its first frequency{self._frequencies(seen.body, left)} falls by {1.0 - left:.0%}, {way}"
 
     def _frequencies(self, name: str, factor: float) -> str:
-        omega = self._system.bodies[name].omega
-        known = omega[np.isfinite(omega)] / (2 * np.pi)
-        return f" ({known.min():.4g} Hz, not {known.min() * factor:.4g} Hz)" if len(known) else ""
+        """The lowest frequency of the held body and what hangs on it, as linear strain has it and as it would be."""
+        if not np.isfinite(self._system.bodies[name].omega).any():
+            return ""
+        hung = masses_hung(self._system, name)
+        known = lowest_frequency(self._system.bodies[name], hung) / (2 * np.pi)
+        carrying = f", held, with the {sum(hung.values()):.4g} kg that hang on it" if hung else ""
+        return f" ({known:.4g} Hz, not {known * factor:.4g} Hz{carrying})"
+
+    def _remedy(self, name: str) -> str:
+        ignored = self._system.bodies[name].ignored
+        text = "" if ignored is None else ignored.remedy
+        return text[:1].upper() + text[1:]
 
     def _of_body(self, name: str, raised: float) -> str:
         told = self._frequencies(name, 1.0 + raised)
-        return f"its first frequency{told} is ignored by linear strain. Give it strain = 'condensed'."
+        return f"its first frequency{told} is ignored by linear strain. {self._remedy(name)}."
 
     @staticmethod
     def _warn(text: str) -> None:
@@ -93,3 +103,26 @@ class Stiffening:
             f"the first shape of its segment {name!r} is ignored by linear strain within segments, over "
             f"{STIFFENED:.0%}. Cut it into more than {count} segments, or give it strain = 'condensed'."
         )
+
+
+def masses_hung(system: System, name: str) -> dict[str, float]:
+    """Mass of all that hangs at each marker of a body [kg]."""
+    mass = {body: system.bodies[body].moments.mass for body in system.order}
+    for body in reversed(system.order):
+        if (parent := system.joint_of(body).parent) is not None:
+            mass[parent] += mass[body]
+    out: dict[str, float] = {}
+    for joint in system.joints:
+        if joint.parent == name:
+            out[joint.parent_marker] = out.get(joint.parent_marker, 0.0) + mass[joint.child]
+    return out
+
+
+def lowest_frequency(body: FlexibleBody, hung: Mapping[str, float]) -> float:
+    """Lowest frequency of a body held in its frame with point masses [kg] at its markers [rad/s]."""
+    n, V1 = body.n_modes, (body.strain.V1 + body.strain.V1.T) / 2
+    M = body.moments.elastic_mass()[:n, :n]
+    for marker, mass in hung.items():
+        phi = body.marker(marker).phi[:, :n]
+        M = M + mass * phi.T @ phi
+    return float(np.sqrt(max(eigh(V1, M, eigvals_only=True)[0], 0.0)))

@@ -6,6 +6,7 @@ from femflex.reduction.admissible import beam_body, sampled_functions
 from femflex.reduction.buckling import critical_factor
 from femflex.reduction.condense import condense
 from femflex.reduction.craig_bampton import craig_bampton
+from femflex.reduction.curvature import rise, softest
 from femflex.reduction.damping import Damping, ModalDamping, RayleighDamping, bending_damping
 from femflex.reduction.derivatives import with_derivatives
 from femflex.reduction.effective_mass import EffectiveMass, effective_mass, mac, mac_of_bodies
@@ -16,6 +17,7 @@ from femflex.reduction.modes import cantilever_modes, free_free_modes, with_atta
 from femflex.reduction.modeset import ModeSet, rigid_set
 from femflex.reduction.nodal import lumped, nodal, nodal_translations
 from femflex.reduction.reduce import reduce_structure
+from femflex.reduction.response_states import with_responses
 from femflex.reduction.segments import chord_modes, reduce_segments
 from femflex.reduction.store import load_body, save_body
 from femflex.reduction.strain import strain_tensors
@@ -56,12 +58,15 @@ __all__ = [
     "relaxed",
     "require_stretch",
     "rigid_set",
+    "rise",
     "sampled_functions",
     "save_body",
+    "softest",
     "strain_tensors",
     "stretching",
     "warn_of_initial_stress",
     "with_attachment",
     "with_derivatives",
+    "with_responses",
     "with_third_derivatives",
 ]

@@ -71,7 +71,7 @@ def _along(structure: Structure, modes: ModeSet, amplitude: Array) -> Iterator[t
         x = x + modes.phi @ amplitude / STEPS
         for _ in range(ITERATIONS):
             rest = A @ push - (elastic.force(x) - f0)[free]
-            solution = _solved(elastic.tangent(x)[free][:, free], np.column_stack([rest, A]))
+            solution = solved(elastic.tangent(x)[free][:, free], np.column_stack([rest, A]))
             free_step, answer = solution[:, 0], solution[:, 1:]
             more = np.linalg.solve(A.T @ answer, part * amplitude - A.T @ (x[free] + free_step))
             step = free_step + answer @ more
@@ -87,7 +87,7 @@ def _along(structure: Structure, modes: ModeSet, amplitude: Array) -> Iterator[t
         yield x.copy(), elastic.energy(x) - float(f0 @ x)
 
 
-def _solved(K: sparse.csr_array, b: Array) -> Array:
+def solved(K: sparse.csr_array, b: Array) -> Array:
     """K^-1 b with pivots where they are needed: past a limit point a tangent is not positive."""
     return np.asarray(splu(K.tocsc(), permc_spec="MMD_AT_PLUS_A").solve(b))
 

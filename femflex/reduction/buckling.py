@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from femflex.warning import PhysicsWarning
 Index = NDArray[np.int64]
 
 CLOSE = 1.25  # times the stress given: below this margin to buckling it is told
+ROUGHLY, RESTARTS = 1e-3, 4  # part of an eigenvalue; of Lanczos' method, some 50 solutions
 SMALL = 400  # dofs up to which a dense solution is cheaper
 
 
@@ -31,19 +33,47 @@ def critical_factor(structure: Structure, held: Index) -> float:
     K0 = assemble_blocks(structure.strain, structure.T)[free][:, free]
     K_sigma = structure.K[free][:, free] - K0
     try:
-        lowest = _lowest_ratio(K_sigma, K0)
+        lowest = lowest_ratio(K_sigma, K0)
     except (np.linalg.LinAlgError, RuntimeError):
         return np.inf
     return -1.0 / lowest if lowest < 0 else np.inf
 
 
-def _lowest_ratio(K_sigma: sparse.csr_array, K0: sparse.csr_array) -> float:
+def lowest_ratio(K_sigma: sparse.csr_array, K0: sparse.csr_array) -> float:
     """Lowest mu of K_sigma x = mu K0 x."""
+    return _extreme(K_sigma, K0, "SA", 0.0, None)
+
+
+def roughly_lowest_ratio(K_sigma: sparse.csr_array, K0: sparse.csr_array, either: bool = False) -> float:
+    """The same to ROUGHLY; either: that of K_sigma or -K_sigma, whichever is lower.
+
+    Raises RuntimeError where it takes more than RESTARTS, as it does where it is one of a cluster at zero.
+    """
+    found = _extreme(K_sigma, K0, "LM" if either else "SA", ROUGHLY, RESTARTS)
+    return -abs(found) if either else found
+
+
+def _extreme(
+    K_sigma: sparse.csr_array, K0: sparse.csr_array, which: Literal["SA", "LM"], tolerance: float, restarts: int | None
+) -> float:
+    """mu at an end of the spectrum: the lowest ("SA") or the largest in magnitude ("LM")."""
     if K0.shape[0] <= SMALL:
-        return float(linalg.eigh(K_sigma.toarray(), K0.toarray(), eigvals_only=True, subset_by_index=[0, 0])[0])
+        every = linalg.eigvalsh(K_sigma.toarray(), K0.toarray())
+        return float(every[0] if which == "SA" else every[np.abs(every).argmax()])
     solve = LinearOperator(K0.shape, matvec=factorised(K0).solve, dtype=float)
     start = np.random.default_rng(0).standard_normal(K0.shape[0])
-    return float(eigsh(K_sigma, 1, K0, Minv=solve, which="SA", v0=start, return_eigenvectors=False)[0])
+    found = eigsh(
+        K_sigma,
+        1,
+        K0,
+        Minv=solve,
+        which=which,
+        v0=start,
+        tol=tolerance,
+        maxiter=restarts,
+        return_eigenvectors=False,
+    )
+    return float(found[0])
 
 
 def refuse_buckled(structure: Structure, held: Index) -> None:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from femflex.studies.chosen import choice, choice_text, with_choice
 from femflex.studies.convergence import Convergence, assessed, convergence
 from femflex.studies.decay import mode_trend
-from femflex.studies.harmonic_balance import Backbone, backbone
+from femflex.studies.harmonic_balance import Backbone, BackboneError, backbone
 from femflex.studies.law import Law, Trend
-from femflex.studies.own_strain import strain_name, with_own_strain
 from femflex.studies.refusals import check_studies
 from femflex.studies.richardson import extrapolated, mesh_trend, observed_order
 from femflex.studies.strain_forms import StrainForm, StrainStudy, strain_forms
@@ -15,6 +14,7 @@ from femflex.studies.study import Point, Study, planned
 
 __all__ = [
     "Backbone",
+    "BackboneError",
     "Convergence",
     "Law",
     "Point",
@@ -34,7 +34,5 @@ __all__ = [
     "observed_order",
     "planned",
     "strain_forms",
-    "strain_name",
     "with_choice",
-    "with_own_strain",
 ]

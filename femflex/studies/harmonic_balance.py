@@ -51,11 +51,19 @@ class Backbone:
     harmonics: Array
 
 
+class BackboneError(RuntimeError):
+    """No free vibration of some amplitude was found; `found` is the Backbone of those before it, None without any."""
+
+    def __init__(self, text: str, found: Backbone | None) -> None:
+        super().__init__(text)
+        self.found = found
+
+
 def backbone(body: FlexibleBody, mode: int, amplitudes: Sequence[float], harmonics: int = HARMONICS) -> Backbone:
     """The Backbone of a body's mode (from 1) at rising amplitudes [m], its frame held and its damping left out.
 
-    Raises ValueError when there is no such mode, amplitudes do not rise from above zero, the body has no skin, or no
-    motion of that amplitude is found.
+    Raises ValueError when there is no such mode, amplitudes do not rise from above zero, or the body has no skin, and
+    BackboneError, with those that were found, when there is no motion of an amplitude.
     """
     _check(body, mode, amplitudes)
     assert body.skin is not None
@@ -68,17 +76,24 @@ def backbone(body: FlexibleBody, mode: int, amplitudes: Sequence[float], harmoni
     row = body.skin.shapes[:, point] @ direction
     c, omega = np.zeros((harmonics + 1, n)), small
     c[1] = X[:, mode - 1] / (row[:n] @ X[:, mode - 1])  # per metre of amplitude
-    problem, found, last = _Balance(motion, row), [], amplitudes[0]
+    problem, last = _Balance(motion, row), amplitudes[0]
+    found: list[tuple[float, Array]] = []
     c = c * last
+    place = body.skin.points[point]
+
+    def followed_so_far() -> Backbone:
+        reached = np.asarray(amplitudes[: len(found)], np.float64)
+        omegas, motions = (np.array(part, np.float64) for part in zip(*found, strict=True))
+        return Backbone(mode, small, place, direction, reached, omegas, motions)
+
     for amplitude in amplitudes:
-        c, omega = problem.followed(c, omega, float(last), float(amplitude))
+        try:
+            c, omega = problem.followed(c, omega, float(last), float(amplitude))
+        except ValueError as error:
+            raise BackboneError(str(error), followed_so_far() if found else None) from None
         found.append((omega, c))
         last = amplitude
-    frequencies = np.array([omega for omega, _ in found])
-    motions = np.array([c for _, c in found])
-    return Backbone(
-        mode, small, body.skin.points[point], direction, np.asarray(amplitudes, float), frequencies, motions
-    )
+    return followed_so_far()
 
 
 @dataclass(frozen=True, eq=False)

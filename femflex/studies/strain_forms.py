@@ -11,13 +11,12 @@ from functools import cached_property
 from typing import Any, get_args
 
 from femflex.case import Case, CaseError
-from femflex.case.body import Strain
-from femflex.case.builders import build_part
+from femflex.case.body import AnalyticTable, BodyTable, FlexibleTable, Strain
+from femflex.case.builders import build_part, with_own_strain
 from femflex.case.evaluate import measured, measured_unit
 from femflex.case.reduction import Stretchable
 from femflex.integrate import IntegrationError
 from femflex.studies.ladder import Built, Ladder, varied
-from femflex.studies.own_strain import has_strain, with_own_strain
 from femflex.studies.study import Progress, Study, described, require_study
 from femflex.system import Segments
 from femflex.warning import PhysicsWarning
@@ -119,6 +118,13 @@ def strain_forms(case: Case, tolerance: float | None = None, progress: Progress 
         forms.append(_form(with_strain_of(case, names, strain), names, strain))
     own = {name: case.bodies[name].strain or "not said" for name in names}  # type: ignore[union-attr]
     return StrainStudy(described(table.quantity), tolerance or table.tolerance, tuple(forms), own)
+
+
+def has_strain(table: BodyTable) -> bool:
+    """Whether a body has a choice of strain."""
+    if isinstance(table, AnalyticTable):
+        return bool(table.functions.y or table.functions.z)
+    return isinstance(table, FlexibleTable) and (table.cut is not None or isinstance(table.reduction, Stretchable))
 
 
 def strain_names(case: Case) -> list[str]:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.case import Case, CaseError
-from femflex.case.builders import build_part
+from femflex.case.builders import build_part, with_own_strain
 from femflex.case.evaluate import measured, measured_unit
 from femflex.case.measure import MeasureTable
 from femflex.case.run import StudyTable
@@ -23,7 +23,6 @@ from femflex.pipeline import Prepared, prepare
 from femflex.pipeline.guard import Runaway
 from femflex.studies.derivative_ladder import derivative_ladder
 from femflex.studies.ladder import Built, Ladder, Rung, mesh_ladder, mode_ladder
-from femflex.studies.own_strain import with_own_strain
 from femflex.studies.segment_ladder import segment_ladder
 from femflex.system import Channel, Part
 from femflex.warning import PhysicsWarning

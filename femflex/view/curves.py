@@ -16,6 +16,9 @@ Array = NDArray[np.float64]
 DEGREES = 180.0 / np.pi
 DRIFT = "energy drift"  # a curve of its own: (E - E(0)) / largest |E|
 STEADY = 1e-4  # of its size: a curve that changes less is shown from its first value
+FLAT = 0.05  # of the largest range on the same axes: angles that move by less get axes of their own
+STILL = 1e-6  # of that range: an angle that does not move
+APART = 0.6 * np.pi  # angle between two rows up to which its way is told
 NEGLIGIBLE = 1e-3  # of the largest on the same axes: a curve that is not shown unless asked for
 
 
@@ -56,8 +59,29 @@ def curves_of(
     if not found:
         raise ValueError("no channels are named to plot; give some, or leave them out for the usual ones")
     keys = dict.fromkeys(curve.axes for curve in found)
-    groups = [[curve for curve in found if curve.axes == key] for key in keys]
+    groups = [part for key in keys for part in by_range([curve for curve in found if curve.axes == key])]
     return [_changes(_readable(group if channels else _noticeable(group), degrees)) for group in groups]
+
+
+def by_range(group: list[Curve]) -> list[list[Curve]]:
+    """Angles of one pair of axes on several, where some move so much less than others that they would lie flat.
+
+    Those that do not move stay with the largest; a second run's go with their namesakes.
+    """
+    first = [curve for curve in group if not curve.second] or group
+    ranges = {curve.label: float(np.ptp(curve.values)) if len(curve.values) else 0.0 for curve in first}
+    if group[0].unit != "rad" or len(ranges) < 2:
+        return [group]
+    largest = max(ranges.values())
+    parts: list[list[str]] = []
+    top = np.inf
+    for label in sorted(ranges, key=lambda label: -ranges[label]):
+        still = ranges[label] <= STILL * largest
+        if not parts or (ranges[label] < FLAT * top and not still):
+            parts.append([])
+            top = ranges[label]
+        parts[0 if still else -1].append(label)
+    return [[curve for curve in group if curve.label in part] for part in parts]
 
 
 def default_channels(run: Run) -> list[str]:
@@ -78,6 +102,8 @@ def _curves(run: Run, channel: str) -> list[Curve]:
         return [_drift(run)]
     path, _, component = channel.partition(":")
     values = run[path].reshape(len(run), -1)
+    if path == "attitude/angles":
+        values = unwrapped(values)
     count, units, quantity = values.shape[1], run.units(path), path.split("/")[-1]
     names = run.names(path) or (("",) if count == 1 else tuple(str(k + 1) for k in range(count)))
     wanted = [_component(path, names, component)] if component else range(count)
@@ -89,6 +115,13 @@ def _curves(run: Run, channel: str) -> list[Curve]:
         )
         for k in wanted
     ]
+
+
+def unwrapped(angles: Array) -> Array:
+    """Angles (n_t, n) counted on beyond half a turn [rad]; as they are where rows lie too far apart to tell the way."""
+    whole = np.unwrap(angles, axis=0)
+    told = np.abs(np.diff(whole, axis=0)).max(axis=0, initial=0.0) < APART
+    return np.where(told, whole, angles)
 
 
 def _component(path: str, names: tuple[str, ...], component: str) -> int:

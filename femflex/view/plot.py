@@ -12,6 +12,7 @@ import numpy as np
 from femflex.results import Run
 from femflex.view.curves import Curve, curves_of
 from femflex.view.output import placed
+from femflex.view.second import apart, dashed, frame, mark_end, name_second, title_of, what_is_left
 from femflex.view.spectrum import WINDOW, amplitude_spectrum
 from femflex.view.theme import Theme, theme_of
 from femflex.view.units import time_unit
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 WIDTH, HEIGHT, TITLE = 9.0, 2.5, 0.5  # inches: of the figure, of one pair of axes, of the title
 LEGEND_ROWS = 8  # more curves than this are named in several columns
 DEPTH = 3e-5  # a spectrum is shown down to this part of its highest peak
-AWAY = 3.0  # times the range of the first run that a second may go beyond it and still be shown whole
-SHOWN = 1.0  # of that range, shown beyond it where the second goes further
 APART = 0.05  # peaks nearer than this part of the axis are named once
 
 
@@ -51,9 +50,12 @@ def plot_histories(
         for curve, style in _styled(group, colours):
             ax.plot(curve.time / seconds, curve.values, **style)
         ax.set_ylabel(_ordinate(group))
-        finish(ax, group, colours)
         ax.margins(x=0)
-        _frame(ax, group)
+        frame(ax, group)
+        if other is not None:
+            name_second(ax, group, run, other, colours)
+            mark_end(ax, group, other, (seconds, unit), colours)
+        finish(ax, group, colours)
     axes[-1].set_xlabel(f"time [{unit}]")
     return saved(figure, path, dpi, force)
 
@@ -95,6 +97,8 @@ def plot_spectra(
                 continue  # below the axes, as a motion that is not excited
             ax.semilogy(spectrum.frequency * factor, np.maximum(spectrum.amplitude, 1e-300), **style)
             seen.append(curve)
+        if other is not None:
+            name_second(ax, seen, run, other, colours)
         ax.set_ylim(DEPTH * top, 10 * top)
         ax.set_xlim(0, last * factor)
         _name_peaks(ax, [(frequency * factor, amplitude) for frequency, amplitude in peaks], colours)
@@ -103,17 +107,6 @@ def plot_spectra(
         finish(ax, seen, colours)
     axes[-1].set_xlabel(f"{axes[-1].get_xlabel()}   ({WINDOW}, trend removed)")
     return saved(figure, path, dpi, force)
-
-
-def _frame(ax: Axes, group: list[Curve]) -> None:
-    """Limits that show the first run where a second leaves it far behind, as one does that runs away."""
-    first, second = ([c.values for c in group if c.second == which] for which in (False, True))
-    if not first or not second:
-        return
-    low, high = min(v.min() for v in first), max(v.max() for v in first)
-    span = (high - low) or 1.0
-    if max(v.max() for v in second) > high + AWAY * span or min(v.min() for v in second) < low - AWAY * span:
-        ax.set_ylim(low - SHOWN * span, high + SHOWN * span)
 
 
 def _name_peaks(ax: Axes, peaks: list[tuple[float, float]], colours: Theme) -> None:
@@ -140,26 +133,18 @@ def raised(unit: str) -> str:
 
 
 def _styled(group: list[Curve], colours: Theme) -> list[tuple[Curve, dict[str, Any]]]:
-    """The curves with colour, line and name; those of a second run dashed, in the colours of the first."""
+    """The curves with colour, line and name; those of a second run dashed, in the colours of the first, unnamed."""
     order = list(dict.fromkeys(curve.label for curve in group))
-    dashed = {"linewidth": 1.0, "linestyle": (0, (4, 1.6)), "alpha": 0.85}
     return [
         (
             curve,
             {
                 "color": colours.lines[order.index(curve.label) % len(colours.lines)],
-                "label": f"{curve.label} (dashed)" if curve.second else curve.label,
-                **(dashed if curve.second else {"linewidth": 1.2}),
+                **(dashed() if curve.second else {"linewidth": 1.2, "label": curve.label}),
             },
         )
         for curve in group
     ]
-
-
-def title_of(run: Run) -> str:
-    """Title of a run, with what was switched off in it."""
-    left_out = ", ".join(name.replace("_", " ").removeprefix("loads/") for name in run.without)
-    return f"{run.title} (without {left_out})" if left_out else run.title
 
 
 def _title(run: Run, other: Run | None) -> str:
@@ -168,8 +153,7 @@ def _title(run: Run, other: Run | None) -> str:
         return title_of(run)
     if run.title != other.title:
         return f"{title_of(run)}\ndashed: {title_of(other)}"
-    left_out, dashed = (title_of(one).removeprefix(one.title).strip("( )") or "in full" for one in (run, other))
-    return f"{run.title}\n{left_out}; dashed: {dashed if left_out != dashed else other.path.name}"
+    return f"{run.title}\n{what_is_left(run)}; dashed: {apart(other, run)}"
 
 
 def _figure(count: int, title: str, colours: Theme, sharex: bool) -> tuple[Figure, list[Axes]]:
@@ -193,7 +177,7 @@ def finish(ax: Axes, group: Sequence[object], colours: Theme) -> None:
         spine.set_color(colours.faint)
     if not group:
         return
-    columns = -(-len(group) // LEGEND_ROWS)
+    columns = -(-len(ax.get_legend_handles_labels()[1]) // LEGEND_ROWS)
     legend = ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=9, ncols=columns)
     for text in legend.get_texts():
         text.set_color(colours.text)

@@ -12,7 +12,7 @@ from femflex.view.actors import BodyActor, SightActor, TraceActor
 from femflex.view.extent import some_rows
 from femflex.view.look import Look
 from femflex.view.motion import Motion, motion
-from femflex.view.overlay import CORNER, CornerTriad, add_colour_bar, add_text, matrix, triad_actor
+from femflex.view.overlay import BAR_HEIGHT, CORNER, CornerTriad, add_colour_bar, add_text, matrix, triad_actor
 from femflex.view.plan import Plan
 from femflex.view.surface import SEEN, breadth, surface_of
 from femflex.view.units import clock
@@ -21,6 +21,7 @@ from femflex.view.window import Image, grabbed, open_window, place_camera
 Array = NDArray[np.float64]
 
 TIP = 0.055  # radius of the arrow heads of a body's axes, parts of the shortest
+WHOLE = "scale of the whole run"  # under the colour bar: that of one instant would flicker in a movie
 
 
 class Scene:
@@ -109,6 +110,9 @@ class Scene:
             said = "deformation true to scale" if plan.scale == 1.0 else f"deformation × {plan.scale:g}"
             add_text(renderer, said, (0.98, 0.035), height / 40, theme.text, "right bottom")
             add_colour_bar(renderer, plan.bar, theme, size)
+            if len(self._run) > 1:
+                below = (1 - 0.025 * height / width, BAR_HEIGHT[0] - 0.055)
+                add_text(renderer, WHOLE, below, height / 48, theme.faint, "right bottom")
         if note:
             add_text(renderer, note, (0.5, 0.035), height / 40, theme.faint, "center bottom")
         return add_text(renderer, "", (0.98, 0.965), height / 32, theme.text, "right top")

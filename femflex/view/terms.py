@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.results import Run
-from femflex.view.plot import HEIGHT, TITLE, WIDTH, finish, raised, saved, title_of
+from femflex.view.plot import HEIGHT, TITLE, WIDTH, finish, raised, saved
+from femflex.view.second import title_of
 from femflex.view.theme import Theme, theme_of
 from femflex.view.units import time_unit
 

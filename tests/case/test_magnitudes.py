@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from femflex.case import read_case
-from femflex.case.builders import build_system
-from femflex.case.builders.body import build_bodies, build_body
+from femflex.case.builders import build_bodies, build_body, build_system
 from femflex.case.builders.doubts import warn_of_doubtful_bodies
 from femflex.warning import PhysicsWarning
 

@@ -234,6 +234,17 @@ IN_THE_TEXT = [
     ("", "[pictures]\nscale = 'big'\n", "pictures.scale", "'auto'"),
     ("", "[study]\nmodes = [1, 2, 3]\n", "study.quantity", "missing"),
 ]
+SIGHT = "[[sights]]\nname = 'look'\nbody = 'boom'\nmarker = 'tip'\n"
+IN_THE_TEXT += [
+    ("", SIGHT, "sights[look]: found a sight", "give an [orbit]"),
+    ("", ORBIT + SIGHT.replace("'boom'", "'bom'"), "sights[look].body: found 'bom'", "did you mean 'boom'?"),
+    ("", ORBIT + SIGHT.replace("'tip'", "'tp'"), "sights[look].marker: found 'tp'", "did you mean 'tip'?"),
+    ("", ORBIT + SIGHT + SIGHT, "sights[1: look]: found the name 'look' a second time; sights[0: look] has it"),
+    ("", ORBIT + SIGHT + "axis = [0, 0, 0]\n", "sights[look].axis: found [0, 0, 0]", "not all zero"),
+    ("", ORBIT + SIGHT + "radius = -1\n", "sights[look].radius", "-1"),
+    ("", ORBIT + SIGHT + "latitude = '1 m'\n", "sights[look].latitude", "expected an angle"),
+    ("", ORBIT + SIGHT + "latitde = 1\n", "sights[look].latitde", "did you mean 'latitude'?"),
+]
 MISTAKES = IN_THE_TEXT
 
 

@@ -53,6 +53,25 @@ def test_a_deflection_that_serves_nothing_is_refused(write_case, craft, more, te
         build(write_case, craft, reduction(more))
 
 
+def test_responses_go_beside_modes_and_derivatives(write_case, craft):
+    more = ', derivatives = 2, responses = 3, deflection = "0.1 m"'
+    body = build(write_case, craft, reduction(more))
+    assert body.kinds[: body.n_modes] == ("vibration",) * 4 + ("derivative",) * 2 + ("response",) * 3
+    np.testing.assert_allclose(body.without_slaves().moments.elastic_mass(), np.eye(9), atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("more", "strain", "text"),
+    [
+        (", responses = 8", "nonlinear", "found responses = 8 without deflection; say how far they go"),
+        (', responses = 8, deflection = "4 cm"', "condensed", "they are for strain = 'nonlinear' of a whole body"),
+    ],
+)
+def test_responses_that_cannot_be_are_refused(write_case, craft, more, strain, text):
+    with pytest.raises(CaseError, match=text):
+        build(write_case, craft, reduction(more, strain))
+
+
 def test_a_deflection_without_a_clamp_is_refused(write_case, craft):
     line = (
         'reduction = { method = "free_free", modes = 4, derivatives = 2, deflection = "0.1 m" }\nstrain = "nonlinear"'

@@ -46,7 +46,7 @@ def test_the_energy_is_that_of_the_meshed_beam_in_the_same_functions():
 
 
 @pytest.mark.parametrize("ratio", RATIOS)
-@pytest.mark.parametrize("strain", ["condensed", "nonlinear"])
+@pytest.mark.parametrize("strain", ["condensed", pytest.param("nonlinear", marks=pytest.mark.slow)])
 def test_a_cantilever_tips_over_under_an_end_load_and_under_its_weight(ratio, strain):
     """4.0126 and 12.854 sqrt(EI GJ) / L^2, from above with more functions."""
     found = []

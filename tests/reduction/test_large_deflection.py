@@ -146,9 +146,9 @@ def arch(rise, n=12):
     return build_structure(mesh, [Member("line", "beam", Rectangle(0.03, H), METAL, {"extent": 1.0})])
 
 
-def panel(rise, n=8):
-    """A cylindrical panel of unit span and half that length from flat triangles, straight edges "left" and "right"."""
-    mesh = rectangle(1.0, 0.5, n, n // 2, "triangle")
+def panel(rise, n=8, length=0.5):
+    """A cylindrical panel of unit span from flat triangles, straight edges "left" and "right"."""
+    mesh = rectangle(1.0, length, n, round(n * length), "triangle")
     radius = (0.25 + rise**2) / (2 * rise)
     half = np.arcsin(0.5 / radius)
     angle = (2 * mesh.points[:, 0] - 1) * half

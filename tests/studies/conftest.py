@@ -9,6 +9,7 @@ import pytest
 
 from femflex.case import Case, read_case
 
+SAID = 'strain = "linear"\n'  # of the beam, where a test says nothing of it; its load would choose another
 LENGTH, EI, MASS = 4.0, 50.0, 0.5  # m, N m^2, kg/m
 
 HUB_AND_BEAM = f"""
@@ -38,6 +39,7 @@ mesh = "beam.inp"
 members = [{{ group = "BEAM", family = "beam", section = "beam", options = {{ rotary_inertia = false }} }}]
 reduction = {{ method = "cantilever", clamp = "ROOT", modes = 4 }}
 markers.tip = {{ group = "TIP" }}
+strain = "linear"
 
 [[joints]]
 kind = "weld"
@@ -73,6 +75,8 @@ def written(tmp_path: Path) -> Callable[..., Path]:
         for old, new in replaced:
             assert old in text, old
             text = text.replace(old, new)
+        if text.count("strain =") > 1 or "segments =" in text or 'kind = "file"' in text:
+            text = "".join(text.rsplit(SAID, 1))
         (tmp_path / "beam.inp").write_text(beam_mesh(cells))
         path = tmp_path / "case.toml"
         path.write_text(text)

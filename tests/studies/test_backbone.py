@@ -23,7 +23,7 @@ from femflex.reduction import (
     reduce_structure,
     with_derivatives,
 )
-from femflex.studies import backbone
+from femflex.studies import BackboneError, backbone
 from femflex.system import System, weld
 
 H = 0.004
@@ -128,6 +128,14 @@ def test_a_cantilever_hardens_in_its_first_mode_and_softens_in_its_second(mode, 
     assert (4 * rise[0] - rise[1]) / 3 == pytest.approx(exact, rel=2e-4)  # the next term goes with a^4
 
 
+def test_a_meshed_cantilever_hardens_as_much_in_its_first_mode():
+    member = Member("line", "beam", Rectangle(0.004, 0.002), METAL, {"orientation": (0, 1, 0)})
+    structure = build_structure(line([[0, 0, 0], [1.0, 0, 0]], 8), [member])
+    modes = with_derivatives(structure, cantilever_modes(structure, "start", 4))
+    found = backbone(reduce_structure(structure, modes, strain="condensed"), 1, [0.02])
+    assert found.omega[0] / found.small - 1 == pytest.approx(inextensible(1).sum() * 0.02**2, rel=2e-3)
+
+
 def test_a_condensed_motion_repeats_itself_when_the_compiled_equations_run_it():
     body = cantilever(z=3)
     found = backbone(body, 2, [0.03, 0.1])
@@ -166,5 +174,10 @@ def test_what_cannot_be_followed_is_refused(beam):
         backbone(beam, 99, [0.01])
     with pytest.raises(ValueError, match="the body has no skin"):
         backbone(replace(beam, skin=None), 1, [0.01])
-    with pytest.raises(ValueError, match=r"no free vibration with an amplitude of .* m was found near that of"):
-        backbone(oscillator(0.5, 0.0), 1, [0.1, 3.0])  # beyond the potential's ridge
+    with pytest.raises(BackboneError, match=r"no free vibration with an amplitude of .* m was found near that of") as e:
+        backbone(oscillator(0.5, 0.0), 1, [0.1, 0.2, 3.0])  # beyond the potential's ridge
+    reached, whole = e.value.found, backbone(oscillator(0.5, 0.0), 1, [0.1, 0.2])
+    assert list(reached.amplitudes) == [0.1, 0.2] and np.array_equal(reached.omega, whole.omega)
+    with pytest.raises(BackboneError) as e:
+        backbone(oscillator(0.5, 0.0), 1, [30.0])
+    assert e.value.found is None

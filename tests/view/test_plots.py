@@ -26,10 +26,11 @@ def figure(monkeypatch):
 
 def test_what_is_plotted_by_default(tmp_path, run, figure):
     plot_histories(run, tmp_path / "a.png")
-    attitude, deflection, drift = figure().axes
+    attitude, small, deflection, drift = figure().axes
     assert attitude.get_ylabel() == "attitude [deg]" and deflection.get_ylabel() == "deflection [cm]"
     assert drift.get_ylabel() == "relative drift" and drift.get_xlabel() == "time [s]"
-    assert [line.get_label() for line in attitude.lines] == ["pitch", "yaw", "roll"]
+    assert [line.get_label() for line in attitude.lines] == ["pitch", "yaw"]
+    assert [line.get_label() for line in small.lines] == ["roll"]  # 3 deg beside 290
     named = {line.get_label(): line.get_ydata() for line in deflection.lines}
     assert set(named) == {"boom.tip x", "boom.tip y", "boom.tip z", "panel.corner z"}  # in plane it does not move
     assert np.allclose(named["boom.tip y"], 100 * run["markers/boom.tip/deflection"][:, 1])
@@ -87,7 +88,7 @@ def test_slow_spectra_are_in_millihertz(tmp_path, orbiting, figure):
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_png_files_have_their_size_and_theme(tmp_path, run, theme):
     with Image.open(plot_histories(run, tmp_path / "a.png", theme=theme, dpi=50)) as image:
-        assert image.size == (450, 400)
+        assert image.size == (450, 525)
         pixels = np.asarray(image.convert("RGB"))
     assert (pixels[2, 2].mean() > 200) == (theme == "light") and len(np.unique(pixels.reshape(-1, 3), axis=0)) > 50
 
@@ -135,3 +136,42 @@ def test_a_second_run_that_runs_away_does_not_hide_the_first(tmp_path, figure):
     assert figure().axes[0].get_ylim()[1] > 126
     for run in made:
         run.close()
+
+
+def swinging(path, *angles):
+    """A run of angles of joints beside its attitude, (n_t, 3) each [rad]."""
+    names = ("a.angle", "b.angle", "c.angle")
+    channels = {
+        "attitude/angles": Channel("rad", "attitude", (3,), ("roll", "pitch", "yaw")),
+        "q": Channel("rad, rad, rad", "coordinates", (3,), names),
+    }
+    with RunWriter(path, channels, {}) as writer:
+        writer.write_block(np.linspace(0, 10, len(angles[0])), dict(zip(channels, angles, strict=True)))
+    return path
+
+
+def test_angles_that_move_far_less_than_others_get_axes_of_their_own(tmp_path, figure):
+    t = np.linspace(0, 10, 201)
+    q = np.stack([15 * t, 0.5 * np.sin(t), 0.3 + 0 * t], axis=1)
+    with open_run(swinging(tmp_path / "run.h5", 0 * q, q)) as run:
+        plot_histories(run, tmp_path / "a.png", channels=["q"])
+        far, near = figure().axes
+        assert [line.get_label() for line in far.lines] == ["a.angle", "c.angle"]
+        assert [line.get_label() for line in near.lines] == ["b.angle"]
+        assert np.ptp(near.get_ylim()) < 100 < np.ptp(far.get_ylim())  # deg
+        plot_histories(run, tmp_path / "b.png", channels=["q:b.angle", "q:c.angle"])
+        assert len(figure().axes) == 1
+
+
+def test_attitude_angles_are_counted_on_beyond_half_a_turn(tmp_path, figure):
+    t = np.linspace(0, 10, 201)
+    wrapped = np.stack([0.2 * np.sin(t), 0 * t, (4 * t + np.pi) % (2 * np.pi) - np.pi], axis=1)
+    with open_run(swinging(tmp_path / "run.h5", wrapped, 0 * wrapped)) as run:
+        plot_histories(run, tmp_path / "a.png", channels=["attitude/angles"])
+        yaw = next(line for ax in figure().axes for line in ax.lines if line.get_label() == "yaw")
+        assert yaw.get_ydata() == pytest.approx(np.rad2deg(4 * t))
+    few = np.arange(0, 201, 15)  # 3 rad between two rows: which way cannot be told
+    with open_run(swinging(tmp_path / "few.h5", wrapped[few], 0 * wrapped[few])) as run:
+        plot_histories(run, tmp_path / "b.png", channels=["attitude/angles"])
+        yaw = next(line for ax in figure().axes for line in ax.lines if line.get_label() == "yaw")
+        assert yaw.get_ydata() == pytest.approx(np.rad2deg(wrapped[few, 2]))

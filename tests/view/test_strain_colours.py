@@ -9,6 +9,7 @@ import pytest
 from made_runs import craft
 from PIL import Image
 
+import femflex.view.scene
 from femflex import System, compile_system, rigid_body, system
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import Tube
@@ -88,6 +89,18 @@ def test_the_bar_holds_the_whole_run(swinging):
     bent = planned(swinging, Look(colour="strain:curvature_z"), 1.0)
     assert bent.bar.limits == (-bent.bar.top, bent.bar.top)
     assert bent.bar.top >= np.abs(part.strains(y)[:, :, 1]).max() * bent.bar.factor
+
+
+def test_a_picture_says_that_its_bar_is_that_of_the_whole_run(swinging, tmp_path, monkeypatch):
+    said = []
+    real = femflex.view.scene.add_text
+    monkeypatch.setattr(
+        femflex.view.scene, "add_text", lambda r, text, *a, **k: said.append(text) or real(r, text, *a, **k)
+    )
+    for colour in ("energy", "displacement"):
+        said.clear()
+        render_picture(swinging, tmp_path / f"{colour}.png", time=1.0, colour=colour, size=(640, 360))
+        assert "scale of the whole run" in said
 
 
 def test_curvature_is_painted_where_it_is(swinging):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import h5py
 import numpy as np
 import pytest
 from made_runs import write_run
@@ -10,7 +11,7 @@ from PIL import Image
 import femflex.view.terms
 from femflex.results import RunWriter, open_run
 from femflex.system import Channel
-from femflex.view import plot_histories, plot_terms
+from femflex.view import plot_histories, plot_spectra, plot_terms
 from femflex.view.curves import curves_of
 from femflex.view.terms import Explained, contributions
 
@@ -122,22 +123,67 @@ def test_a_second_run_is_dashed_in_the_same_colours(tmp_path, monkeypatch):
     kept = []
     monkeypatch.setattr("femflex.view.plot.saved", lambda fig, path, *_: kept.append(fig) or path)
     with open_run(first) as run, open_run(second) as other:
-        plot_histories(run, tmp_path / "a.png", channels=["attitude/angles"], other=other)
+        plot_histories(run, tmp_path / "a.png", channels=["attitude/angles:pitch", "attitude/angles:yaw"], other=other)
         groups = curves_of(run, ["markers/boom.tip/deflection"], other=other)
         title = run.title
     lines = kept[0].axes[0].lines
     assert [line.get_label() for line in lines] == [
         "pitch",
         "yaw",
-        "roll",
-        "pitch (dashed)",
-        "yaw (dashed)",
-        "roll (dashed)",
+        *(label for label in (line.get_label() for line in lines[2:4]) if label.startswith("_")),
+        "dashed: 2.h5",
     ]
-    assert [line.get_color() for line in lines[:3]] == [line.get_color() for line in lines[3:]]
-    assert all(line.is_dashed() for line in lines[3:]) and not any(line.is_dashed() for line in lines[:3])
-    assert len(lines[0].get_xdata()) == 401 and len(lines[3].get_xdata()) == 201
+    assert [line.get_color() for line in lines[:2]] == [line.get_color() for line in lines[2:4]]
+    assert all(line.is_dashed() for line in lines[2:]) and not any(line.is_dashed() for line in lines[:2])
+    assert len(lines[0].get_xdata()) == 401 and len(lines[2].get_xdata()) == 201
     assert kept[0].get_suptitle() == f"{title}\nin full; dashed: 2.h5"
     assert {curve.unit for curve in groups[0]} == {"cm"} and [curve.second for curve in groups[0]] == [False] * 3 + [
         True
     ] * 3
+
+
+def cut_short(path, end, without):
+    """The run as one that stopped at a time with something left out, and ran away in its last rows."""
+    write_run(path, np.linspace(0, end, 201))
+    with h5py.File(path, "r+") as file:
+        file.attrs["complete"], file.attrs["without"] = False, without
+        file["markers/boom.tip/deflection"][-3:, 1] *= 1e4
+    return path
+
+
+def test_every_plot_with_a_second_run_names_it_and_marks_where_it_stopped(tmp_path, monkeypatch):
+    first, second = write_run(tmp_path / "1.h5", np.linspace(0, 20, 401)), tmp_path / "2.h5"
+    cut_short(second, 12.5, "nonlinear_strain")
+    kept = []
+    monkeypatch.setattr("femflex.view.plot.saved", lambda fig, path, *_: kept.append(fig) or path)
+    with open_run(first) as run, open_run(second) as other:
+        for draw in (plot_histories, plot_spectra):
+            draw(run, tmp_path / "a.png", channels=["attitude/angles", "markers/boom.tip/deflection"], other=other)
+        angles = len(run.names("attitude/angles"))
+    for k, figure in enumerate(kept):
+        assert figure.get_suptitle().endswith("in full; dashed: linear strain")
+        for ax in figure.axes:
+            names = [text.get_text() for text in ax.get_legend().get_texts()]
+            assert names.count("dashed: linear strain") == 1
+            assert names.count("stopped at 12.5 s") == (k == 0)
+    marked = 0
+    for ax in kept[0].axes:
+        crosses = [line for line in ax.lines if line.get_marker() == "x"]
+        marked += len(crosses)
+        assert crosses and all(line.get_xdata() == [12.5] for line in crosses)
+        low, high = ax.get_ylim()
+        assert all(low <= line.get_ydata()[0] <= high for line in crosses)
+    assert marked == angles + 3
+    assert any(line.get_ydata()[0] in kept[0].axes[-1].get_ylim() for line in kept[0].axes[-1].lines[-3:])  # at the rim
+
+
+def test_a_second_run_that_reached_its_end_has_no_mark(tmp_path, monkeypatch):
+    first, second = (write_run(tmp_path / f"{k}.h5", np.linspace(0, 20, 41)) for k in (1, 2))
+    with h5py.File(second, "r+") as file:
+        file.attrs["without"] = "damping, loads/push"
+    kept = []
+    monkeypatch.setattr("femflex.view.plot.saved", lambda fig, path, *_: kept.append(fig) or path)
+    with open_run(first) as run, open_run(second) as other:
+        plot_histories(run, tmp_path / "a.png", channels=["attitude/angles"], other=other)
+    names = [text.get_text() for text in kept[0].axes[0].get_legend().get_texts()]
+    assert names == ["pitch", "yaw", "dashed: without damping, without push"]

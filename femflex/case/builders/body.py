@@ -9,9 +9,10 @@ import numpy as np
 
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
+from femflex.case.builders.curved import of_curved
+from femflex.case.builders.load_buckling import judged_loads, warn_of_analytic, warn_of_meshed
 from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
-from femflex.case.builders.strain import chosen_strain
 from femflex.case.builders.structure import PLACE, build_mesh, build_modes, build_structure_of
 from femflex.case.case import Case
 from femflex.case.load import LoadTable
@@ -42,15 +43,16 @@ Told = Callable[[str], None]  # called with what is being done, for a progress d
 def build_bodies(case: Case, modes: int | None = None, refine: int = 0, told: Told | None = None) -> dict[str, Part]:
     """All bodies of a case by name, with other numbers of modes or finer meshes if asked.
 
-    Bodies whose tables say the same but for their initial state are built once and shared.
+    Bodies whose tables say the same but for their initial state are built once and shared; with nonlinear strain, those
+    under the same loads.
     Raises CaseError with the problems of all bodies together.
     """
     bodies: dict[str, Part] = {}
     alike: dict[str, Part] = {}
     problems: list[Problem] = []
     for name, table in case.bodies.items():
-        turning = sorted(turning_markers(case, name))  # decides what is warned of
-        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {turning}"
+        warned = [sorted(turning_markers(case, name)), *judged_loads(case, name)]  # decide what is warned of
+        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {warned}"
         if key in alike:
             bodies[name] = alike[key]
             continue
@@ -65,20 +67,10 @@ def build_bodies(case: Case, modes: int | None = None, refine: int = 0, told: To
     return bodies
 
 
-def build_body(case: Case, name: str, modes: int | None = None, refine: int = 0) -> FlexibleBody:
-    """The body of that name, in one piece. Raises CaseError with what is wrong with it."""
-    part = build_part(case, name, modes, refine)
-    if isinstance(part, Segments):
-        text = (
-            f"found a body cut into {len(part.bodies)} segments, which has no one set of modes; leave out "
-            "segments, in a copy of the case, to see the whole"
-        )
-        raise CaseError(case.path.name, [Problem(f"bodies.{name}", text)])
-    return part
-
-
 def build_part(case: Case, name: str, modes: int | None = None, refine: int = 0, segments: int | None = None) -> Part:
     """The body of that name, or its Segments when it is cut (into `segments` instead of the case's number, if given).
+
+    Its strain is what the case says, or linear. `build_body` looks at the system for what the case does not say.
 
     Raises CaseError with what is wrong with it.
     """
@@ -100,7 +92,7 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
     if isinstance(table, RigidTable):
         return _rigid(case, table)
     if isinstance(table, AnalyticTable):
-        return _analytic(case, table, modes)
+        return _analytic(case, name, table, modes)
     if isinstance(table, FileTable):
         return _from_file(case, name, table, modes)
     assert isinstance(table, FlexibleTable)
@@ -110,21 +102,26 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
 
 
 def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, modeset: ModeSet) -> FlexibleBody:
-    """The body of a structure and its set, with the strain that the case says or calls for."""
-    r, strain, note = table.reduction, table.strain, ""
+    """The body of a structure and its set, with the strain that the case says, or linear."""
+    r, strain = table.reduction, table.strain or "linear"
     keep = r.derivatives if isinstance(r, Stretchable) else "none"
     groups, turning = marker_groups(table), turning_markers(case, name)
     ignored = None
-    if strain in (None, "linear") and 0 < modeset.n_modes <= MANY and not isinstance(r, LumpedTable):
+    if strain == "linear" and 0 < modeset.n_modes <= MANY and not isinstance(r, LumpedTable):
         ignored = foreshortening(structure, modeset, groups)
-    if strain is None:
-        strain, note = ("linear", "") if ignored is None else chosen_strain(case, table, ignored)
+    if ignored is not None and keep in ("none", 0):
+        ignored = replace(ignored, remedy=f"drop derivatives = {keep!r} and {ignored.remedy}")
     if strain == "condensed" and keep is None:
         modeset = with_derivatives(structure, modeset)
     body = reduce_structure(structure, modeset, groups, _damping(table.damping), strain, turning)
+    if strain != "linear":
+        warn_of_meshed(case, name, groups, structure, modeset)
     if strain == "nonlinear" and isinstance(r, Stretchable) and keep != "none" and body.n_modes:
         require_stretch(structure, modeset, body.strain)
-    return replace(body, note=note, ignored=ignored if strain == "linear" else None)
+    note = ""
+    if strain != "linear" and isinstance(r, Stretchable) and r.deflection is None and modeset.held.size:
+        note = of_curved(structure, modeset)
+    return replace(body, note=note, ignored=ignored)
 
 
 def turning_markers(case: Case, name: str) -> set[str]:
@@ -171,7 +168,7 @@ def _rigid(case: Case, table: RigidTable) -> FlexibleBody:
     return rigid_body(table.mass, J, centre, markers, rigid_skin(case, table))
 
 
-def _analytic(case: Case, table: AnalyticTable, modes: int | None) -> FlexibleBody:
+def _analytic(case: Case, name: str, table: AnalyticTable, modes: int | None) -> FlexibleBody:
     values = table.model_dump(include=set(UniformBeam.__dataclass_fields__) - {"mass_per_length"})
     mass = table.mass_per_length if table.mass is None else table.mass / table.length
     assert mass is not None
@@ -179,14 +176,14 @@ def _analytic(case: Case, table: AnalyticTable, modes: int | None) -> FlexibleBo
     if modes is not None:
         functions |= {key: modes for key in ("y", "z", "axial", "torsion") if functions[key]}
     beam, chosen = UniformBeam(mass_per_length=mass, **values), BeamFunctions(**functions)
-    strain, note, ignored = table.strain, "", None
-    if strain in (None, "linear") and (chosen.y or chosen.z):
+    strain, ignored = table.strain or "linear", None
+    if strain == "linear" and (chosen.y or chosen.z):
         bending = replace(chosen, axial=0, torsion=0)
         ignored = foreshortening_of(beam_body(beam, bending, strain="condensed"))
-        if strain is None:
-            strain, note = chosen_strain(case, table, ignored)
-    body = beam_body(beam, chosen, _damping(table.damping), strain=strain or "linear")
-    return replace(body, note=note, ignored=ignored if body.strain.is_linear else None)
+    body = beam_body(beam, chosen, _damping(table.damping), strain=strain)
+    if not body.strain.is_linear:
+        warn_of_analytic(case, name, beam, chosen)
+    return replace(body, ignored=ignored)
 
 
 def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> FlexibleBody:
@@ -209,6 +206,9 @@ def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> Fl
         damped = [body.strain.is_linear or kind != "derivative" for kind in body.kinds or ("",) * body.n_modes]
         Me = body.without_slaves().moments.elastic_mass()
         body = replace(body, damping=bending_damping(damping, Me, body.strain.V1, damped[: body.n_modes]))
+    if body.ignored is not None:
+        remedy = f"make {table.file} anew (femflex body) from a case that gives it strain = 'condensed'"
+        body = replace(body, ignored=replace(body.ignored, remedy=remedy))
     return body
 
 

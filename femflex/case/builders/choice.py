@@ -1,4 +1,4 @@
-"""Strain of the bodies that do not say: by what linear strain would leave out where their system starts."""
+"""Strain of the bodies that do not say: by what their system is foreseen to come to with linear strain."""
 
 from __future__ import annotations
 
@@ -6,37 +6,26 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from femflex.case.body import AnalyticTable, FlexibleTable
-from femflex.case.builders.strain import (
-    LONG,
-    SAMPLES,
-    Reach,
-    Strain,
-    fastest_joints,
-    judged,
-    largest_stiffening,
-)
+from femflex.case.body import AnalyticTable, FlexibleTable, Strain
+from femflex.case.builders.foresight import Foresight, foreseen
+from femflex.case.builders.references import duration_of
+from femflex.case.builders.strain import Reach, judged
 from femflex.case.case import Case
-from femflex.case.reduction import Stretchable
 from femflex.dynamics import compile_system
+from femflex.dynamics.reports.bends import bends
 from femflex.dynamics.reports.ignored import IgnoredStiffness
 from femflex.system import Environment, Frame, System
-
-Array = NDArray[np.float64]
 
 
 def undecided(case: Case) -> list[str]:
     """Names of the bodies whose strain is left to be chosen."""
     names = []
     for name, table in case.bodies.items():
-        if isinstance(table, AnalyticTable) and table.strain is None:
+        bending = isinstance(table, AnalyticTable) and (table.functions.y or table.functions.z)
+        whole = isinstance(table, FlexibleTable) and table.cut is None
+        if (bending or whole) and getattr(table, "strain", None) is None:
             names.append(name)
-        if isinstance(table, FlexibleTable) and table.strain is None and table.cut is None:
-            r = table.reduction
-            if isinstance(r, Stretchable) and r.derivatives not in ("none", 0):
-                names.append(name)
     return names
 
 
@@ -47,39 +36,19 @@ def with_strains(case: Case, strains: Mapping[str, Strain]) -> Case:
 
 
 def choices(case: Case, system: System, names: list[str]) -> dict[str, tuple[Strain, str]]:
-    """Strain and its reason of bodies that are linear in this system, as far as it is known of them."""
-    reaches = reaches_of(case, system)
-    found = {}
-    for name in names:
-        table = case.bodies[name]
-        if name in reaches and isinstance(table, FlexibleTable | AnalyticTable):
-            found[name] = judged(table, reaches[name])
-    return found
+    """Strain and its reason of bodies that are linear in this system; those that are rigid need none.
 
-
-def reaches_of(case: Case, system: System) -> dict[str, Reach]:
-    """What linear strain leaves out of each body at the initial state, under all loads and specified motions to come.
-
-    Of a case with a diagram over spins, the fastest of them counts too; so do the rates of joints, about the worst
-    axis of a body, for what moves freely may come to turn so.
+    Of a case with a diagram over spins, the fastest of them counts too.
     """
-    systems = [system]
+    found = reaches(foreseen(system, duration_of(case, system)))
     if case.campbell is not None and (given := case.campbell.axis or case.attitude.spin) is not None:
         axis = np.array(given) / np.linalg.norm(given)
-        systems.append(replace(system, frame=Frame("spinning", axis * case.campbell.speeds[-1])))
-    found: dict[str, Reach] = {}
-    for each in systems:
-        for name, reach in _reaches(each, float(case.run.duration or LONG)).items():
-            found[name] = _wider(found[name], reach) if name in found else reach
-    if (spin := fastest_joints(case)) > 0.0:
-        for name, reach in found.items():
-            ignored = system.bodies[name].ignored
-            assert ignored is not None
-            own = largest_stiffening(ignored, spin)
-            found[name] = _wider(reach, Reach(own, own, spin, spin))
+        spun = compile_system(replace(system, frame=Frame("spinning", axis * case.campbell.speeds[-1])))
+        fastest = reaches(Foresight(spun, np.zeros(1), spun.x0[None], spun.x0[None]))
+        found = {name: _wider(reach, fastest[name]) for name, reach in found.items()}
     for name, gain in weights_of_swingers(system).items():
         found[name] = _wider(found[name], Reach(gain, -gain, 0.0, 0.0))
-    return found
+    return {name: judged(found[name]) for name in names if name in found}
 
 
 def weights_of_swingers(system: System) -> dict[str, float]:
@@ -113,20 +82,24 @@ def _turns(system: System, name: str | None) -> bool:
     return False
 
 
-def _reaches(system: System, until: float) -> dict[str, Reach]:
-    model = compile_system(system)
-    times = np.zeros(1)
-    if len(model.breaks):  # something is told over time: a load or a motion
-        knots = np.concatenate([model.breaks, (model.breaks[1:] + model.breaks[:-1]) / 2])
-        times = np.union1d(np.linspace(0.0, until, SAMPLES), knots[(knots >= 0.0) & (knots <= until)])
-    seen = model.observe(times, np.tile(model.x0, (len(times), 1)))
+def reaches(view: Foresight) -> dict[str, Reach]:
+    """How far each elastic body goes in what is foreseen, by what runs warn of."""
+    model = view.model
+    channels = model.observe(view.times, view.carried)
+    gains = IgnoredStiffness(model.system).gains(channels)
     out = {}
-    for name, gain in IgnoredStiffness(system).gains(seen).items():
-        rate = np.linalg.norm(seen[f"bodies/{name}/rate"], axis=1)
-        out[name] = Reach(float(gain.max()), float(gain.min()), float(rate[np.argmax(gain)]), float(rate.max()))
+    for bend, start in zip(bends(model), bends(model), strict=True):
+        bend.moved(view.bent)
+        start.moved(model.x0[None])
+        rate = np.linalg.norm(channels[f"bodies/{bend.name}/rate"], axis=1)
+        gain = gains.get(bend.name, np.zeros(len(rate)))
+        pulled = float(gain.max()), float(gain.min()), float(rate[np.argmax(gain)]), float(rate.max())
+        out[bend.name] = Reach(*pulled, max(bend.reached, start.reached), start.reached, bend.size, view.short)
     return out
 
 
 def _wider(a: Reach, b: Reach) -> Reach:
     spin = a.spin if a.most >= b.most else b.spin
-    return Reach(max(a.most, b.most), min(a.least, b.least), spin, max(a.fastest, b.fastest))
+    return replace(
+        a, most=max(a.most, b.most), least=min(a.least, b.least), spin=spin, fastest=max(a.fastest, b.fastest)
+    )

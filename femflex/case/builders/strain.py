@@ -1,82 +1,93 @@
-"""Which strain a flexible body of a case gets: what it says, or the one its spin and bend call for."""
+"""Which strain a flexible body of a case gets that does not say: the one that its motion calls for, as foreseen."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
-from femflex.body import Foreshortening
-from femflex.case.body import AnalyticTable, FlexibleTable
-from femflex.case.case import Case
-from femflex.case.reduction import Stretchable
+from femflex.case.body import Strain
+from femflex.dynamics.reports.bends import BENT, SWUNG
+from femflex.dynamics.reports.ignored import STIFFENED
 
-Strain = Literal["linear", "nonlinear", "condensed"]
-
-STIFFENED = 0.01  # of the first frequency: spins that would stiffen a body by more get condensed strain
+LEEWAY = 0.5  # of what runs warn of: from there on strain is condensed, for what is foreseen is an estimate
 TOLD = 5e-5  # less than the hundredth of a per cent that is printed
-BENT = 0.05  # initial displacement over length from which on strain is condensed
-LONG = 1e4  # s, looked at of a specified motion where the duration is given in orbits
-SAMPLES = 400  # of a specified motion, for its largest rate
+STILL = 1e-12  # rad/s: rounding
 KEEPS = " (strain = 'linear' would keep it so)"
 
 
 @dataclass(frozen=True)
 class Reach:
-    """How far the stiffness of a body goes: the most and least that is added, in parts of its first shape's own.
+    """How far a body goes, as foreseen.
 
-    spin: its rate where most is added [rad/s]; fastest: its largest rate.
+    most, least    what is added to the stiffness of its first shape, in parts of it
+    spin, fastest  its rate where most is added, and its largest rate [rad/s]
+    bent, start    largest displacement of a place over the body's size, along the motion and at its start
+    size           diagonal of its box [m]
+    doubt          why less than the whole is foreseen, or nothing
     """
 
     most: float
     least: float
     spin: float
     fastest: float
+    bent: float = 0.0
+    start: float = 0.0
+    size: float = 0.0
+    doubt: str = ""
 
 
-def chosen_strain(case: Case, table: FlexibleTable | AnalyticTable, ignored: Foreshortening) -> tuple[Strain, str]:
-    """Strain of a body that does not say, looked at alone, and the reason; ignored: what linear strain leaves out.
-
-    Alone it turns about its own origin with nothing on it; `choice` looks at it in its system.
-    """
-    r = getattr(table, "reduction", None)
-    if isinstance(table, FlexibleTable) and (
-        not isinstance(r, Stretchable) or getattr(r, "derivatives", None) in ("none", 0)
-    ):
-        return "linear", ""
-    spin = fastest_turn(case)
-    own = largest_stiffening(ignored, spin)
-    return judged(table, Reach(own, own, spin, spin))
-
-
-def judged(table: FlexibleTable | AnalyticTable, reach: Reach) -> tuple[Strain, str]:
-    """The strain that a body wants of which linear strain leaves so much out, and the reason."""
+def judged(reach: Reach) -> tuple[Strain, str]:
+    """The strain that a body wants, and why: what linear strain leaves out of it, or does not hold up to."""
     raised = float(np.sqrt(1.0 + max(reach.most, 0.0)) - 1.0)
     fallen = 1.0 - float(np.sqrt(max(1.0 + min(reach.least, 0.0), 0.0)))
     way = f"turning at {reach.spin:.4g} rad/s" if reach.spin > 0.0 else "what pulls along it"
-    if raised > STIFFENED and raised >= fallen:
-        text = f"{way} may raise the first frequency {grown(raised)}, which linear strain leaves out"
-        return "condensed", f"strain is condensed: {text}{KEEPS}"
-    if fallen > STIFFENED:
+    why = ""
+    if raised > LEEWAY * STIFFENED and raised >= fallen:
+        why = f"{way} may raise the first frequency {grown(raised)}, which linear strain leaves out"
+    elif fallen > LEEWAY * STIFFENED:
         how = f"lower the first frequency by {fallen:.1%}" if fallen < 1.0 else "make it buckle in its first shape"
-        text = f"loads or inertia that press along it may {how}, which linear strain leaves out"
-        return "condensed", f"strain is condensed: {text}{KEEPS}"
-    if (bent := initial_bend(table)) > BENT:
-        text = f"the body starts bent by {bent:.0%} of its length, and linear strain holds up to about {BENT:.0%}"
-        return "condensed", f"strain is condensed: {text}{KEEPS}"
-    return "linear", f"strain is linear: {_small(reach, raised, fallen, way)}"
+        why = f"loads or inertia that press along it may {how}, which linear strain leaves out"
+    elif reach.bent > LEEWAY * BENT:
+        why = f"{_bent(reach)}, over half of the {BENT:.0%} that linear strain holds up to"
+    if not why:
+        return "linear", f"{_small(reach, raised, fallen, way)}; {_hardly_bent(reach)}"
+    return "condensed", f"{why}{KEEPS}{_far(reach)}"
+
+
+def _bent(reach: Reach) -> str:
+    size = f"of its size of {reach.size:.3g} m"
+    if reach.start > LEEWAY * BENT:
+        return f"the body starts bent by {reach.start:.0%} {size}"
+    return f"loads and motions may bend it by {reach.bent:.0%} {size}"
+
+
+def _far(reach: Reach) -> str:
+    """A word on bends that condensed strain does not hold up to either."""
+    if reach.bent <= SWUNG:
+        return ""
+    return (
+        f"; foreseen is a bend of {reach.bent:.0%}, and condensed strain holds up to about {SWUNG:.0%}: where it "
+        "really bends so far, cut the member into segments"
+    )
 
 
 def _small(reach: Reach, raised: float, fallen: float, way: str) -> str:
-    """Why linear strain is enough, in words."""
+    """Why linear strain is enough for what pulls along the body, in words."""
     if max(raised, fallen) >= TOLD:
         if fallen > raised:
             return f"loads or inertia that press along it lower the first frequency by {fallen:.2%}"
         return f"{way} raises the first frequency by {raised:.2%}"
-    if reach.fastest == 0.0:
-        return "the case tells of no spin that would stiffen it"
+    if reach.fastest < STILL:
+        return "it does not turn"
     return f"turning at {reach.fastest:.4g} rad/s does not stiffen it (by less than {TOLD:.3%})"
+
+
+def _hardly_bent(reach: Reach) -> str:
+    """Why linear strain is enough for how far the body bends, and how far that is foreseen."""
+    foreseen = f"loads and motions bend it by {reach.bent:.2%} of its size at most"
+    foreseen = foreseen if reach.bent >= TOLD else "nothing bends it"
+    return f"{foreseen}, foreseen {reach.doubt}; the run watches it" if reach.doubt else foreseen
 
 
 def grown(gain: float) -> str:
@@ -86,48 +97,3 @@ def grown(gain: float) -> str:
     ('by 16.2%', '14.5-fold')
     """
     return f"by {gain:.1%}" if gain < 1.0 else f"{1.0 + gain:.3g}-fold"
-
-
-def largest_stiffening(ignored: Foreshortening, spin: float) -> float:
-    """The largest part of its own stiffness that a spin about any axis through the origin adds to the first shape."""
-    g = ignored.mass[1:]
-    return max(float(spin**2 * (np.linalg.eigvalsh((g + g.T) / 2)[-1] - np.trace(g))), 0.0)
-
-
-def fastest_turn(case: Case) -> float:
-    """What the case says of how fast anything turns [rad/s]: the attitude's rates, and those of joints, added up."""
-    attitude = case.attitude
-    total = sum(float(np.linalg.norm(rate)) for rate in (attitude.spin, attitude.rates) if rate is not None)
-    if case.campbell is not None:
-        total = max(total, case.campbell.speeds[-1])
-    return total + fastest_joints(case)
-
-
-def fastest_joints(case: Case) -> float:
-    """What the case says of how fast joints turn [rad/s], added up."""
-    total = 0.0
-    until = float(case.run.duration or LONG)
-    for joint in case.joints:
-        for key in ("rate", "rates"):
-            given = getattr(joint, key, None)
-            total += float(np.linalg.norm(given)) if given is not None else 0.0
-        for key in ("angle", "angles"):
-            for motion in joint.motions(key):
-                if motion is not None and motion.profile is not None:
-                    profile = motion.profile(case.path.parent)
-                    times = np.linspace(max(profile.first, 0.0), min(profile.last, until), SAMPLES)
-                    total += float(np.abs(profile(times)[1]).max())
-    return total
-
-
-def initial_bend(table: FlexibleTable | AnalyticTable) -> float:
-    """Initial displacement over the body's length, where the case tells both."""
-    start = table.initial
-    if start is None:
-        return 0.0
-    if start.relative is not None:
-        return float(np.linalg.norm(start.relative))
-    length = start.length or getattr(table, "length", None)
-    if start.displacement is None or not length:
-        return 0.0
-    return float(np.linalg.norm(start.displacement)) / float(length)

@@ -36,6 +36,7 @@ from femflex.reduction import (
     warn_of_initial_stress,
     with_attachment,
     with_derivatives,
+    with_responses,
     with_third_derivatives,
 )
 
@@ -106,10 +107,12 @@ def build_modes(
         warn_of_initial_stress(f"bodies.{name}", given, structure, meant)
     if isinstance(r, Stretchable):
         found = with_third_derivatives(structure, _vibrating(structure, r, modes), r.third_derivatives)
-        keep = r.derivatives
-        if keep is None or keep in ("none", 0):
-            return structure, found
-        return structure, with_derivatives(structure, found, keep, r.deflection)
+        if r.derivatives not in (None, "none", 0):
+            found = with_derivatives(structure, found, r.derivatives, None if r.responses else r.deflection)
+        if r.responses and r.deflection is not None:
+            ways = [way for way in getattr(r, "attachment", ()) if way in "xyz"]
+            found = with_responses(structure, found, r.responses, r.deflection, ways)
+        return structure, found
     if isinstance(r, NodalTable):
         return structure, nodal(structure, clamp_of(r.clamp))
     if isinstance(r, LumpedTable):

@@ -18,6 +18,7 @@ from femflex.case.builders.joints import build_joints, root_joint
 from femflex.case.builders.loads import build_loads
 from femflex.case.builders.references import channel_problems, motion_problems, size_problems
 from femflex.case.builders.start import placed
+from femflex.case.builders.stretching import stretching
 from femflex.case.case import Case
 from femflex.case.orbit import OrbitTable
 from femflex.case.problems import CaseError, Problem
@@ -39,15 +40,15 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
     parts = _bodies_and_loads(linear, None)[0]
     system = _system(linear, parts)
     chosen = choices(case, system, names)
-    stiff = [name for name, (strain, _) in chosen.items() if strain == "condensed"]
-    if stiff:
-        asked = with_strains(case, dict.fromkeys(stiff, "condensed"))
-        parts |= build_bodies(asked.model_copy(update={"bodies": {name: asked.bodies[name] for name in stiff}}))
-        system = _system(case, parts)
+    if reasons := {name: why for name, (strain, why) in chosen.items() if strain != "linear"}:
+        others, said = stretching(case, reasons)
+        chosen |= said
+        system = _system(case, parts | others)
     noted: dict[tuple[int, str], FlexibleBody] = {}  # bodies alike stay one
     found = dict(system.bodies)
-    for name, (_, note) in chosen.items():
+    for name, (strain, why) in chosen.items():
         body = found[name]
+        note = "; ".join(part for part in (f"strain is {strain}: {why}", body.note) if part)
         found[name] = noted.setdefault((id(body), note), replace(body, note=note))
     return replace(system, bodies=found)
 

@@ -70,16 +70,23 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
 
     unit = np.eye(n) * max(1.0, float(np.abs(u).max(initial=0.0)))
     D = np.column_stack([(residual(q, u + e) - residual(q, u - e)) / (2 * e.max()) for e in unit])
-    free = np.flatnonzero(~held_freedoms(model))
     K = stiffness(model, t, x, accelerations, multipliers(model, t, x))
-    M, D, K, W = (A[np.ix_(free, free)] for A in (model.mass_matrix(t, x), D, K, turning(model, u)))
-    names = np.array([name for name, _ in model.system.velocity_names()])[free]
-    if model.constraints is not None:
-        own, Z = independent(
-            model.constraints.matrix(t, x)[:, free], usual_sizes(model)[free], slack_of_loops(model.system)
-        )
-        M, D, K, W, names = Z.T @ M @ Z, Z.T @ D @ Z, Z.T @ K @ Z, W[np.ix_(own, own)], names[own]
-    return Linearised(M, D, K, W, tuple(str(name) for name in names))
+    own, Z = free_directions(model, t, x)
+    M, D, K = (Z.T @ A @ Z for A in (model.mass_matrix(t, x), D, K))
+    names = [name for name, _ in model.system.velocity_names()]
+    return Linearised(M, D, K, turning(model, u)[np.ix_(own, own)], tuple(names[k] for k in own))
+
+
+def free_directions(model: Model, t: float, x: Array) -> tuple[NDArray[np.int64], Array]:
+    """Freedoms (m,) that are neither held nor follow others through loops, and how all move with them, (n_u, m)."""
+    free = np.flatnonzero(~held_freedoms(model))
+    Z = np.eye(model.n_u)[:, free]
+    if model.constraints is None:
+        return free, Z
+    own, following = independent(
+        model.constraints.matrix(t, x)[:, free], usual_sizes(model)[free], slack_of_loops(model.system)
+    )
+    return free[own], Z @ following
 
 
 def held_freedoms(model: Model) -> NDArray[np.bool_]:

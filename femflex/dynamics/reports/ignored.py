@@ -14,6 +14,8 @@ from femflex.system import System
 
 Array = NDArray[np.float64]
 
+STIFFENED = 0.02  # of the first frequency: what spin or loads change of it from which its lack is told
+
 
 @dataclass(frozen=True)
 class Pull:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.body import Foreshortening
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -44,20 +45,24 @@ class Bend:
             self._delta = states[row, self.at : self.at + self._body.n_modes].copy()
         return moved
 
+    @property
+    def reached(self) -> float:
+        """Largest displacement of a place of the body over its size."""
+        displaced = np.einsum("spa,s->pa", self._places, self._body.amplitudes(self._delta))
+        return float(np.linalg.norm(displaced, axis=1).max()) / self.size
+
     def warn(self, verb: str) -> None:
         """Warn when the body was bent by more than its strain is good for, with both numbers."""
         body = self._body
-        linear = body.strain.is_linear and not len(body.slaves)
-        strain, bound, way = ("linear", BENT, "choose strain = 'condensed', ")
-        if not linear:
-            strain, bound, way = ("nonlinear", SWUNG, "cut the member into segments, ")
-        displaced = np.einsum("spa,s->pa", self._places, body.amplitudes(self._delta))
-        largest = float(np.linalg.norm(displaced, axis=1).max())
-        if largest > bound * self.size:
+        bound, way = BENT, f"{(body.ignored or Foreshortening()).remedy}, "
+        if body.strain_form != "linear":
+            bound, way = SWUNG, "cut the member into segments, "
+        if (reached := self.reached) > bound:
+            told = f" Before the run: {body.note}." if body.note and bound == BENT else ""
             warnings.warn(
-                f"body {self.name!r} {verb} displaced by {largest:.3g} m, {largest / self.size:.0%} of its size of "
-                f"{self.size:.3g} m; {strain} strain holds up to about {bound:.0%}. Check stiffness, loads and units, "
-                f"{way}or read the result as an indication.",
+                f"body {self.name!r} {verb} displaced by {reached * self.size:.3g} m, {reached:.0%} of its size of "
+                f"{self.size:.3g} m; {body.strain_form} strain holds up to about {bound:.0%}. Check stiffness, loads "
+                f"and units, {way}or read the result as an indication.{told}",
                 PhysicsWarning,
                 stacklevel=3,
             )

@@ -1,0 +1,22 @@
+"""What is said of curved bodies: derivatives taken at rest do not hold as far as they bend."""
+
+from __future__ import annotations
+
+from femflex.fem.structure import Structure
+from femflex.reduction import ModeSet, rise, softest
+
+SOFTENED = 0.5  # tangent stiffness left at a bend, over that at rest, below which a body is called curved
+REACHED = 3.0  # deflection over rise that responses should reach: beyond the state snapped through, at twice the rise
+
+
+def of_curved(structure: Structure, modes: ModeSet) -> str:
+    """What should be said of derivatives at rest of a structure that softens as it bends; nothing where it does not."""
+    left, high = softest(structure, modes), rise(structure)
+    if left > SOFTENED or not high:
+        return ""
+    how = f"to {left:.0%} of that at rest" if left > 0 else "below zero: it snaps through"
+    return (
+        f"it is curved (it rises by {high:.3g} m), and bent one way a low shape's stiffness falls {how}, which "
+        "derivatives taken at rest follow in part alone; for bends so far give strain = 'nonlinear' with "
+        f"responses = 8, deflection = '{REACHED * high:.2g} m' and attachment in the direction of the load"
+    )

@@ -1,0 +1,138 @@
+"""What a system will come to, foreseen before its run: its bodies moved as rigid ones, and their small elastic answer.
+
+The rigid motion goes through all loads, specified motions, springs and stops to come, and knows the spin that torques
+reach and the way that a craft gives; it has no fast vibration, and so costs a small part of the run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.case.builders.integrator import typical_sizes
+from femflex.dynamics import Model, compile_system
+from femflex.dynamics.equilibria.elastic_answer import elastic_answer, elastic_places
+from femflex.dynamics.joints.drive_report import specified_states
+from femflex.dynamics.terms.without import stiffened
+from femflex.integrate import Dop853, IntegrationError
+from femflex.system import System
+
+Array = NDArray[np.float64]
+Motion = tuple[Array, Array]  # times (n_t,) and states (n_t, n_x)
+
+RTOL = 1e-6  # of the rigid motion
+ROWS = 2000  # spread over the time looked at
+CLOSED = 4  # times fewer of them where loops have to be solved for in each
+PER_PERIOD = 12  # rows for each period of specified sines
+MOST_ROWS = 12_000
+AFTER = np.arange(1, 9) / 8  # of the slowest vibration's period, after whatever comes suddenly
+PARTS, MOST_RATES = 64, 200_000  # the motion is foreseen part by part, until this many rates are spent: up to a second
+MANY = 400  # coordinates up to which the elastic answer is sought
+
+
+@dataclass(frozen=True, eq=False)
+class Foresight:
+    """A motion foreseen.
+
+    times    (n_t,) [s]
+    carried  (n_t, n_x) states of the model moved as rigid bodies, elastic coordinates zero
+    bent     (n_t, n_x) the same with their elastic answer
+    short    how far alone it is foreseen, and why; nothing for the whole
+    """
+
+    model: Model
+    times: Array
+    carried: Array
+    bent: Array
+    short: str = ""
+
+
+def foreseen(system: System, until: float) -> Foresight:
+    """What the system comes to in a run until that time [s]; as far as that costs little."""
+    system = replace(system, reactions=False, sights=())
+    model = compile_system(system)
+    start = Foresight(model, np.zeros(1), model.x0[None], model.x0[None])
+    try:
+        rigid = compile_system(stiffened(system, set(system.bodies)))
+        motion, short = _moved(rigid, looked_at(model, until))
+        states, rates = _taken_along(model, rigid, motion)
+    except (ValueError, np.linalg.LinAlgError) as error:
+        return replace(start, short=f"at the start alone ({_first(error)})")
+    moved = Foresight(model, motion[0], states, states, short)
+    if model.n_u > MANY:
+        return replace(moved, short=f"without its bending ({model.n_u} coordinates, over {MANY})")
+    try:
+        return replace(moved, bent=elastic_answer(model, motion[0], states, rates))
+    except (ValueError, np.linalg.LinAlgError) as error:
+        return replace(moved, short=f"without its bending ({_first(error)})")
+
+
+def _first(error: Exception) -> str:
+    """The first line of what an error says."""
+    return str(error).partition("\n")[0].rstrip(".")
+
+
+def looked_at(model: Model, until: float) -> Array:
+    """The times that are looked at: spread out, denser under specified sines, beside all jumps and as answers swing."""
+    sines = [profile.sines[:, 1].max(initial=0.0) for joint in model.system.joints for profile in joint.held.values()]
+    turns = max(sines, default=0.0) * until / (2.0 * np.pi)
+    rows = ROWS if model.constraints is None else ROWS // CLOSED
+    times = np.linspace(0.0, until, int(np.clip(PER_PERIOD * turns, rows, MOST_ROWS)))
+    jumps = model.breaks[(model.breaks >= 0.0) & (model.breaks < until)]
+    jumps = jumps[:: max(1, len(jumps) // ROWS)]
+    period = slowest_period(model)
+    beside = [jumps - 1e-9 * until, jumps, jumps + 1e-9 * until, (jumps[1:] + jumps[:-1]) / 2]
+    if len(jumps) < ROWS // len(AFTER):
+        beside.append((np.append(jumps, 0.0)[:, None] + period * AFTER).ravel())
+    found = np.unique(np.concatenate([times, *beside]))
+    return found[(found >= 0.0) & (found <= until)]
+
+
+def slowest_period(model: Model) -> float:
+    """Period of the slowest shape of all bodies [s], each held alone."""
+    found = []
+    for body in model.system.bodies.values():
+        stiffness, mass = np.diag(body.strain.V1), np.diag(body.without_slaves().moments.elastic_mass())
+        found += [2.0 * np.pi * float(np.sqrt(m / k)) for k, m in zip(stiffness, mass, strict=True) if k > 0.0]
+    return max(found, default=0.0)
+
+
+def _moved(rigid: Model, times: Array) -> tuple[Motion, str]:
+    """The motion of rigid bodies at these times, or up to where it costs too much or runs away, and why."""
+    if not rigid.n_x:
+        return (times, np.zeros((len(times), 0))), ""
+    sizes = typical_sizes(rigid, float(times[-1]))
+    method = Dop853(rtol=RTOL, atol=0.1 * RTOL * sizes)
+    found: list[Motion] = []
+    resume = None
+    for part in np.array_split(times, PARTS):
+        try:
+            done = method.solve(rigid, part, rigid.x0, state=resume)
+        except IntegrationError as error:
+            found.append((error.times, error.states))
+            return _joined(found), f"up to t = {error.t:.4g} s alone, where the bodies fail to move on as rigid ones"
+        found.append((done.times, done.states))
+        resume = done.resume
+        if done.steps.evaluations > MOST_RATES and part[-1] < times[-1]:
+            return _joined(found), f"up to t = {part[-1]:.4g} s alone, for what more would cost"
+    return _joined(found), ""
+
+
+def _joined(parts: Sequence[Motion]) -> Motion:
+    times, states = (np.concatenate(side) for side in zip(*parts, strict=True))
+    return times, states
+
+
+def _taken_along(model: Model, rigid: Model, motion: Motion) -> tuple[Array, Array]:
+    """States and accelerations of the model, elastic ones zero, that move as the rigid model does."""
+    qe, ue = elastic_places(model)
+    q, u = np.delete(np.arange(model.n_q), qe), np.delete(np.arange(model.n_u), ue)
+    times, found = motion[0], specified_states(rigid, *motion)
+    states, rates = np.zeros((len(times), model.n_x)), np.zeros((len(times), model.n_u))
+    states[:, q], states[:, model.n_q + u] = found[:, : rigid.n_q], found[:, rigid.n_q :]
+    for row, t, x in zip(rates, times, found, strict=True):
+        row[u] = rigid.state_rate(float(t), x)[rigid.n_q :]
+    return states, rates

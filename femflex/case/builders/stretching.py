@@ -1,0 +1,75 @@
+"""Bodies that linear strain does not do for, with condensed strain, or nonlinear where they cannot be condensed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from femflex.case.body import FlexibleTable, Strain
+from femflex.case.builders.body import build_bodies
+from femflex.case.builders.choice import with_strains
+from femflex.case.builders.strain import KEEPS
+from femflex.case.case import Case
+from femflex.case.problems import CaseError
+from femflex.case.reduction import Stretchable
+from femflex.system import Part
+
+TRIED: tuple[Strain, ...] = ("condensed", "nonlinear")
+
+Built = tuple[dict[str, Part], dict[str, tuple[Strain, str]]]  # bodies by name; strain and reason by name
+
+
+def stretching(case: Case, reasons: Mapping[str, str]) -> Built:
+    """The bodies that are not to be linear for these reasons, and what is said of each.
+
+    Those that cannot be condensed are nonlinear; those that cannot be either are left out: linear, as they were.
+    """
+    said: dict[str, tuple[Strain, str]] = {}
+    for name, why in reasons.items():
+        if bound := bound_to_linear(case, name):
+            said[name] = "linear", f"{bound}; {why.replace(KEEPS, '')}"
+    others = {name: why for name, why in reasons.items() if name not in said}
+    try:
+        return _built(case, list(others), "condensed"), said | {
+            name: ("condensed", why) for name, why in others.items()
+        }
+    except CaseError:
+        found: Built = {}, said
+        for name, why in others.items():
+            parts, told = _alone(case, name, why)
+            found[0].update(parts)
+            found[1].update(told)
+        return found
+
+
+def bound_to_linear(case: Case, name: str) -> str:
+    """Why a body is to stay linear whatever bends it; nothing where it need not."""
+    table = case.bodies[name]
+    if not isinstance(table, FlexibleTable):
+        return ""
+    if not isinstance(table.reduction, Stretchable):
+        method = getattr(table.reduction, "method", "none")
+        return f"its reduction ({method!r}) knows no other form (one with derivatives, such as 'cantilever', does)"
+    if table.reduction.derivatives in ("none", 0):
+        return (
+            f"derivatives = {table.reduction.derivatives!r} leaves its set without shapes that let bending go without "
+            "stretching (without that key it would be condensed)"
+        )
+    return ""
+
+
+def _alone(case: Case, name: str, why: str) -> Built:
+    refused: list[str] = []
+    for strain in TRIED:
+        try:
+            parts = _built(case, [name], strain)
+        except CaseError as error:
+            refused.append(error.problems[0].text.partition("\n")[0].rstrip("."))
+            continue
+        told = f"; it cannot be condensed ({refused[0]})" if refused else ""
+        return parts, {name: (strain, why + told)}
+    return {}, {name: ("linear", f"{why}; it can be neither {' nor '.join(TRIED)} ({refused[0]})")}
+
+
+def _built(case: Case, names: list[str], strain: Strain) -> dict[str, Part]:
+    said = with_strains(case, dict.fromkeys(names, strain))
+    return build_bodies(said.model_copy(update={"bodies": {name: said.bodies[name] for name in names}}))

@@ -1,0 +1,115 @@
+"""Loads of a case near what buckles a body whose shapes would have it buckle later: told with both numbers."""
+
+import warnings
+
+import pytest
+
+from femflex.case import read_case
+from femflex.case.builders import build_body
+from femflex.case.builders.body import build_bodies
+from femflex.warning import PhysicsWarning
+
+STRIP = """
+[run]
+duration = "1 s"
+output_step = 0.05
+
+[sections.strip]
+kind = "stiffness"
+EA = 2.8e9
+EIy = 5.6e6
+EIz = 1.4e4
+GJ = 1.2e3
+mass_per_length = 1.2
+ry = 0.005
+rz = 0.005
+
+[bodies.boom]
+kind = "flexible"
+mesh = "boom.inp"
+members = [{ group = "BOOM", family = "beam", section = "strip", options = { orientation = [0, 1, 0] } }]
+reduction = { method = "cantilever", clamp = "ROOT", modes = 4 }
+markers.tip = { group = "TIP" }
+strain = "condensed"
+
+[[loads]]
+name = "weight"
+body = "boom"
+marker = "tip"
+force = [0, 0, -1400]
+"""  # Prandtl's load on 3 m is 1827 N
+BEAM = """
+[run]
+duration = "1 s"
+output_step = 0.05
+
+[bodies.boom]
+kind = "analytic"
+length = 3
+EA = 2.8e9
+EIy = 5.6e6
+EIz = 1.4e4
+GJ = 1.2e3
+mass_per_length = 1.2
+ry = 0.005
+rz = 0.005
+orientation = [0, 1, 0]
+functions = { y = 4, z = 4, family = "polynomial" }
+strain = "condensed"
+
+[[loads]]
+name = "weight"
+body = "boom"
+marker = "tip"
+force = [0, 0, -1400]
+"""
+
+
+def told(write_case, text, *changes):
+    """What is warned of when the boom is built."""
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        build_body(read_case(write_case(text)), "boom")
+    return [str(w.message) for w in found if w.category is PhysicsWarning]
+
+
+def test_a_load_near_what_tips_a_strip_over_is_told_with_both_numbers(write_case):
+    (text,) = told(write_case, STRIP)
+    assert "bodies.boom: load 'weight' is near what buckles the body, 1.31 times it" in text
+    assert "the shapes kept buckle at 1.54 times it" in text and "`loads`" in text
+
+
+def test_the_loads_own_shape_or_a_small_load_leaves_nothing_to_tell(write_case):
+    assert not told(write_case, STRIP, ("modes = 4", 'modes = 4, loads = { TIP = ["z"] }'))
+    assert not told(write_case, STRIP, ("-1400", "-300"))
+    assert not told(write_case, STRIP, ('"condensed"', '"linear"'))
+
+
+def test_a_load_in_other_axes_is_told_of_along_those_of_the_body(write_case):
+    texts = told(write_case, STRIP, ("[0, 0, -1400]", '[0, 1400, 0]\nframe = "inertial"'))
+    assert any("load 'weight', where it acts along z of it, is near what buckles the body, 1.31" in t for t in texts)
+    assert not told(write_case, STRIP, ("[0, 0, -1400]", '[0, 0, -1400]\nframe = "marker"'))
+
+
+@pytest.mark.parametrize(("torsion", "count"), [("", 1), (", torsion = 4", 0)])
+def test_beams_on_functions_are_told_of_when_they_cannot_twist(write_case, torsion, count):
+    texts = told(write_case, BEAM, ("z = 4,", f"z = 4{torsion},"))
+    assert len(texts) == count
+    assert all("load 'weight' is near what buckles the body, 1.31 times it" in t for t in texts)
+    assert all("the shapes kept buckle under none" in t and "torsion among them" in t for t in texts)
+
+
+def test_of_two_strips_alike_the_loaded_one_is_told_of(write_case):
+    table = STRIP[STRIP.index("[bodies.boom]") : STRIP.index("[[loads]]")]
+    joint = (
+        '[[joints]]\nkind = "weld"\nparent = "spare"\nparent_marker = "tip"\nchild = "boom"\nchild_marker = "ROOT"\n'
+    )
+    text = STRIP.replace("[bodies.boom]", table.replace("boom]", "spare]") + "[bodies.boom]", 1) + joint
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        bodies = build_bodies(read_case(write_case(text)))
+    assert list(bodies) == ["spare", "boom"]
+    assert ["bodies.boom: load 'weight'" in str(w.message) for w in found] == [True]
