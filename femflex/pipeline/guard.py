@@ -111,12 +111,14 @@ def warn_of_passage(model: Model) -> None:
     found = None if model.constraints is None else passage(model.constraints)
     if found is None or model.constraints is None:
         return
-    t, least, lost = found
     names = ", ".join(model.constraints.kind_of(name) for name in model.constraints.names)
-    how = "passed" if least <= lost else "came near"
+    how, many = "passed" if found.least <= found.lost else "came near", "a singular configuration"
+    if found.count > 1:
+        times = ", ".join(f"{t:.3g}" for t in found.first)
+        many = f"at least {found.count} singular configurations, the first near t = {times} s"
     warnings.warn(
-        f"{names} {how} a singular configuration, closest at t = {t:.6g} s, where rows lose their rank and branches of "
-        f"the motion meet (smallest pivot {least:.2g} of the largest; below {lost:.2g} the row is left out until it "
+        f"{names} {how} {many}, closest at t = {found.t:.6g} s, where rows lose their rank and branches of the motion "
+        f"meet (smallest pivot {found.least:.2g} of the largest; below {found.lost:.2g} the row is left out until it "
         f"grows again). The run goes on along the same branch; a real mechanism may change it there.",
         PhysicsWarning,
         stacklevel=2,

@@ -13,6 +13,8 @@ from mechanisms import four_bar
 from femflex.dynamics import compile_system
 from femflex.dynamics.constraints.singular_passage import passage
 from femflex.integrate import Dop853, Esdirk4
+from femflex.pipeline.guard import warn_of_passage
+from femflex.warning import PhysicsWarning
 
 RATE = 3.0
 
@@ -45,9 +47,27 @@ def test_a_parallelogram_keeps_its_rate_through_nineteen_flat_configurations(met
 def test_the_passage_is_noted_with_its_time():
     model = compile_system(parallelogram())
     Dop853().solve(model, np.linspace(0.0, 1.0, 11), model.x0)
-    t, least, lost = passage(model.constraints)
-    assert t == pytest.approx((np.pi - 1.0) / RATE, abs=0.01)
-    assert least < 100 * lost
+    found = passage(model.constraints)
+    assert found.t == pytest.approx((np.pi - 1.0) / RATE, abs=0.01)
+    assert found.least < 100 * found.lost and found.count == 1
+
+
+@pytest.mark.parametrize("rows", [11, 2001])
+def test_all_passages_are_counted_and_the_first_are_told_with_their_times(rows):
+    model = compile_system(parallelogram())
+    Dop853().solve(model, np.linspace(0.0, 20.0, rows), model.x0)
+    found = passage(model.constraints)
+    assert found.count == 19
+    assert found.first == pytest.approx([(k * np.pi - 1.0) / RATE for k in (1, 2, 3)], abs=0.06)  # of steps of 0.1 s
+    said = r"at least 19 singular configurations, the first near t = 0\.71\d, 1\.\d\d, 2\.81 s"
+    with pytest.warns(PhysicsWarning, match=said):
+        warn_of_passage(model)
+
+
+def test_long_steps_never_count_too_many():
+    model = compile_system(parallelogram())
+    Esdirk4().solve(model, np.linspace(0.0, 20.0, 11), model.x0)  # of half a turn and more
+    assert 5 <= passage(model.constraints).count <= 19
 
 
 def test_a_four_bar_without_singular_configurations_notes_none():

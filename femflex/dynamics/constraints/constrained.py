@@ -214,7 +214,8 @@ class Constraints:
     def forget_passage(self) -> None:
         """Begin the notes of singular configurations passed along a run anew (see `singular_passage`)."""
         note = int(self.closing["note"])
-        self.own[2][note + at.N_RANK], self.own[2][note + at.N_LEAST] = 0.0, 1.0
+        self.own[2][note + at.N_RANK : note + at.NOTE_SIZE] = 0.0
+        self.own[2][note + at.N_LEAST] = 1.0
 
     def kind_of(self, name: str) -> str:
         """The constraint of that name as sentences call it, such as "loop 'closure'"."""

@@ -26,6 +26,7 @@ Record = np.void
 LOOSE = 1e3  # how much larger a velocity residual may be while a row is lost in a singular configuration
 HELD = 1e-10  # residual that may be left, relative to the bodies' size; of velocities also to the fastest
 SWAY = 10.0  # speed at which a row with play may open, over its play times the fastest rate
+DIP = 0.1  # of its larger square beside it, to which a pivot's square must fall to have passed through zero
 ROUNDING = 1e-14  # the same, relative to the markers' distance from the origin
 
 
@@ -69,8 +70,31 @@ def note_pivot(t: float, table: Table, work: Array) -> None:
     if last < 0 or work[closing["small"]] == 0.0:
         return
     part = work[closing["small"] + last * m + last] / work[closing["small"]]
+    count_passage(t, part, note, work)
     if part < work[note + at.N_LEAST]:
         work[note + at.N_LEAST], work[note + at.N_TIME] = part, t
+
+
+@inner
+def count_passage(t: float, part: float, note: int, work: Array) -> None:
+    """Count a singular configuration among the last three states: the pivot's square, a parabola there, falls to zero.
+
+    Output rows come after the step that they lie in; states that do not go on in time are left out.
+    """
+    t0, p0, t1, p1 = work[note + at.N_T0], work[note + at.N_P0], work[note + at.N_T1], work[note + at.N_P1]
+    if p1 > 0.0 and not t > t1:
+        return
+    if p0 > 0.0 and p1 < p0 and p1 <= part:
+        left, right = (p1 * p1 - p0 * p0) / (t1 - t0), (part * part - p1 * p1) / (t - t1)
+        bend = (right - left) / (t - t0)
+        slope = left + bend * (t1 - t0)  # at t1
+        if p1 * p1 - 0.25 * slope * slope / bend <= DIP * max(p0, part) ** 2:
+            count = int(work[note + at.N_COUNT])
+            if count < at.NOTED:
+                work[note + at.N_FIRST + count] = t1 - 0.5 * slope / bend
+            work[note + at.N_COUNT] = count + 1.0
+    work[note + at.N_T0], work[note + at.N_P0] = t1, p1
+    work[note + at.N_T1], work[note + at.N_P1] = t, part
 
 
 @inner

@@ -8,6 +8,8 @@ again.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from femflex.dynamics.constraints.constrained import Constraints
@@ -30,14 +32,30 @@ def start_pivots(constraints: Constraints) -> None:
     constraints.forget_passage()
 
 
-def passage(constraints: Constraints) -> tuple[float, float, float] | None:
-    """Where the rows came near to losing rank: time [s], least last pivot over the first, and that below which they do.
+@dataclass(frozen=True)
+class Passage:
+    """Where the rows came near to losing rank.
 
-    None where they stayed a hundred times above.
+    t, least  time [s] where they came closest, and the last pivot over the first there;  lost  below which they do
+    count     how many such configurations were passed at least: steps too long to tell hide others;  first  about when
+              the first of them were [s]
     """
+
+    t: float
+    least: float
+    lost: float
+    count: int
+    first: tuple[float, ...]
+
+
+def passage(constraints: Constraints) -> Passage | None:
+    """The Passage of a run; None where none was found and the rows stayed a hundred times above."""
     note, pool = int(constraints.closing["note"]), constraints.own[1]
     lost = float(pool[int(constraints.closing["tolerance"]) + 2])
-    least, t = (float(value) for value in constraints.own[2][note + at.N_LEAST : note + at.N_TIME + 1])
-    if not constraints.own[2][note + at.N_RANK] or least > 100.0 * lost or lost <= constraints.slack:
+    kept = constraints.own[2][note : note + at.NOTE_SIZE]
+    least, t, count = float(kept[at.N_LEAST]), float(kept[at.N_TIME]), int(kept[at.N_COUNT])
+    near = least <= 100.0 * lost
+    if not kept[at.N_RANK] or not (near or count) or lost <= constraints.slack:
         return None
-    return t, least, lost
+    first = tuple(float(when) for when in kept[at.N_FIRST : at.N_FIRST + min(count, at.NOTED)])
+    return Passage(t, least, lost, max(count, 1), first or (t,))

@@ -80,7 +80,10 @@ ROW_SIZE = 20
 
 N_ROW, N_LEFT, N_LIMIT, N_SPEED = 0, 1, 2, 3  # of the note: row, residual and its limit; 1 for a velocity residual
 N_RANK, N_LEAST, N_TIME = 4, 5, 6  # largest rank so far; its last pivot over the first where least, and when [s]
-NOTE_SIZE = 8
+# singular configurations passed: how many, when the first ones were; time and pivot of the last two states in order
+N_COUNT, N_FIRST, N_T0, N_P0, N_T1, N_P1 = 7, 8, 11, 12, 13, 14
+NOTED = N_T0 - N_FIRST
+NOTE_SIZE = 16
 
 N_CLOSING, N_CONSTRAINT, N_SPRING = (len(record.names or ()) for record in (CLOSING, CONSTRAINT, SPRING))
 
