@@ -18,7 +18,7 @@ title = "{title}"
 [run]
 duration = {duration}
 samples = 5
-rtol = 1e-9
+rtol = 1e-11
 [attitude]
 {attitude}
 """
