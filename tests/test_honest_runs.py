@@ -30,7 +30,8 @@ def changed(tmp_path, name, **swaps):
 
 
 def test_a_panel_bent_beyond_linear_strain_is_warned_of_with_both_numbers(tmp_path):
-    soft = changed(tmp_path, "panel_slew", E=('"70 GPa"', '"0.05 GPa"'), short=('"60 s"', '"10 s"'))
+    linear = 'kind = "flexible"', 'kind = "flexible"\nstrain = "linear"'  # left out, it would be condensed
+    soft = changed(tmp_path, "panel_slew", E=('"70 GPa"', '"0.05 GPa"'), short=('"60 s"', '"10 s"'), strain=linear)
     with pytest.warns(PhysicsWarning) as caught:
         femflex.run(soft, tmp_path / "run.h5").close()
     everything = [str(warning.message) for warning in caught]
