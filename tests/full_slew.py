@@ -6,8 +6,8 @@ hub then only turns, by the angle theta. With the tables of `full_spin` over one
     M xdd + D xd + 2 Om C xd + thetadd (c + C x) + Om^2 (s + S x) + f(x) = 0
     (I + n J) thetadd + n (c + C x).xdd - 2 n Om (s + S x).xd = T(t),      J = -(s0 + 2 s.x + x.S x)
 
-the second being the rate of the angular momentum I Om + n (J Om + (c + C x).xd). f is that of the elements: of von
-Karman's strain for plates, of Green's full strain, geometrically exact, for solids.
+the second being the rate of the angular momentum I Om + n (J Om + (c + C x).xd). f is that of the elements: of the
+quadratic strain of plates (`femflex.fem.plate.strain`), of Green's full strain, geometrically exact, for solids.
 """
 
 from __future__ import annotations

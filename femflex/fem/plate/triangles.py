@@ -12,11 +12,12 @@ from skfem.refdom import RefTri
 
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells, member_options
-from femflex.fem.plate.blocks import LocalDofs, PlateInertia, PlateStrain, mass_points
+from femflex.fem.plate.blocks import LocalDofs, PlateInertia, mass_points
 from femflex.fem.plate.dof_map import flat_map, member_section
 from femflex.fem.plate.elastic import UNSTRESSED, initial_stress, section_stiffness
 from femflex.fem.plate.frames import plane_frames, plane_normals, shared_axes
 from femflex.fem.plate.skin import plate_skin
+from femflex.fem.plate.strain import PlateStrain
 from femflex.fem.plate.triangle_fields import Triangles, inplane_gradients, inplane_shapes, triangles
 from femflex.fem.sections.laminates import PlateSection
 from femflex.fem.tables import of
