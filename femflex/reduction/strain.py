@@ -7,21 +7,19 @@ V2_i(jk) = int B0_i C B_jk and V3_(ij)(kl) = int B_ij C B_kl; their fully symmet
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
-from functools import partial
-from itertools import cycle
+from collections.abc import Iterator
 from math import prod
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.blas import dgemm, dsyrk
 
 from femflex.body import StrainTensors
 from femflex.body.symmetric import packed_indices
 from femflex.fem.structure import Structure
 from femflex.fem.tables import StrainBlock, element_chunks
 from femflex.reduction.moments import linear_stiffness
+from femflex.reduction.side_by_side import side_by_side
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -33,8 +31,8 @@ MOST_BYTES = 2e9  # of the products of pairs; some 170 shapes
 def strain_tensors(structure: Structure, phi: Array) -> StrainTensors:
     """V1, f0, V2 and V3 of shapes phi (n_dof, n), initial stress included.
 
-    Memory: the table is cut into chunks; two of `ROOM` doubles (8 MB) stand at a time, and beside them one product of
-    pairs, 8 (n + n(n+1)/2)^2 bytes (0.4 MB for 20 shapes, 6 MB for 40).
+    Memory: the table is cut into chunks of `ROOM` doubles (8 MB); each thread holds one, and beside it the product of
+    pairs, 8 (n + n(n+1)/2)^2 bytes (0.4 MB for 20 shapes, 6 MB for 40), all of them together MOST_BYTES at most.
     Raises ValueError when that would be more than MOST_BYTES.
     """
     n = phi.shape[1]
@@ -70,33 +68,28 @@ def products(structure: Structure, phi: Array, rows: int) -> Array:
 
 
 def add_products(total: Array, block: StrainBlock, raw: Array) -> None:
-    """Add the first rows of X^T X of a block to total (rows, m), for shapes raw (n_raw, n).
-
-    While one chunk is contracted the next is filled: the product runs on all cores, the filling on one. The two rooms
-    they take are used again and again, as fresh memory costs as much as its filling.
-    """
+    """Add the first rows of X^T X of a block to total (rows, m), for shapes raw (n_raw, n)."""
     rows, m = total.shape
-    room = np.empty((2, ROOM))
-    chunks = element_chunks(len(block.dofs), values_per_element(block, raw.shape[1]), ROOM)
-    parts = (
-        part for chunk in chunks for part in block.nonlinear(chunk) if part.elastic.any() and part.quadratic_map.any()
-    )
-    jobs = (partial(strain_columns, part, raw, own) for part, own in zip(parts, cycle(room), strict=False))
-    for X in ahead(jobs):
-        flat = X.reshape(m, -1)
-        total += flat[:rows] @ flat.T
+
+    def contracted(chunks: Iterator[slice]) -> Array:
+        room, own = np.empty(ROOM), np.zeros((rows, m), order="F")  # fresh memory costs as much as its filling
+        for chunk in chunks:
+            for part in block.nonlinear(chunk):
+                if part.elastic.any() and part.quadratic_map.any():
+                    own = with_products(own, strain_columns(part, raw, room).reshape(m, -1))
+        return own
+
+    chunks = list(element_chunks(len(block.dofs), values_per_element(block, raw.shape[1]), ROOM))
+    found = side_by_side(contracted, chunks, max(1, int(MOST_BYTES // total.nbytes)))
+    total += found if rows < m else np.triu(found) + np.triu(found, 1).T
 
 
-def ahead(jobs: Iterable[Callable[[], Array]]) -> Iterator[Array]:
-    """Results of the jobs in their order, each one begun while the result before it is in use, none earlier."""
-    with ThreadPoolExecutor(1) as pool:
-        waiting: deque[Future[Array]] = deque()
-        for job in jobs:
-            waiting.append(pool.submit(job))
-            if len(waiting) > 1:
-                yield waiting.popleft().result()
-        while waiting:
-            yield waiting.popleft().result()
+def with_products(own: Array, X: Array) -> Array:
+    """The first rows of X^T X added to own (rows, m), in place; of all rows, on and above the diagonal alone."""
+    rows, m = own.shape
+    if rows < m:
+        return np.asarray(dgemm(1.0, X[:rows].T, X.T, 1.0, own, trans_a=1, overwrite_c=1))
+    return np.asarray(dsyrk(1.0, X.T, 1.0, own, trans=1, overwrite_c=1))
 
 
 def strain_columns(block: StrainBlock, raw: Array, room: Array | None = None) -> Array:
