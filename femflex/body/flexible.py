@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -34,6 +35,8 @@ class FlexibleBody:
     note     what should be said of how the body was made; nothing if empty
     ignored  Foreshortening where linear strain leaves it out, or None
     strain_field  parts over all shapes that recover strain over the body; none where it is not known
+    buckling  least multiple of a dead force (3,) [N] and torque (3,) [N m] at a marker, body axes, at which it buckles;
+              None where that is not known
     """
 
     moments: MassMoments
@@ -47,6 +50,7 @@ class FlexibleBody:
     note: str = ""
     ignored: Foreshortening | None = None
     strain_field: tuple[StrainPart, ...] = ()
+    buckling: Callable[[str, Array, Array], float] | None = None
 
     def __post_init__(self) -> None:
         n, n_shapes = self.n_modes, self.n_shapes

@@ -25,12 +25,17 @@ def beam_buckling(
 ) -> LoadBuckling:
     """LoadBuckling of a beam under a dead force (3,) [N] and moment (3,) [N m] at its tip, body axes;
     either: or one the other way."""
+    whole = whole_beam(beam, functions)
+    own = beam_body(beam, replace(functions, axial=0), strain="condensed")
+    return LoadBuckling(*(body_buckling(body, force, moment, either) for body in (whole, own)))
+
+
+def whole_beam(beam: UniformBeam, functions: BeamFunctions) -> FlexibleBody:
+    """The condensed beam with functions enough to buckle as it does."""
     bent = max(functions.y, functions.z)
     enough = BeamFunctions(*(max(ENOUGH, bent),) * 2, 0, max(ENOUGH, bent), "polynomial", functions.ends)
     turning = beam if beam.ry or beam.rz else replace(beam, ry=THIN * beam.length, rz=THIN * beam.length)
-    whole = beam_body(turning, enough, strain="condensed")
-    own = beam_body(beam, replace(functions, axial=0), strain="condensed")
-    return LoadBuckling(*(body_buckling(body, force, moment, either) for body in (whole, own)))
+    return beam_body(turning, enough, strain="condensed")
 
 
 def body_buckling(body: FlexibleBody, force: Array, moment: Array, either: bool = False) -> float:

@@ -38,17 +38,22 @@ def load_buckling(structure: Structure, modes: ModeSet, load: Array, either: boo
     A derivative that follows bears load as one that is a coordinate: phi_i.K_sigma(x) phi_k = -theta_ik.f for a static
     answer x = K^-1 f, which is the work of the load on what follows.
     """
-    free = free_dofs(structure, modes.held)
-    K_sigma = structure.internal_force.geometric_stiffness(static_response(structure, modes, load[:, None])[:, 0])
-    try:
-        own = multiple(roughly_lowest_ratio(K_sigma[free][:, free], structure.K[free][:, free], either))
-    except (np.linalg.LinAlgError, RuntimeError):
-        own = np.inf
+    own = structure_buckling(structure, modes, load, either)
     phi = modes.phi
     K = phi.T @ (structure.K @ phi)
     K_sigma = structure.internal_force.geometric_stiffness(phi @ np.linalg.solve(K, phi.T @ load))
     ratios = linalg.eigvalsh(phi.T @ (K_sigma @ phi), K)
     return LoadBuckling(own, multiple(float(min(ratios[0], -ratios[-1]) if either else ratios[0])))
+
+
+def structure_buckling(structure: Structure, modes: ModeSet, load: Array, either: bool = False) -> float:
+    """That of the structure alone, clamped as the set is."""
+    free = free_dofs(structure, modes.held)
+    K_sigma = structure.internal_force.geometric_stiffness(static_response(structure, modes, load[:, None])[:, 0])
+    try:
+        return multiple(roughly_lowest_ratio(K_sigma[free][:, free], structure.K[free][:, free], either))
+    except (np.linalg.LinAlgError, RuntimeError):
+        return np.inf
 
 
 def multiple(lowest: float) -> float:

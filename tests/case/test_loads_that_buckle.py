@@ -5,7 +5,7 @@ import warnings
 import pytest
 
 from femflex.case import read_case
-from femflex.case.builders import build_body
+from femflex.case.builders import build_body, build_system
 from femflex.case.builders.body import build_bodies
 from femflex.warning import PhysicsWarning
 
@@ -113,3 +113,50 @@ def test_of_two_strips_alike_the_loaded_one_is_told_of(write_case):
         bodies = build_bodies(read_case(write_case(text)))
     assert list(bodies) == ["spare", "boom"]
     assert ["bodies.boom: load 'weight'" in str(w.message) for w in found] == [True]
+
+
+PRANDTL = 4.0126 * (1.4e4 * 1.2e3) ** 0.5 / 3**2
+SILENT = ('strain = "condensed"\n', "")
+
+
+def part_of(text):
+    return float(text.split("N) is ")[1].split(" of what buckles")[0])
+
+
+def run_of(write_case, *changes):
+    """The boom in its system, and what is warned of."""
+    text = STRIP + '\n[[joints]]\nkind = "weld"\nchild = "boom"\nchild_marker = "ROOT"\n'
+    for old, new in (("modes = 4", 'modes = 4, loads = { TIP = ["z"] }'), *changes):
+        assert old in text
+        text = text.replace(old, new)
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        body = build_system(read_case(write_case(text))).bodies["boom"]
+    return body, [str(w.message) for w in found if w.category is PhysicsWarning]
+
+
+@pytest.mark.parametrize(("load", "form"), [(1400, "condensed"), (300, "linear")])
+def test_a_body_that_does_not_say_is_condensed_from_a_quarter_of_what_tips_it_over(write_case, load, form):
+    body, texts = run_of(write_case, SILENT, ("-1400", f"-{load}"))
+    assert body.strain_form == form and not texts
+    assert (form == "condensed") == ("load 'weight' (1400 N) is" in body.note)
+    assert form == "linear" or part_of(body.note) == pytest.approx(1400 / PRANDTL, rel=0.01)
+
+
+def test_a_linear_body_is_warned_of_a_load_that_may_tip_it_over(write_case):
+    _, (text,) = run_of(write_case, ('"condensed"', '"linear"'))
+    assert "load 'weight' (1400 N) is" in text and "of what buckles the body; linear strain does not know" in text
+    assert part_of(text) == pytest.approx(1400 / PRANDTL, rel=0.01)
+    assert not run_of(write_case, ('"condensed"', '"linear"'), ("-1400", "-300"))[1]
+
+
+@pytest.mark.parametrize("frame", ["body", "inertial"])
+def test_a_condensed_column_near_eulers_load_is_told_to_be_too_stiff(write_case, frame):
+    """Euler's load of the clamped column of 3 m is 3838 N."""
+    framed = f'\nframe = "{frame}"'
+    for load, part in ((-3914.8, "1.02"), (-3262, ""), (3914.8, "")):
+        _, texts = run_of(write_case, ("[0, 0, -1400]", f"[{load}, 0, 0]{framed}"))
+        assert len([t for t in texts if "condensed strain bends too little" in t]) == bool(part)
+        assert not part or any(f"is {part} of what buckles the body" in t for t in texts)
+    body, _ = run_of(write_case, SILENT, ("[0, 0, -1400]", f"[-3914.8, 0, 0]{framed}"))
+    assert body.strain_form == "condensed" and "condensed strain bends too little" in body.note

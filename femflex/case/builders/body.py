@@ -10,7 +10,13 @@ import numpy as np
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.builders.curved import of_curved
-from femflex.case.builders.load_buckling import judged_loads, warn_of_analytic, warn_of_meshed
+from femflex.case.builders.load_buckling import (
+    buckling_of_analytic,
+    buckling_of_meshed,
+    judged_loads,
+    warn_of_analytic,
+    warn_of_meshed,
+)
 from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
 from femflex.case.builders.structure import PLACE, build_mesh, build_modes, build_structure_of
@@ -121,7 +127,7 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
     note = ""
     if strain != "linear" and isinstance(r, Stretchable) and r.deflection is None and modeset.held.size:
         note = of_curved(structure, modeset)
-    return replace(body, note=note, ignored=ignored)
+    return replace(body, note=note, ignored=ignored, buckling=buckling_of_meshed(groups, structure, modeset))
 
 
 def turning_markers(case: Case, name: str) -> set[str]:
@@ -183,7 +189,7 @@ def _analytic(case: Case, name: str, table: AnalyticTable, modes: int | None) ->
     body = beam_body(beam, chosen, _damping(table.damping), strain=strain)
     if not body.strain.is_linear:
         warn_of_analytic(case, name, beam, chosen)
-    return replace(body, ignored=ignored)
+    return replace(body, ignored=ignored, buckling=buckling_of_analytic(beam, chosen))
 
 
 def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> FlexibleBody:

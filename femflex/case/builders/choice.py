@@ -9,8 +9,9 @@ import numpy as np
 
 from femflex.case.body import AnalyticTable, FlexibleTable, Strain
 from femflex.case.builders.foresight import Foresight, foreseen
+from femflex.case.builders.near_buckling import BOWED, Nearness, too_stiff
 from femflex.case.builders.references import duration_of
-from femflex.case.builders.strain import Reach, judged
+from femflex.case.builders.strain import KEEPS, Reach, judged
 from femflex.case.case import Case
 from femflex.dynamics import compile_system
 from femflex.dynamics.reports.bends import bends
@@ -35,8 +36,12 @@ def with_strains(case: Case, strains: Mapping[str, Strain]) -> Case:
     return case.model_copy(update={"bodies": {**case.bodies, **said}})
 
 
-def choices(case: Case, system: System, names: list[str]) -> dict[str, tuple[Strain, str]]:
+def choices(
+    case: Case, system: System, names: list[str], near: Mapping[str, Nearness]
+) -> dict[str, tuple[Strain, str]]:
     """Strain and its reason of bodies that are linear in this system; those that are rigid need none.
+
+    near: of bodies whose loads come near to what buckles them, how near.
 
     Of a case with a diagram over spins, the fastest of them counts too.
     """
@@ -48,7 +53,19 @@ def choices(case: Case, system: System, names: list[str]) -> dict[str, tuple[Str
         found = {name: _wider(reach, fastest[name]) for name, reach in found.items()}
     for name, gain in weights_of_swingers(system).items():
         found[name] = _wider(found[name], Reach(gain, -gain, 0.0, 0.0))
-    return {name: judged(found[name]) for name in names if name in found}
+    return {name: _buckling_too(judged(found[name]), near.get(name)) for name in names if name in found}
+
+
+def _buckling_too(chosen: tuple[Strain, str], near: Nearness | None) -> tuple[Strain, str]:
+    """Strain and reason, with what a load near buckling adds to them."""
+    strain, why = chosen
+    if near is None:
+        return chosen
+    if strain == "linear":
+        why = f"{near}, which linear strain leaves out{KEEPS}"
+        return "condensed", why + (f"; above {BOWED:g} condensed strain bends too little" if near.part >= BOWED else "")
+    doubt = too_stiff(near)
+    return strain, f"{why}; {doubt}" if doubt else why
 
 
 def weights_of_swingers(system: System) -> dict[str, float]:

@@ -16,6 +16,7 @@ from femflex.case.builders.closed import build_constraint, build_loops, build_sp
 from femflex.case.builders.initial import initial_shape
 from femflex.case.builders.joints import build_joints, root_joint
 from femflex.case.builders.loads import build_loads
+from femflex.case.builders.near_buckling import nearest, warn_of_buckling
 from femflex.case.builders.references import channel_problems, motion_problems, size_problems
 from femflex.case.builders.start import placed
 from femflex.case.builders.stretching import stretching
@@ -35,11 +36,14 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
     """
     names = undecided(case) if bodies is None else []
     if not names:
-        return _system(case, bodies)
+        system = _system(case, bodies)
+        warn_of_buckling(system, nearest(system))
+        return _light(system)
     linear = with_strains(case, dict.fromkeys(names, "linear"))
     parts = _bodies_and_loads(linear, None)[0]
     system = _system(linear, parts)
-    chosen = choices(case, system, names)
+    near = nearest(system)
+    chosen = choices(case, system, names, near)
     if reasons := {name: why for name, (strain, why) in chosen.items() if strain != "linear"}:
         others, said = stretching(case, reasons)
         chosen |= said
@@ -50,7 +54,14 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
         body = found[name]
         note = "; ".join(part for part in (f"strain is {strain}: {why}", body.note) if part)
         found[name] = noted.setdefault((id(body), note), replace(body, note=note))
-    return replace(system, bodies=found)
+    warn_of_buckling(system, near)
+    return _light(replace(system, bodies=found))
+
+
+def _light(system: System) -> System:
+    """The system without the structures by which its bodies were judged."""
+    light = {id(body): replace(body, buckling=None) for body in system.bodies.values()}
+    return replace(system, bodies={name: light[id(body)] for name, body in system.bodies.items()})
 
 
 def _system(case: Case, bodies: Mapping[str, Part] | None) -> System:
