@@ -1,4 +1,4 @@
-"""Sheets so wide and thin that large bends flatten them across: named before the run, and right with what is advised."""
+"""Sheets so wide and thin that large bends flatten them across: named before the run, right with what is advised."""
 
 from pathlib import Path
 
