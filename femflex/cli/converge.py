@@ -26,7 +26,7 @@ BEAT = 0.5  # seconds
 
 @verb("femflex converge cases/orbiter_beam.toml --over modes --tolerance 1e-6 -o convergence.png")
 def converge(
-    case: Annotated[Path, typer.Argument(help="Case file (TOML) with a [study].", show_default=False)],
+    case: Annotated[Path, typer.Argument(help="Case file (TOML) with a \\[study].", show_default=False)],
     over: Annotated[
         str,
         typer.Option(
@@ -50,7 +50,7 @@ def converge(
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing picture.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
 ) -> None:
-    """Vary modes, mesh, derivative shapes, segments or the form of strain, watch the quantity of [study], and judge.
+    """Vary modes, mesh, derivative shapes, segments or the form of strain, watch the quantity of \\[study], and judge.
 
     Prints a table, the observed order, the extrapolated limit, and a verdict with a recommended number. Modes: the
     case runs with more and more modes. Mesh: every cell is divided in two along each edge, again and again. Strain:

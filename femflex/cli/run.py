@@ -38,7 +38,7 @@ def run(
         bool, typer.Option("--no-pictures", help="Leave out the pictures the case asks for.")
     ] = False,
 ) -> None:
-    """Simulate a case: mesh to modes to motion to HDF5, with the pictures and the [campbell] the case asks for.
+    """Simulate a case: mesh to modes to motion to HDF5, with the pictures and the \\[campbell] the case asks for.
 
     Exit code 2: the case cannot be run; 3: the numerics failed, 130: interrupted, with what was computed kept.
     """

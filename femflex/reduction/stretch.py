@@ -47,7 +47,7 @@ def stretching(
     moved = np.linalg.norm((structure.translation @ modes.phi[:, first]).reshape(-1, 3), axis=1).max()
     amount = deflection * size / moved
     own = modes.picked([first])
-    pair = np.column_stack([own.phi, scaled_derivatives(structure, own)])
+    pair = np.column_stack([own.phi, _apart(structure, own.phi, scaled_derivatives(structure, own))])
     linear = tensors.V1[first, first] * amount**2 / 2
     ratios = (
         relaxed_energy(which, at, amount) / linear
@@ -85,3 +85,12 @@ def relaxed_energy(tensors: StrainTensors, held: int, amount: float) -> float:
             break
         d, best = d + part * step, lowest
     return best
+
+
+def _apart(structure: Structure, phi: Array, derivatives: Array) -> Array:
+    """Derivatives (n_dof, k) without their part along phi (n_dof, 1), by mass, as sets hold them.
+
+    That of a curved body has one, and would unbend it while the shape's own amplitude is held.
+    """
+    pulled = structure.M @ phi
+    return np.asarray(derivatives - phi @ (pulled.T @ derivatives) / (pulled.T @ phi))

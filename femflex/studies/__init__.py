@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from femflex.studies.backbone_curve import Backbone, BackboneError, backbone
 from femflex.studies.chosen import choice, choice_text, with_choice
 from femflex.studies.convergence import Convergence, assessed, convergence
 from femflex.studies.decay import mode_trend
-from femflex.studies.harmonic_balance import Backbone, BackboneError, backbone
 from femflex.studies.law import Law, Trend
 from femflex.studies.refusals import check_studies
 from femflex.studies.richardson import extrapolated, mesh_trend, observed_order

@@ -25,6 +25,15 @@ def test_a_verb_explains_itself_with_an_example(verb: str, femflex: Callable[...
     assert code == 0 and f"Example: femflex {verb}" in " ".join(out.split())
 
 
+@pytest.mark.parametrize(("verb", "table"), [("run", "[campbell]"), ("converge", "[study]")])
+def test_tables_named_in_a_help_text_are_not_taken_for_its_markup(
+    verb: str, table: str, femflex: Callable[..., tuple[int, str, str]]
+):
+    for words in ((verb, "--help"), ("--help",)):
+        code, out, _ = femflex(*words)
+        assert code == 0 and table in out, words
+
+
 def test_the_version_is_told(femflex: Callable[..., tuple[int, str, str]]):
     assert femflex("--version")[:2] == (0, "femflex 0.1.0\n")
 

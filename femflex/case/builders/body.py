@@ -19,6 +19,7 @@ from femflex.case.builders.load_buckling import (
 )
 from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
+from femflex.case.builders.sheet import of_sheet
 from femflex.case.builders.structure import PLACE, build_mesh, build_modes, build_structure_of
 from femflex.case.case import Case
 from femflex.case.load import LoadTable
@@ -126,7 +127,7 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
         require_stretch(structure, modeset, body.strain)
     note = ""
     if strain != "linear" and isinstance(r, Stretchable) and r.deflection is None and modeset.held.size:
-        note = of_curved(structure, modeset)
+        note = "; ".join(filter(None, (of_curved(structure, modeset), of_sheet(structure, modeset))))
     return replace(body, note=note, ignored=ignored, buckling=buckling_of_meshed(groups, structure, modeset))
 
 

@@ -1,0 +1,87 @@
+"""Backbone curve: how the frequency of a mode changes with the amplitude of its free vibration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody
+from femflex.fem.eigen.modes import dense_modes
+from femflex.studies.branch import followed
+from femflex.studies.harmonic_balance import HarmonicBalance, Vibration
+from femflex.studies.held_motion import HeldMotion
+
+Array = NDArray[np.float64]
+
+HARMONICS = 9
+
+
+@dataclass(frozen=True, eq=False)
+class Backbone:
+    """Frequencies of free vibration over amplitudes.
+
+    mode        number of the body's own mode, from 1
+    small       its frequency for small amplitudes [rad/s]
+    place       (3,) point of the skin that moves most in it [m, body frame]
+    direction   (3,) unit vector it moves along
+    amplitudes  (k,) its displacement when all is at rest [m]
+    omega       (k,) frequencies [rad/s]
+    harmonics   (k, h, n) coefficients c of the motion
+    """
+
+    mode: int
+    small: float
+    place: Array
+    direction: Array
+    amplitudes: Array
+    omega: Array
+    harmonics: Array
+
+
+class BackboneError(RuntimeError):
+    """No free vibration of some amplitude was found; `found` is the Backbone of those before it, None without any."""
+
+    def __init__(self, text: str, found: Backbone | None) -> None:
+        super().__init__(text)
+        self.found = found
+
+
+def backbone(body: FlexibleBody, mode: int, amplitudes: Sequence[float], harmonics: int = HARMONICS) -> Backbone:
+    """The Backbone of a body's mode (from 1) at rising amplitudes [m], its frame held and its damping left out.
+
+    Raises ValueError when there is no such mode, amplitudes do not rise from above zero, or the body has no skin, and
+    BackboneError, with those that were found, when there is no motion of an amplitude.
+    """
+    _check(body, mode, amplitudes)
+    assert body.skin is not None
+    motion, n = HeldMotion(body), body.n_modes
+    eigenvalues, X = dense_modes(body.strain.tangent(np.zeros(n)), motion.mass[:n, :n])
+    small = float(np.sqrt(eigenvalues[mode - 1]))
+    shape = np.einsum("kpa,k->pa", body.skin.shapes[:n], X[:, mode - 1])
+    point = int(np.argmax(np.linalg.norm(shape, axis=1)))
+    direction = shape[point] / np.linalg.norm(shape[point])
+    row = body.skin.shapes[:, point] @ direction
+    slope = np.zeros((harmonics + 1, n))
+    slope[1] = X[:, mode - 1] / (row[:n] @ X[:, mode - 1])  # per metre of amplitude
+    rest = Vibration(0.0, small, np.zeros_like(slope))
+    found, ended = followed(HarmonicBalance(motion, row), rest, (0.0, slope), amplitudes)
+    curve = None
+    if found:
+        columns = ([getattr(each, name) for each in found] for name in ("amplitude", "omega", "harmonics"))
+        curve = Backbone(mode, small, body.skin.points[point], direction, *map(np.array, columns))
+    if ended or curve is None:
+        raise BackboneError(ended, curve)
+    return curve
+
+
+def _check(body: FlexibleBody, mode: int, amplitudes: Sequence[float]) -> None:
+    rising = np.asarray(amplitudes, float)
+    if not rising.size or not np.isfinite(rising).all() or rising[0] <= 0 or (np.diff(rising) <= 0).any():
+        raise ValueError(f"amplitudes are {rising.tolist()}; give rising lengths above zero")
+    if not 1 <= mode <= body.n_modes:
+        raise ValueError(f"mode {mode} was asked for; the body has modes 1 to {body.n_modes}")
+    if body.skin is None:
+        raise ValueError("the body has no skin, so that no amplitude can be told in metres; reduce it from a mesh")
