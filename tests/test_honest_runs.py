@@ -9,7 +9,7 @@ import pytest
 import femflex
 from femflex.case import read_case
 from femflex.case.builders import build_system
-from femflex.cli.run import conserved
+from femflex.cli.run_told import conserved
 from femflex.integrate import IntegrationError
 from femflex.warning import PhysicsWarning
 

@@ -9,13 +9,8 @@ from femflex.case import read_case
 from femflex.case.builders import build_system
 
 LENGTH, EI, LINE = 3.0, 1.0e4, 1.0
-BEAM = f"""
-[run]
-duration = 1
-samples = 11
-[attitude]
-frame = "spinning"
-spin = [0, 0, 0.5]
+RUN = "\n[run]\nduration = 1\nsamples = 11\n"
+BOOM = f"""
 [bodies.boom]
 kind = "analytic"
 length = {LENGTH}
@@ -26,6 +21,7 @@ EIz = {EI}
 GJ = 1e4
 functions = {{ y = 4, z = 4 }}
 """
+BEAM = RUN + '[attitude]\nframe = "spinning"\nspin = [0, 0, 0.5]\n' + BOOM
 HELD = '[[joints]]\nkind = "weld"\nchild = "boom"\n'
 HUB = """
 [bodies.hub]

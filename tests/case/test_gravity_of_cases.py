@@ -4,25 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_choice_in_system import EI, HELD, LENGTH, LINE
+from test_choice_in_system import BOOM, EI, HELD, LENGTH, LINE, RUN
 
 from femflex.case import CaseError, read_case
 from femflex.case.builders import build_system
 from femflex.pipeline import prepare
 
 GREENHILL = 7.8373  # q L^3 / EI at which a standing column falls over
-RUN = "\n[run]\nduration = 1\nsamples = 11\n"
-BOOM = f"""
-[bodies.boom]
-kind = "analytic"
-length = {LENGTH}
-mass_per_length = {LINE}
-EA = 1e7
-EIy = {EI}
-EIz = {EI}
-GJ = 1e4
-functions = {{ y = 4, z = 4 }}
-"""
 
 
 def system(write_case, gravity, joint=HELD, boom=BOOM):

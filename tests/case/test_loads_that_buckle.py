@@ -9,11 +9,15 @@ from femflex.case.builders import build_body, build_system
 from femflex.case.builders.body import build_bodies
 from femflex.warning import PhysicsWarning
 
-STRIP = """
-[run]
-duration = "1 s"
-output_step = 0.05
-
+RUN = '\n[run]\nduration = "1 s"\noutput_step = 0.05\n'
+LOAD = """
+[[loads]]
+name = "weight"
+body = "boom"
+marker = "tip"
+force = [0, 0, -1400]
+"""  # Prandtl's load on 3 m is 1827 N
+STRIP = f"""{RUN}
 [sections.strip]
 kind = "stiffness"
 EA = 2.8e9
@@ -27,22 +31,12 @@ rz = 0.005
 [bodies.boom]
 kind = "flexible"
 mesh = "boom.inp"
-members = [{ group = "BOOM", family = "beam", section = "strip", options = { orientation = [0, 1, 0] } }]
-reduction = { method = "cantilever", clamp = "ROOT", modes = 4 }
-markers.tip = { group = "TIP" }
+members = [{{ group = "BOOM", family = "beam", section = "strip", options = {{ orientation = [0, 1, 0] }} }}]
+reduction = {{ method = "cantilever", clamp = "ROOT", modes = 4 }}
+markers.tip = {{ group = "TIP" }}
 strain = "condensed"
-
-[[loads]]
-name = "weight"
-body = "boom"
-marker = "tip"
-force = [0, 0, -1400]
-"""  # Prandtl's load on 3 m is 1827 N
-BEAM = """
-[run]
-duration = "1 s"
-output_step = 0.05
-
+{LOAD}"""
+BEAM = f"""{RUN}
 [bodies.boom]
 kind = "analytic"
 length = 3
@@ -54,15 +48,9 @@ mass_per_length = 1.2
 ry = 0.005
 rz = 0.005
 orientation = [0, 1, 0]
-functions = { y = 4, z = 4, family = "polynomial" }
+functions = {{ y = 4, z = 4, family = "polynomial" }}
 strain = "condensed"
-
-[[loads]]
-name = "weight"
-body = "boom"
-marker = "tip"
-force = [0, 0, -1400]
-"""
+{LOAD}"""
 
 
 def told(write_case, text, *changes):

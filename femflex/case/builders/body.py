@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -44,10 +43,9 @@ from femflex.reduction.uniform_beam import BeamFunctions
 from femflex.system import Part, Segments
 
 MANY = 1200  # coordinates up to which the lowest shape of a set is sought
-Told = Callable[[str], None]  # called with what is being done, for a progress display
 
 
-def build_bodies(case: Case, modes: int | None = None, refine: int = 0, told: Told | None = None) -> dict[str, Part]:
+def build_bodies(case: Case, modes: int | None = None, refine: int = 0) -> dict[str, Part]:
     """All bodies of a case by name, with other numbers of modes or finer meshes if asked.
 
     Bodies whose tables say the same but for their initial state are built once and shared; with nonlinear strain, those
@@ -63,8 +61,6 @@ def build_bodies(case: Case, modes: int | None = None, refine: int = 0, told: To
         if key in alike:
             bodies[name] = alike[key]
             continue
-        if told is not None:
-            told(name)
         try:
             bodies[name] = alike[key] = build_part(case, name, modes, refine)
         except CaseError as error:

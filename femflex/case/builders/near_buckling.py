@@ -12,9 +12,7 @@ from femflex.dynamics import compile_system
 from femflex.system import Load, System
 from femflex.warning import PhysicsWarning
 
-BOWED = (
-    0.9  # of what buckles a body: condensed strain, of second order in what it shortens by, bends 1.5 % less at 0.95
-)
+BOWED = 0.9  # of what buckles a body: condensed strain, which shortens to second order, bends 1.5 % too little at 0.95
 
 
 @dataclass(frozen=True)

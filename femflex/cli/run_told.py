@@ -1,0 +1,176 @@
+"""What `femflex run` says before it begins and when it is done."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from femflex.case import Case
+    from femflex.pipeline import Prepared
+    from femflex.results import Run
+    from femflex.system import System
+
+ENERGIES = ("kinetic", "elastic", "spring", "load")  # whose sizes the energy's change is measured by
+MOVED = 4  # initial values told on screen when the start moves them
+
+
+def say_what_runs(prepared: Prepared) -> None:
+    """Print modes, orbit, attitude and the integrator with the reason it was chosen."""
+    from femflex.cli.modes import alike, print_modes
+
+    case, system = prepared.case, prepared.system
+    print(case.title or case.path.name)
+    if prepared.model.omitted:
+        print(f"without {', '.join(prepared.model.omitted)}")
+    pieces = {piece for parts in system.segments.values() for piece in parts}
+    whole = {name: body for name, body in system.bodies.items() if body.n_modes and name not in pieces}
+    for names, body in alike(whole):
+        print()
+        print_modes(names, body)
+    print()
+    for name, parts in system.segments.items():
+        each = system.bodies[parts[0]].n_modes
+        print(f"body        {name} is cut into {len(parts)} segments of {each} elastic coordinates each")
+    for name, body in system.bodies.items():
+        if body.note and name not in pieces:
+            print(f"body        {name}: {body.note}")
+    for line in (*_orbit_lines(prepared), _attitude_line(prepared)):
+        print(line)
+    step = f"{len(prepared.times)} rows to {prepared.times[-1]:.6g} s"
+    print(f"integrator  {prepared.reason}")
+    if (held := prepared.model.constraints) is not None:
+        print(f"constraints {held.told(0.0, prepared.model.x0)}")
+        for misfit in prepared.taken_up:
+            print(f"constraints {misfit}")
+        say_what_moved(prepared)
+    print(f"output      {step}")
+
+
+def say_what_moved(prepared: Prepared) -> None:
+    """Print what was changed of the initial values to make them consistent with loops and constraints."""
+    moved = prepared.moved
+    told = ", ".join(map(str, moved[:MOVED]))
+    if len(moved) > MOVED:
+        told += f", and {len(moved) - MOVED} more (all in the file's attribute `start_moved`)"
+    if moved:
+        print(f"start       made consistent: {told}")
+
+
+def _orbit_lines(prepared: Prepared) -> list[str]:
+    from math import degrees
+
+    orbit, table = prepared.system.orbit, prepared.case.orbit
+    if orbit is None:
+        g = prepared.system.environment.gravity
+        told = [f"gravity     ({', '.join(f'{a:.6g}' for a in g)}) m/s^2, inertial axes"] if g.any() else []
+        return ["orbit       none", *told]
+    altitude = (table.perigee_radius - table.radius) / 1e3
+    text = (
+        f"orbit       {table.kind}, perigee {altitude:.6g} km over {table.radius / 1e3:.6g} km, e = "
+        f"{orbit.eccentricity:.6g}"
+    )
+    motion = (
+        f"            period {orbit.period:.6g} s, n = {orbit.mean_motion:.6g} rad/s, begins at anomaly "
+        f"{degrees(orbit.true_anomaly):.4g} deg"
+    )
+    return [text, motion]
+
+
+def _attitude_line(prepared: Prepared) -> str:
+    from math import degrees
+
+    case, system = prepared.case, prepared.system
+    seen = prepared.model.observe(prepared.times[:1], prepared.model.x0[None])
+    angles = [degrees(a) + 0.0 for a in seen["attitude/angles"][0]]  # no -0
+    names = prepared.model.channels["attitude/angles"].names
+    told = ", ".join(f"{name} {angle:.4g}" for name, angle in zip(names, angles, strict=True))
+    how = "held" if case.attitude.held else system.joint_of(system.root).kind
+    root = next((name for name, parts in system.segments.items() if system.root in parts), system.root)
+    return f"attitude    {root} {how} in the {system.frame.kind} frame: {told} deg"
+
+
+def say_what_came_out(run: Run, system: System, output: Path) -> None:
+    """Print how the run ended and how far its monitors drifted."""
+    import numpy as np
+
+    s = run.statistics
+    print(
+        f"done        {output}: {s.get('accepted', 0)} steps, {s.get('rejected', 0)} rejected, "
+        f"{s.get('evaluations', 0)} evaluations"
+    )
+    for line in latch_lines(run):
+        print(line)
+    for path in conserved(run, system):
+        value = run[path]
+        change = float(np.abs(value - value[0]).max())
+        shares = [f"monitors/{kind}" for kind in ENERGIES] if path == "monitors/energy" else [path]
+        size = max(float(np.abs(run[share]).max()) for share in shares if share in run)
+        relative = f", {change / size:.2e} of its size" if size > 0 else ""
+        print(
+            f"monitor     {path.split('/')[1].replace('_', ' ')} changed by up to {change:.3e} "
+            f"{run.unit(path)}{relative}"
+        )
+    if "monitors/constraint_position" in run:
+        gap, speed = (float(run[f"monitors/constraint_{what}"].max()) for what in ("position", "velocity"))
+        print(f"monitor     constraint largest gap {gap:.3e} m, largest velocity residual {speed:.3e} m/s")
+    print(f"monitor     Euler parameters off unit length by up to {np.abs(run['monitors/quaternion_norm']).max():.2e}")
+
+
+def latch_lines(run: Run) -> list[str]:
+    """A line per latch: when it locked and what was lost."""
+    out = []
+    for path in sorted(name for name in run if name.startswith("latches/") and name.endswith("/time")):
+        name, at = path.split("/")[1], float(run[path][-1])
+        if at < 0:
+            out.append(f"latch       {name} did not lock")
+        else:
+            loss = float(run[f"latches/{name}/loss"][-1])
+            out.append(f"latch       {name} locked at t = {at:.9g} s, {loss:.6g} J lost")
+    return out
+
+
+def conserved(run: Run, system: System) -> list[str]:
+    """The monitors that ought to be constant: none under loads that have no potential and under damping.
+
+    Without orbit energy, and angular momentum unless a joint holds the craft; on a free orbit energy; on a specified
+    circular one the Jacobi integral.
+    """
+    import numpy as np
+
+    from femflex.dynamics.joints.law_report import is_damped
+    from femflex.dynamics.reports.channels import conservative_loads
+
+    led = any(profile.moves for joint in system.joints for profile in joint.held.values())
+    working = any(spring.damping for spring in system.springs) or any(c.function for c in system.constraints)
+    weights = conservative_loads(system)
+    if len(weights) < len(system.loads) or led or working or is_damped(system):
+        return []
+    if set(run.without) & {"coriolis_centrifugal", "gyroscopic", "specified_motion", "gravity_gradient"}:
+        return []
+    if "orbit/radius" not in run:
+        roots = [joint for joint in system.joints if joint.parent is None]
+        parents = [tie.parent for ties in (system.loops, system.constraints, system.springs) for tie in ties]
+        tied = None in parents
+        adrift = len(roots) == 1 and roots[0].n_u - len(roots[0].held) == 6 and not roots[0].stiffness.any()
+        adrift = adrift and not (tied or weights)
+        fixed = system.frame.kind == "inertial"
+        return ["monitors/energy"] * fixed + ["monitors/angular_momentum"] * adrift
+    if system.orbit is not None and system.orbit.free:
+        return ["monitors/energy"]
+    circular = np.ptp(run["orbit/radius"]) < 1e-9 * run["orbit/radius"][0]
+    return ["monitors/jacobi"] if circular else []
+
+
+def say_verdicts(case: Case, run: Run) -> list[str]:
+    """Names of the expectations of the case that do not hold; prints all of them. They are those of the full case."""
+    if run.without:
+        if case.expect.answers:
+            print("expected    not judged: the expectations are those of the full case")
+        return []
+    from femflex.case.verdicts import judged
+
+    verdicts = judged(case, run)
+    for verdict in verdicts:
+        print(f"expected    {verdict}")
+    return [verdict.name for verdict in verdicts if not verdict.holds]
