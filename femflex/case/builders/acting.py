@@ -43,7 +43,12 @@ def acting(case: Case, name: str, table: FlexibleTable, groups: Mapping[str, str
     """
     r = table.reduction
     own = {"condensed": (None, "auto"), "nonlinear": ("auto",)}.get(table.strain or "linear", ())
-    if not isinstance(r, CantileverTable) or r.derivatives not in own:
+    if (
+        not isinstance(r, CantileverTable)
+        or r.derivatives not in own
+        or r.third_derivatives
+        or r.deflection is not None
+    ):
         return Acting()
     heavy = "attachment" not in r.model_fields_set and any(case.environment.gravity)
     found: dict[str, set[str]] = {}
