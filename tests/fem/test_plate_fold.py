@@ -159,7 +159,7 @@ def middle_displacement(local, axes, x, side):
 def folded_strip(along: int, across: int, family: str = "plate_bfs") -> Mesh:
     """A strip 1 x 0.05 with a fold by a right angle across its middle; points "root" and "tip"."""
     flat = rectangle(1.0, 0.05, along, across, CELL[family])
-    x, y, z = flat.points.T
+    x, y, _ = flat.points.T
     points = np.stack([np.minimum(x, 0.5), y, np.maximum(x - 0.5, 0.0)], axis=1)
     ends = {"root": np.flatnonzero(x < 1e-9), "tip": np.flatnonzero(x > 1 - 1e-9)}
     return Mesh(points, dict(flat.cells), flat.cell_groups, ends)
@@ -167,7 +167,7 @@ def folded_strip(along: int, across: int, family: str = "plate_bfs") -> Mesh:
 
 @pytest.mark.parametrize(("along", "across"), [(20, 1), (40, 1), (20, 4)])
 def test_a_folded_strip_of_rectangles_gives_like_a_frame_of_beams_however_few_lie_side_by_side(along, across):
-    """Under a force on the tip along its second part EI w = a^3 / 3, and across it 4/3 a^3, a the length of a part; less
+    """Under a force on the tip along its second part EI w = a^3 / 3, across it 4/3 a^3, a the length of a part; less
     what clamp and fold take of the crosswise curvature beside them. With a twist for each plane they open at the fold
     between its nodes, by 6 % here and 26 % in a strip four times as wide."""
     structure = plate_structure(folded_strip(along, across), 2e-3, "plate_bfs")

@@ -93,7 +93,7 @@ class SideTable:
         return found
 
     def tie_folds(self, twists: Index, corners: Index, numbering: Numbering) -> None:
-        """Ties twists (e, 4) that meet on a fold; corners (e, 4), the first and third side along the element's x axis."""
+        """Ties twists (e, 4) that meet on a fold; corners (e, 4), first and third side along the element's x axis."""
         for side, sign in enumerate((-1.0, 1.0, -1.0, 1.0)):
             ends = [side, (side + 1) % 4]
             pairs = np.sort(corners[:, ends], axis=1)
