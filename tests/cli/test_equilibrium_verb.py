@@ -253,3 +253,32 @@ def test_an_equilibrium_bent_beyond_its_strain_is_warned_of_with_both_numbers(tm
     case.write_text(text.replace(', derivatives = "auto"', "") if strain == "linear" else text)
     with pytest.warns(PhysicsWarning, match=rf"'beam' is displaced by .* m, .*% of its size.* up to about {bound}"):
         balanced(read_case(case))
+
+
+STILL = """
+[run]
+duration = 1
+output_step = 0.1
+
+[bodies.hub]
+kind = "rigid"
+mass = 200
+inertia = [120, 100, 140]
+
+[[joints]]
+kind = "weld"
+child = "hub"
+"""
+
+
+def test_a_craft_without_coordinates_is_refused_in_a_sentence(write_case, femflex):
+    code, _, err = femflex("equilibrium", write_case(STILL))
+    assert (
+        code == 2 and "the craft has no coordinate that could find its balance" in err and "joint that is free" in err
+    )
+
+
+def test_a_craft_whose_coordinates_are_all_held_has_no_stability_to_tell(write_case, femflex):
+    held = STILL.replace('"weld"', '"revolute"') + 'axis = "z"\nmotion = { angle = "locked" }\n'
+    code, out, _ = femflex("equilibrium", write_case(held))
+    assert code == 0 and "stability   nothing is free to move" in out

@@ -23,6 +23,10 @@ from femflex.system import System
 Array = NDArray[np.float64]
 
 FIRST, LEAST = 0.25, 1e-4  # share of the outer forces added in a step of the continuation
+UNMOVED = (
+    "the craft has no coordinate that could find its balance: its bodies are rigid, and its joints welded or held. It "
+    "stays where it is; an equilibrium asks for a flexible body, or for a joint that is free to move"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +76,7 @@ class Equilibrium:
     def verdict(self) -> str:
         """Stability in words, with the number behind it."""
         if not len(self.eigenvalues):
-            return "not known"
+            return "not known" if self.share < 1.0 else "nothing is free to move"
         moving = self._moving()
         if not self.stable:
             fastest = moving[np.argmax(moving.real)]
@@ -99,10 +103,13 @@ def equilibrium(system: System, at: float | None = None) -> Equilibrium:
     """The equilibrium nearest to the system's initial coordinates: at rest in its base frame, damping ignored.
 
     On the ground, in a uniformly spinning frame, or in the orbital frame of a circular orbit; loads are constant, or
-    those at the time `at` [s]. Raises ValueError when forces change over time, EquilibriumError when none is found.
+    those at the time `at` [s]. Raises ValueError when forces change over time or nothing can move, EquilibriumError
+    when none is found.
     """
     problem = steady(system, at)
     model = problem.full
+    if not model.n_u:
+        raise ValueError(UNMOVED)
     q, share, step, count = model.x0[: model.n_q].copy(), 0.0, 1.0, 0
     first = True
     while share < 1.0:
