@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from femflex.cli.progress import Patience
+from femflex.cli.strain_told import say_notes, strain_data, strain_notes
 from femflex.cli.tables import print_json, print_table
 from femflex.cli.verb import verb
 
@@ -66,6 +67,7 @@ def equilibrium(
         print_json(equilibrium_data(found))
         return
     print(read.title or case.name)
+    say_notes(strain_notes(found.model.system))
     print_equilibrium(found)
     if output is not None:
         print(f"kept        {output}")
@@ -144,6 +146,7 @@ def equilibrium_data(found: Equilibrium) -> dict[str, Any]:
     """What --json prints."""
     names = [name for name, _ in found.model.system.coordinate_names()]
     return {
+        "bodies": strain_data(found.model.system),
         "coordinates": dict(zip(names, found.q, strict=True)),
         "markers": markers(found),
         "frame": found.model.system.frame.kind,

@@ -323,3 +323,32 @@ force = [{-0.95 * euler}, 0, 1]
 def test_rolling_leaves_no_equilibrium_to_find():
     code, _, wrong = told("equilibrium", CASES / "rolling_disc.toml")
     assert code == 2 and "nonholonomic constraints bind velocities and leave every position open" in wrong
+
+
+STILL = """
+[run]
+duration = 1
+output_step = 0.1
+
+[bodies.hub]
+kind = "rigid"
+mass = 200
+inertia = [120, 100, 140]
+
+[[joints]]
+kind = "weld"
+child = "hub"
+"""
+
+
+def test_a_craft_without_coordinates_is_refused_in_a_sentence(write_case, femflex):
+    code, _, err = femflex("equilibrium", write_case(STILL))
+    assert (
+        code == 2 and "the craft has no coordinate that could find its balance" in err and "joint that is free" in err
+    )
+
+
+def test_a_craft_whose_coordinates_are_all_held_has_no_stability_to_tell(write_case, femflex):
+    held = STILL.replace('"weld"', '"revolute"') + 'axis = "z"\nmotion = { angle = "locked" }\n'
+    code, out, _ = femflex("equilibrium", write_case(held))
+    assert code == 0 and "stability   nothing is free to move" in out

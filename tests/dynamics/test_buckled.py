@@ -19,7 +19,7 @@ TABLE = {20: (1.015, 0.220, 0.970), 40: (1.063, 0.422, 0.881), 60: (1.152, 0.593
 
 
 def column(angle):
-    """P / P_cr, w/L and u/L of a cantilever whose tip slopes by an angle [deg] under a load along it: elliptic integrals."""
+    """P / P_cr, w/L, u/L of a cantilever pressed along until its tip slopes by so many degrees: elliptic integrals."""
     sine = np.sin(np.radians(angle) / 2)
     K, E = ellipk(sine**2), ellipe(sine**2)
     return (2 * K / np.pi) ** 2, 2 * sine / K, 2 - 2 * E / K

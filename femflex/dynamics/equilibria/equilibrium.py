@@ -24,6 +24,10 @@ from femflex.system import System
 Array = NDArray[np.float64]
 
 FIRST, LEAST = 0.25, 1e-4  # share of the outer forces added in a step of the continuation
+UNMOVED = (
+    "the craft has no coordinate that could find its balance: its bodies are rigid, and its joints welded or held. It "
+    "stays where it is; an equilibrium asks for a flexible body, or for a joint that is free to move"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +80,7 @@ class Equilibrium:
     def verdict(self) -> str:
         """Stability in words, with the number behind it."""
         if not len(self.eigenvalues):
-            return "not known"
+            return "not known" if self.share < 1.0 else "nothing is free to move"
         moving = self._moving()
         if not self.stable:
             fastest = moving[np.argmax(moving.real)]
@@ -110,9 +114,12 @@ def equilibrium(system: System, at: float | None = None, stable: bool = False) -
 
     On the ground, in a uniformly spinning frame, or in the orbital frame of a circular orbit; loads are constant, or
     those at the time `at` [s]. stable: an unstable one is left along the motion that grows, for one that is stable
-    (`leaving`). Raises ValueError when forces change over time, EquilibriumError when none is found.
+    (`leaving`). Raises ValueError when forces change over time or nothing can move, EquilibriumError when none is
+    found.
     """
     problem = steady(system, at)
+    if not problem.full.n_u:
+        raise ValueError(UNMOVED)
     begun = problem.full.x0[: problem.full.n_q].copy()
     found = _nearest(problem, begun)
     return found if found.stable or not stable else _beyond(problem, found, begun)
@@ -152,8 +159,8 @@ def _beyond(problem: Steady, unstable: Equilibrium, begun: Array) -> Equilibrium
         if settled.stable:
             return settled
     raise EquilibriumError(
-        f"the equilibrium that was found is {unstable.verdict}, and no stable one was come to from it. Begin elsewhere, "
-        "lower the loads, or let a damped run come to rest",
+        f"the equilibrium that was found is {unstable.verdict}, and no stable one was come to from it. Begin "
+        "elsewhere, lower the loads, or let a damped run come to rest",
         unstable,
     )
 
