@@ -49,8 +49,8 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
               thermal_strain  free strain, a number or (xx, yy, xy) in the section's axes
 
     Mesh: frequencies converge with the fourth power of the size; four sides to the shortest half wave give 2e-4 for
-    smooth modes, the corners of a clamp converge more slowly (a square cantilever: 4e-4 with 8 sides). Across a fold
-    the twist of each plane is free, which costs an order there.
+    smooth modes, the corners of a clamp converge more slowly (a square cantilever: 4e-4 with 8 sides). At a fold the
+    twists of its planes are one, but for triangles on its other side.
 
     Second-order quadrilaterals are used by their corners. Raises ValueError on other cells, sections or options, and
     on quadrilaterals that are not rectangles (the plate family on triangles takes any shape).
@@ -62,7 +62,9 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     corners, axes, a, b = rectangles(mesh.points, corners, f"plate_bfs on group {member.group!r}")
     stiffness = section_stiffness(section, options["axis"], axes)
     normals = np.broadcast_to(axes[:, 2], (len(corners), 3))
-    twists = side_table(mesh, numbering).twists(corners.ravel(), np.repeat(normals, 4, axis=0), numbering)
+    table = side_table(mesh, numbering)
+    twists = table.twists(corners.ravel(), np.repeat(normals, 4, axis=0), numbering)
+    table.tie_folds(twists.reshape(-1, 4), corners, numbering)
     bubbles = numbering.extra(2 * len(corners))
     own = np.concatenate([twists.reshape(-1, 4), bubbles.reshape(-1, 2)], axis=1)
     dof_map = flat_map(mesh, corners, axes, numbering, own)
