@@ -21,6 +21,7 @@ from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
 from femflex.case.builders.sheet import of_sheet
 from femflex.case.builders.structure import PLACE, build_mesh, build_modes, build_structure_of
+from femflex.case.builders.torques import check_torques, has_torque
 from femflex.case.case import Case
 from femflex.case.load import LoadTable
 from femflex.case.problems import CaseError, Problem, near
@@ -114,6 +115,8 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
     r, strain = table.reduction, table.strain or "linear"
     keep = r.derivatives if isinstance(r, Stretchable) else "none"
     groups, turning = marker_groups(table), turning_markers(case, name)
+    if modeset.n_modes:
+        check_torques(case, name, groups, structure)
     ignored = None
     if strain == "linear" and 0 < modeset.n_modes <= MANY and not isinstance(r, LumpedTable):
         ignored = foreshortening(structure, modeset, groups)
@@ -136,12 +139,12 @@ def turning_markers(case: Case, name: str) -> set[str]:
     """Markers of a body whose rotation something uses: joints, torques, and the attitude."""
     used = {joint.child_marker for joint in case.joints if joint.child == name}
     used |= {joint.parent_marker for joint in case.joints if joint.parent == name}
-    used |= {load.marker for load in case.loads if load.body == name and _turns(load)}
+    used |= {load.marker for load in case.loads if load.body == name and _turns(case, load)}
     return used | ({case.attitude.marker} if case.attitude.marker else set())
 
 
-def _turns(load: LoadTable) -> bool:
-    return load.torque is not None or load.table is not None or load.frame == "marker"
+def _turns(case: Case, load: LoadTable) -> bool:
+    return load.frame == "marker" or has_torque(case, load)
 
 
 def _segments(case: Case, name: str, table: FlexibleTable, other: tuple[int | None, int, int | None]) -> Segments:

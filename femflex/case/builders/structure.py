@@ -42,6 +42,7 @@ from femflex.reduction import (
     with_responses,
     with_third_derivatives,
 )
+from femflex.warning import PhysicsWarning
 
 UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}  # of a mesh file, in metres
 PLACE = "marker {}"  # point group made for a marker given by its position
@@ -118,7 +119,7 @@ def build_modes(
             structure, _vibrating(structure, r, modes, acting or Acting()), r.third_derivatives
         )
         if r.derivatives not in (None, "none", 0):
-            found = with_derivatives(structure, found, r.derivatives, None if r.responses else r.deflection)
+            found = derived(structure, found, r.derivatives, None if r.responses else r.deflection, f"bodies.{name}")
         if r.responses and r.deflection is not None:
             ways = [way for way in getattr(r, "attachment", ()) if way in "xyz"]
             found = with_responses(structure, found, r.responses, r.deflection, ways)
@@ -129,6 +130,21 @@ def build_modes(
         structure = lumped(structure)
         return structure, nodal_translations(structure, clamp_of(r.clamp))
     return structure, rigid_set(structure.n_dof)
+
+
+def derived(structure: Structure, modes: ModeSet, keep: int | str, deflection: float | None, where: str) -> ModeSet:
+    """The set with so many static derivatives; warns where it has fewer of them than are asked for."""
+    found = with_derivatives(structure, modes, keep, deflection)
+    kept = found.n_modes - modes.n_modes
+    if isinstance(keep, int) and kept < keep:
+        of = "its states bent so far" if deflection else f"the pairs of its {modes.n_modes} shapes"
+        warnings.warn(
+            f"{where}: {keep} derivatives are asked for, and {of} have {kept} that are independent; "
+            f"these are kept, and derivatives = {kept} is the same",
+            PhysicsWarning,
+            stacklevel=3,
+        )
+    return found
 
 
 def _vibrating(structure: Structure, r: Stretchable, modes: int | None, acting: Acting) -> ModeSet:
