@@ -27,7 +27,7 @@ from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
 Array = NDArray[np.float64]
 
 SIDES = 16  # of the tube that is drawn
-RANK = 1e-10  # strain energy of a follower over the largest, below which it repeats what axial functions hold
+RANK = 1e-10  # strain energy of a follower over the largest at first, below which it repeats what axial functions hold
 ON_LINE = 1e-6  # distance over length within which a node lies on the beam's line
 
 
@@ -43,7 +43,9 @@ def beam_body(
     Moments and stiffness by Gauss quadrature along the length, mass at four points of each section.
     orthonormal: the functions are recombined into the modes of the beam confined to them, with their omega.
     strain: "nonlinear" adds the stretch by slopes and twist (beam_strain) and wants axial functions; "condensed" lets
-    the stretch follow bending (reduction.condense) along axial polynomials of its own.
+    the stretch follow bending (reduction.condense) along axial polynomials of its own. With
+    nonlinear strain what the axial functions do not hold of the squares of slopes follows too: characteristic ones are
+    sines and hold them badly (a strip would tip over 11 to 50 % late with two or three for each of bending).
     Raises ValueError on torsion of a section without inertia, and on nonlinear strain without axial functions.
     """
     if functions.torsion and not (beam.ry or beam.rz):
@@ -55,10 +57,10 @@ def beam_body(
             "nonlinear strain without axial functions would make bending far too stiff; ask for axial functions "
             "(about twice as many as for bending), or for strain = 'condensed'."
         )
-    if strain == "condensed":
+    if strain != "linear":
         functions = functions.with_followers()
     body = _body(beam, functions, damping, orthonormal, strain)
-    return condense(body, range(functions.own, body.n_modes)) if strain == "condensed" else body
+    return condense(body, range(functions.own, body.n_modes)) if functions.own < body.n_modes else body
 
 
 def _body(
@@ -73,17 +75,16 @@ def _body(
     Me = point_moments(dm, rho, shapes).elastic_mass()
     X, omega = _own_columns(beam, functions, raw, Me, orthonormal)
     if functions.followers:
-        following, frequency = _following_columns(functions, raw, Me, X)
-        X, omega = np.hstack([X, following]), np.concatenate([omega, frequency])
+        followers, frequency = _following_columns(functions, raw, Me, X)
+        X, omega = np.hstack([X, followers]), np.concatenate([omega, frequency])
+    following = X.shape[1] > functions.own
     moments = point_moments(dm, rho, shapes @ X)
     V1 = X.T @ raw @ X
     V1 = (V1 + V1.T) / 2
     damped = _damped(functions, X, strain)
     body = FlexibleBody(
         moments=moments,
-        strain=StrainTensors.linear(V1)
-        if strain == "linear"
-        else beam_strain(beam, functions, X, V1, strain == "condensed"),
+        strain=StrainTensors.linear(V1) if strain == "linear" else beam_strain(beam, functions, X, V1, following),
         damping=bending_damping(damping or ModalDamping(0.0), moments.elastic_mass(), V1, damped),
         markers={
             name: _marker(beam, functions, end, X, strain != "linear") for end, name in enumerate(("root", "tip"))
@@ -91,7 +92,7 @@ def _body(
         skin=_skin(beam, functions, X),
         kinds=("admissible",) * functions.own + ("derivative",) * (X.shape[1] - functions.own),
         omega=omega,
-        strain_field=(beam_field(beam, functions, X, strain != "linear", strain == "condensed"),),
+        strain_field=(beam_field(beam, functions, X, strain != "linear", following),),
     )
     if strain == "linear":
         return body
@@ -120,12 +121,18 @@ def _own_columns(
 
 
 def _following_columns(functions: BeamFunctions, V1: Array, Me: Array, own: Array) -> tuple[Array, Array]:
-    """Columns of the followers over the functions, without strain energy in common with the own ones; orthonormal."""
+    """Columns of the followers over the functions, without strain energy in common with the own ones; orthonormal.
+
+    None where those hold all that follows.
+    """
     n = functions.own
     F = np.eye(functions.count)[:, n:]
+    whole = np.linalg.eigvalsh(F.T @ V1 @ F)[-1]
     F = F - own @ np.linalg.solve(own.T @ V1 @ own, own.T @ V1 @ F)
     energy, U = np.linalg.eigh(F.T @ V1 @ F)
-    F = F @ (U / np.sqrt(np.maximum(energy, RANK * energy[-1])))[:, energy > RANK * energy[-1]]
+    F = F @ (U / np.sqrt(np.maximum(energy, RANK * whole)))[:, energy > RANK * whole]
+    if not F.shape[1]:
+        return F, np.zeros(0)
     eigenvalues, modes = dense_modes(F.T @ V1 @ F, F.T @ Me @ F)
     return F @ canonical(eigenvalues, modes), np.sqrt(eigenvalues)
 
