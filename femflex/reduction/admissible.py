@@ -57,7 +57,7 @@ def beam_body(
             "nonlinear strain without axial functions would make bending far too stiff; ask for axial functions "
             "(about twice as many as for bending), or for strain = 'condensed'."
         )
-    if strain != "linear":
+    if strain == "condensed" or (strain == "nonlinear" and not functions.holds_squares):
         functions = functions.with_followers()
     body = _body(beam, functions, damping, orthonormal, strain)
     return condense(body, range(functions.own, body.n_modes)) if functions.own < body.n_modes else body

@@ -148,6 +148,13 @@ class BeamFunctions:
         """The largest number of functions of one field."""
         return max(self.y, self.z, self.axial, self.torsion, self.followers)
 
+    @property
+    def holds_squares(self) -> bool:
+        """Whether the axial functions hold all products of two slopes: polynomials enough."""
+        clamps = [BENDING_ORDER[support] for support in ends_of(self.ends)]
+        degree = sum(clamps) + max(self.y, self.z) - 1  # of bending; u is of that of the integral of slopes' squares
+        return self.family == "polynomial" and self.axial >= 2 * degree - sum(min(order, 1) for order in clamps)
+
     def with_followers(self) -> BeamFunctions:
         """The same with as many followers as hold all products of two slopes: exactly for polynomials."""
         n = 2 * max(self.y, self.z)
