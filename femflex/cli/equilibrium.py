@@ -29,6 +29,10 @@ def equilibrium(
     at: Annotated[
         float | None, typer.Option("--at", help="Time in s whose loads are meant, where they change over time.")
     ] = None,
+    stable: Annotated[
+        bool,
+        typer.Option("--stable", help="Leave an unstable one along the motion that grows, for one that is stable."),
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
 ) -> None:
@@ -49,7 +53,7 @@ def equilibrium(
 
         read = read_case(case)
         try:
-            found = balanced(read, at)
+            found = balanced(read, at, stable)
         except EquilibriumError as error:
             if output is not None:
                 keep(error.last, read, output, force=force, ended=str(error))
@@ -95,7 +99,11 @@ def print_equilibrium(found: Equilibrium) -> None:
         print(f"loop        {name} carries {force:.6g} N and {torque:.6g} N m")
     if found.model.constraints is not None:
         print(f"loops       closed to {found.gap:.1e} m")
+    if found.left is not None:
+        print(f"left        an equilibrium that is {found.left.verdict}")
     print(f"stability   {found.verdict}")
+    if not found.stable:
+        print("            --stable leaves it, along the motion that grows")
 
 
 def markers(found: Equilibrium) -> dict[str, dict[str, Any]]:
@@ -149,5 +157,6 @@ def equilibrium_data(found: Equilibrium) -> dict[str, Any]:
         "neutral": list(found.neutral),
         "stable": found.stable,
         "growth": found.growth,
+        "left_growth": None if found.left is None else found.left.growth,
         "eigenvalues": [[float(v.real), float(v.imag)] for v in found.eigenvalues],
     }

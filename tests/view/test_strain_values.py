@@ -81,7 +81,7 @@ def test_the_bending_strain_of_a_cantilever_is_that_of_its_moment(family: str, s
         family, 2e-3
     )  # what elements lose at an end: of solids half of one of 20
     assert found == pytest.approx(wanted, abs=off * F * L / EI)
-    assert found[np.abs(x) < 1e-9].mean() == pytest.approx(F * L / EI, rel=0.026 if family == "solid" else 2.1e-3)
+    assert found[np.abs(x) < 1e-9].mean() == pytest.approx(F * L / EI, rel=0.026 if family == "solid" else 2.5e-3)
 
 
 @pytest.mark.parametrize("strain", FORMS)

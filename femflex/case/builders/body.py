@@ -8,6 +8,7 @@ import numpy as np
 
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
+from femflex.case.builders.acting import acting, told
 from femflex.case.builders.curved import of_curved
 from femflex.case.builders.load_buckling import (
     buckling_of_analytic,
@@ -57,8 +58,10 @@ def build_bodies(case: Case, modes: int | None = None, refine: int = 0) -> dict[
     alike: dict[str, Part] = {}
     problems: list[Problem] = []
     for name, table in case.bodies.items():
-        warned = [sorted(turning_markers(case, name)), *judged_loads(case, name)]  # decide what is warned of
-        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {warned}"
+        beside = [sorted(turning_markers(case, name)), *judged_loads(case, name)]  # decide what is warned of
+        if isinstance(table, FlexibleTable):
+            beside.append(str(acting(case, name, table, marker_groups(table))))
+        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {beside}"
         if key in alike:
             bodies[name] = alike[key]
             continue
@@ -101,8 +104,10 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
         return _from_file(case, name, table, modes)
     assert isinstance(table, FlexibleTable)
     given = build_structure_of(case, name, table, build_mesh(case, name, table, refine))
-    structure, modeset = build_modes(given, table, modes, name)
-    return _meshed(case, name, table, structure, modeset)
+    added = acting(case, name, table, marker_groups(table))
+    structure, modeset = build_modes(given, table, modes, name, added)
+    body = _meshed(case, name, table, structure, modeset)
+    return replace(body, note="; ".join(filter(None, (told(added, modeset), body.note))))
 
 
 def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, modeset: ModeSet) -> FlexibleBody:
