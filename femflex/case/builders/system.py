@@ -37,19 +37,19 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
     """
     names = undecided(case) if bodies is None else []
     if not names:
-        system = _system(case, bodies)
+        system = system_of(case, bodies)
         warn_of_buckling(system, nearest_of(system, duration_of(case, system)))
         return _light(system)
     linear = with_strains(case, dict.fromkeys(names, "linear"))
     parts = _bodies_and_loads(linear, None)[0]
-    system = _system(linear, parts)
+    system = system_of(linear, parts)
     view = foreseen(system, duration_of(case, system))
     near = {} if view.rigid is None else nearest(view.rigid, list(system.bodies), system)
     chosen = choices(case, system, names, near, view)
     if wanted := {name: one for name, one in chosen.items() if one[0] != "linear"}:
         others, said = stretching(case, wanted)
         chosen |= said
-        system = _system(case, parts | others)
+        system = system_of(case, parts | others)
     noted: dict[tuple[int, str], FlexibleBody] = {}  # bodies alike stay one
     found = dict(system.bodies)
     for name, (strain, why) in chosen.items():
@@ -66,7 +66,11 @@ def _light(system: System) -> System:
     return replace(system, bodies={name: light[id(body)] for name, body in system.bodies.items()})
 
 
-def _system(case: Case, bodies: Mapping[str, Part] | None) -> System:
+def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
+    """The System of a case with these bodies, or its own with linear strain where they do not say; as `build_system`.
+
+    Its bodies keep what they are judged by.
+    """
     parts, loads = _bodies_and_loads(case, bodies)
     try:
         joint, parts = root_joint(case, parts)
