@@ -153,7 +153,7 @@ def test_a_push_that_follows_the_tip_is_told_of_by_its_flutter(body, near):
 
 
 def test_a_load_on_an_outer_boom_counts_for_the_inner_one_that_it_turns(near):
-    """Two booms end to end are a column of 2 L; the outer one taken as stiff: k L tan(k L) = 1, within a fifth of it."""
+    """Two booms end to end are a column of 2 L; the outer one taken as stiff, k L tan(k L) = 1, a fifth later."""
     outer = BOOM.replace("bodies.boom", "bodies.outer") + (
         '[[joints]]\nkind = "weld"\nchild = "outer"\nparent = "boom"\nparent_marker = "tip"\n'
     )
