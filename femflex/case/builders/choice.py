@@ -14,6 +14,7 @@ from femflex.case.builders.strain import KEEPS, Reach, judged
 from femflex.case.case import Case
 from femflex.dynamics import compile_system
 from femflex.dynamics.reports.bends import bends
+from femflex.dynamics.reports.divided import divided
 from femflex.dynamics.reports.ignored import IgnoredStiffness
 from femflex.system import Environment, Frame, System
 
@@ -124,8 +125,9 @@ def reaches(view: Foresight) -> dict[str, Reach]:
         start.moved(model.x0[None])
         rate = np.linalg.norm(channels[f"bodies/{bend.name}/rate"], axis=1)
         gain = gains.get(bend.name, np.zeros(len(rate)))
+        way = divided(model.system.bodies[bend.name])
         pulled = float(gain.max()), float(gain.min()), float(rate[np.argmax(gain)]), float(rate.max())
-        out[bend.name] = Reach(*pulled, max(bend.reached, start.reached), start.reached, bend.size, view.short)
+        out[bend.name] = Reach(*pulled, max(bend.reached, start.reached), start.reached, bend.size, view.short, way)
     return out
 
 
