@@ -30,6 +30,8 @@ class Backbone:
     amplitudes  (k,) its displacement when all is at rest [m]
     omega       (k,) frequencies [rad/s]
     harmonics   (k, h, n) coefficients c of the motion
+    path        (p, 2) amplitude and frequency of all motions on the way, in order along the branch, folds and all
+    gaps        (g, 2) amplitudes between which a tongue of another mode's vibrations was stepped over [m]
     """
 
     mode: int
@@ -39,6 +41,8 @@ class Backbone:
     amplitudes: Array
     omega: Array
     harmonics: Array
+    path: Array
+    gaps: Array
 
 
 class BackboneError(RuntimeError):
@@ -64,16 +68,21 @@ def backbone(body: FlexibleBody, mode: int, amplitudes: Sequence[float], harmoni
     point = int(np.argmax(np.linalg.norm(shape, axis=1)))
     direction = shape[point] / np.linalg.norm(shape[point])
     row = body.skin.shapes[:, point] @ direction
-    slope = np.zeros((harmonics + 1, n))
-    slope[1] = X[:, mode - 1] / (row[:n] @ X[:, mode - 1])  # per metre of amplitude
-    rest = Vibration(0.0, small, np.zeros_like(slope))
-    found, ended = followed(HarmonicBalance(motion, row), rest, (0.0, slope), amplitudes)
+    shapes = np.zeros((harmonics + 1, n))
+    shapes[1] = X[:, mode - 1] / (row[:n] @ X[:, mode - 1])  # per metre of amplitude
+    branch = followed(
+        HarmonicBalance(motion, row), Vibration(0.0, small, np.zeros_like(shapes)), shapes, list(amplitudes)
+    )
     curve = None
-    if found:
-        columns = ([getattr(each, name) for each in found] for name in ("amplitude", "omega", "harmonics"))
-        curve = Backbone(mode, small, body.skin.points[point], direction, *map(np.array, columns))
-    if ended or curve is None:
-        raise BackboneError(ended, curve)
+    if branch.found:
+        amplitude, omega, c = (
+            np.array([getattr(each, name) for each in branch.found]) for name in ("amplitude", "omega", "harmonics")
+        )
+        path = np.array([(each.amplitude, each.omega) for each in branch.points])
+        gaps = np.array(branch.gaps).reshape(-1, 2)
+        curve = Backbone(mode, small, body.skin.points[point], direction, amplitude, omega, c, path, gaps)
+    if branch.ended or curve is None:
+        raise BackboneError(branch.ended, curve)
     return curve
 
 
