@@ -39,6 +39,8 @@ def print_backbone(body: FlexibleBody, amplitudes: list[float]) -> None:
     data, error = backbone_data(body, amplitudes)
     if data:
         _print_curve(data)
+    if told := amplitude_note(body):
+        print(told)
     if error is not None:
         raise error
 
@@ -73,4 +75,15 @@ def backbone_data(body: FlexibleBody, amplitudes: list[float]) -> tuple[dict[str
         "amplitude_m": found.amplitudes,
         "frequency_hz": found.omega / (2 * pi),
         "small_hz": found.small / (2 * pi),
+        "note": amplitude_note(body),
     }, error
+
+
+def amplitude_note(body: FlexibleBody) -> str:
+    """What is to be said of a frequency that cannot change with the amplitude; nothing of one that can."""
+    if body.strain_form != "linear":
+        return ""
+    return (
+        "linear strain: its force is proportional to the amplitude, so that the frequency cannot change with it; "
+        "give the body strain = 'condensed' or 'nonlinear' to see what a large amplitude does"
+    )

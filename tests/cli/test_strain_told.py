@@ -77,3 +77,14 @@ def test_what_a_case_says_itself_is_not_told_as_a_choice(femflex, write_case):
     said = BLADE.replace("mass_per_length = 1\n", 'mass_per_length = 1\nstrain = "condensed"\n')
     code, out, _ = femflex("equilibrium", write_case(said))
     assert code == 0 and "strain is" not in out
+
+
+def test_a_backbone_of_linear_strain_says_that_it_cannot_bend(femflex, write_case):
+    said = BLADE.replace("mass_per_length = 1\n", 'mass_per_length = 1\nstrain = "linear"\n')
+    _, out, _ = femflex("modes", write_case(said), "--backbone", "1 mm, 1 cm")
+    assert out.count("1.00000") == 2
+    assert "linear strain: its force is proportional to the amplitude" in out and "strain = 'condensed'" in out
+    data = json.loads(femflex("modes", write_case(said), "--backbone", "1 mm", "--json")[1])
+    assert data["blade"]["backbone"]["note"].startswith("linear strain")
+    condensed = femflex("modes", write_case(BLADE), "--backbone", "1 mm")[1]
+    assert "its force is proportional" not in condensed

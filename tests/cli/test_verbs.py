@@ -336,3 +336,31 @@ def test_where_nothing_can_be_drawn_the_run_is_kept_and_said(
     assert (code, err) == (0, "femflex: no pictures: no OpenGL here; the run is kept in run.h5\n")
     with open_run(tmp_path / "run.h5") as kept:
         assert kept.complete
+
+
+@pytest.mark.parametrize(
+    ("option", "told"),
+    [
+        ("--force", "interrupted before the first row; run.h5 is still that of an earlier run"),
+        ("--resume", "interrupted; run.h5 keeps 3 rows, to 0.1 s, and --resume goes on from there"),
+    ],
+)
+def test_an_interrupt_does_not_take_the_file_of_an_earlier_run_for_its_own(
+    femflex: Callable[..., tuple[int, str, str]],
+    craft: str,
+    write_case: Callable[..., Path],
+    monkeypatch: pytest.MonkeyPatch,
+    option: str,
+    told: str,
+):
+    case = write_case(craft.replace('duration = "10 s"', 'duration = "0.1 s"'))
+    assert femflex("run", case, "-o", "run.h5")[0] == 0
+    with h5py.File("run.h5", "r+") as file:  # as an interrupt leaves it
+        file.attrs["complete"], file.attrs["ended"] = False, "interrupted"
+
+    def stopped(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("femflex.pipeline.integrate", stopped)
+    code, _, err = femflex("run", case, "-o", "run.h5", option)
+    assert code == 130 and told in err
