@@ -46,7 +46,7 @@ def measured(problem: HarmonicBalance, at: Vibration, change: Array) -> Array:
 
 def stepped(problem: HarmonicBalance, here: Place, length: float, most: float) -> Place | None:
     """The place so far on, or that with the amplitude `most` where this comes first; None where none continues here."""
-    rate = float(problem.amplitude_row(here.at.harmonics) @ here.tangent)
+    rate = problem.rate(here.at, here.tangent)
     exact = rate > 0 and here.at.amplitude + length * rate >= most
     if exact:
         length = (most - here.at.amplitude) / rate
@@ -57,7 +57,7 @@ def stepped(problem: HarmonicBalance, here: Place, length: float, most: float) -
 
 def nearer(problem: HarmonicBalance, here: Place, amplitude: float) -> Place | None:
     """The place with a smaller amplitude, back along the branch; None where none continues it."""
-    rate = float(problem.amplitude_row(here.at.harmonics) @ here.tangent)
+    rate = problem.rate(here.at, here.tangent)
     return _found(problem, here, (amplitude - here.at.amplitude) / rate, amplitude) if rate > 0 else None
 
 

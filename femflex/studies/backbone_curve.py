@@ -30,7 +30,7 @@ class Backbone:
     amplitudes  (k,) its displacement when all is at rest [m]
     omega       (k,) frequencies [rad/s]
     harmonics   (k, h, n) coefficients c of the motion
-    path        (p, 2) amplitude and frequency of all motions on the way, in order along the branch, folds and all
+    path        all motions on the way, in order along the branch, round its folds
     gaps        (g, 2) amplitudes between which a tongue of another mode's vibrations was stepped over [m]
     """
 
@@ -41,7 +41,7 @@ class Backbone:
     amplitudes: Array
     omega: Array
     harmonics: Array
-    path: Array
+    path: tuple[Vibration, ...]
     gaps: Array
 
 
@@ -55,6 +55,8 @@ class BackboneError(RuntimeError):
 
 def backbone(body: FlexibleBody, mode: int, amplitudes: Sequence[float], harmonics: int = HARMONICS) -> Backbone:
     """The Backbone of a body's mode (from 1) at rising amplitudes [m], its frame held and its damping left out.
+
+    Amplitudes at which the branch lies in the vibrations of another mode are left out: `gaps` tells of them.
 
     Raises ValueError when there is no such mode, amplitudes do not rise from above zero, or the body has no skin, and
     BackboneError, with those that were found, when there is no motion of an amplitude.
@@ -78,12 +80,18 @@ def backbone(body: FlexibleBody, mode: int, amplitudes: Sequence[float], harmoni
         amplitude, omega, c = (
             np.array([getattr(each, name) for each in branch.found]) for name in ("amplitude", "omega", "harmonics")
         )
-        path = np.array([(each.amplitude, each.omega) for each in branch.points])
-        gaps = np.array(branch.gaps).reshape(-1, 2)
+        path, gaps = tuple(branch.points), np.array(branch.gaps).reshape(-1, 2)
         curve = Backbone(mode, small, body.skin.points[point], direction, amplitude, omega, c, path, gaps)
     if branch.ended or curve is None:
-        raise BackboneError(branch.ended, curve)
+        raise BackboneError(branch.ended or _within(branch.gaps[-1]), curve)
     return curve
+
+
+def _within(gap: tuple[float, float]) -> str:
+    return (
+        f"between amplitudes of {gap[0]:.4g} and {gap[1]:.4g} m the motion is one of another mode, which meets a "
+        "higher harmonic there; ask for amplitudes below or above"
+    )
 
 
 def _check(body: FlexibleBody, mode: int, amplitudes: Sequence[float]) -> None:

@@ -21,7 +21,7 @@ from femflex.studies.tongue import LEADING, first_share, over
 
 Array = NDArray[np.float64]
 
-FIRST, LONGEST, SHORTEST = 0.1, 0.3, 1e-5  # steps along the arc
+FIRST, LONGEST, SHORTEST = 0.1, 0.3, 1e-4  # steps along the arc
 POINTS = 400  # of one branch
 FALLEN = 0.5  # amplitude over the largest before at which the branch has turned for good
 
@@ -67,7 +67,7 @@ def _begun(problem: HarmonicBalance, rest: Vibration, mode: Array, amplitude: fl
     for _ in range(60):
         at = problem.balanced(Vibration(amplitude, rest.omega, amplitude * mode))
         if at is not None and at.omega > 0:
-            change = np.linalg.norm(at.harmonics - amplitude * mode) / np.linalg.norm(at.harmonics)
+            change = float(np.linalg.norm(at.harmonics - amplitude * mode) / np.linalg.norm(at.harmonics))
             if max(change, abs(at.omega / rest.omega - 1)) < FIRST:
                 return Place.of(problem, at, problem.tangent(at, row))
         amplitude /= 2

@@ -96,6 +96,10 @@ class HarmonicBalance:
         """Derivative (h n + 1,) of the amplitude by harmonics c (h, n) and frequency."""
         return np.append(np.tile(self.reached(c.sum(axis=0))[1], len(c)), 0.0)
 
+    def rate(self, at: Vibration, along: Array) -> float:
+        """Change of the amplitude in a direction (h n + 1,) over harmonics and frequency."""
+        return float(self.amplitude_row(at.harmonics) @ along)
+
     def reached(self, q: Array) -> tuple[float, Array]:
         """The amplitude [m] at coordinates (n,), and its gradient (n,)."""
         return float(self.row @ self.motion.body.amplitudes(q)), self.row @ self.motion.ties(q[None])[0]

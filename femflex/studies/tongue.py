@@ -8,8 +8,9 @@ from femflex.studies.arc import Place, nearer, stepped
 from femflex.studies.harmonic_balance import HarmonicBalance
 
 LEADING = 0.5  # share that the first harmonic has in a motion of the branch
-SHORT, FARTHEST = 0.02, 1.0  # steps over a tongue along the arc
-BACK = (0, 1, 2, 3, 5, 8)  # places before the turn, from which they are tried
+OWN = 0.95  # of the largest share before: places of less lie in the tongue already
+SHORT, FARTHEST = 0.02, 2.0  # steps over a tongue along the arc
+BACK = (1, 2, 3, 4, 6, 9, 13)  # the last places outside, from which they are tried
 CLEAR = 2e-3  # of an amplitude by which a place beyond the tongue is greater: it does not lie in the tongue itself
 LEAST = 5e-3  # of an amplitude: step in search of the far side
 
@@ -21,13 +22,15 @@ def over(problem: HarmonicBalance, places: list[Place], amplitude: float) -> Pla
     """
     turn = int(np.argmax([place.at.amplitude for place in places]))
     peak = places[turn].at.amplitude
-    for back in BACK:
-        if back > turn:
-            break
-        length = SHORT
+    shares = np.array([first_share(problem, place) for place in places[: turn + 1]])
+    least = OWN * shares.max()
+    outside = np.flatnonzero(shares > least)
+    for place in (places[outside[-back]] for back in BACK if back <= len(outside)):
+        rate = problem.rate(place.at, place.tangent)
+        length = max(SHORT, (peak - place.at.amplitude) / rate) if rate > 0 else np.inf
         while length < FARTHEST:
-            to = stepped(problem, places[turn - back], length, np.inf)
-            if to is not None and to.at.amplitude > (1 + CLEAR) * peak and first_share(problem, to) > LEADING:
+            to = stepped(problem, place, length, np.inf)
+            if to is not None and to.at.amplitude > (1 + CLEAR) * peak and first_share(problem, to) > least:
                 return _nearest(problem, peak, to, amplitude)
             length *= 1.5
     return None
