@@ -52,6 +52,11 @@ class BeamBearing:
         return np.eye(n), self.K, self.body.moments.elastic_mass()[:n, :n]
 
     @property
+    def size(self) -> int:
+        """See Elastic."""
+        return self.body.n_modes
+
+    @property
     def scale(self) -> tuple[float, float]:
         """See Elastic."""
         return self.body.moments.mass, self.beam.length

@@ -21,7 +21,8 @@ Array = NDArray[np.float64]
 
 NONE = 1e-7  # of mass, size and least omega^2, twelve times EI / L^2 of a column: below it a load is rounding
 ALIKE = 1e-3  # of the largest load by size: patterns below it do not pick the instant
-PATTERNS = 6  # that pick it at most
+PATTERNS, FEWER = 6, 2  # that pick it at most, and of what has more than
+LARGE = 20_000  # coordinates: from there on each pattern costs a tenth of the modes
 UNLIKE = 1.02  # times the part at one instant by few shapes, up to which the largest load is not looked at too
 
 
@@ -35,6 +36,10 @@ class Elastic(Protocol):
     @property
     def swaying(self) -> tuple[Array, Array, Array]:
         """Shapes (n, m) enough to sway in, and their stiffness and mass (m, m)."""
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates n."""
 
     @property
     def scale(self) -> tuple[float, float]:
@@ -69,14 +74,14 @@ class JudgedBearing:
 
     elastic: Elastic
 
-    def nearest(self, burdens: Sequence[Burden]) -> Buckling:
+    def nearest(self, burdens: Sequence[Burden], told: float = 0.0) -> Buckling:
         """See Bearing."""
-        index = [k for k, burden in enumerate(burdens) if self.elastic.knows(burden.marker) and burden.values.any()]
+        index = [k for k, burden in enumerate(burdens) if self.elastic.knows(burden.marker) and _acts(burden)]
         known = [burdens[k] for k in index]
         rows = self._rows(known) if known else []
         if not rows:
             return Buckling(0.0, 0, (0.0,) * len(burdens))
-        found = max((self._judged(known, row) for row in rows), key=lambda one: one.part)
+        found = max((self._judged(known, row, told) for row in rows), key=lambda one: one.part)
         shares = np.zeros(len(burdens))
         shares[index] = found.shares
         return Buckling(found.part, found.row, tuple(shares.tolist()), found.sways)
@@ -92,7 +97,7 @@ class JudgedBearing:
         if np.ptp(values * sizes, axis=0).max() <= ALIKE * np.abs(values * sizes).max():
             return [0]
         amounts, weights, patterns = np.linalg.svd(values * sizes, full_matrices=False)
-        count = min(int(np.sum(weights > ALIKE * weights[0])), PATTERNS)
+        count = min(int(np.sum(weights > ALIKE * weights[0])), PATTERNS if self.elastic.size <= LARGE else FEWER)
         amounts, patterns = (amounts * weights)[:, :count], patterns[:count] / sizes
         largest = int(np.linalg.norm(amounts, axis=1).argmax())
         if count == 1:
@@ -105,7 +110,7 @@ class JudgedBearing:
         worst = int(parts.argmax())
         return [worst] if parts[worst] > UNLIKE * parts[largest] else sorted({worst, largest})
 
-    def _judged(self, burdens: Sequence[Burden], row: int) -> Buckling:
+    def _judged(self, burdens: Sequence[Burden], row: int, told: float) -> Buckling:
         """How near they are at an instant."""
         E = self.elastic
         parts = [E.loads(burden.marker) @ burden.values[row] for burden in burdens]
@@ -118,8 +123,8 @@ class JudgedBearing:
             sizes = np.array([np.linalg.norm(b.wrench[row, :3]) if b.follows else 0.0 for b in burdens])
             return Buckling(part, row, tuple((part * sizes / max(sizes.sum(), 1e-300)).tolist()), True)
         mu, x = E.lowest(change, self._added(burdens, [np.diag(np.arange(6.0) < b.held) for b in burdens]))
-        if mu >= 0.0:
-            return Buckling(0.0, row, (0.0,) * len(burdens))
+        if mu >= 0.0 or -mu < told:
+            return Buckling(max(-mu, 0.0), row, (0.0,) * len(burdens))
         shares = [
             -float(x @ (E.stress(load) @ x)) + (0.0 if one is None else float(x @ (one @ x)))
             for one, load in zip(turned, parts, strict=True)
@@ -143,3 +148,8 @@ class JudgedBearing:
     def _at(self, marker: str | None, A: Array) -> Any | None:
         """What stands at a marker, (n, n); None for nothing."""
         return self.elastic.at(marker, A) if marker is not None and A.any() else None
+
+
+def _acts(burden: Burden) -> bool:
+    """Whether there is anything of a burden: what it does, or what it holds."""
+    return bool(burden.values.any() or burden.held)

@@ -63,6 +63,11 @@ class StructureBearing:
         return found.phi, np.diag(found.omega**2), np.eye(len(found.omega))
 
     @property
+    def size(self) -> int:
+        """See Elastic."""
+        return len(self.free)
+
+    @property
     def scale(self) -> tuple[float, float]:
         """See Elastic."""
         mass = sum(float(block.dm.sum()) for block in self.structure.inertia)

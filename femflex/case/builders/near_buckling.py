@@ -52,7 +52,7 @@ def nearest(rigid: Carried, names: Collection[str], system: System) -> dict[str,
     for name in judged:
         bearing = system.bodies[name].buckling
         assert bearing is not None
-        near = bearing.nearest(borne[name])
+        near = bearing.nearest(borne[name], 1.0 / NEAR)
         if near.part >= 1.0 / NEAR:
             blamed, apart = _blamed(borne[name], near, float(rigid.times[near.row]))
             found[name] = Nearness(blamed, near.part, near.sways, apart)
