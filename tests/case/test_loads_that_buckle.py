@@ -149,4 +149,6 @@ def test_a_condensed_column_near_eulers_load_is_told_to_be_too_stiff(write_case,
         assert len([t for t in texts if "condensed strain bends too little" in t]) == bool(part)
         assert not part or any(f"is {part} of what buckles the body" in t for t in texts)
     body, _ = run_of(write_case, SILENT, ("[0, 0, -1400]", f"[-3914.8, 0, 0]{framed}"))
-    assert body.strain_form == "condensed" and "condensed strain bends too little" in body.note
+    assert body.strain_form == "nonlinear" and "is 1.02 of what buckles the body" in body.note
+    body, texts = run_of(write_case, SILENT, ("[0, 0, -1400]", f"[-3262, 0, 0]{framed}"))
+    assert body.strain_form == "nonlinear" and "is 0.85 of what buckles the body" in body.note and not texts

@@ -11,8 +11,8 @@ from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
 from femflex.case.builders.acting import acting, told
 from femflex.case.builders.curved import of_curved
 from femflex.case.builders.load_buckling import (
-    buckling_of_analytic,
-    buckling_of_meshed,
+    bearing_of_analytic,
+    bearing_of_meshed,
     judged_loads,
     warn_of_analytic,
     warn_of_meshed,
@@ -132,7 +132,7 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
     note = ""
     if strain != "linear" and isinstance(r, Stretchable) and r.deflection is None and modeset.held.size:
         note = "; ".join(filter(None, (of_curved(structure, modeset), of_sheet(structure, modeset))))
-    return replace(body, note=note, ignored=ignored, buckling=buckling_of_meshed(groups, structure, modeset))
+    return replace(body, note=note, ignored=ignored, buckling=bearing_of_meshed(groups, structure, modeset))
 
 
 def turning_markers(case: Case, name: str) -> set[str]:
@@ -194,7 +194,7 @@ def _analytic(case: Case, name: str, table: AnalyticTable, modes: int | None) ->
     body = beam_body(beam, chosen, _damping(table.damping), strain=strain)
     if not body.strain.is_linear:
         warn_of_analytic(case, name, beam, chosen)
-    return replace(body, ignored=ignored, buckling=buckling_of_analytic(beam, chosen))
+    return replace(body, ignored=ignored, buckling=bearing_of_analytic(beam, chosen, table))
 
 
 def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> FlexibleBody:
