@@ -37,6 +37,8 @@ class FlexibleBody:
     strain_field  parts over all shapes that recover strain over the body; none where it is not known
     buckling  least multiple of a dead force (3,) [N] and torque (3,) [N m] at a marker, body axes, at which it buckles;
               None where that is not known
+    softening  how soft a low shape becomes as the body bends one way, over its stiffness at rest, and the body's rise
+              [m]: 1 where it rises by more than a displacement [m] that is given; None where that is not known
     """
 
     moments: MassMoments
@@ -51,6 +53,7 @@ class FlexibleBody:
     ignored: Foreshortening | None = None
     strain_field: tuple[StrainPart, ...] = ()
     buckling: Callable[[str, Array, Array], float] | None = None
+    softening: Callable[[float], tuple[float, float]] | None = None
 
     def __post_init__(self) -> None:
         n, n_shapes = self.n_modes, self.n_shapes

@@ -11,21 +11,29 @@ from numpy.typing import NDArray
 
 from femflex.fem.structure import Structure
 from femflex.reduction.derivatives import static_response
+from femflex.reduction.modes import answers_to_clamps
 from femflex.reduction.modeset import ModeSet
 
 Array = NDArray[np.float64]
 
 REACH = 0.1  # displacement over size up to which it is looked at
 LOOKED_AT = 3  # of the lowest vibration shapes
+STRETCHING = 10.0  # times the lowest frequency, from which on a static answer is taken to stretch the structure
 FAR = 1e3  # displacement over size at which the quartic energy is read off: there it is all of the energy but rounding
 
 
 def softest(structure: Structure, modes: ModeSet) -> float:
-    """The least tangent stiffness of the lowest vibration shapes over that at rest: 1 flat, below 0 it snaps."""
+    """The least tangent stiffness of low shapes over that at rest: 1 flat, below 0 it snaps.
+
+    Of the lowest vibration shapes and, in a clamped set, the static answers to accelerations that bend it: the lowest
+    shapes of an arch may all be of those that leave its crown where it is.
+    """
     lowest = [k for k, kind in enumerate(modes.kinds) if kind in ("vibration", "free-free")][:LOOKED_AT]
     if not lowest:
         return 1.0
     phi, elastic = modes.phi[:, lowest], structure.internal_force
+    if modes.held.size:
+        phi = np.column_stack([phi, _bending(structure, modes, answers_to_clamps(structure, modes)[1])])
     k = np.einsum("in,in->n", phi, structure.K @ phi)
     bent = elastic.second_derivative(phi, phi)
     relaxed = np.einsum("in,in->n", bent, static_response(structure, modes, bent))
@@ -39,6 +47,12 @@ def softest(structure: Structure, modes: ModeSet) -> float:
         q = np.linspace(-1.0, 1.0, 401) * far / FAR * REACH
         ratios.append(float((1 + (along[number] * q + 12 * quartic * q**2) / k[number]).min()))
     return min(ratios)
+
+
+def _bending(structure: Structure, modes: ModeSet, shapes: Array) -> Array:
+    """Those of shapes (n_dof, k) that are not many times faster than the lowest one of the set: those stretch."""
+    square = np.einsum("in,in->n", shapes, structure.K @ shapes) / np.einsum("in,in->n", shapes, structure.M @ shapes)
+    return np.asarray(shapes[:, square < (STRETCHING * modes.omega.min()) ** 2])
 
 
 def rise(structure: Structure) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
-from femflex.case.builders.curved import of_curved
+from femflex.case.builders.curved import of_curved, softening_of
 from femflex.case.builders.load_buckling import (
     buckling_of_analytic,
     buckling_of_meshed,
@@ -124,7 +124,8 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
     note = ""
     if strain != "linear" and isinstance(r, Stretchable) and r.deflection is None and modeset.held.size:
         note = "; ".join(filter(None, (of_curved(structure, modeset), of_sheet(structure, modeset))))
-    return replace(body, note=note, ignored=ignored, buckling=buckling_of_meshed(groups, structure, modeset))
+    buckling, softening = buckling_of_meshed(groups, structure, modeset), softening_of(structure, modeset)
+    return replace(body, note=note, ignored=ignored, buckling=buckling, softening=softening)
 
 
 def turning_markers(case: Case, name: str) -> set[str]:

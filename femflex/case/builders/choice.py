@@ -11,6 +11,7 @@ from femflex.case.body import AnalyticTable, FlexibleTable, Strain
 from femflex.case.builders.foresight import Foresight, foreseen
 from femflex.case.builders.near_buckling import BOWED, Nearness, too_stiff
 from femflex.case.builders.references import duration_of
+from femflex.case.builders.snapping import why_snapping
 from femflex.case.builders.strain import KEEPS, Reach, judged
 from femflex.case.case import Case
 from femflex.dynamics import compile_system
@@ -41,6 +42,7 @@ def choices(
 ) -> dict[str, tuple[Strain, str]]:
     """Strain and its reason of bodies that are linear in this system; those that are rigid need none.
 
+    Those that are curved and may snap are nonlinear, with the place of their loads left open in the reason (%s).
     near: of bodies whose loads come near to what buckles them, how near.
 
     Of a case with a diagram over spins, the fastest of them counts too.
@@ -53,7 +55,11 @@ def choices(
         found = {name: _wider(reach, fastest[name]) for name, reach in found.items()}
     for name, gain in weights_of_swingers(system).items():
         found[name] = _wider(found[name], Reach(gain, -gain, 0.0, 0.0))
-    return {name: _buckling_too(judged(found[name]), near.get(name)) for name in names if name in found}
+    chosen = {name: _buckling_too(judged(found[name]), near.get(name)) for name in names if name in found}
+    for name in chosen:
+        if why := why_snapping(case, name, system.bodies[name], found[name], near.get(name)):
+            chosen[name] = "nonlinear", why
+    return chosen
 
 
 def _buckling_too(chosen: tuple[Strain, str], near: Nearness | None) -> tuple[Strain, str]:

@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from femflex.fem.structure import Structure
 from femflex.reduction import ModeSet, rise, softest
 
 SOFTENED = 0.5  # tangent stiffness left at a bend, over that at rest, below which a body is called curved
 REACHED = 3.0  # deflection over rise that responses should reach: beyond the state snapped through, at twice the rise
+
+
+def softening_of(structure: Structure, modes: ModeSet) -> Callable[[float], tuple[float, float]] | None:
+    """`softest` and `rise` of a clamped structure, sought when asked; the first 1 where it rises by more than asked."""
+    if not (modes.held.size and modes.n_modes):
+        return None
+
+    def softening(most: float) -> tuple[float, float]:
+        high = rise(structure)
+        return (softest(structure, modes) if 0.0 < high <= most else 1.0), high
+
+    return softening
 
 
 def of_curved(structure: Structure, modes: ModeSet) -> str:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from femflex.case.builders.load_buckling import NEAR
 from femflex.dynamics import compile_system
 from femflex.system import Load, System
 from femflex.warning import PhysicsWarning
+
+Array = NDArray[np.float64]
 
 BOWED = 0.9  # of what buckles a body: condensed strain, which shortens to second order, bends 1.5 % too little at 0.95
 
@@ -35,17 +39,23 @@ def nearest(system: System) -> dict[str, Nearness]:
     loads = [load for load in system.loads if load.frame != "marker" and system.bodies[load.body].buckling is not None]
     if not loads:
         return {}
-    model = compile_system(replace(system, loads=tuple(_largest(load) for load in loads), reactions=False, sights=()))
-    seen = model.observe(np.zeros(1), model.x0[None])
     found: dict[str, Nearness] = {}
-    for load in loads:
-        force, torque = (np.asarray(seen[f"loads/{load.name}/{what}"][0]) for what in ("force", "torque"))
+    for load, force, torque in at_largest(system, loads):
         buckling = system.bodies[load.body].buckling
         assert buckling is not None
         part = 1.0 / buckling(load.marker, force, torque)
         if part >= 1.0 / NEAR and (load.body not in found or part > found[load.body].part):
             found[load.body] = Nearness(load.name, _size(force, torque), part)
     return found
+
+
+def at_largest(system: System, loads: Sequence[Load]) -> list[tuple[Load, Array, Array]]:
+    """Loads with force and torque (3,) where they are largest, as they point in axes of their bodies at the start."""
+    held = tuple(_largest(load) for load in loads)
+    model = compile_system(replace(system, loads=held, reactions=False, sights=()))
+    seen = model.observe(np.zeros(1), model.x0[None])
+    values = [[np.asarray(seen[f"loads/{load.name}/{what}"][0]) for what in ("force", "torque")] for load in loads]
+    return [(load, force, torque) for load, (force, torque) in zip(loads, values, strict=True)]
 
 
 def too_stiff(near: Nearness) -> str:

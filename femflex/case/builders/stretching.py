@@ -16,13 +16,35 @@ from femflex.system import Part
 TRIED: tuple[Strain, ...] = ("condensed", "nonlinear")
 
 Built = tuple[dict[str, Part], dict[str, tuple[Strain, str]]]  # bodies by name; strain and reason by name
+Responding = Mapping[str, tuple[Case, str]]  # the case with responses in the reduction of a body, and to what
 
 
-def stretching(case: Case, reasons: Mapping[str, str]) -> Built:
-    """The bodies that are not to be linear for these reasons, and what is said of each.
+def stretching(
+    case: Case, reasons: Mapping[str, str], wanted: Responding
+) -> tuple[dict[str, Part], dict[str, tuple[Strain, str]], Case]:
+    """The bodies that are not to be linear for these reasons, what is said of each, and the case with their responses.
 
     Those that cannot be condensed are nonlinear; those that cannot be either are left out: linear, as they were.
+    wanted: of curved bodies, whose reasons leave open what they respond to; those that cannot are condensed.
     """
+    parts: dict[str, Part] = {}
+    snapping: dict[str, tuple[Strain, str]] = {}
+    left = dict(reasons)
+    for name, (answering, to) in wanted.items():
+        try:
+            parts |= _built(answering, [name], "nonlinear")
+        except CaseError as error:
+            first = error.problems[0].text.partition("\n")[0].rstrip(".")
+            left[name] = f"{reasons[name].partition(';')[0]}; it can take no responses to {to} ({first})"
+            continue
+        snapping[name] = "nonlinear", left.pop(name) % to
+        case = case.model_copy(update={"bodies": {**case.bodies, name: answering.bodies[name]}})
+    others, said = _straight(case, left)
+    return parts | others, said | snapping, case
+
+
+def _straight(case: Case, reasons: Mapping[str, str]) -> Built:
+    """The bodies and what is said of them without responses."""
     said: dict[str, tuple[Strain, str]] = {}
     for name, why in reasons.items():
         if bound := bound_to_linear(case, name):

@@ -111,7 +111,8 @@ def build_modes(
             found = with_derivatives(structure, found, r.derivatives, None if r.responses else r.deflection)
         if r.responses and r.deflection is not None:
             ways = [way for way in getattr(r, "attachment", ()) if way in "xyz"]
-            found = with_responses(structure, found, r.responses, r.deflection, ways)
+            loads = getattr(r, "loads", {})
+            found = with_responses(structure, found, r.responses, r.deflection, ways, loads)
         return structure, found
     if isinstance(r, NodalTable):
         return structure, nodal(structure, clamp_of(r.clamp))
