@@ -18,22 +18,21 @@ Array = NDArray[np.float64]
 
 REACH = 0.1  # displacement over size up to which it is looked at
 LOOKED_AT = 3  # of the lowest vibration shapes
-STRETCHING = 10.0  # times the lowest frequency, from which on a static answer is taken to stretch the structure
 FAR = 1e3  # displacement over size at which the quartic energy is read off: there it is all of the energy but rounding
 
 
 def softest(structure: Structure, modes: ModeSet) -> float:
     """The least tangent stiffness of low shapes over that at rest: 1 flat, below 0 it snaps.
 
-    Of the lowest vibration shapes and, in a clamped set, the static answers to accelerations that bend it: the lowest
-    shapes of an arch may all be of those that leave its crown where it is.
+    Of the lowest vibration shapes and, in a clamped set, the static answer to an acceleration along its rise: the
+    lowest shapes of an arch may all be of those that leave its crown where it is.
     """
     lowest = [k for k, kind in enumerate(modes.kinds) if kind in ("vibration", "free-free")][:LOOKED_AT]
     if not lowest:
         return 1.0
     phi, elastic = modes.phi[:, lowest], structure.internal_force
-    if modes.held.size:
-        phi = np.column_stack([phi, _bending(structure, modes, answers_to_clamps(structure, modes)[1])])
+    if modes.held.size and rise(structure):
+        phi = np.column_stack([phi, answers_to_clamps(structure, modes)[1] @ _risen(structure)[1]])
     k = np.einsum("in,in->n", phi, structure.K @ phi)
     bent = elastic.second_derivative(phi, phi)
     relaxed = np.einsum("in,in->n", bent, static_response(structure, modes, bent))
@@ -49,15 +48,18 @@ def softest(structure: Structure, modes: ModeSet) -> float:
     return min(ratios)
 
 
-def _bending(structure: Structure, modes: ModeSet, shapes: Array) -> Array:
-    """Those of shapes (n_dof, k) that are not many times faster than the lowest one of the set: those stretch."""
-    square = np.einsum("in,in->n", shapes, structure.K @ shapes) / np.einsum("in,in->n", shapes, structure.M @ shapes)
-    return np.asarray(shapes[:, square < (STRETCHING * modes.omega.min()) ** 2])
-
-
 def rise(structure: Structure) -> float:
-    """How far the mesh stands off the plane, or the line, that lies best in it [m]."""
+    """How far the mesh stands off the plane, or the line, that lies best in it [m]; zero of a straight line."""
+    return _risen(structure)[0]
+
+
+def _risen(structure: Structure) -> tuple[float, Array]:
+    """The rise of the mesh [m], and its direction (3,)."""
     centred = structure.mesh.points - structure.mesh.points.mean(axis=0)
-    turned = centred @ np.linalg.svd(centred, full_matrices=False)[2].T
-    spans = np.sort(np.ptp(turned, axis=0))
-    return float(next((span for span in spans if span > 1e-9 * spans[-1]), 0.0))
+    axes = np.linalg.svd(centred, full_matrices=False)[2]
+    spans = np.ptp(centred @ axes.T, axis=0)
+    standing = np.flatnonzero(spans > 1e-9 * spans.max())
+    if len(standing) < 2:
+        return 0.0, np.zeros(3)
+    least = int(standing[np.argmin(spans[standing])])
+    return float(spans[least]), axes[least]

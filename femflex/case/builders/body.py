@@ -8,7 +8,7 @@ import numpy as np
 
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
-from femflex.case.builders.curved import of_curved, softening_of
+from femflex.case.builders.curved import of_curved, of_responses, softening_of
 from femflex.case.builders.load_buckling import (
     buckling_of_analytic,
     buckling_of_meshed,
@@ -119,10 +119,13 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
     body = reduce_structure(structure, modeset, groups, _damping(table.damping), strain, turning)
     if strain != "linear":
         warn_of_meshed(case, name, groups, structure, modeset)
-    if strain == "nonlinear" and isinstance(r, Stretchable) and keep != "none" and body.n_modes:
-        require_stretch(structure, modeset, body.strain)
     note = ""
-    if strain != "linear" and isinstance(r, Stretchable) and r.deflection is None and modeset.held.size:
+    if strain == "nonlinear" and isinstance(r, Stretchable) and keep != "none" and body.n_modes:
+        if "response" in modeset.kinds:
+            note = of_responses(structure, modeset, body.strain)
+        else:
+            require_stretch(structure, modeset, body.strain)
+    if not note and strain != "linear" and isinstance(r, Stretchable) and r.deflection is None and modeset.held.size:
         note = "; ".join(filter(None, (of_curved(structure, modeset), of_sheet(structure, modeset))))
     buckling, softening = buckling_of_meshed(groups, structure, modeset), softening_of(structure, modeset)
     return replace(body, note=note, ignored=ignored, buckling=buckling, softening=softening)

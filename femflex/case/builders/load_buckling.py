@@ -37,11 +37,11 @@ def warn_of_meshed(case: Case, name: str, groups: Mapping[str, str], structure: 
 
     def judge(load: Load, force: Array, torque: Array) -> LoadBuckling:
         rows = marker_rows(structure, places[load.marker])
-        return load_buckling(
-            structure, modes, rows.translation.T @ force + rows.rotation.T @ torque, load.frame != "body"
-        )
+        either = load.frame != "body" and not stands
+        return load_buckling(structure, modes, rows.translation.T @ force + rows.rotation.T @ torque, either)
 
-    _warn(case, name, [load for load in _loads(case, name) if load.marker in places], judge)
+    stands = _stands(case, name)
+    _warn(name, [load for load in _loads(case, name) if load.marker in places], judge, stands)
 
 
 def warn_of_analytic(case: Case, name: str, beam: UniformBeam, functions: BeamFunctions) -> None:
@@ -49,10 +49,11 @@ def warn_of_analytic(case: Case, name: str, beam: UniformBeam, functions: BeamFu
     if functions.y or functions.z:
 
         def judge(load: Load, force: Array, torque: Array) -> LoadBuckling:
-            return beam_buckling(beam, functions, force, torque, load.frame != "body")
+            return beam_buckling(beam, functions, force, torque, load.frame != "body" and not stands)
 
+        stands = _stands(case, name)
         loads = [load for load in _loads(case, name) if load.marker == "tip"]
-        _warn(case, name, loads, judge)
+        _warn(name, loads, judge, stands)
 
 
 def buckling_of_meshed(groups: Mapping[str, str], structure: Structure, modes: ModeSet) -> Buckling | None:
@@ -103,9 +104,23 @@ def _loads(case: Case, name: str) -> list[Load]:
     return found
 
 
-def _warn(case: Case, name: str, loads: list[Load], judge: Judge) -> None:
+def _stands(case: Case, name: str) -> bool:
+    """Whether a body is welded to the inertial frame by markers that nothing turns: the axes of the two are one."""
+    if case.orbit.kind != "none" or case.attitude.frame == "spinning":
+        return False
+    markers = getattr(case.bodies[name], "markers", {})
+    return any(
+        joint.child == name
+        and joint.kind == "weld"
+        and joint.parent is None
+        and (joint.child_marker not in markers or markers[joint.child_marker].orientation is None)
+        for joint in case.joints
+    )
+
+
+def _warn(name: str, loads: list[Load], judge: Judge, stands: bool) -> None:
     for load in loads:
-        for force, torque, along in _largest(load):
+        for force, torque, along in _largest(load, stands):
             found = judge(load, force, torque)
             if found.structure < NEAR and found.shapes > (1 + LATE) * found.structure:
                 when = f"at {found.shapes:.3g} times it" if np.isfinite(found.shapes) else "under none"
@@ -119,13 +134,14 @@ def _warn(case: Case, name: str, loads: list[Load], judge: Judge) -> None:
                 )
 
 
-def _largest(load: Load) -> Iterator[tuple[Array, Array, str]]:
+def _largest(load: Load, stands: bool) -> Iterator[tuple[Array, Array, str]]:
     """Force and torque (3,) of a load where it is largest, and what to say of them.
 
-    Of loads whose axes are not the body's, as large along each axis of the body, one way or the other.
+    stands: the body's axes are the inertial ones. Of loads whose axes are not the body's, as large along each axis of
+    the body, one way or the other.
     """
     force, torque = (np.atleast_2d(value) for value in (load.force, load.torque))
-    if load.frame == "body":
+    if load.frame == "body" or stands:
         row = int(np.argmax(np.linalg.norm(force, axis=1) + np.linalg.norm(torque, axis=1)))
         yield force[min(row, len(force) - 1)], torque[min(row, len(torque) - 1)], ""
         return
