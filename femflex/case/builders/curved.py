@@ -48,5 +48,5 @@ def of_curved(structure: Structure, modes: ModeSet) -> str:
     return (
         f"it is curved (it rises by {high:.3g} m), and bent one way a low shape's stiffness falls {how}, which "
         "derivatives taken at rest follow in part alone; for bends so far give strain = 'nonlinear' with "
-        f"responses = 8, deflection = '{REACHED * high:.2g} m' and attachment in the direction of the load"
+        f"responses = 8, deflection = '{REACHED * high:.2g} m' and the load in `loads` or `attachment`"
     )
