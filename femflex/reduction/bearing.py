@@ -98,7 +98,7 @@ class JudgedBearing:
         """See Bearing."""
         E = self.elastic.kept
         known = [burden for burden in burdens if E.knows(burden.marker) and _acts(burden)]
-        return max(-_lowest(E, known, row)[0], 0.0)
+        return max(0.0, -_lowest(E, known, row)[0])
 
     def _rows(self, burdens: Sequence[Burden]) -> list[int]:
         """Instants, one of which is the worst; none where there is nothing but rounding."""
