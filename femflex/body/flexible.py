@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.body.burden import Bearing
 from femflex.body.foreshortening import Foreshortening
 from femflex.body.marker import Marker
 from femflex.body.moments import MassMoments
@@ -35,8 +36,7 @@ class FlexibleBody:
     note     what should be said of how the body was made; nothing if empty
     ignored  Foreshortening where linear strain leaves it out, or None
     strain_field  parts over all shapes that recover strain over the body; none where it is not known
-    buckling  least multiple of a dead force (3,) [N] and torque (3,) [N m] at a marker, body axes, at which it buckles;
-              None where that is not known
+    buckling  tells how near what it bears comes to what buckles it; None where that is not known
     softening  how soft a low shape becomes as the body bends one way, over its stiffness at rest, and the body's rise
               [m]: 1 where it rises by more than a displacement [m] that is given; None where that is not known
     """
@@ -52,7 +52,7 @@ class FlexibleBody:
     note: str = ""
     ignored: Foreshortening | None = None
     strain_field: tuple[StrainPart, ...] = ()
-    buckling: Callable[[str, Array, Array], float] | None = None
+    buckling: Bearing | None = None
     softening: Callable[[float], tuple[float, float]] | None = None
 
     def __post_init__(self) -> None:

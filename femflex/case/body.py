@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, StrictBool, model_validator
+from pydantic import ConfigDict, Field, StrictBool, ValidationInfo, field_validator, model_validator
 
 from femflex.case.base import Name, Table, exactly_one, refuse
 from femflex.case.inertia import InertiaMatrix
 from femflex.case.initial import InitialTable
+from femflex.case.options import add_options, read_options
 from femflex.case.reduction import DampingTable, FunctionsTable, Reduction
 from femflex.case.shape import MarkerTable, Shape
 from femflex.case.values import Count, Direction, Mass, Position, PositiveLength, Quantity
@@ -55,15 +56,23 @@ class MemberTable(Table):
     """A mesh group that becomes structure."""
 
     group: str
+    model_config = ConfigDict(json_schema_extra=add_options)
+
     family: str
-    """beam, plate, ...: `femflex schema` and the README list them with their options."""
+    """beam, plate, ...: this schema and the README list them with their options."""
     section: str | None = None
     """Name in [sections]."""
     material: str | None = None
     """Name in [materials]."""
     options: dict[str, Any] = Field(default_factory=dict)
+    """What the family lets choose: order of a beam, prestress, thermal strain, ..."""
     segments: Annotated[int, Count(1)] | None = None
     """Cut this line into so many bodies welded end to end, so that it may bend as far as it likes."""
+
+    @field_validator("options", mode="after")
+    @classmethod
+    def _in_si(cls, options: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+        return read_options(info.data.get("family", ""), options)
 
 
 class PointMassTable(Table):
@@ -93,9 +102,11 @@ class FlexibleTable(BodyTable):
     reduction: Reduction | None = None
     """Left out only with segments: static shapes of each, and no modes between its ends."""
     strain: Strain | None = None
-    """nonlinear: stiffening and large deflections by the cubic and quartic strain tensors; wants derivatives.
-    condensed: the same with the derivatives following bending, so that no stiff coordinate is left. Left out:
-    condensed where the case's spin or initial bend call for it, else linear; `run` says which and why."""
+    """linear: small motions; bending does not stretch, and a spin does not stiffen. nonlinear: the cubic and quartic
+    terms of the strain energy (V2, V3), with coordinates for the stretch; wants derivatives. condensed: the same with
+    the stretch following the bending, so that no stiff coordinate is left. Left out: condensed where the motion that is
+    foreseen asks for it (spin, loads, weight, specified motions, initial bends, nearness to buckling), nonlinear where
+    the body cannot be condensed, else linear; every verb that builds the body says which and why."""
     damping: DampingTable | None = None
 
     @property

@@ -40,7 +40,7 @@ NOUNS = {
     "N": "force",
     "N m": "torque",
     "N m^2": "flexural rigidity",
-    "N/m": "stiffness",
+    "N/m": "stiffness or force per length",
     "N m/rad": "rotational stiffness",
     "N s/m": "damping",
     "N m s/rad": "rotational damping",

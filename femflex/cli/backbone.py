@@ -39,6 +39,8 @@ def print_backbone(body: FlexibleBody, amplitudes: list[float]) -> None:
     data, error = backbone_data(body, amplitudes)
     if data:
         _print_curve(data)
+    if told := amplitude_note(body):
+        print(told)
     if error is not None:
         raise error
 
@@ -51,6 +53,11 @@ def _print_curve(data: dict[str, Any]) -> None:
         for a, f in zip(data["amplitude_m"], data["frequency_hz"], strict=True)
     ]
     print_table(["amplitude m", "Hz", "over small motion"], rows)
+    for low, high in data["gaps_m"]:
+        print(
+            f"between {low:.4g} and {high:.4g} m a higher harmonic meets another mode, into whose vibrations the curve "
+            "leads off: stepped over"
+        )
 
 
 def backbone_data(body: FlexibleBody, amplitudes: list[float]) -> tuple[dict[str, Any], BackboneError | None]:
@@ -73,4 +80,17 @@ def backbone_data(body: FlexibleBody, amplitudes: list[float]) -> tuple[dict[str
         "amplitude_m": found.amplitudes,
         "frequency_hz": found.omega / (2 * pi),
         "small_hz": found.small / (2 * pi),
+        "gaps_m": found.gaps,
+        "path": [(at.amplitude, at.omega / (2 * pi)) for at in found.path],
+        "note": amplitude_note(body),
     }, error
+
+
+def amplitude_note(body: FlexibleBody) -> str:
+    """What is to be said of a frequency that cannot change with the amplitude; nothing of one that can."""
+    if body.strain_form != "linear":
+        return ""
+    return (
+        "linear strain: its force is proportional to the amplitude, so that the frequency cannot change with it; "
+        "give the body strain = 'condensed' or 'nonlinear' to see what a large amplitude does"
+    )

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from femflex.cli.campbell_told import print_campbell, write_table
 from femflex.cli.progress import Bar, Patience
+from femflex.cli.strain_told import say_notes, strain_data, strain_notes
 from femflex.cli.tables import print_json
 from femflex.cli.verb import complain, verb
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from femflex.case import Case
     from femflex.studies.campbell import Campbell, Spin
     from femflex.studies.campbell.matching import Match
+    from femflex.system import System
 
 
 @verb('femflex campbell cases/helicopter_blade.toml --speeds "0:400 rpm:41" --picture campbell.png -o campbell.csv')
@@ -49,9 +51,15 @@ def campbell(
         from femflex.case import read_case
 
         read = with_options(read_case(case), speeds, modes, orders)
-    found, stopped = spun(read, at)
+        from femflex.studies.campbell import axis_of, system_of
+
+        axis_of(read)  # told before the bodies are built
+        system = system_of(read)
+    if not as_json:
+        say_notes(strain_notes(system))
+    found, stopped = spun(read, at, system)
     if found is not None:
-        wanted.tell(read, found, as_json)
+        wanted.tell(read, found, {"bodies": strain_data(system)} if as_json else None)
     if stopped is not None:
         raise stopped
 
@@ -76,8 +84,10 @@ def with_options(case: Case, speeds: str | None, modes: int | None, orders: str 
     return case.model_copy(update={"campbell": CampbellTable.model_validate(given)}) if "speeds" in given else case
 
 
-def spun(case: Case, at: float | None = None) -> tuple[Campbell | None, BaseException | None]:
-    """The diagram of a case as far as it came, and what broke it off, if anything did."""
+def spun(
+    case: Case, at: float | None = None, system: System | None = None
+) -> tuple[Campbell | None, BaseException | None]:
+    """The diagram of a case, or of its system built already, as far as it came, and what broke it off, if anything."""
     from contextlib import ExitStack
 
     from femflex.dynamics.equilibria.equilibrium import EquilibriumError
@@ -90,7 +100,7 @@ def spun(case: Case, at: float | None = None) -> tuple[Campbell | None, BaseExce
     last = case.campbell.speeds[-1] / scale if case.campbell else 1.0
     with Bar("spinning", last, unit=unit) as bar, ExitStack() as keeping:
         try:
-            for step in case_spins(case, at, lambda speed: bar(speed / scale)):
+            for step in case_spins(case, at, lambda speed: bar(speed / scale), system):
                 if not found:
                     keeping.enter_context(held("a diagram"))
                 found.append(step)
@@ -114,7 +124,7 @@ def leave_beside(case: Case, output: Path, force: bool) -> list[str]:
     found, stopped = spun(case)
     if found is not None:
         print()
-        Wanted(table, picture, theme, force).tell(case, found, as_json=False)
+        Wanted(table, picture, theme, force).tell(case, found)
     if stopped is not None:
         raise stopped
     assert found is not None
@@ -145,14 +155,15 @@ class Wanted:
             check_kind(self.picture)
             check_place(self.picture, self.force)
 
-    def tell(self, case: Case, found: Campbell, as_json: bool) -> None:
-        """Print the diagram, and leave the files asked for."""
+    def tell(self, case: Case, found: Campbell, beside: dict[str, Any] | None = None) -> None:
+        """Print the diagram, as JSON where something goes beside it there, and leave the files asked for."""
         from femflex.case.verdicts import judged_diagram
 
         assert case.campbell is not None
         scale, unit = case.campbell.speeds.scale, case.campbell.speeds.unit
-        if as_json:
-            print_json(found.to_dict())
+        as_json = beside is not None
+        if beside is not None:
+            print_json(found.to_dict() | beside)
         else:
             print_campbell(found, scale, unit)
         if not found.complete:

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from femflex.cli.progress import Patience
+from femflex.cli.strain_told import say_notes, strain_data, strain_notes
 from femflex.cli.tables import print_json
 from femflex.cli.verb import BAD_INPUT, verb
+
+if TYPE_CHECKING:
+    from femflex.system import System
 
 
 @verb("femflex check cases/orbiter_beam.toml")
@@ -21,20 +25,21 @@ def check(
     from femflex.case.problems import CaseError
 
     try:
-        told = examined(case)
+        system, told = examined(case)
     except CaseError as error:
         if as_json:
             print_json({"problems": [{"where": p.where, "text": p.text} for p in error.problems]})
             raise typer.Exit(BAD_INPUT) from None
         raise
     if as_json:
-        print_json({"problems": []})
+        print_json({"problems": [], "bodies": strain_data(system)})
     else:
         print(f"{case.name}: no problems; {told}")
+        say_notes(strain_notes(system))
 
 
-def examined(case: Path) -> str:
-    """What a case is made of, in words. Raises CaseError with its problems."""
+def examined(case: Path) -> tuple[System, str]:
+    """What a case is made of, and that in words. Raises CaseError with its problems."""
     with Patience("building the bodies"):
         from femflex.case import read_case
         from femflex.case.builders import build_system
@@ -49,4 +54,5 @@ def examined(case: Path) -> str:
     elastic = sum(body.n_modes for body in system.bodies.values())
     mass = sum(body.moments.mass for body in system.bodies.values())
     bodies = count(len(system.bodies), "body", "bodies")
-    return f"{bodies}, {mass:.6g} kg, {len(system.velocity_names())} degrees of freedom, {elastic} of them elastic"
+    told = f"{bodies}, {mass:.6g} kg, {len(system.velocity_names())} degrees of freedom, {elastic} of them elastic"
+    return system, told

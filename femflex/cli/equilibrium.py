@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from femflex.cli.progress import Patience
+from femflex.cli.strain_told import say_notes, strain_data, strain_notes
 from femflex.cli.tables import print_json, print_table
 from femflex.cli.verb import verb
 
@@ -28,6 +29,10 @@ def equilibrium(
     at: Annotated[
         float | None, typer.Option("--at", help="Time in s whose loads are meant, where they change over time.")
     ] = None,
+    stable: Annotated[
+        bool,
+        typer.Option("--stable", help="Leave an unstable one along the motion that grows, for one that is stable."),
+    ] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
 ) -> None:
@@ -48,7 +53,7 @@ def equilibrium(
 
         read = read_case(case)
         try:
-            found = balanced(read, at)
+            found = balanced(read, at, stable)
         except EquilibriumError as error:
             if output is not None:
                 keep(error.last, read, output, force=force, ended=str(error))
@@ -62,6 +67,7 @@ def equilibrium(
         print_json(equilibrium_data(found))
         return
     print(read.title or case.name)
+    say_notes(strain_notes(found.model.system))
     print_equilibrium(found)
     if output is not None:
         print(f"kept        {output}")
@@ -93,7 +99,11 @@ def print_equilibrium(found: Equilibrium) -> None:
         print(f"loop        {name} carries {force:.6g} N and {torque:.6g} N m")
     if found.model.constraints is not None:
         print(f"loops       closed to {found.gap:.1e} m")
+    if found.left is not None:
+        print(f"left        an equilibrium that is {found.left.verdict}")
     print(f"stability   {found.verdict}")
+    if not found.stable:
+        print("            --stable leaves it, along the motion that grows")
 
 
 def markers(found: Equilibrium) -> dict[str, dict[str, Any]]:
@@ -136,6 +146,7 @@ def equilibrium_data(found: Equilibrium) -> dict[str, Any]:
     """What --json prints."""
     names = [name for name, _ in found.model.system.coordinate_names()]
     return {
+        "bodies": strain_data(found.model.system),
         "coordinates": dict(zip(names, found.q, strict=True)),
         "markers": markers(found),
         "frame": found.model.system.frame.kind,
@@ -146,5 +157,6 @@ def equilibrium_data(found: Equilibrium) -> dict[str, Any]:
         "neutral": list(found.neutral),
         "stable": found.stable,
         "growth": found.growth,
+        "left_growth": None if found.left is None else found.left.growth,
         "eigenvalues": [[float(v.real), float(v.imag)] for v in found.eigenvalues],
     }

@@ -189,6 +189,7 @@ def modes_data(body: FlexibleBody, other: FlexibleBody | None) -> dict[str, Any]
         "kinds": list(body.kinds),
         "mode_kinds": list(found.kinds),
         "strain": body.strain_form,
+        "note": body.note,
         "directions": list(DIRECTIONS),
         "participation": found.participation,
         "effective_mass": found.effective,

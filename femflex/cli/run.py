@@ -60,11 +60,12 @@ def run(
             check_left_out(prepared)
         prepared.load_kernels()
     say_what_runs(prepared)
+    earlier = None if resume else _identity(output)
     with Bar("integrating", float(prepared.times[-1])) as bar:
         try:
             pipeline.integrate(prepared, output, force=force, resume=resume, progress=bar)
         except KeyboardInterrupt:
-            raise KeyboardInterrupt(_what_is_kept(output)) from None
+            raise KeyboardInterrupt(_what_is_kept(output, earlier)) from None
     from femflex.results import open_run
 
     with open_run(output) as done:
@@ -83,15 +84,26 @@ def run(
         )
 
 
-def _what_is_kept(output: Path) -> str:
-    """What an interrupted run left, and how it goes on; nothing where it had no row yet."""
+def _identity(path: Path) -> tuple[int, int, int] | None:
+    """What tells a file from the one that takes its place, None where there is none."""
+    if not path.exists():
+        return None
+    found = path.stat()
+    return found.st_ino, found.st_size, found.st_mtime_ns
+
+
+def _what_is_kept(output: Path, earlier: tuple[int, int, int] | None) -> str:
+    """What an interrupted run left, and how it goes on; nothing where it had no row yet.
+
+    earlier: the file of another run that was there before, if this one was to overwrite it.
+    """
     from femflex.results import open_run
 
     if not output.exists():
         return "interrupted before the first row"
+    if earlier is not None and _identity(output) == earlier:
+        return f"interrupted before the first row; {output} is still that of an earlier run"
     with open_run(output) as run:
-        if run.ended != "interrupted":  # the file of an earlier run, not yet overwritten
-            return "interrupted before the first row"
         return f"interrupted; {output} keeps {len(run)} rows, to {run.time[-1]:.6g} s, and --resume goes on from there"
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from femflex.cli.progress import Patience
+from femflex.cli.strain_told import say_notes, strain_notes
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -69,6 +70,7 @@ def terms(
         if json:
             say_json(run.without, found, places)
         else:
+            say_notes(strain_notes(model.system))
             say_tables(run.without, found, places)
         if output is not None:
             from femflex.view.terms import Explained, plot_terms

@@ -99,10 +99,14 @@ def _os_text(error: OSError) -> str:
 
 
 def _show_warnings_neatly() -> None:
+    """Tell each physics warning once, however often the bodies it is about are built."""
     from femflex.warning import PhysicsWarning
 
+    told: set[str] = set()
+
     def show(message: Warning | str, category: type[Warning], *_: Any) -> None:
-        if issubclass(category, PhysicsWarning):
+        if issubclass(category, PhysicsWarning) and str(message) not in told:
+            told.add(str(message))
             complain(f"warning: {message}")
 
     warnings.simplefilter("ignore")

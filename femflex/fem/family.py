@@ -1,20 +1,20 @@
 """What a member family contributes to a Structure, and the register of families by name.
 
-A new family is one new file in this folder: a function decorated with `family("name")` that asks the numbering for
-dofs and returns its inertia and strain blocks and the skin it is drawn with.
+A new family is one new file in this folder: a function decorated with `family("name", options)` that asks the
+numbering for dofs and returns its inertia and strain blocks and the skin it is drawn with.
 """
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.assembly.numbering import Numbering
+from femflex.fem.option import OPTIONS, Options
 from femflex.fem.tables import InertiaBlock, StrainBlock
 
 if TYPE_CHECKING:
@@ -68,11 +68,11 @@ Family = Callable[["Mesh", "Member", Numbering], Contribution]
 FAMILIES: dict[str, Family] = {}
 
 
-def family(name: str) -> Callable[[Family], Family]:
-    """Register a member family under the name used in Member.family and in case files."""
+def family(name: str, options: Options | None = None) -> Callable[[Family], Family]:
+    """Register a member family, with its options, under the name used in Member.family and in case files."""
 
     def register(function: Family) -> Family:
-        FAMILIES[name] = function
+        FAMILIES[name], OPTIONS[name] = function, options or {}
         return function
 
     return register
@@ -91,19 +91,3 @@ def member_cells(mesh: Mesh, member: Member, accepted: tuple[str, ...]) -> dict[
             f"{', '.join(accepted)}. Choose another family, or a group of those cells."
         )
     return cells
-
-
-def member_options(member: Member, defaults: Mapping[str, Any]) -> dict[str, Any]:
-    """The member's options over the family's defaults.
-
-    Raises ValueError on an option the family does not have, with the nearest name it has.
-    """
-    for name in member.options:
-        if name not in defaults:
-            near = difflib.get_close_matches(name, list(defaults), n=1)
-            hint = f" Did you mean {near[0]!r}?" if near else ""
-            raise ValueError(
-                f"{member.family} on group {member.group!r} has no option {name!r}; its options are "
-                f"{sorted(defaults)}.{hint}"
-            )
-    return {**defaults, **member.options}

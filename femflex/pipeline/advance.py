@@ -67,7 +67,10 @@ def integrate(
         except IntegrationError as failed:
             if seen := _seen(failed, model):
                 singularities.watch(failed.times[-1:], seen)
+                if all(np.isfinite(value).all() for value in seen.values()):
+                    stiffening.watch(seen)
             singularities.warn()
+            stiffening.warn()  # what linear strain leaves out is the first cause of a motion that runs away
             raise _kept(failed, writer, model, written) from failed.__cause__
         writer.finish(True, "reached the end", _statistics(last))
     runaway.warn()

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from femflex.dynamics.equilibria.equilibrium import Equilibrium
 
 
-def balanced(case: Case, at: float | None = None) -> Equilibrium:
-    """The equilibrium of a case, with its loads as at a time [s].
+def balanced(case: Case, at: float | None = None, stable: bool = False) -> Equilibrium:
+    """The equilibrium of a case, with its loads as at a time [s]; stable: an unstable one is left for one that is.
 
     Warns of bodies that are bent, or pulled or pressed along, by more than their strain is good for.
 
@@ -27,7 +27,7 @@ def balanced(case: Case, at: float | None = None) -> Equilibrium:
 
     if case.initial is not None and case.initial.source == "equilibrium":
         case = case.model_copy(update={"initial": None})  # it is what is sought here
-    found = equilibrium(build_system(case), at)
+    found = equilibrium(build_system(case), at, stable)
     for bend in bends(found.model):
         bend.moved(found.x[None])
         bend.warn("is")

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
+from femflex.dynamics.reports.divided import divided
 from femflex.dynamics.reports.ignored import STIFFENED, IgnoredStiffness
 from femflex.warning import PhysicsWarning
 
@@ -70,7 +71,8 @@ class Stiffening:
                 self._warn(f"body {whole!r} was pressed, by loads or inertia along it, {self._softened(seen, left)}")
 
     def _softened(self, seen: Seen, left: float) -> str:
-        way = f"which linear strain leaves out. {self._remedy(seen.body)}, or cut it into segments."
+        other = divided(self._system.bodies[seen.body])
+        way = f"which linear strain leaves out. {self._remedy(seen.body)}, or {other}."
         if left == 0.0:
             return f"up to {-seen.gain:.3g} times as hard as makes it buckle in its first shape, {way}"
         return f"so that its first frequency{self._frequencies(seen.body, left)} falls by {1.0 - left:.0%}, {way}"

@@ -23,13 +23,16 @@ FLAT = 1e-10  # relative second moment of a group's nodes about an axis below wh
 class MarkerRows:
     """Mean position (3,) of a group's nodes, and its translation and rotation rows (3, n_dof).
 
-    blind (3, k): unit axes about which the group shows no rotation; the rotation rows are zero about them.
+    blind (3, k): unit axes about which the group shows no rotation; the rotation rows are zero about them. Of one node
+    of a flat plate that is the normal.
+    turning: whether its nodes have rotations of their own.
     """
 
     position: Array
     translation: sparse.csr_array
     rotation: sparse.csr_array
     blind: Array
+    turning: bool
 
 
 def marker_rows(structure: Structure, group: str) -> MarkerRows:
@@ -51,7 +54,8 @@ def marker_rows(structure: Structure, group: str) -> MarkerRows:
         position=position,
         translation=(sparse.csr_array(mean_rows(np.ones(len(nodes)))) @ u).tocsr(),
         rotation=(sparse.csr_array(fit) @ u + own).tocsr(),
-        blind=hidden[:, :0] if theta.nnz else hidden,
+        blind=_unshown(hidden, own),
+        turning=bool(theta.nnz),
     )
 
 
@@ -72,18 +76,26 @@ def attachable_nodes(structure: Structure, group: str) -> NDArray[np.int64]:
 def marker(rows: MarkerRows, phi: Array, name: str, turning: bool = True) -> Marker:
     """The Marker with these rows on shapes phi (n_dof, n), axes along the body frame.
 
-    Warns, if its rotation is of use, when the place moves but shows none about some axis (nodes of solids and
-    membranes have none).
+    Warns, if its rotation is of use, when the place moves but shows none about some axis (nodes of solids have none).
+    Nodes of plates turn but for about their normal, which plates hold stiffly: that is not missed.
     """
     translation, rotation = rows.translation @ phi, rows.rotation @ phi
-    if turning and rows.blind.size and np.abs(translation).max(initial=0.0) > 0:
+    if turning and rows.blind.size and not rows.turning and np.abs(translation).max(initial=0.0) > 0:
         warnings.warn(
             f"marker {name!r} shows no rotation about {rows.blind.shape[1]} of 3 axes: its nodes have no rotation and "
-            "lie on one point or line. A joint there keeps those axes still; name a group of nodes around the place.",
+            "lie on one point or line. A joint there keeps those axes still, and a torque about them bends nothing; "
+            "name a group of nodes around the place.",
             PhysicsWarning,
             stacklevel=3,
         )
     return Marker(rows.position, translation, rotation)
+
+
+def _unshown(hidden: Array, own: sparse.csr_array) -> Array:
+    """The axes among the hidden ones (3, k) about which the nodes' own rotations (3, n_dof) show none either."""
+    rows = hidden.T @ own if own.nnz else np.zeros((hidden.shape[1], 1))
+    shown, axes = np.linalg.eigh(rows @ rows.T)
+    return hidden @ axes[:, shown < FLAT]
 
 
 def _turning(theta: sparse.csr_array) -> Array:

@@ -93,4 +93,4 @@ def _rows(X: Array, nodes: Index) -> MarkerRows:
     pick = sparse.csr_array((np.ones(columns.size), (np.arange(columns.size), columns)), shape=(columns.size, X.size))
     fit, hidden = rotation_fit(X[nodes] - position)
     mean = sparse.csr_array(mean_rows(np.ones(len(nodes))))
-    return MarkerRows(position, (mean @ pick).tocsr(), (sparse.csr_array(fit) @ pick).tocsr(), hidden)
+    return MarkerRows(position, (mean @ pick).tocsr(), (sparse.csr_array(fit) @ pick).tocsr(), hidden, False)

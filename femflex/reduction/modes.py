@@ -94,7 +94,7 @@ def with_attachment(
     if not modes.held.size:
         raise ValueError("attachment shapes are static and need a clamp; this set has none. Give a cantilever set.")
     free = free_dofs(structure, modes.held)
-    F = unit_loads(structure, directions, loads or {})[free]
+    F = load_vectors(structure, directions, loads or {})[free]
     solve = factorised(structure.K[free][:, free]).solve
     M, phi = structure.M[free][:, free], modes.phi[free]
     M_phi = M @ phi
@@ -141,13 +141,13 @@ def signed(structure: Structure, phi: Array) -> Array:
 def answers_to_clamps(structure: Structure, modes: ModeSet) -> tuple[Array, Array]:
     """Loads (n_dof, 3) of unit accelerations of the clamps along x, y, z, and the linear answers to them."""
     free = free_dofs(structure, modes.held)
-    loads = unit_loads(structure, "xyz", {})
+    loads = load_vectors(structure, "xyz", {})
     answers = np.zeros_like(loads)
     answers[free] = factorised(structure.K[free][:, free]).solve(np.ascontiguousarray(loads[free]))
     return loads, answers
 
 
-def unit_loads(structure: Structure, directions: Sequence[str], loads: Mapping[str, Sequence[str]]) -> Array:
+def load_vectors(structure: Structure, directions: Sequence[str], loads: Mapping[str, Sequence[str]]) -> Array:
     """Load vectors (n_dof, k): inertia of unit accelerations, then unit forces and moments at groups."""
     unknown = [d for d in [*directions, *(d for given in loads.values() for d in given)] if d not in DIRECTIONS]
     if unknown:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from femflex.fem.structure import Structure
 from femflex.reduction.clamps import free_dofs
 from femflex.reduction.held_walk import factors, largest, walk
-from femflex.reduction.modes import answers_to_clamps, ritz, unit_loads
+from femflex.reduction.modes import answers_to_clamps, load_vectors, ritz
 from femflex.reduction.modeset import ModeSet
 
 Array = NDArray[np.float64]
@@ -73,7 +73,7 @@ def _sought(
 ) -> Array:
     """Loads (k, n_dof)."""
     if directions or loads:
-        return unit_loads(structure, directions, loads).T
+        return load_vectors(structure, directions, loads).T
     every, answers = answers_to_clamps(structure, modes)
     return every[:, [int(np.argmax([largest(structure, u) for u in answers.T]))]].T
 

@@ -61,10 +61,15 @@ def require_stretch(structure: Structure, modes: ModeSet, tensors: StrainTensors
     found = stretching(structure, modes, tensors)
     if not found.sound:
         kinds = ", ".join(dict.fromkeys(modes.kinds))
+        has = modes.kinds.count("derivative")
+        way = "Add static derivatives (derivatives = 'auto')"
+        if has:
+            number = "one static derivative is" if has == 1 else f"{has} static derivatives are"
+            way = f"Its {number} too few: keep more of them (derivatives = 'auto', 'all' or a larger number)"
         raise ValueError(
             f"{modes.n_modes} shapes ({kinds}) cannot stretch: with nonlinear strain the lowest one, bent by "
             f"{found.deflection:.3g} m, stores {found.alone:.3g} times its linear energy, where the structure "
-            f"itself stores {found.relaxed:.4g} times that. Add static derivatives (derivatives = 'auto'), or "
+            f"itself stores {found.relaxed:.4g} times that. {way}, or "
             "take the set as it is (derivatives = 'none')."
         )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from functools import partial
 
@@ -11,6 +12,7 @@ from femflex.case.body import BodyTable, FlexibleTable
 from femflex.case.builders import build_body
 from femflex.case.reduction import Stretchable
 from femflex.studies.ladder import Built, Ladder, Rung, varied
+from femflex.warning import PhysicsWarning
 
 COUNTS = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48)  # tried when none are named, as far as there are so many
 EVERY = 10**6  # more than there can be
@@ -23,7 +25,9 @@ def derivative_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder
     """
     names = derivative_names(case)
     owns = {_number(build_body(case, name)) for name in names}
-    most = max(_number(build_body(with_derivatives_of(case, names, EVERY), name)) for name in names)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)  # EVERY is more than any set has
+        most = max(_number(build_body(with_derivatives_of(case, names, EVERY), name)) for name in names)
     counts = sorted(
         {*(levels or [k for k in COUNTS if k < most] + [most])} - ({0} if _condensed(case, names) else set())
     )

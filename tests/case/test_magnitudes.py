@@ -12,6 +12,7 @@ import pytest
 from femflex.case import read_case
 from femflex.case.builders import build_bodies, build_body, build_system
 from femflex.case.builders.doubts import warn_of_doubtful_bodies
+from femflex.case.problems import CaseError
 from femflex.warning import PhysicsWarning
 
 ORBIT = "[orbit]\nperigee_altitude = {}\n"
@@ -111,5 +112,9 @@ def test_a_sensor_may_be_blind_to_rotation_but_a_torque_may_not(tmp_path: Path):
     path.write_text(text + load + "force = [0, 0, 1]\n")
     build_bodies(read_case(path))
     path.write_text(text + load + "torque = [0, 0, 1]\n")
-    with pytest.warns(PhysicsWarning, match="marker 'corner' shows no rotation about 3 of 3 axes"):
+    wanted = (
+        r"loads\[twist\]\.torque: found 1 N m at marker 'corner' of body '\w+', which shows no rotation: .* would bend "
+        r"nothing\. Name a group of several nodes"
+    )
+    with pytest.raises(CaseError, match=wanted):
         build_bodies(read_case(path))

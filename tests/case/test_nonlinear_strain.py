@@ -12,6 +12,7 @@ from femflex.case import CaseError, read_case
 from femflex.case.builders import build_body, build_part
 from femflex.cli.app import app
 from femflex.reduction import load_body
+from femflex.warning import PhysicsWarning
 
 PLAIN = 'reduction = { method = "cantilever", clamp = "ROOT", modes = 4 }'
 
@@ -90,6 +91,21 @@ def test_vibration_modes_alone_are_refused_unless_chosen(write_case, craft):
         build(write_case, craft, reduction(""))
     body = build(write_case, craft, reduction(', derivatives = "none"'))
     assert not body.strain.is_linear and set(body.kinds) == {"vibration", "section"}
+
+
+def test_more_derivatives_than_there_are_pairs_are_told_of(write_case, craft):
+    text = r"bodies.boom: 500 derivatives are asked for, and the pairs of its 4 shapes have (\d+) that are independent"
+    with pytest.warns(PhysicsWarning, match=text):
+        body = build(write_case, craft, reduction(", derivatives = 500"))
+    kept = body.kinds.count("derivative")
+    assert 0 < kept <= 10
+    build(write_case, craft, reduction(f", derivatives = {kept}"))  # as many as there are: warnings are errors here
+
+
+def test_nodal_displacements_are_not_advised_derivatives_which_they_do_not_know(write_case, craft):
+    line = 'reduction = { method = "nodal", clamp = "ROOT" }\nstrain = "condensed"'
+    with pytest.raises(CaseError, match=r"nodal displacements know none.* strain = 'nonlinear', or a reduction to mo"):
+        build(write_case, craft, line)
 
 
 def test_load_shapes_are_added_where_the_case_names_them(write_case, craft):

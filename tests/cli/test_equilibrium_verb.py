@@ -253,3 +253,102 @@ def test_an_equilibrium_bent_beyond_its_strain_is_warned_of_with_both_numbers(tm
     case.write_text(text.replace(', derivatives = "auto"', "") if strain == "linear" else text)
     with pytest.warns(PhysicsWarning, match=rf"'beam' is displaced by .* m, .*% of its size.* up to about {bound}"):
         balanced(read_case(case))
+
+
+FALLING = """
+[run]
+duration = "1 s"
+samples = 3
+
+[environment]
+gravity = [0, 0, -9.81]
+
+[bodies.rod]
+kind = "rigid"
+mass = 2
+inertia = [0.01, 0.2, 0.2]
+center_of_mass = [0.5, 0, 0]
+
+[[joints]]
+kind = "revolute"
+child = "rod"
+name = "hinge"
+axis = [0, 1, 0]
+angle = "-90 deg"
+"""
+
+
+def test_an_unstable_equilibrium_is_left_when_asked(tmp_path):
+    path = tmp_path / "upright.toml"
+    path.write_text(FALLING)
+    code, said, _ = told("equilibrium", path)
+    assert code == 0 and "unstable: a small motion grows monotonously" in said and "--stable leaves it" in said
+    code, said, _ = told("equilibrium", path, "--stable")
+    assert code == 0 and "left        an equilibrium that is unstable" in said and "stability   stable" in said
+    data = json.loads(told("equilibrium", path, "--stable", "--json")[1])
+    assert np.sin(data["coordinates"]["hinge.angle"]) == pytest.approx(1.0) and data["stable"]
+    assert data["left_growth"] == pytest.approx(np.sqrt(2 * 9.81 * 0.5 / (0.2 + 2 * 0.25)), rel=1e-6)
+
+
+def test_a_condensed_column_near_eulers_load_is_told_to_bend_too_little(tmp_path):
+    euler = np.pi**2 * 1e4 / (4 * 3.0**2)
+    text = f"""
+[run]
+duration = 1
+samples = 3
+[attitude]
+held = true
+[bodies.boom]
+kind = "analytic"
+length = 3
+mass_per_length = 1
+EA = 1e7
+EIy = 1e4
+EIz = 1e4
+GJ = 1e4
+functions = {{ y = 4, z = 4 }}
+strain = "condensed"
+[[loads]]
+name = "weight"
+body = "boom"
+marker = "tip"
+force = [{-0.95 * euler}, 0, 1]
+"""
+    path = tmp_path / "column.toml"
+    path.write_text(text)
+    with pytest.warns(PhysicsWarning, match=r"0\.95 of what buckles the body: above 0\.9 of it condensed strain bends"):
+        balanced(read_case(path))
+
+
+def test_rolling_leaves_no_equilibrium_to_find():
+    code, _, wrong = told("equilibrium", CASES / "rolling_disc.toml")
+    assert code == 2 and "nonholonomic constraints bind velocities and leave every position open" in wrong
+
+
+STILL = """
+[run]
+duration = 1
+output_step = 0.1
+
+[bodies.hub]
+kind = "rigid"
+mass = 200
+inertia = [120, 100, 140]
+
+[[joints]]
+kind = "weld"
+child = "hub"
+"""
+
+
+def test_a_craft_without_coordinates_is_refused_in_a_sentence(write_case, femflex):
+    code, _, err = femflex("equilibrium", write_case(STILL))
+    assert (
+        code == 2 and "the craft has no coordinate that could find its balance" in err and "joint that is free" in err
+    )
+
+
+def test_a_craft_whose_coordinates_are_all_held_has_no_stability_to_tell(write_case, femflex):
+    held = STILL.replace('"weld"', '"revolute"') + 'axis = "z"\nmotion = { angle = "locked" }\n'
+    code, out, _ = femflex("equilibrium", write_case(held))
+    assert code == 0 and "stability   nothing is free to move" in out

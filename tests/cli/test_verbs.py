@@ -132,7 +132,9 @@ def test_check_tells_what_a_sound_case_is(
 ):
     code, out, err = femflex("check", write_case())
     assert (code, err) == (0, "")
-    assert out == "craft.toml: no problems; 2 bodies, 202.952 kg, 10 degrees of freedom, 4 of them elastic\n"
+    first, *others = out.splitlines()
+    assert first == "craft.toml: no problems; 2 bodies, 202.952 kg, 10 degrees of freedom, 4 of them elastic"
+    assert len(others) == 1 and others[0].startswith("body        boom: strain is linear: turning at 0.0418 rad/s")
 
 
 def test_a_motion_that_runs_away_ends_with_code_3_and_keeps_its_file(
@@ -144,6 +146,9 @@ def test_a_motion_that_runs_away_ends_with_code_3_and_keeps_its_file(
     code, _, err = femflex("run", write_case(text.replace("mass = 200", "mass = 1e7")), "-o", "run.h5")
     assert code == 3
     assert "in boom.delta" in err and "the motion has run away" in err and "marked incomplete" in err
+    told = re.search(r"body 'boom' turned at up to 100 rad/s: a stiffening of (\d+)% .*\((\S+) Hz, not (\S+) Hz", err)
+    assert told is not None and err.index(told[0]) < err.index("the run stopped")
+    assert float(told[3]) / float(told[2]) == pytest.approx(1 + float(told[1]) / 100, abs=0.01)
     with open_run(tmp_path / "run.h5") as kept:
         assert not kept.complete and "run away" in kept.ended
         assert 0 < len(kept) < 201 and np.isfinite(kept["q"]).all()
@@ -193,6 +198,7 @@ def test_a_saved_body_has_the_modes_it_was_saved_with(
     assert code == 0 and out.startswith("boom.h5: 2.95184 kg, 4 elastic coordinates")
     assert femflex("body", case, "boom")[0] == 2  # it is there now
     saved, fresh = (json.loads(femflex("modes", file, "--json")[1])["boom"] for file in ("boom.h5", case))
+    assert fresh.pop("note").startswith("strain is linear") and saved.pop("note") == ""  # the case's, not the body's
     assert saved == fresh
     mac = json.loads(femflex("modes", case, "--mac", "boom.h5", "--json")[1])["boom"]["mac"]
     np.testing.assert_allclose(np.diag(mac), 1.0, rtol=1e-12)
@@ -330,3 +336,46 @@ def test_where_nothing_can_be_drawn_the_run_is_kept_and_said(
     assert (code, err) == (0, "femflex: no pictures: no OpenGL here; the run is kept in run.h5\n")
     with open_run(tmp_path / "run.h5") as kept:
         assert kept.complete
+
+
+@pytest.mark.parametrize(
+    ("option", "told"),
+    [
+        ("--force", "interrupted before the first row; run.h5 is still that of an earlier run"),
+        ("--resume", "interrupted; run.h5 keeps 3 rows, to 0.1 s, and --resume goes on from there"),
+    ],
+)
+def test_an_interrupt_does_not_take_the_file_of_an_earlier_run_for_its_own(
+    femflex: Callable[..., tuple[int, str, str]],
+    craft: str,
+    write_case: Callable[..., Path],
+    monkeypatch: pytest.MonkeyPatch,
+    option: str,
+    told: str,
+):
+    case = write_case(craft.replace('duration = "10 s"', 'duration = "0.1 s"'))
+    assert femflex("run", case, "-o", "run.h5")[0] == 0
+    with h5py.File("run.h5", "r+") as file:  # as an interrupt leaves it
+        file.attrs["complete"], file.attrs["ended"] = False, "interrupted"
+
+    def stopped(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("femflex.pipeline.integrate", stopped)
+    code, _, err = femflex("run", case, "-o", "run.h5", option)
+    assert code == 130 and told in err
+
+
+def test_a_case_may_ask_for_spectra(
+    femflex: Callable[..., tuple[int, str, str]], craft: str, write_case: Callable[..., Path], tmp_path: Path
+):
+    asked = "[pictures]\nspectra = ['markers/boom.tip/deflection']\nhighest = '20 Hz'\n"
+    code, out, _ = femflex("run", write_case(craft + asked), "-o", "run.h5")
+    picture = tmp_path / "run_markers_boom.tip_deflection_spectrum.png"
+    assert code == 0 and picture.name in out
+    assert np.ptp(np.asarray(Image.open(picture).convert("RGB"), int), axis=2).max() > 80  # coloured lines
+    wrong = asked.replace("boom.tip", "boom.top")
+    code, _, err = femflex("check", write_case(craft + wrong))
+    assert (
+        code == 2 and "pictures.spectra[0]: found 'markers/boom.top/deflection', which the run will not report" in err
+    )

@@ -166,6 +166,16 @@ def test_a_set_that_cannot_stretch_is_refused_with_both_numbers():
         require_stretch(structure, modes, strain_tensors(structure, modes.phi))
 
 
+def test_a_set_with_too_few_derivatives_is_told_how_many_it_has():
+    structure = beam()
+    full = with_derivatives(structure, cantilever_modes(structure, "start", 2), "all")
+    assert full.kinds.count("derivative") == 3
+    few = full.picked([0, 1, 4])  # the stiffest of them does little for the lowest mode
+    with pytest.raises(ValueError, match=r"cannot stretch: .* Its one static derivative is too few: keep more of them"):
+        require_stretch(structure, few, strain_tensors(structure, few.phi))
+    require_stretch(structure, full, strain_tensors(structure, full.phi))
+
+
 @pytest.mark.parametrize(("rises", "turning"), [(0.6, ()), (2.0, ("ry",))])
 def test_an_arch_bent_beyond_its_rise_relaxes_at_least_as_far_with_more_shapes(rises, turning):
     """All derivatives hold the lowest shape's own: the least energy over them cannot lie above that over it alone."""

@@ -137,7 +137,8 @@ def test_a_sinusoidal_arch_buckles_under_the_load_of_fung_and_kaplan():
         q = EI (pi / L)^4 [a - A + A (a^2 - A^2) / (4 r^2)]
 
     until it buckles sideways into two half waves, where its thrust is four times Euler's: A^2 = a^2 - 16 r^2
-    (Y. C. Fung and A. Kaplan, NACA TN 2840 (1952)). So it buckles on its way down, and on its way up again. The responses are those to an even load.
+    (Y. C. Fung and A. Kaplan, NACA TN 2840 (1952)). So it buckles on its way down, and on its way up again.
+    The responses are those to an even load.
     """
     h = H / 5  # so shallow that (pi a / L)^2 is nothing beside the bound
     rise, r, EI = 4 * h, h / np.sqrt(12), METAL.E * 0.03 * h**3 / 12

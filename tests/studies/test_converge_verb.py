@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from femflex.cli import converge as verb
+from femflex.cli import kept_alive
 from femflex.cli.app import app
 from femflex.integrate import IntegrationError, Steps
 from femflex.studies import study
@@ -155,9 +155,9 @@ def test_levels_left_out_are_said(converge: Called, written: Callable[..., Path]
 
 
 def test_progress_is_told_again_while_a_level_takes_long(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(verb, "BEAT", 0.01)
+    monkeypatch.setattr(kept_alive, "BEAT", 0.01)
     told: list[float] = []
-    with verb.kept_alive(told.append) as tell:
+    with kept_alive.kept_alive(told.append) as tell:
         tell(30.0)
         time.sleep(0.1)
     count = len(told)

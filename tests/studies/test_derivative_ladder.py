@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from femflex.case import Case
-from femflex.cli.converge import print_study
+from femflex.cli.converge_told import print_study
 from femflex.studies import convergence, planned
 from femflex.studies.verdict import level_text
 

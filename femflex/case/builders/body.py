@@ -8,18 +8,14 @@ import numpy as np
 
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
+from femflex.case.builders.acting import acting, told
+from femflex.case.builders.bearings import bearing_of_analytic, bearing_of_meshed
 from femflex.case.builders.curved import of_curved, of_responses, softening_of
-from femflex.case.builders.load_buckling import (
-    buckling_of_analytic,
-    buckling_of_meshed,
-    judged_loads,
-    warn_of_analytic,
-    warn_of_meshed,
-)
 from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
 from femflex.case.builders.sheet import of_sheet
 from femflex.case.builders.structure import PLACE, build_mesh, build_modes, build_structure_of
+from femflex.case.builders.torques import check_torques, has_torque
 from femflex.case.case import Case
 from femflex.case.load import LoadTable
 from femflex.case.problems import CaseError, Problem, near
@@ -48,16 +44,17 @@ MANY = 1200  # coordinates up to which the lowest shape of a set is sought
 def build_bodies(case: Case, modes: int | None = None, refine: int = 0) -> dict[str, Part]:
     """All bodies of a case by name, with other numbers of modes or finer meshes if asked.
 
-    Bodies whose tables say the same but for their initial state are built once and shared; with nonlinear strain, those
-    under the same loads.
+    Bodies whose tables say the same but for their initial state, and that carry alike, are built once and shared.
     Raises CaseError with the problems of all bodies together.
     """
     bodies: dict[str, Part] = {}
     alike: dict[str, Part] = {}
     problems: list[Problem] = []
     for name, table in case.bodies.items():
-        warned = [sorted(turning_markers(case, name)), *judged_loads(case, name)]  # decide what is warned of
-        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {warned}"
+        beside = [str(sorted(turning_markers(case, name)))]  # decide what is warned of
+        if isinstance(table, FlexibleTable):
+            beside.append(str(acting(case, name, table, marker_groups(table))))
+        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {beside}"
         if key in alike:
             bodies[name] = alike[key]
             continue
@@ -100,8 +97,10 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
         return _from_file(case, name, table, modes)
     assert isinstance(table, FlexibleTable)
     given = build_structure_of(case, name, table, build_mesh(case, name, table, refine))
-    structure, modeset = build_modes(given, table, modes, name)
-    return _meshed(case, name, table, structure, modeset)
+    added = acting(case, name, table, marker_groups(table))
+    structure, modeset = build_modes(given, table, modes, name, added)
+    body = _meshed(case, name, table, structure, modeset)
+    return replace(body, note="; ".join(filter(None, (told(added, modeset), body.note))))
 
 
 def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, modeset: ModeSet) -> FlexibleBody:
@@ -109,6 +108,8 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
     r, strain = table.reduction, table.strain or "linear"
     keep = r.derivatives if isinstance(r, Stretchable) else "none"
     groups, turning = marker_groups(table), turning_markers(case, name)
+    if modeset.n_modes:
+        check_torques(case, name, groups, structure)
     ignored = None
     if strain == "linear" and 0 < modeset.n_modes <= MANY and not isinstance(r, LumpedTable):
         ignored = foreshortening(structure, modeset, groups)
@@ -117,8 +118,6 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
     if strain == "condensed" and keep is None:
         modeset = with_derivatives(structure, modeset)
     body = reduce_structure(structure, modeset, groups, _damping(table.damping), strain, turning)
-    if strain != "linear":
-        warn_of_meshed(case, name, groups, structure, modeset)
     note = ""
     if strain == "nonlinear" and isinstance(r, Stretchable) and keep != "none" and body.n_modes:
         if "response" in modeset.kinds:
@@ -127,20 +126,20 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
             require_stretch(structure, modeset, body.strain)
     if not note and strain != "linear" and isinstance(r, Stretchable) and r.deflection is None and modeset.held.size:
         note = "; ".join(filter(None, (of_curved(structure, modeset), of_sheet(structure, modeset))))
-    buckling, softening = buckling_of_meshed(groups, structure, modeset), softening_of(structure, modeset)
-    return replace(body, note=note, ignored=ignored, buckling=buckling, softening=softening)
+    bearing, softening = bearing_of_meshed(groups, structure, modeset), softening_of(structure, modeset)
+    return replace(body, note=note, ignored=ignored, buckling=bearing, softening=softening)
 
 
 def turning_markers(case: Case, name: str) -> set[str]:
     """Markers of a body whose rotation something uses: joints, torques, and the attitude."""
     used = {joint.child_marker for joint in case.joints if joint.child == name}
     used |= {joint.parent_marker for joint in case.joints if joint.parent == name}
-    used |= {load.marker for load in case.loads if load.body == name and _turns(load)}
+    used |= {load.marker for load in case.loads if load.body == name and _turns(case, load)}
     return used | ({case.attitude.marker} if case.attitude.marker else set())
 
 
-def _turns(load: LoadTable) -> bool:
-    return load.torque is not None or load.table is not None or load.frame == "marker"
+def _turns(case: Case, load: LoadTable) -> bool:
+    return load.frame == "marker" or has_torque(case, load)
 
 
 def _segments(case: Case, name: str, table: FlexibleTable, other: tuple[int | None, int, int | None]) -> Segments:
@@ -188,9 +187,7 @@ def _analytic(case: Case, name: str, table: AnalyticTable, modes: int | None) ->
         bending = replace(chosen, axial=0, torsion=0)
         ignored = foreshortening_of(beam_body(beam, bending, strain="condensed"))
     body = beam_body(beam, chosen, _damping(table.damping), strain=strain)
-    if not body.strain.is_linear:
-        warn_of_analytic(case, name, beam, chosen)
-    return replace(body, ignored=ignored, buckling=buckling_of_analytic(beam, chosen))
+    return replace(body, ignored=ignored, buckling=bearing_of_analytic(beam, chosen, table))
 
 
 def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> FlexibleBody:

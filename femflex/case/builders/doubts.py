@@ -12,6 +12,7 @@ from femflex.body import FlexibleBody
 from femflex.case.body import FlexibleTable
 from femflex.case.builders.extents import warn_of_doubtful_extents
 from femflex.case.builders.held import warn_of_bodies_held_elsewhere
+from femflex.case.builders.torques import unmoved_by_torque
 from femflex.case.case import Case
 from femflex.warning import PhysicsWarning
 
@@ -20,8 +21,9 @@ CARRIED = 0.75  # of the mass; one bending mode of a uniform cantilever carries 
 
 def warn_of_doubtful_bodies(case: Case, bodies: Mapping[str, FlexibleBody], output_step: float) -> None:
     """Warn of meshes in the wrong unit, mode sets that carry little of the mass or are held elsewhere than they
-    are clamped, and modes too fast for the output."""
+    are clamped, torques that bend nothing, and modes too fast for the output."""
     warn_of_bodies_held_elsewhere(case, bodies)
+    _warn_of_idle_torques(case, bodies)
     looked_at: set[int] = set()
     for name, body in bodies.items():
         if name not in case.bodies or id(body.moments) in looked_at:  # a segment, or shared by alike tables
@@ -45,6 +47,16 @@ def warn_of_doubtful_bodies(case: Case, bodies: Mapping[str, FlexibleBody], outp
                 f"mode of "
                 f"body {name!r} has {omega[0] / (2 * math.pi):.4g} Hz; its vibration is computed but cannot be "
                 f"seen in the output"
+            )
+
+
+def _warn_of_idle_torques(case: Case, bodies: Mapping[str, FlexibleBody]) -> None:
+    for name, body in bodies.items():
+        for load, marker in unmoved_by_torque(case, name, body.markers):
+            _warn(
+                f"loads[{load}]: none of the {body.n_modes} shapes of body {name!r} turns its marker {marker!r}, "
+                "though they move it, so that the torque bends nothing; choose a marker on several nodes, or shapes "
+                "that turn"
             )
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from femflex.case.body import FlexibleTable
-from femflex.case.builders.structure import members_of, point_masses_of
+from femflex.case.builders.structure import derived, members_of, point_masses_of
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem
 from femflex.case.reduction import CantileverTable, CraigBamptonTable, FreeFreeTable, NodalTable
@@ -25,7 +25,6 @@ from femflex.reduction import (
     nodal,
     reduce_segments,
     with_attachment,
-    with_derivatives,
 )
 from femflex.system import Segments
 from femflex.warning import PhysicsWarning
@@ -65,7 +64,8 @@ def build_segments(
             stacklevel=2,
         )
     places = {**{group: group for group in groups}, **markers}
-    return Segments(reduce_segments(pieces, places, _shapes(table, modes), damping, table.strain or "linear"))
+    shapes = _shapes(table, modes, f"bodies.{name}")
+    return Segments(reduce_segments(pieces, places, shapes, damping, table.strain or "linear"))
 
 
 def _end_among(mesh: Mesh, line: str, groups: list[str]) -> str | None:
@@ -75,13 +75,13 @@ def _end_among(mesh: Mesh, line: str, groups: list[str]) -> str | None:
     return next((group for group in groups if np.isin(ends, mesh.group_points(group)).sum() == 1), None)
 
 
-def _shapes(table: FlexibleTable, modes: int | None) -> Callable[[Structure], ModeSet]:
+def _shapes(table: FlexibleTable, modes: int | None, where: str) -> Callable[[Structure], ModeSet]:
     """What makes the shapes of a segment; with nonlinear strain their derivatives too, unless the case says none."""
     plain, keep = _plain_shapes(table, modes), getattr(table.reduction, "derivatives", None)
     if keep is None and table.strain not in (None, "linear"):
         keep = "auto"
     deflection = getattr(table.reduction, "deflection", None)
-    return plain if keep in (None, "none", 0) else lambda s: with_derivatives(s, plain(s), keep, deflection)
+    return plain if keep in (None, "none", 0) else lambda s: derived(s, plain(s), keep, deflection, where)
 
 
 def _plain_shapes(table: FlexibleTable, modes: int | None) -> Callable[[Structure], ModeSet]:

@@ -51,7 +51,12 @@ def with_own_strain(case: Case) -> Case:
 
     Where that cannot be built all is left as it is: what it lacks is told where it is needed.
     """
-    return _decided(case)[0] if undecided(case) else case
+    return with_strain_notes(case)[0]
+
+
+def with_strain_notes(case: Case) -> tuple[Case, dict[str, str]]:
+    """The same, and why each of these bodies has that strain."""
+    return _decided(case) if undecided(case) else (case, {})
 
 
 def _decided(case: Case) -> tuple[Case, dict[str, str]]:

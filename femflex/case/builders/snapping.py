@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,13 +11,13 @@ from femflex.body import FlexibleBody
 from femflex.case.body import FlexibleTable
 from femflex.case.builders.body import marker_groups
 from femflex.case.builders.curved import REACHED, SOFTENED
-from femflex.case.builders.near_buckling import Nearness, at_largest
+from femflex.case.builders.near_buckling import Nearness
 from femflex.case.builders.strain import Reach
 from femflex.case.case import Case
 from femflex.case.reduction import CantileverTable, Component
 from femflex.dynamics import compile_system
 from femflex.rotations import dcm_from_quaternion
-from femflex.system import System
+from femflex.system import Load, System
 
 Array = NDArray[np.float64]
 
@@ -62,6 +64,7 @@ def responding(case: Case, system: System, name: str) -> tuple[Case, str]:
     update = {
         "loads": loads,
         "attachment": attachment,
+        "derivatives": "none",
         "responses": COUNT,
         "deflection": REACHED * body.softening(np.inf)[1],
     }
@@ -82,12 +85,28 @@ def _loads(system: System, name: str) -> dict[str, list[Component]]:
     """Components of the loads on a body in its axes, by marker."""
     found: dict[str, list[Component]] = {}
     words: tuple[Component, ...] = ("x", "y", "z", "rx", "ry", "rz")
-    for load, force, torque in at_largest(system, [load for load in system.loads if load.body == name]):
+    for load, force, torque in _at_largest(system, [load for load in system.loads if load.body == name]):
         ways = found.setdefault(load.marker, [])
         for value, named in ((force, words[:3]), (torque, words[3:])):
             size = np.abs(value).max()
             ways += [w for w, v in zip(named, value, strict=True) if size > 0.0 and abs(v) > HEARD * size]
     return {marker: list(dict.fromkeys(ways)) for marker, ways in found.items() if ways}
+
+
+def _at_largest(system: System, loads: list[Load]) -> list[tuple[Load, Array, Array]]:
+    """Loads with force and torque (3,) where they are largest, as they point in axes of their bodies at the start."""
+    model = compile_system(replace(system, loads=tuple(map(_held, loads)), reactions=False, sights=()))
+    seen = model.observe(np.zeros(1), model.x0[None])
+    values = [[np.asarray(seen[f"loads/{load.name}/{what}"][0]) for what in ("force", "torque")] for load in loads]
+    return [(load, force, torque) for load, (force, torque) in zip(loads, values, strict=True)]
+
+
+def _held(load: Load) -> Load:
+    """The load held where it is largest."""
+    if load.times is None:
+        return load
+    row = int(np.argmax(np.linalg.norm(load.force, axis=1) + np.linalg.norm(load.torque, axis=1)))
+    return replace(load, times=None, force=load.force[row], torque=load.torque[row])
 
 
 def _weight(system: System, name: str) -> list[Component]:

@@ -25,6 +25,7 @@ class Reach:
     bent, start    largest displacement of a place over the body's size, along the motion and at its start
     size           diagonal of its box [m]
     doubt          why less than the whole is foreseen, or nothing
+    dividing       how it is made of several bodies where it bends too far for one
     """
 
     most: float
@@ -35,6 +36,7 @@ class Reach:
     start: float = 0.0
     size: float = 0.0
     doubt: str = ""
+    dividing: str = "cut the member into segments"
 
 
 def judged(reach: Reach) -> tuple[Strain, str]:
@@ -49,7 +51,7 @@ def judged(reach: Reach) -> tuple[Strain, str]:
         how = f"lower the first frequency by {fallen:.1%}" if fallen < 1.0 else "make it buckle in its first shape"
         why = f"loads or inertia that press along it may {how}, which linear strain leaves out"
     elif reach.bent > LEEWAY * BENT:
-        why = f"{_bent(reach)}, over half of the {BENT:.0%} that linear strain holds up to"
+        why = f"{_bent(reach)}, and linear strain is left from {LEEWAY * BENT:.0%} on (it holds up to {BENT:.0%})"
     if not why:
         return "linear", f"{_small(reach, raised, fallen, way)}; {_hardly_bent(reach)}"
     return "condensed", f"{why}{KEEPS}{_far(reach)}"
@@ -68,7 +70,7 @@ def _far(reach: Reach) -> str:
         return ""
     return (
         f"; foreseen is a bend of {reach.bent:.0%}, and condensed strain holds up to about {SWUNG:.0%}: where it "
-        "really bends so far, cut the member into segments"
+        f"really bends so far, {reach.dividing}"
     )
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from femflex.case.body import FlexibleTable, MemberTable
+from femflex.case.builders.acting import Acting
 from femflex.case.builders.sections import build_material, build_section
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem, near
@@ -33,12 +35,14 @@ from femflex.reduction import (
     nodal_translations,
     relaxed,
     rigid_set,
+    slow_loads,
     warn_of_initial_stress,
     with_attachment,
     with_derivatives,
     with_responses,
     with_third_derivatives,
 )
+from femflex.warning import PhysicsWarning
 
 UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}  # of a mesh file, in metres
 PLACE = "marker {}"  # point group made for a marker given by its position
@@ -93,10 +97,15 @@ def point_masses_of(table: FlexibleTable) -> list[PointMass]:
 
 
 def build_modes(
-    structure: Structure, table: FlexibleTable, modes: int | None = None, name: str = ""
+    structure: Structure,
+    table: FlexibleTable,
+    modes: int | None = None,
+    name: str = "",
+    acting: Acting | None = None,
 ) -> tuple[Structure, ModeSet]:
     """The structure a body's reduction works on and its mode set, of `modes` modes instead of the case's if given.
 
+    acting: what acts on it; those static shapes of that are added to a cantilever set that are slow beside it.
     Initial stress is first let go where the clamps do not hold it (`relaxed`); what is doubtful of it is told of the
     body of that name.
     """
@@ -106,9 +115,11 @@ def build_modes(
         meant = any(member.options.get("prestress") for member in table.members)
         warn_of_initial_stress(f"bodies.{name}", given, structure, meant)
     if isinstance(r, Stretchable):
-        found = with_third_derivatives(structure, _vibrating(structure, r, modes), r.third_derivatives)
+        found = with_third_derivatives(
+            structure, _vibrating(structure, r, modes, acting or Acting()), r.third_derivatives
+        )
         if r.derivatives not in (None, "none", 0):
-            found = with_derivatives(structure, found, r.derivatives, None if r.responses else r.deflection)
+            found = derived(structure, found, r.derivatives, None if r.responses else r.deflection, f"bodies.{name}")
         if r.responses and r.deflection is not None:
             ways = [way for way in getattr(r, "attachment", ()) if way in "xyz"]
             loads = getattr(r, "loads", {})
@@ -122,7 +133,22 @@ def build_modes(
     return structure, rigid_set(structure.n_dof)
 
 
-def _vibrating(structure: Structure, r: Stretchable, modes: int | None) -> ModeSet:
+def derived(structure: Structure, modes: ModeSet, keep: int | str, deflection: float | None, where: str) -> ModeSet:
+    """The set with so many static derivatives; warns where it has fewer of them than are asked for."""
+    found = with_derivatives(structure, modes, keep, deflection)
+    kept = found.n_modes - modes.n_modes
+    if isinstance(keep, int) and kept < keep:
+        of = "its states bent so far" if deflection else f"the pairs of its {modes.n_modes} shapes"
+        warnings.warn(
+            f"{where}: {keep} derivatives are asked for, and {of} have {kept} that are independent; "
+            f"these are kept, and derivatives = {kept} is the same",
+            PhysicsWarning,
+            stacklevel=3,
+        )
+    return found
+
+
+def _vibrating(structure: Structure, r: Stretchable, modes: int | None, acting: Acting) -> ModeSet:
     """The set of a reduction that keeps a number of modes, before its derivatives."""
     assert isinstance(r, CantileverTable | FreeFreeTable | CraigBamptonTable)
     n = r.modes if modes is None else modes
@@ -132,8 +158,10 @@ def _vibrating(structure: Structure, r: Stretchable, modes: int | None) -> ModeS
     if isinstance(r, CraigBamptonTable):
         return craig_bampton(structure, r.interfaces, n, clamp, r.interface)
     found = cantilever_modes(structure, clamp, n)
-    if r.attachment or r.loads:
-        return with_attachment(structure, found, tuple(r.attachment), r.loads)
+    weight, slow = slow_loads(structure, found, acting.weight, acting.loads) if acting else ((), {})
+    if r.attachment or r.loads or weight or slow:
+        both = with_attachment(structure, found, (*r.attachment, *weight), {**r.loads, **slow})
+        return replace(both, groups=tuple(group for group in both.groups if group not in slow))
     return found
 
 

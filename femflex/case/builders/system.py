@@ -13,11 +13,12 @@ from femflex.body import FlexibleBody
 from femflex.case.builders.body import build_bodies
 from femflex.case.builders.choice import choices, undecided, with_strains
 from femflex.case.builders.closed import build_constraint, build_loops, build_spring
+from femflex.case.builders.foresight import foreseen
 from femflex.case.builders.initial import initial_shape
 from femflex.case.builders.joints import build_joints, root_joint
 from femflex.case.builders.loads import build_loads
-from femflex.case.builders.near_buckling import nearest, warn_of_buckling
-from femflex.case.builders.references import channel_problems, motion_problems, size_problems
+from femflex.case.builders.near_buckling import nearest, nearest_of, warn_of_buckling
+from femflex.case.builders.references import channel_problems, duration_of, motion_problems, size_problems
 from femflex.case.builders.snapping import responding
 from femflex.case.builders.start import placed
 from femflex.case.builders.stretching import stretching
@@ -42,19 +43,20 @@ def decided_system(case: Case, bodies: Mapping[str, Part] | None = None) -> tupl
     """The System of `build_system`, and the case with the strain and the responses of its bodies written out."""
     names = undecided(case) if bodies is None else []
     if not names:
-        system = _system(case, bodies)
-        warn_of_buckling(system, nearest(system))
+        system = system_of(case, bodies)
+        warn_of_buckling(system, nearest_of(system, duration_of(case, system)))
         return case, _light(system)
     linear = with_strains(case, dict.fromkeys(names, "linear"))
     parts = _bodies_and_loads(linear, None)[0]
-    system = _system(linear, parts)
-    near = nearest(system)
-    chosen = choices(case, system, names, near)
-    if reasons := {name: why for name, (strain, why) in chosen.items() if strain != "linear"}:
-        wanted = {name: responding(case, system, name) for name in reasons if chosen[name][0] == "nonlinear"}
-        others, said, case = stretching(case, reasons, wanted)
+    system = system_of(linear, parts)
+    view = foreseen(system, duration_of(case, system))
+    near = {} if view.rigid is None else nearest(view.rigid, list(system.bodies), system)
+    chosen = choices(case, system, names, near, view)
+    if wanted := {name: one for name, one in chosen.items() if one[0] != "linear"}:
+        open_ = [name for name, (_, why) in wanted.items() if "%s" in why]
+        others, said, case = stretching(case, wanted, {name: responding(case, system, name) for name in open_})
         chosen |= said
-        system = _system(case, parts | others)
+        system = system_of(case, parts | others)
     noted: dict[tuple[int, str], FlexibleBody] = {}  # bodies alike stay one
     found = dict(system.bodies)
     for name, (strain, why) in chosen.items():
@@ -62,7 +64,6 @@ def decided_system(case: Case, bodies: Mapping[str, Part] | None = None) -> tupl
         note = "; ".join(part for part in (f"strain is {strain}: {why}", body.note) if part)
         found[name] = noted.setdefault((id(body), note), replace(body, note=note))
     warn_of_buckling(system, near)
-    case = with_strains(case, {name: strain for name, (strain, _) in chosen.items()})
     return case, _light(replace(system, bodies=found))
 
 
@@ -72,7 +73,11 @@ def _light(system: System) -> System:
     return replace(system, bodies={name: light[id(body)] for name, body in system.bodies.items()})
 
 
-def _system(case: Case, bodies: Mapping[str, Part] | None) -> System:
+def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
+    """The System of a case with these bodies, or its own with linear strain where they do not say; as `build_system`.
+
+    Its bodies keep what they are judged by.
+    """
     parts, loads = _bodies_and_loads(case, bodies)
     try:
         joint, parts = root_joint(case, parts)

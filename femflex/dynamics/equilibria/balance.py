@@ -2,6 +2,10 @@
 
 Directions with a stiffness of their own are eliminated first; those that nothing resists are left where they are.
 Beside loops all steps go along the directions that keep these closed, and multipliers carry the forces across.
+
+A step that bends a slender body by h stretches it by h^2: a force that would stiffen the next step by (L / r)^2 h^2
+times its bending stiffness, so that steps stay shorter than r / L. What is so stiff that the outer forces hardly move
+it is therefore brought to rest again after every step (`relaxed`).
 """
 
 from __future__ import annotations
@@ -27,6 +31,8 @@ NEUTRAL = 1e-7  # stiffness over the largest of the free coordinates below which
 NOISE = 1e-9  # of the largest force: stiffness that differences cannot tell from none
 ROUNDING = 1e-14  # of the largest stiffness: what directions across many coordinates, as loops leave them, pick up
 TRIES, HALVINGS = 30, 12
+STIFF = 1e3  # times the largest outer force: stiffness of what these alone move by no more than 1e-3 of its usual size
+ROUNDS = 6  # of bringing that to rest, each with its stiffness when undeformed
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +72,8 @@ def balance(problem: Steady, q: Array, share: float) -> Balance:
             # bending and closing loops stretch stiff shapes a little: large forces, which the next step takes away
             return float(np.linalg.norm(newton_step(problem, K, left, size, A)[0]))
 
-        q, moved = _along(problem, q, move * min(1.0, LONGEST / max(longest, 1e-300)), share, merit)
+        move = move * min(1.0, LONGEST / max(longest, 1e-300))
+        q, moved = _along(problem, q, move, share, merit, stiff_answers(problem, q, share, A))
         if not moved:  # the forces are at their rounding, or do not fall at all
             return Balance(q, balanced, k + 1, residual, worst, neutral)
     return Balance(q, False, TRIES, residual, worst, neutral)
@@ -102,12 +109,35 @@ def newton_step(problem: Steady, K: Array, g: Array, size: float, A: Array) -> t
     return move, neutral, float(sigma[kept].max(initial=0.0))
 
 
-def _along(problem: Steady, q: Array, move: Array, share: float, merit: Merit) -> tuple[Array, bool]:
+def stiff_answers(problem: Steady, q: Array, share: float, A: Array) -> Array:
+    """How what is stiff beside the outer forces gives way to forces (n_u, n_u), in usual sizes, when undeformed."""
+    E, _ = problem.directions(A)
+    K = problem.own_stiffness[0] * problem.sizes * problem.sizes[:, None]
+    values, V = np.linalg.eigh(E.T @ K @ E)
+    stiff = values > max(STIFF * share * float(np.abs(problem.forces(q)[1]).max(initial=0.0)), 0.0)
+    D = E @ V[:, stiff]
+    return np.asarray((D / values[stiff]) @ D.T)
+
+
+def relaxed(problem: Steady, q: Array, share: float, answers: Array) -> Array:
+    """The coordinates with what is stiff brought to rest, everything else where it is."""
+    before = np.inf
+    for _ in range(ROUNDS):
+        move = -answers @ unbalanced(problem, q, share, problem.ties(q))[0]
+        size = float(np.linalg.norm(move))
+        if not size < before:
+            break
+        q, before = problem.closed(advanced(problem.full, q, move * problem.sizes)), size
+    return q
+
+
+def _along(problem: Steady, q: Array, move: Array, share: float, merit: Merit, answers: Array) -> tuple[Array, bool]:
     """The coordinates a step further, shortened until what is left falls by its merit, and whether that helped."""
     before = merit(unbalanced(problem, q, share, problem.ties(q))[0])
     for k in range(HALVINGS):
         part = 0.5**k
         tried = problem.closed(advanced(problem.full, q, part * move * problem.sizes))
+        tried = relaxed(problem, tried, share, answers)
         after = merit(unbalanced(problem, tried, share, problem.ties(tried))[0])
         if np.isfinite(after) and after <= before * (1.0 - 1e-4 * part):
             return tried, True

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.equilibria.balance import Balance, balance
+from femflex.dynamics.equilibria.leaving import LEVEL, below
 from femflex.dynamics.equilibria.linearised import linearised
 from femflex.dynamics.equilibria.steady import Steady, steady
 from femflex.dynamics.equilibria.vibration import GROWING
@@ -23,6 +24,10 @@ from femflex.system import System
 Array = NDArray[np.float64]
 
 FIRST, LEAST = 0.25, 1e-4  # share of the outer forces added in a step of the continuation
+UNMOVED = (
+    "the craft has no coordinate that could find its balance: its bodies are rigid, and its joints welded or held. It "
+    "stays where it is; an equilibrium asks for a flexible body, or for a joint that is free to move"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +41,7 @@ class Equilibrium:
     iterations   of Newton's method, all shares together
     neutral      coordinates that nothing resists, each with those it goes along with
     eigenvalues  of small motions about x, damping left out [1/s]; empty when not found
+    left         the unstable equilibrium that was left for this one, None where there was none
     """
 
     model: Model
@@ -45,6 +51,7 @@ class Equilibrium:
     iterations: int
     neutral: tuple[str, ...]
     eigenvalues: NDArray[np.complex128]
+    left: Equilibrium | None = None
 
     @property
     def q(self) -> Array:
@@ -64,24 +71,31 @@ class Equilibrium:
 
     @property
     def stable(self) -> bool:
-        """Whether no small motion grows."""
+        """Whether no small motion grows; beside an equilibrium that was left, some much slower growth is none."""
         moving = self._moving()
-        return not bool((moving.real > GROWING * np.abs(moving)).any())
+        least = self._level
+        return not bool((moving.real > np.maximum(GROWING * np.abs(moving), least)).any())
 
     @property
     def verdict(self) -> str:
         """Stability in words, with the number behind it."""
         if not len(self.eigenvalues):
-            return "not known"
+            return "not known" if self.share < 1.0 else "nothing is free to move"
         moving = self._moving()
         if not self.stable:
             fastest = moving[np.argmax(moving.real)]
             how = "monotonously" if abs(fastest.imag) < abs(fastest.real) * 1e-3 else "in swings"
             return f"unstable: a small motion grows {how} by a factor e in {1.0 / fastest.real:.4g} s"
-        slowest = np.abs(moving.imag)[np.abs(moving.imag) > 0].min(initial=np.inf)
+        least = self._level
+        slowest = np.abs(moving.imag)[np.abs(moving.imag) > least].min(initial=np.inf)
         told = f"; its slowest vibration has {slowest / (2 * np.pi):.6g} Hz" if np.isfinite(slowest) else ""
         held = f", neutral along {', '.join(self.neutral)}" if self.neutral else ""
         return f"stable: no small motion grows{told}{held}"
+
+    @property
+    def _level(self) -> float:
+        """Rate below which motion is taken for none [1/s]."""
+        return LEVEL * self.left.growth if self.left is not None else 0.0
 
     def _moving(self) -> NDArray[np.complex128]:
         return self.eigenvalues[2 * len(self.neutral) :]
@@ -95,15 +109,25 @@ class EquilibriumError(RuntimeError):
         self.last = last
 
 
-def equilibrium(system: System, at: float | None = None) -> Equilibrium:
+def equilibrium(system: System, at: float | None = None, stable: bool = False) -> Equilibrium:
     """The equilibrium nearest to the system's initial coordinates: at rest in its base frame, damping ignored.
 
     On the ground, in a uniformly spinning frame, or in the orbital frame of a circular orbit; loads are constant, or
-    those at the time `at` [s]. Raises ValueError when forces change over time, EquilibriumError when none is found.
+    those at the time `at` [s]. stable: an unstable one is left along the motion that grows, for one that is stable
+    (`leaving`). Raises ValueError when forces change over time or nothing can move, EquilibriumError when none is
+    found.
     """
     problem = steady(system, at)
-    model = problem.full
-    q, share, step, count = model.x0[: model.n_q].copy(), 0.0, 1.0, 0
+    if not problem.full.n_u:
+        raise ValueError(UNMOVED)
+    begun = problem.full.x0[: problem.full.n_q].copy()
+    found = _nearest(problem, begun)
+    return found if found.stable or not stable else _beyond(problem, found, begun)
+
+
+def _nearest(problem: Steady, begun: Array) -> Equilibrium:
+    """What Newton's method comes to from the coordinates begun from, or a path along growing outer forces."""
+    q, share, step, count = begun, 0.0, 1.0, 0
     first = True
     while share < 1.0:
         wanted = min(1.0, share + step)
@@ -123,15 +147,36 @@ def equilibrium(system: System, at: float | None = None) -> Equilibrium:
             if step < LEAST:
                 raise _failed(problem, q, share, count, found)
         first = False
-    linear = linearised(model, 0.0, np.concatenate([q, np.zeros(model.n_u)]))
+    return _told(problem, found, count)
+
+
+def _beyond(problem: Steady, unstable: Equilibrium, begun: Array) -> Equilibrium:
+    """The stable equilibrium that the motion that grows away from an unstable one leads to."""
+    near = below(problem, unstable.q, begun)
+    found = None if near is None else balance(problem, near, 1.0)
+    if found is not None and found.balanced:
+        settled = _told(problem, found, unstable.iterations + found.iterations, unstable)
+        if settled.stable:
+            return settled
+    raise EquilibriumError(
+        f"the equilibrium that was found is {unstable.verdict}, and no stable one was come to from it. Begin "
+        "elsewhere, lower the loads, or let a damped run come to rest",
+        unstable,
+    )
+
+
+def _told(problem: Steady, found: Balance, count: int, left: Equilibrium | None = None) -> Equilibrium:
+    model = problem.full
+    x = np.concatenate([found.q, np.zeros(model.n_u)])
     return Equilibrium(
         model=model,
-        x=np.concatenate([q, np.zeros(model.n_u)]),
+        x=x,
         share=1.0,
         residual=found.residual,
         iterations=count,
         neutral=found.neutral,
-        eigenvalues=linear.eigenvalues(),
+        eigenvalues=linearised(model, 0.0, x).eigenvalues(),
+        left=left,
     )
 
 

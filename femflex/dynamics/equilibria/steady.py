@@ -47,9 +47,13 @@ class Steady:
     def largest(self, q: Array, share: float) -> float:
         """Size of the forces [J]: the largest of inner, outer, and elastic ones of shapes alone, which may cancel."""
         inner, outer = self.forces(q)
-        K, at = self.own_stiffness
-        elastic = (K @ np.where(at >= 0, q[at], 0.0)) * self.sizes if len(at) else np.zeros(1)
+        elastic = (self.own_stiffness[0] @ (self.shape(q) * self.sizes)) * self.sizes
         return float(max(np.abs(part).max(initial=0.0) for part in (inner, share * outer, elastic)))
+
+    def shape(self, q: Array) -> Array:
+        """Amplitudes of shapes, slides and turns (n_u,) in usual sizes; 0 along balls."""
+        at = self.own_stiffness[1]
+        return np.where(at >= 0, q[at], 0.0) / self.sizes if len(at) else np.zeros(0)
 
     @cached_property
     def energy_of_spin(self) -> float:

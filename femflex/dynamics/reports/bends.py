@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import Foreshortening
+from femflex.dynamics.reports.divided import divided
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -56,7 +57,7 @@ class Bend:
         body = self._body
         bound, way = BENT, f"{(body.ignored or Foreshortening()).remedy}, "
         if body.strain_form != "linear":
-            bound, way = SWUNG, "cut the member into segments, "
+            bound, way = SWUNG, f"{divided(body)}, "
         if (reached := self.reached) > bound:
             told = f" Before the run: {body.note}." if body.note and bound == BENT else ""
             warnings.warn(

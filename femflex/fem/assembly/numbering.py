@@ -40,6 +40,7 @@ class Numbering:
         self._rotation = np.full((n_nodes, 3), -1, np.int64)
         self._spin_space = np.zeros((n_nodes, 3, 3))  # sum of projectors on the directions members stiffen
         self._extras: list[_Extra] = []
+        self._ties: dict[int, tuple[int, float]] = {}  # raw dof -> the one it follows and its factor; 0 holds it
         self.n_raw = 0
 
     def translation(self, nodes: Index) -> Index:
@@ -76,6 +77,22 @@ class Numbering:
             self._extras.append(_Extra(dofs, np.asarray(nodes, np.int64).reshape(count, -1), kind, axes))
         return dofs
 
+    def tie(self, first: int, second: int, factor: float) -> None:
+        """Ties two raw dofs: the second is factor (not 0) times the first. Where ties contradict, both stay zero."""
+        (a, p), (b, q) = self._followed(first), self._followed(second)
+        if a != b and p and q:
+            self._ties[b] = a, factor * p / q
+        elif a != b or p * factor != q:
+            self._ties |= {a: (a, 0.0), b: (b, 0.0)}
+
+    def _followed(self, dof: int) -> tuple[int, float]:
+        """The dof that one follows in the end, itself if none, and its factor; 0 where it is held."""
+        factor = 1.0
+        while factor and dof in self._ties:
+            dof, part = self._ties[dof]
+            factor *= part
+        return dof, factor
+
     def translation_of(self, nodes: Index) -> Index:
         """Raw dofs (k, 3) that members already gave the translation of nodes (k,); -1 where none did."""
         return self._translation[nodes]
@@ -92,6 +109,7 @@ class Numbering:
         keep = np.ones(self.n_raw, bool)
         dropped = self._rotation[nodes[flat]]
         keep[dropped.ravel()] = False
+        keep[list(self._ties)] = False
         number = np.cumsum(keep) - 1
         rows, cols = [np.flatnonzero(keep)], [number[keep]]
         values = [np.ones(int(keep.sum()))]
@@ -103,6 +121,10 @@ class Numbering:
             cols.append(np.repeat(n_dof + np.arange(len(dropped)) * 2 + place, 3))
             values.append(axes[flat, :, j].ravel())
         n_dof += 2 * len(dropped)
+        tied = [(dof, *self._followed(dof)) for dof in self._ties]
+        rows.append(np.array([dof for dof, _, _ in tied], np.int64))
+        cols.append(number[[first for _, first, _ in tied]] if tied else np.zeros(0, np.int64))
+        values.append(np.array([factor for _, _, factor in tied]))
         triplets = (np.concatenate(values), (np.concatenate(rows), np.concatenate(cols)))
         T = sparse.coo_array(triplets, shape=(self.n_raw, n_dof)).tocsr()
         T.eliminate_zeros()  # a dof counts as a rotation about an axis only when it has a part in it

@@ -14,8 +14,9 @@ from femflex.fem.beam.elements import BeamElements, stations
 from femflex.fem.beam.shapes import NODAL, BeamOrder
 from femflex.fem.beam.skin import swept_outline
 from femflex.fem.beam.strain import beam_strain
-from femflex.fem.family import Contribution, StrainPlaces, family, member_cells, member_options
+from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
 from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length, element_frames, straight_elements
+from femflex.fem.option import Option, Options, member_options
 from femflex.fem.tables import SectionInertia
 from femflex.warning import PhysicsWarning
 
@@ -26,16 +27,16 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-OPTIONS: dict[str, Any] = {
-    "order": 3,
-    "axial_order": None,
-    "torsion_order": None,
-    "orientation": None,
-    "rotary_inertia": True,
-    "start": None,
-    "extent": None,
-    "prestress": 0.0,
-    "thermal_strain": 0.0,
+OPTIONS: Options = {
+    "order": Option(3, "order of the bending fields, 3 to 8"),
+    "axial_order": Option(None, "of the axial field, 2 order - 1 when left out; nonlinear strain locks below it"),
+    "torsion_order": Option(None, "of the torsional field, max(2, order - 1) when left out"),
+    "orientation": Option(None, "a direction near the section's y axis", "", (3,)),
+    "rotary_inertia": Option(True, "false leaves out the rotary inertia of sections in bending (Euler-Bernoulli)"),
+    "start": Option(None, "point group where the arc length of varying sections begins"),
+    "extent": Option(None, "length of the line the group is a part of, by which shear is judged", "m"),
+    "prestress": Option(0.0, "initial axial force, tension positive", "N"),
+    "thermal_strain": Option(0.0, "free axial strain", ""),
 }
 ORDERS = range(3, 9)
 STRETCH_ORDERS = range(1, 2 * ORDERS.stop - 2)  # of the axial and torsional fields, up to 2 * 8 - 1
@@ -43,7 +44,7 @@ VARYING_DEGREE = 8  # polynomial degree added to the quadrature where properties
 SLENDER = 20.0  # length over radius of gyration below which shear, left out here, shifts the first mode by over 1 %
 
 
-@family("beam")
+@family("beam", OPTIONS)
 def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Inertia, strain and skin of 3-D Euler-Bernoulli beams on a group of line cells.
 
@@ -74,7 +75,7 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     beta h < 2.5: four elements give the first three modes of a cantilever to 1e-7, at a tenth of the dofs.
     Properties that vary are integrated with more points; a kink in a table wants a node.
     """
-    options = _checked(member_options(member, OPTIONS), member)
+    options = _checked(member_options(member), member)
     elements = _elements(mesh, member, numbering, options)
     order, varying = elements.order, VARYING_DEGREE * member.section.varies
     highest = max(order.bending, order.axial, order.torsion)

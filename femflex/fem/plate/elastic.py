@@ -9,12 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from femflex.fem.option import Option, Options
 from femflex.fem.plate.frames import DUST, section_angles
 from femflex.fem.sections.laminates import PlateSection, strain_rotation
 
 Array = NDArray[np.float64]
 
-UNSTRESSED = {"prestress": None, "thermal_strain": None}  # options of plates
+OPTIONS: Options = {  # of all plates
+    "axis": Option((1.0, 0.0, 0.0), "direction of the section's x axis, laid into the plates", "", (3,)),
+    "prestress": Option(None, "initial membrane forces xx, yy, xy in the section's axes", "N/m", (3,)),
+    "thermal_strain": Option(None, "free strain, a number or xx, yy, xy in the section's axes", "", (0, 3)),
+}
 
 
 @dataclass(frozen=True, eq=False)

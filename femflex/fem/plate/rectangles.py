@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.family import Contribution, StrainPlaces, family, member_cells, member_options
+from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
+from femflex.fem.option import member_options
 from femflex.fem.plate import rectangle_fields
 from femflex.fem.plate.blocks import LocalDofs, PlateInertia, mass_points
 from femflex.fem.plate.dof_map import flat_map, member_section
-from femflex.fem.plate.elastic import UNSTRESSED, initial_stress, section_stiffness
+from femflex.fem.plate.elastic import OPTIONS, initial_stress, section_stiffness
 from femflex.fem.plate.frames import DUST, oriented, plane_normals, shared_axes
 from femflex.fem.plate.sides import side_table
 from femflex.fem.plate.skin import plate_skin
@@ -29,7 +30,6 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 CELLS = ("quad", "quad8", "quad9")
-DEFAULTS = {"axis": (1.0, 0.0, 0.0), **UNSTRESSED}
 SQUARENESS = 1e-6  # cosine of a corner, and misfit of the fourth corner to the size, that pass for a rectangle
 # A direction that no usual mesh line halves the angle to: the element's x axis is the side nearer to it.
 REFERENCE = np.array([0.8137, 0.4519, 0.3658])
@@ -38,7 +38,7 @@ _TIED = np.polynomial.legendre.leggauss(2)  # along an axis the in-plane field h
 _QUARTIC = np.polynomial.legendre.leggauss(7)  # exact for the fourth power of its slopes, degree 12 along an axis
 
 
-@family("plate_bfs")
+@family("plate_bfs", OPTIONS)
 def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Thin flat plate elements on the rectangles of the member's group, in any position in space.
 
@@ -49,20 +49,22 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
               thermal_strain  free strain, a number or (xx, yy, xy) in the section's axes
 
     Mesh: frequencies converge with the fourth power of the size; four sides to the shortest half wave give 2e-4 for
-    smooth modes, the corners of a clamp converge more slowly (a square cantilever: 4e-4 with 8 sides). Across a fold
-    the twist of each plane is free, which costs an order there.
+    smooth modes, the corners of a clamp converge more slowly (a square cantilever: 4e-4 with 8 sides). At a fold the
+    twists of its planes are one, but for triangles on its other side.
 
     Second-order quadrilaterals are used by their corners. Raises ValueError on other cells, sections or options, and
     on quadrilaterals that are not rectangles (the plate family on triangles takes any shape).
     """
-    options = member_options(member, DEFAULTS)
+    options = member_options(member)
     section = member_section(member)
     cells = member_cells(mesh, member, CELLS)
     corners = np.concatenate([nodes[:, :4] for nodes in cells.values()])
     corners, axes, a, b = rectangles(mesh.points, corners, f"plate_bfs on group {member.group!r}")
     stiffness = section_stiffness(section, options["axis"], axes)
     normals = np.broadcast_to(axes[:, 2], (len(corners), 3))
-    twists = side_table(mesh, numbering).twists(corners.ravel(), np.repeat(normals, 4, axis=0), numbering)
+    table = side_table(mesh, numbering)
+    twists = table.twists(corners.ravel(), np.repeat(normals, 4, axis=0), numbering)
+    table.tie_folds(twists.reshape(-1, 4), corners, numbering)
     bubbles = numbering.extra(2 * len(corners))
     own = np.concatenate([twists.reshape(-1, 4), bubbles.reshape(-1, 2)], axis=1)
     dof_map = flat_map(mesh, corners, axes, numbering, own)

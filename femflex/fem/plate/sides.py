@@ -3,6 +3,9 @@
 u(s) = (1 - s) u_1 + s u_2 + 4 s (1 - s) b on a side from node 1 to node 2. Between plates of one plane b is free in the
 plane, so that their in-plane field is quadratic. At a fold b is free along the side only; across, it follows the
 rotations of the nodes as the deflection of the plate on the other side does, b = (theta_1 - theta_2) x (x_2 - x_1) / 8.
+
+Plates with a twist w,xy of their own at each node turn about a fold at the rate d(theta.t)/dt = -w,xy along it where t
+lies along their x axis, +w,xy where along y. Both plates turn alike, or the fold would open between its nodes.
 """
 
 from __future__ import annotations
@@ -48,6 +51,7 @@ class SideTable:
         self._keys: Index = np.zeros(0, np.int64)
         self._dofs: Index = np.zeros((0, 2), np.int64)
         self._twists: list[tuple[Index, Array]] = []  # per slot: raw dof (n_nodes,) and normal (n_nodes, 3)
+        self._turning: dict[tuple[int, int], tuple[int, float]] = {}  # (node, fold) -> its first twist, and sign
 
     def sides(self, keys: Index, numbering: Numbering, axes: Array, along: Array) -> Index:
         """Raw dofs (k, 2) of sides by key (k,); new sides get theirs from the numbering.
@@ -87,6 +91,19 @@ class SideTable:
             found = np.where((found < 0) & same, dof[nodes], found)
             slot += 1
         return found
+
+    def tie_folds(self, twists: Index, corners: Index, numbering: Numbering) -> None:
+        """Ties twists (e, 4) that meet on a fold; corners (e, 4), first and third side along the element's x axis."""
+        for side, sign in enumerate((-1.0, 1.0, -1.0, 1.0)):
+            ends = [side, (side + 1) % 4]
+            pairs = np.sort(corners[:, ends], axis=1)
+            keys = pairs[:, 0] * self.n_nodes + pairs[:, 1]
+            at = np.flatnonzero(np.isin(keys, self.folds))
+            for end in ends:
+                for key, node, twist in zip(keys[at], corners[at, end], twists[at, end], strict=True):
+                    first, own = self._turning.setdefault((int(node), int(key)), (int(twist), sign))
+                    if first != twist:
+                        numbering.tie(first, int(twist), own * sign)
 
 
 _TABLES: WeakKeyDictionary[Numbering, SideTable] = WeakKeyDictionary()

@@ -11,10 +11,11 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefTri
 
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.family import Contribution, StrainPlaces, family, member_cells, member_options
+from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
+from femflex.fem.option import Option, member_options
 from femflex.fem.plate.blocks import LocalDofs, PlateInertia, mass_points
 from femflex.fem.plate.dof_map import flat_map, member_section
-from femflex.fem.plate.elastic import UNSTRESSED, initial_stress, section_stiffness
+from femflex.fem.plate.elastic import OPTIONS, initial_stress, section_stiffness
 from femflex.fem.plate.frames import plane_frames, plane_normals, shared_axes
 from femflex.fem.plate.skin import plate_skin
 from femflex.fem.plate.strain import PlateStrain
@@ -30,11 +31,11 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 CELLS = ("triangle", "triangle6")
-DEFAULTS = {"element": "dkmt", "axis": (1.0, 0.0, 0.0), **UNSTRESSED}
+ELEMENT = {"element": Option("dkmt", "'dkmt' (any thickness) or 'dkt' (thin: no transverse shear)")}
 LINEAR, QUARTIC = 2, 8  # degrees of the linear strains squared, and of the slopes to the fourth power
 
 
-@family("plate")
+@family("plate", {**ELEMENT, **OPTIONS})
 def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Flat plate elements on the triangles of the member's group, in any position in space.
 
@@ -56,7 +57,7 @@ def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     Sides are straight: second-order triangles are used by their corners, and their middle nodes carry no dofs. Raises
     ValueError on other cells, sections or options, and on triangles without area.
     """
-    options = member_options(member, DEFAULTS)
+    options = member_options(member)
     element = options["element"]
     if element not in ("dkt", "dkmt"):
         raise ValueError(f"plate on group {member.group!r} names element {element!r}; it can be 'dkmt' or 'dkt'")

@@ -15,7 +15,8 @@ from skfem.quadrature import get_quadrature
 from skfem.refdom import RefHex
 
 from femflex.fem.assembly.numbering import Numbering
-from femflex.fem.family import Contribution, StrainPlaces, family, member_cells, member_options
+from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
+from femflex.fem.option import Option, Options, member_options
 from femflex.fem.sections.materials import Material
 from femflex.fem.solid.blocks import SolidInertia, SolidStrain, isotropic_elasticity, strain_maps
 from femflex.fem.solid.skin import solid_skin
@@ -32,9 +33,13 @@ Index = NDArray[np.int64]
 STRAY = 0.5  # distance of a middle node from the mean of its corners, over theirs from it, that no curved cell needs
 # Degree per direction that the quadrature integrates: 3 points for tensor-quadratic cells, 2 for tensor-linear ones.
 DEGREE = {"hexahedron27": 4, "hexahedron": 3}
+OPTIONS: Options = {
+    "prestress": Option(None, "initial stress xx, yy, zz, yz, xz, xy, mesh axes", "Pa", (6,)),
+    "thermal_strain": Option(None, "free strain in all directions", ""),
+}
 
 
-@family("solid")
+@family("solid", OPTIONS)
 def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Solid elements on the hexahedron27 (or hexahedron) cells of the member's group.
 
@@ -45,7 +50,7 @@ def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
 
     Raises ValueError without a material, with a section, or when an element is turned inside out.
     """
-    options = member_options(member, {"prestress": None, "thermal_strain": None})
+    options = member_options(member)
     material = member.material
     if material is None:
         raise ValueError(f"solid on group {member.group!r} has no material; give one")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from femflex.studies.campbell.crossings import Crossing
 from femflex.studies.campbell.diagram import Branch, Campbell, assembled_diagram, campbell
-from femflex.studies.campbell.of_case import case_campbell, case_spins, diagram_of
+from femflex.studies.campbell.of_case import axis_of, case_campbell, case_spins, diagram_of, system_of
 from femflex.studies.campbell.sweep import Spin, spins
 
 __all__ = [
@@ -13,9 +13,11 @@ __all__ = [
     "Crossing",
     "Spin",
     "assembled_diagram",
+    "axis_of",
     "campbell",
     "case_campbell",
     "case_spins",
     "diagram_of",
     "spins",
+    "system_of",
 ]

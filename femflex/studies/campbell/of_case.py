@@ -37,19 +37,24 @@ def diagram_of(case: Case, found: list[tuple[Spin, Match | None]], complete: boo
     return assembled_diagram(found, table.modes, table.orders, case.title, complete)
 
 
+def system_of(case: Case) -> System:
+    """The system that is spun: that of the case, its equilibrium to be found anew at every speed."""
+    from femflex.case.builders import build_system
+
+    if case.initial is not None and case.initial.source == "equilibrium":
+        case = case.model_copy(update={"initial": None})
+    return build_system(case)
+
+
 def case_spins(
-    case: Case, at: float | None = None, progress: Callable[[float], None] | None = None
+    case: Case, at: float | None = None, progress: Callable[[float], None] | None = None, system: System | None = None
 ) -> Iterator[tuple[Spin, Match | None]]:
-    """The steady spins of a case in turn; its bodies are built before the first.
+    """The steady spins of a case in turn; its bodies are built before the first, if its `system_of` is not given.
 
     Warns (PhysicsWarning) of bodies whose stiffening by the fastest of them is left out.
     """
-    from femflex.case.builders import build_system
-
     table, axis = table_of(case), axis_of(case)
-    if case.initial is not None and case.initial.source == "equilibrium":
-        case = case.model_copy(update={"initial": None})  # it is found anew at every speed
-    system = build_system(case)
+    system = system_of(case) if system is None else system
     x = None
     for found in spins(system, axis, table.speeds, table.modes, at, progress):
         x = found[0].x

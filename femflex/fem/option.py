@@ -1,0 +1,48 @@
+"""Options of member families: what each is called and means, its unit and what it is when left out."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from femflex.fem.structure import Member
+
+
+@dataclass(frozen=True)
+class Option:
+    """One option of a family of members.
+
+    default  what it is when left out
+    meaning  in words, for the README and the schema
+    unit     SI unit of its numbers ("" for plain ones); None for a word, a whole number or a truth value
+    shapes   how many numbers it may take: 0 for one alone
+    """
+
+    default: Any
+    meaning: str
+    unit: str | None = None
+    shapes: tuple[int, ...] = (0,)
+
+
+Options = Mapping[str, Option]
+OPTIONS: dict[str, Options] = {}  # by family, filled where a family is registered
+
+
+def member_options(member: Member) -> dict[str, Any]:
+    """The member's options over the defaults of its family.
+
+    Raises ValueError on an option the family does not have, with the nearest name it has.
+    """
+    known = OPTIONS[member.family]
+    for name in member.options:
+        if name not in known:
+            near = difflib.get_close_matches(name, list(known), n=1)
+            hint = f" Did you mean {near[0]!r}?" if near else ""
+            raise ValueError(
+                f"{member.family} on group {member.group!r} has no option {name!r}; its options are "
+                f"{sorted(known)}.{hint}"
+            )
+    return {**{name: option.default for name, option in known.items()}, **member.options}
