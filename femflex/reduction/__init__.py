@@ -22,7 +22,7 @@ from femflex.reduction.segments import chord_modes, reduce_segments
 from femflex.reduction.store import load_body, save_body
 from femflex.reduction.strain import strain_tensors
 from femflex.reduction.stretch import Stretching, require_stretch, stretching
-from femflex.reduction.third_derivatives import with_third_derivatives
+from femflex.reduction.third_derivatives import with_sheet_bends, with_third_derivatives
 from femflex.reduction.uniform_beam import BeamFunctions, Taper, UniformBeam
 
 __all__ = [
@@ -68,5 +68,6 @@ __all__ = [
     "with_attachment",
     "with_derivatives",
     "with_responses",
+    "with_sheet_bends",
     "with_third_derivatives",
 ]
