@@ -46,10 +46,10 @@ def with_derivatives(
     The set is taken out of the derivatives, and of their combinations those come first that store most energy when
     every shape carries the amplitude of an equal static load, 1 / omega^2 (`load_weights`). deflection [m]: the shapes
     are taken from the static states of the structure bent so far instead of at rest, each state counting by its part of
-    that state's energy. keep: how many; "auto": until at most LEFT_OUT of that energy is left out, those more that follow and
-    through which a spin or an accelerated base stiffens the set (`answers_to_accelerations`), and those through which
-    one bend softens another, such as the twist of a strip (`answers_to_bends`); "all" that are independent, whatever
-    they store. omega of the added shapes is that of the structure confined to them. `note` says
+    that state's energy. keep: how many; "auto": until at most LEFT_OUT of that energy is left out (`spared`), those
+    more that follow and through which a spin or an accelerated base stiffens the set (`answers_to_accelerations`), and
+    those through which one bend softens another, such as the twist of a strip (`answers_to_bends`); "all" that are
+    independent, whatever they store. omega of the added shapes is that of the structure confined to them. `note` says
     how many of how many pairs were kept, and the share left out. Raises ValueError when keep is another word, or below
     zero, and as `bent_states`.
     """

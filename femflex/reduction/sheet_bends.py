@@ -30,8 +30,8 @@ def changed_by_bending(structure: Structure, one: ModeSet, start: float, deflect
     """Displacements (n_dof,) that a shape turns into when it is bent by a deflection [m] either way, their odd part.
 
     one: the set of the shape alone, clamped. start [m]: deflection of the first state on the way there, at which bends
-    begin to differ from small ones. None where the structure stretches on the way: bending is not what holds it.
-    Raises ValueError when a state is not found.
+    begin to differ from small ones. Where further states are not found, or stretch, the last before them. None where
+    the first one stretches: bending is not what holds the structure. Raises ValueError when the first is not found.
     """
     phi = one.phi[:, 0]
     moved = float(np.linalg.norm((structure.translation @ phi).reshape(-1, 3), axis=1).max())
@@ -41,20 +41,28 @@ def changed_by_bending(structure: Structure, one: ModeSet, start: float, deflect
     odd, even = phi * amplitudes[0], scaled_derivatives(structure, one)[:, 0] * stiffness * amplitudes[0] ** 2 / 2
     before = amplitudes[0]
     for q in amplitudes:
-        odd, even = _both_ways(structure, one, q, odd * (q / before), even * (q / before) ** 2)
-        if state_energy(structure, odd + even) > STRETCHED * stiffness * q**2 / 2:
-            return None
-        before = q
-    return _both_ways(structure, one, before, odd, even, AT_THE_END)[0]
+        try:
+            ahead, back = _both_ways(structure, one, q, odd * (q / before), even * (q / before) ** 2)
+        except ValueError:
+            if q == amplitudes[0]:
+                raise
+            break
+        if state_energy(structure, ahead) > STRETCHED * stiffness * q**2 / 2:
+            if q == amplitudes[0]:
+                return None
+            break
+        odd, even, before = (ahead - back) / 2, (ahead + back) / 2, q
+    ahead, back = _both_ways(structure, one, before, odd, even, AT_THE_END)
+    return np.asarray((ahead - back) / 2)
 
 
 def _both_ways(
     structure: Structure, one: ModeSet, q: float, odd: Array, even: Array, settled: float = ON_THE_WAY
 ) -> tuple[Array, Array]:
-    """Odd and even part of the states with amplitude q and -q, from guesses of them."""
+    """The states with amplitude q and -q, from guesses of their odd and even part."""
     ahead = held_at(structure, one, np.array([q]), odd + even, _positive, settled)
     back = held_at(structure, one, np.array([-q]), 2 * even - ahead, _positive, settled)
-    return (ahead - back) / 2, (ahead + back) / 2
+    return ahead, back
 
 
 def _positive(K: sparse.csr_array, b: Array) -> Array:

@@ -75,8 +75,8 @@ def of_sheet(structure: Structure, modes: ModeSet, table: Stretchable) -> str:
         return ""
     if third:
         return (
-            f"{sheet} that bends by more than some {sheet.bend:.2g} m stops curving crosswise: its lowest shape as "
-            f"bent by {FAR * sheet.size:.2g} m is one more coordinate (third_derivatives = 0 would leave it out)"
+            f"{sheet} that bends by more than some {sheet.bend:.2g} m stops curving crosswise: its lowest shape as it "
+            "is then is one more coordinate (third_derivatives = 0 would leave it out)"
         )
     return (
         f"{sheet}, bent by more than some {sheet.bend:.2g} m, cannot curve crosswise as its shapes do, which are too "
