@@ -9,12 +9,9 @@ EI, GJ, LENGTH = 1.4e4, 1.2e3, 10.0  # N m^2 about the weak axis, N m^2, m
 END_LOAD, WEIGHT, MOMENT = 4.0126, 12.854, np.pi  # Timoshenko & Gere, Theory of Elastic Stability, sections 6.2 and 6.3
 
 
-def of_narrow_beams(coefficient, power, ratio, second_order=True):
-    """coefficient sqrt(EI GJ) / L^power, for the bend it starts from over sqrt((1 - EI / EI_y) (1 - GJ / EI_y)).
-
-    second_order: curvature of second order puts it higher, by 1 / sqrt(1 - EI / EI_y).
-    """
-    before = np.sqrt((1 - 1 / ratio) * (1 - GJ / (ratio * EI)) * (1 - second_order / ratio))
+def of_narrow_beams(coefficient, power, ratio):
+    """coefficient sqrt(EI GJ) / L^power, for the bend it starts from over sqrt((1 - EI / EI_y) (1 - GJ / EI_y))."""
+    before = np.sqrt((1 - 1 / ratio) * (1 - GJ / (ratio * EI)))
     return coefficient * np.sqrt(EI * GJ) / LENGTH**power / before
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.body.burden import Bearing
 from femflex.body.foreshortening import Foreshortening
 from femflex.body.marker import Marker
 from femflex.body.moments import MassMoments
@@ -35,8 +35,7 @@ class FlexibleBody:
     note     what should be said of how the body was made; nothing if empty
     ignored  Foreshortening where linear strain leaves it out, or None
     strain_field  parts over all shapes that recover strain over the body; none where it is not known
-    buckling  least multiple of a dead force (3,) [N] and torque (3,) [N m] at a marker, body axes, at which it buckles;
-              None where that is not known
+    buckling  tells how near what it bears comes to what buckles it; None where that is not known
     """
 
     moments: MassMoments
@@ -50,7 +49,7 @@ class FlexibleBody:
     note: str = ""
     ignored: Foreshortening | None = None
     strain_field: tuple[StrainPart, ...] = ()
-    buckling: Callable[[str, Array, Array], float] | None = None
+    buckling: Bearing | None = None
 
     def __post_init__(self) -> None:
         n, n_shapes = self.n_modes, self.n_shapes

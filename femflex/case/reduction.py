@@ -144,9 +144,11 @@ class CantileverTable(Stretchable):
     clamp: Clamp
     modes: Whole
     attachment: list[Component] = Field(default_factory=list)
-    """Directions of acceleration of the clamp whose static shapes are added."""
+    """Directions of acceleration of the clamp whose static shapes are added. Left out where strain is nonlinear or
+    condensed with derivatives = 'auto': those of the weight, if there is gravity."""
     loads: dict[str, list[Component]] = Field(default_factory=dict)
-    """Group -> directions of unit forces and moments there whose static shapes are added."""
+    """Group -> directions of unit forces and moments there whose static shapes are added. Left out likewise: those of
+    the case's own loads, and where other bodies hang on this one; {} for none."""
 
     @model_validator(mode="after")
     def _is_held(self) -> CantileverTable:

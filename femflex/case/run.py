@@ -114,6 +114,10 @@ class PicturesTable(Table):
     """Bodies whose modes are drawn as a montage."""
     plots: list[str] = Field(default_factory=list)
     """Channels drawn over time, such as "attitude/angles"."""
+    spectra: list[str] = Field(default_factory=list)
+    """Channels whose amplitude spectra are drawn: for swings too many to be told apart over time."""
+    highest: Annotated[float | None, Quantity("Hz", above=0.0)] = None
+    """Last frequency of the spectra; left out, a little beyond their last peak."""
     without: list[str] = Field(default_factory=list)
     """What a second run leaves out, as in `run --without`, such as "nonlinear_strain": its plots are dashed over the
     first's, as far as it gets; its file stands beside the first with "_without" in its name."""

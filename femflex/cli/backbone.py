@@ -53,6 +53,11 @@ def _print_curve(data: dict[str, Any]) -> None:
         for a, f in zip(data["amplitude_m"], data["frequency_hz"], strict=True)
     ]
     print_table(["amplitude m", "Hz", "over small motion"], rows)
+    for low, high in data["gaps_m"]:
+        print(
+            f"between {low:.4g} and {high:.4g} m a higher harmonic meets another mode, into whose vibrations the curve "
+            "leads off: stepped over"
+        )
 
 
 def backbone_data(body: FlexibleBody, amplitudes: list[float]) -> tuple[dict[str, Any], BackboneError | None]:
@@ -75,6 +80,8 @@ def backbone_data(body: FlexibleBody, amplitudes: list[float]) -> tuple[dict[str
         "amplitude_m": found.amplitudes,
         "frequency_hz": found.omega / (2 * pi),
         "small_hz": found.small / (2 * pi),
+        "gaps_m": found.gaps,
+        "path": [(at.amplitude, at.omega / (2 * pi)) for at in found.path],
         "note": amplitude_note(body),
     }, error
 

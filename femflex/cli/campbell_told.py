@@ -28,9 +28,9 @@ def print_campbell(found: Campbell, scale: float, unit: str) -> None:
         print_table([unit, *names], rows, title)
 
     table("frequency in the spinning frame, Hz (* grows)", "frequencies")
-    ratios = [branch.damping_ratios[asked] for branch in found.branches]
+    ratios = np.array([branch.damping_ratios[asked] for branch in found.branches])
     if np.nanmax(np.abs(ratios), initial=0.0) > TOLD:
-        table("damping ratio (* grows)", "damping_ratios")
+        table("damping ratio of what swings (* grows)", "damping_ratios")
     if between := int((~found.asked).sum()):
         print(f"followed    through {between} speeds in between, where shapes change fast")
     for branch in found.branches:
@@ -40,7 +40,9 @@ def print_campbell(found: Campbell, scale: float, unit: str) -> None:
     for branch in found.branches:
         grows = np.flatnonzero(branch.growing)
         if len(grows):
-            print(f"unstable    {branch.name} grows from {found.speeds[grows[0]] / scale:.6g} {unit} on")
+            k, time = branch.fastest
+            fastest = f"fastest at {found.speeds[k] / scale:.6g} {unit}, by a factor e in {time:.4g} s"
+            print(f"unstable    {branch.name} grows from {found.speeds[grows[0]] / scale:.6g} {unit} on, {fastest}")
     if not any(branch.growing.any() for branch in found.branches):
         print("stability   stable: none of them grows at any of these speeds")
 
@@ -82,6 +84,7 @@ def write_table(found: Campbell, path: Path, force: bool) -> None:
                 value = complex(branch.eigenvalues[k])
                 if math.isnan(value.real):
                     continue
-                numbers = [float(branch.frequencies[k]), float(branch.damping_ratios[k]), value.real]
+                damping = float(branch.damping_ratios[k])
+                numbers = [float(branch.frequencies[k]), "" if math.isnan(damping) else damping, value.real]
                 flags = [int(not branch.growing[k]), branch.characters[k]]
                 writer.writerow([float(speed), int(found.asked[k]), branch.name, *numbers, *flags])

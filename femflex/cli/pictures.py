@@ -37,7 +37,7 @@ def draw(
 ) -> Iterator[Path]:
     """Draw one after the other; yields each path when it is there. other: a second run, dashed in the plots."""
     from femflex.cli.progress import Bar
-    from femflex.view import mode_montage, plot_histories, render_movie, render_picture
+    from femflex.view import mode_montage, plot_histories, plot_spectra, render_movie, render_picture
 
     look: dict[str, Any] = table.model_dump(
         include={"scale", "theme", "camera", "view", "triads", "edges", "size", "fit"}
@@ -58,6 +58,8 @@ def draw(
                 render_movie(run, path, fps=table.fps, speed=table.speed, span=span, force=force, progress=tell, **look)
         elif kind == "modes":
             mode_montage(bodies[what], path, title=f"modes of {what}", force=force, theme=table.theme)
+        elif kind == "spectrum":
+            plot_spectra(run, path, [what], force=force, theme=table.theme, highest=table.highest, other=other)
         else:
             plot_histories(run, path, [what], force=force, theme=table.theme, other=other)
         yield path
@@ -65,7 +67,9 @@ def draw(
 
 def _there(run: Run, bodies: Mapping[str, FlexibleBody], kind: str, what: Any) -> bool:
     """Whether what a picture shows is left in a run with something switched off."""
-    return (kind != "plot" or what.partition(":")[0] in run) and (kind != "modes" or bodies[what].n_modes > 0)
+    if kind in ("plot", "spectrum"):
+        return what.partition(":")[0] in run
+    return kind != "modes" or bodies[what].n_modes > 0
 
 
 def _wanted(table: PicturesTable, output: Path) -> list[tuple[Path, tuple[str, Any]]]:
@@ -78,4 +82,7 @@ def _wanted(table: PicturesTable, output: Path) -> list[tuple[Path, tuple[str, A
         found.append((stem.with_name(f"{stem.name}.mp4"), ("movie", None)))
     found += [(stem.with_name(f"{stem.name}_modes_{portable(body)}.png"), ("modes", body)) for body in table.modes]
     found += [(stem.with_name(f"{stem.name}_{portable(path)}.png"), ("plot", path)) for path in table.plots]
+    found += [
+        (stem.with_name(f"{stem.name}_{portable(path)}_spectrum.png"), ("spectrum", path)) for path in table.spectra
+    ]
     return found

@@ -87,7 +87,7 @@ def settled_stress(block: StrainBlock, x: Array) -> Array:
     """Initial stress and that of the linear strain of x (n_raw,), (e, q, s); what is but rounding of it is none."""
     strain = block.linear_map @ block.gradients(x[:, None], slice(None))
     stress = block.stress + np.matmul(block.elastic, strain)[..., 0]
-    unit = np.sqrt(np.diagonal(block.elastic, axis1=2, axis2=3))  # stresses over it compare by their energy
+    unit = np.sqrt(np.abs(np.diagonal(block.elastic, axis1=2, axis2=3)))  # stresses over it compare by their energy
     return np.where(np.abs(stress) > DUST * unit * np.abs(block.stress / unit).max(), stress, 0.0)
 
 

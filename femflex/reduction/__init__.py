@@ -19,6 +19,7 @@ from femflex.reduction.nodal import lumped, nodal, nodal_translations
 from femflex.reduction.reduce import reduce_structure
 from femflex.reduction.response_states import with_responses
 from femflex.reduction.segments import chord_modes, reduce_segments
+from femflex.reduction.slow_loads import slow_loads
 from femflex.reduction.store import load_body, save_body
 from femflex.reduction.strain import strain_tensors
 from femflex.reduction.stretch import Stretching, require_stretch, stretching
@@ -61,6 +62,7 @@ __all__ = [
     "rise",
     "sampled_functions",
     "save_body",
+    "slow_loads",
     "softest",
     "strain_tensors",
     "stretching",

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import StrainTensors
-from femflex.fem.beam.strain import strain_maps, unevenness
+from femflex.fem.beam.strain import FOURTH, fourth_order, product_maps, strain_maps
 from femflex.reduction.beam_functions import gauss
 from femflex.reduction.strain import packed_cubic, packed_quartic
 from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
@@ -29,7 +29,7 @@ class BeamStrains:
     rows        (p, 9, n)     gradients of the columns, as listed by `fem.beam.strain.strain_maps`
     linear      (s, 9)
     quadratic   (s, 9, 9)
-    stiffness   (p, s)        of (eps, kappa_z, kappa_y, r kappa_x), r^2 = I_p / A, and of a fifth where stretch follows
+    stiffness   (p, s)        of (eps, kappa_z, kappa_y, r kappa_x), r^2 = I_p / A, and five of fourth order
     """
 
     xi: Array
@@ -44,28 +44,34 @@ def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, followin
     """The strains of the functions times X (count, n).
 
     following: stretch is to follow bending (reduction.condense). Then u' is as small as v'^2: its square is left out,
-    and what an inextensible beam's curvature has at fourth order comes in as a fifth strain without a name,
-    kappa^2 = v''^2 + w''^2 + (v'v'' + w'w'')^2 (between unequal bending stiffnesses the mixed term takes their
-    geometric mean), in place of u'v'' and u'w'' in the curvatures: right for a beam of any stiffness along its axis.
+    and what an inextensible beam's curvature has at fourth order comes in whole, in place of u'v'' and u'w'' in the
+    curvatures: right for a beam of any stiffness along its axis.
     """
     xi, weight = gauss(2 * functions.most + 24)
     value, slope, curvature = (functions.fields(xi, beam.length, derivative) @ X for derivative in range(3))
-    polar, uneven = float(np.hypot(beam.ry, beam.rz)) or 1.0, unevenness(beam.EIy, beam.EIz)
+    polar = float(np.hypot(beam.ry, beam.rz)) or 1.0
     slope[:, 3] *= polar
-    turned = np.stack([uneven * value[:, 3], polar * slope[:, 1], polar * slope[:, 2]], axis=1)
+    turned = np.stack([value[:, 3], polar * slope[:, 1], polar * slope[:, 2]], axis=1)
     linear, quadratic = strain_maps()
     if not functions.torsion:
         quadratic[3] = 0.0
-    bending, axial = beam.taper.bending(xi), beam.taper.axial(xi)
-    stiffness = [beam.EA * axial, beam.EIz * bending, beam.EIy * bending, beam.GJ / polar**2 * bending]
+    fourth, weights = product_maps(FOURTH), fourth_order(beam.EIy, beam.EIz, polar**2)
     if following:
         quadratic[:, 0], quadratic[:, :, 0] = 0.0, 0.0
-        fourth = np.zeros((1, *quadratic.shape[1:]))
-        fourth[0, [1, 4], [4, 1]], fourth[0, [2, 5], [5, 2]] = np.sqrt(beam.EIz), np.sqrt(beam.EIy)
-        linear, quadratic = np.vstack([linear, np.zeros((1, linear.shape[1]))]), np.concatenate([quadratic, fourth])
-        stiffness.append(bending)
+        fourth[:3], weights[:3] = inextensible(beam.EIy, beam.EIz, polar**2)
+    bending, axial = beam.taper.bending(xi), beam.taper.axial(xi)
+    stiffness = [beam.EA * axial, *np.outer([beam.EIz, beam.EIy, beam.GJ / polar**2, *weights], bending)]
     rows = np.concatenate([slope, curvature[:, 1:3], turned], axis=1)
+    linear = np.concatenate([linear, np.zeros((len(fourth), linear.shape[1]))])
+    quadratic = np.concatenate([quadratic, fourth])
     return BeamStrains(xi, weight * beam.length, rows, linear, quadratic, np.stack(stiffness, axis=1))
+
+
+def inextensible(EIy: float, EIz: float, polar2: float) -> tuple[Array, Array]:
+    """Maps (3, 9, 9) and stiffnesses (3,) of a + b, a = v'v'' and b = w'w'', whose energy is that of the third-order
+    curvature of a beam that keeps its length, (a + b) (EIz a + EIy b) / 2."""
+    mean = (EIy + EIz) / 2
+    return product_maps((((7, 4), (8, 5)), ((7, 4),), ((8, 5),))), np.array([mean, EIz - mean, EIy - mean]) / polar2
 
 
 def beam_strain(beam: UniformBeam, functions: BeamFunctions, X: Array, V1: Array, following: bool) -> StrainTensors:

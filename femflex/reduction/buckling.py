@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
-from scipy.sparse.linalg import LinearOperator, eigsh
+from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh
 
 from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
@@ -16,6 +16,7 @@ from femflex.fem.tables import assemble_blocks
 from femflex.reduction.clamps import free_dofs
 from femflex.warning import PhysicsWarning
 
+Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 CLOSE = 1.25  # times the stress given: below this margin to buckling it is told
@@ -41,7 +42,7 @@ def critical_factor(structure: Structure, held: Index) -> float:
 
 def lowest_ratio(K_sigma: sparse.csr_array, K0: sparse.csr_array) -> float:
     """Lowest mu of K_sigma x = mu K0 x."""
-    return _extreme(K_sigma, K0, "SA", 0.0, None)
+    return _extreme(K_sigma, K0, "SA", 0.0, None)[0]
 
 
 def roughly_lowest_ratio(K_sigma: sparse.csr_array, K0: sparse.csr_array, either: bool = False) -> float:
@@ -49,31 +50,32 @@ def roughly_lowest_ratio(K_sigma: sparse.csr_array, K0: sparse.csr_array, either
 
     Raises RuntimeError where it takes more than RESTARTS, as it does where it is one of a cluster at zero.
     """
-    found = _extreme(K_sigma, K0, "LM" if either else "SA", ROUGHLY, RESTARTS)
+    found = _extreme(K_sigma, K0, "LM" if either else "SA", ROUGHLY, RESTARTS)[0]
     return -abs(found) if either else found
 
 
+def roughly_lowest(K_sigma: sparse.csr_array, K0: sparse.csr_array, factors: SuperLU) -> tuple[float, Array]:
+    """The lowest mu to ROUGHLY and its x (n,), with the factors of K0. Raises as `roughly_lowest_ratio`."""
+    return _extreme(K_sigma, K0, "SA", ROUGHLY, RESTARTS, factors)
+
+
 def _extreme(
-    K_sigma: sparse.csr_array, K0: sparse.csr_array, which: Literal["SA", "LM"], tolerance: float, restarts: int | None
-) -> float:
-    """mu at an end of the spectrum: the lowest ("SA") or the largest in magnitude ("LM")."""
+    K_sigma: sparse.csr_array,
+    K0: sparse.csr_array,
+    which: Literal["SA", "LM"],
+    tolerance: float,
+    restarts: int | None,
+    factors: SuperLU | None = None,
+) -> tuple[float, Array]:
+    """mu at an end of the spectrum, the lowest ("SA") or the largest in magnitude ("LM"), and its x."""
     if K0.shape[0] <= SMALL:
-        every = linalg.eigvalsh(K_sigma.toarray(), K0.toarray())
-        return float(every[0] if which == "SA" else every[np.abs(every).argmax()])
-    solve = LinearOperator(K0.shape, matvec=factorised(K0).solve, dtype=float)
+        every, vectors = linalg.eigh(K_sigma.toarray(), K0.toarray())
+        at = 0 if which == "SA" else int(np.abs(every).argmax())
+        return float(every[at]), vectors[:, at]
+    solve = LinearOperator(K0.shape, matvec=(factors or factorised(K0)).solve, dtype=float)
     start = np.random.default_rng(0).standard_normal(K0.shape[0])
-    found = eigsh(
-        K_sigma,
-        1,
-        K0,
-        Minv=solve,
-        which=which,
-        v0=start,
-        tol=tolerance,
-        maxiter=restarts,
-        return_eigenvectors=False,
-    )
-    return float(found[0])
+    found, vectors = eigsh(K_sigma, 1, K0, Minv=solve, which=which, v0=start, tol=tolerance, maxiter=restarts)
+    return float(found[0]), vectors[:, 0]
 
 
 def refuse_buckled(structure: Structure, held: Index) -> None:

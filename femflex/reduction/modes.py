@@ -94,7 +94,7 @@ def with_attachment(
     if not modes.held.size:
         raise ValueError("attachment shapes are static and need a clamp; this set has none. Give a cantilever set.")
     free = free_dofs(structure, modes.held)
-    F = _loads(structure, directions, loads or {})[free]
+    F = load_vectors(structure, directions, loads or {})[free]
     solve = factorised(structure.K[free][:, free]).solve
     M, phi = structure.M[free][:, free], modes.phi[free]
     M_phi = M @ phi
@@ -138,7 +138,7 @@ def signed(structure: Structure, phi: Array) -> Array:
     return phi * signs(moved)
 
 
-def _loads(structure: Structure, directions: Sequence[str], loads: Mapping[str, Sequence[str]]) -> Array:
+def load_vectors(structure: Structure, directions: Sequence[str], loads: Mapping[str, Sequence[str]]) -> Array:
     """Load vectors (n_dof, k): inertia of unit accelerations, then unit forces and moments at groups."""
     unknown = [d for d in [*directions, *(d for given in loads.values() for d in given)] if d not in DIRECTIONS]
     if unknown:

@@ -76,7 +76,8 @@ def add_products(total: Array, block: StrainBlock, raw: Array) -> None:
         for chunk in chunks:
             for part in block.nonlinear(chunk):
                 if part.elastic.any() and part.quadratic_map.any():
-                    own = with_products(own, strain_columns(part, raw, room).reshape(m, -1))
+                    sign = 1.0 if part.elastic[0, 0, 0, 0] > 0 else -1.0  # of a part: all of its points have it
+                    own = with_products(own, strain_columns(part, raw, room).reshape(m, -1), sign)
         return own
 
     chunks = list(element_chunks(len(block.dofs), values_per_element(block, raw.shape[1]), ROOM))
@@ -84,21 +85,25 @@ def add_products(total: Array, block: StrainBlock, raw: Array) -> None:
     total += found if rows < m else np.triu(found) + np.triu(found, 1).T
 
 
-def with_products(own: Array, X: Array) -> Array:
-    """The first rows of X^T X added to own (rows, m), in place; of all rows, on and above the diagonal alone."""
+def with_products(own: Array, X: Array, sign: float = 1.0) -> Array:
+    """The first rows of sign X^T X added to own (rows, m), in place; of all rows, on and above the diagonal alone."""
     rows, m = own.shape
     if rows < m:
-        return np.asarray(dgemm(1.0, X[:rows].T, X.T, 1.0, own, trans_a=1, overwrite_c=1))
-    return np.asarray(dsyrk(1.0, X.T, 1.0, own, trans=1, overwrite_c=1))
+        return np.asarray(dgemm(sign, X[:rows].T, X.T, 1.0, own, trans_a=1, overwrite_c=1))
+    return np.asarray(dsyrk(sign, X.T, 1.0, own, trans=1, overwrite_c=1))
 
 
 def strain_columns(block: StrainBlock, raw: Array, room: Array | None = None) -> Array:
-    """X (n + n(n+1)/2, s, p) of all points of a block, single shapes before pairs i <= j; in the room if that fits."""
+    """X (n + n(n+1)/2, s, p) of all points of a block, single shapes before pairs i <= j; in the room if that fits.
+
+    Of a part whose elastic matrix is negative, those of the opposite of it.
+    """
     from femflex.reduction.strain_kernel import fill_pairs, mix_strains
 
     n = raw.shape[1]
     strains, Q = quadratic_strains(block)
     C = block.elastic[..., strains, :]  # (e|1, q|1, s, all strains)
+    C = C if C[0, 0, 0, strains[0]] > 0 else -C
     root = np.linalg.cholesky(C[..., strains])
     linear = np.linalg.solve(root, C @ block.linear_map)
     needed = 1 + np.flatnonzero(linear.any(axis=(0, 1, 2)) | Q.any(axis=(0, 1)))[-1]

@@ -16,6 +16,7 @@ from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
 
 Array = NDArray[np.float64]
 
+NAMED = 4  # strains of a beam before those of fourth order
 MOST_POINTS = 3000  # of a member that are kept one by one; with more, each element keeps its mean
 
 
@@ -38,11 +39,12 @@ def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool)
     whole = nonlinear or bool(points.stress.any())  # the quadratic part of strain has a meaning
     by_element = e * q > MOST_POINTS
     share = points.weight / points.weight.sum(axis=1, keepdims=True)
-    s, g = block.linear_map.shape
+    seen = block.sampled(slice(0, 1)) if nonlinear else block
+    s, g = seen.linear_map.shape
     rows = np.empty((e, 1 if by_element else q, g if whole else s, raw.shape[1]), np.float32)
     for chunk in element_chunks(e, q * (g + s) * max(1, raw.shape[1])):
         gradients = points.gradients(raw, chunk)
-        own = gradients if whole else block.linear_map @ gradients
+        own = gradients if whole else seen.linear_map @ gradients
         rows[chunk] = np.einsum("eq,eqgn->egn", share[chunk], own)[:, None] if by_element else own
     x, weight = places.x if not nonlinear or places.sampled is None else places.sampled, points.weight
     if by_element:
@@ -52,8 +54,8 @@ def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool)
         places=x.reshape(-1, 3),
         weight=weight.ravel(),
         rows=rows.reshape(-1, *rows.shape[2:]),
-        linear=block.linear_map if whole else np.eye(s),
-        quadratic=block.quadratic_map if whole else np.zeros((s, s, s)),
+        linear=seen.linear_map if whole else np.eye(s),
+        quadratic=seen.quadratic_map if whole else np.zeros((s, s, s)),
         elastic=_kept(points.elastic, share, by_element),
         stress=_kept(points.stress, share, by_element),
         leading=raw.shape[1],
@@ -104,18 +106,18 @@ def _kept(table: Array, share: Array, by_element: bool) -> Array:
 def beam_field(beam: UniformBeam, functions: BeamFunctions, X: Array, nonlinear: bool, following: bool) -> StrainPart:
     """The part of a beam on admissible functions times X (count, n), with its `beam_strains`.
 
-    Where stretch follows bending, the fourth order of curvature stands as a fifth strain, which has no name.
+    What is of fourth order in the energy stands beside the four strains as others, which have no name.
     """
     found = beam_strains(beam, functions, X, following)
-    s = len(found.linear)
+    s = len(found.linear) if nonlinear else NAMED
     return StrainPart(
         kind="line",
         places=np.asarray(beam.root, float) + beam.length * found.xi[:, None] * beam.frame[0],
         weight=found.dx,
-        rows=(found.rows if nonlinear else found.linear @ found.rows).astype(np.float32),
+        rows=(found.rows if nonlinear else found.linear[:NAMED] @ found.rows).astype(np.float32),
         linear=found.linear if nonlinear else np.eye(s),
         quadratic=found.quadratic if nonlinear else np.zeros((s, s, s)),
-        elastic=found.stiffness[:, :, None] * np.eye(s),
+        elastic=found.stiffness[:, :s, None] * np.eye(s),
         stress=np.zeros((1, s)),
         leading=X.shape[1],
         nonlinear=nonlinear,

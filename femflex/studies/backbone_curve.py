@@ -30,6 +30,8 @@ class Backbone:
     amplitudes  (k,) its displacement when all is at rest [m]
     omega       (k,) frequencies [rad/s]
     harmonics   (k, h, n) coefficients c of the motion
+    path        all motions on the way, in order along the branch, round its folds
+    gaps        (g, 2) amplitudes between which a tongue of another mode's vibrations was stepped over [m]
     """
 
     mode: int
@@ -39,6 +41,8 @@ class Backbone:
     amplitudes: Array
     omega: Array
     harmonics: Array
+    path: tuple[Vibration, ...]
+    gaps: Array
 
 
 class BackboneError(RuntimeError):
@@ -52,6 +56,8 @@ class BackboneError(RuntimeError):
 def backbone(body: FlexibleBody, mode: int, amplitudes: Sequence[float], harmonics: int = HARMONICS) -> Backbone:
     """The Backbone of a body's mode (from 1) at rising amplitudes [m], its frame held and its damping left out.
 
+    Amplitudes at which the branch lies in the vibrations of another mode are left out: `gaps` tells of them.
+
     Raises ValueError when there is no such mode, amplitudes do not rise from above zero, or the body has no skin, and
     BackboneError, with those that were found, when there is no motion of an amplitude.
     """
@@ -64,17 +70,28 @@ def backbone(body: FlexibleBody, mode: int, amplitudes: Sequence[float], harmoni
     point = int(np.argmax(np.linalg.norm(shape, axis=1)))
     direction = shape[point] / np.linalg.norm(shape[point])
     row = body.skin.shapes[:, point] @ direction
-    slope = np.zeros((harmonics + 1, n))
-    slope[1] = X[:, mode - 1] / (row[:n] @ X[:, mode - 1])  # per metre of amplitude
-    rest = Vibration(0.0, small, np.zeros_like(slope))
-    found, ended = followed(HarmonicBalance(motion, row), rest, (0.0, slope), amplitudes)
+    shapes = np.zeros((harmonics + 1, n))
+    shapes[1] = X[:, mode - 1] / (row[:n] @ X[:, mode - 1])  # per metre of amplitude
+    branch = followed(
+        HarmonicBalance(motion, row), Vibration(0.0, small, np.zeros_like(shapes)), shapes, list(amplitudes)
+    )
     curve = None
-    if found:
-        columns = ([getattr(each, name) for each in found] for name in ("amplitude", "omega", "harmonics"))
-        curve = Backbone(mode, small, body.skin.points[point], direction, *map(np.array, columns))
-    if ended or curve is None:
-        raise BackboneError(ended, curve)
+    if branch.found:
+        amplitude, omega, c = (
+            np.array([getattr(each, name) for each in branch.found]) for name in ("amplitude", "omega", "harmonics")
+        )
+        path, gaps = tuple(branch.points), np.array(branch.gaps).reshape(-1, 2)
+        curve = Backbone(mode, small, body.skin.points[point], direction, amplitude, omega, c, path, gaps)
+    if branch.ended or curve is None:
+        raise BackboneError(branch.ended or _within(branch.gaps[-1]), curve)
     return curve
+
+
+def _within(gap: tuple[float, float]) -> str:
+    return (
+        f"between amplitudes of {gap[0]:.4g} and {gap[1]:.4g} m the motion is one of another mode, which meets a "
+        "higher harmonic there; ask for amplitudes below or above"
+    )
 
 
 def _check(body: FlexibleBody, mode: int, amplitudes: Sequence[float]) -> None:

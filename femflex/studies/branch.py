@@ -1,87 +1,111 @@
 """The free vibrations of growing amplitude that one mode becomes, and nothing else that balances beside them.
 
 Equations of harmonic balance have many solutions of an amplitude: other modes, and every motion once more as its own
-k-th harmonic at 1/k of the frequency. Steps of amplitude are therefore predicted along the tangent of the branch, and
-halved until what is found lies near the prediction.
+k-th harmonic at 1/k of the frequency. The branch is therefore followed by the length of its arc (`arc`), in steps that
+are halved until what is found continues it. Where a higher harmonic meets another mode the branch leads off into the
+vibrations of that mode, in a tongue often so thin that steps pass it unseen; one that is met is stepped over, from
+where the branch was still straight, and told.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.studies.arc import Place, stepped
 from femflex.studies.harmonic_balance import HarmonicBalance, Vibration
+from femflex.studies.tongue import LEADING, first_share, over
 
 Array = NDArray[np.float64]
-Slope = tuple[float, Array]  # of frequency and harmonics (h, n), by amplitude
 
-NEAR = 0.1  # change of harmonics and of frequency against the prediction, in parts of their sizes
-LEADING = 0.5  # share that the first harmonic has in a motion of the branch
-SHORTEST = 1e-3  # step over the amplitude at which the branch counts as ended
+FIRST, LONGEST, SHORTEST = 0.1, 0.3, 1e-4  # steps along the arc
+POINTS = 400  # of one branch
+FALLEN = 0.5  # amplitude over the largest before at which the branch has turned for good
 
 
-def followed(
-    problem: HarmonicBalance, rest: Vibration, slope: Slope, amplitudes: Sequence[float]
-) -> tuple[list[Vibration], str]:
-    """The motions at rising amplitudes, from rest on, and why there are no more of them (nothing if there are all).
+@dataclass
+class Branch:
+    """What was found of a branch.
 
-    slope is that of the branch at rest: no change of frequency, and the mode per metre of amplitude.
+    found   motions at the amplitudes asked for, as far as there are
+    points  all motions on the way, in order along the branch
+    gaps    (from, to) amplitudes [m] between which a tongue was stepped over
+    ended   why the branch was followed no further; nothing where all amplitudes were come to
     """
-    found: list[Vibration] = []
-    at, step = rest, float(amplitudes[0])
+
+    found: list[Vibration] = field(default_factory=list)
+    points: list[Vibration] = field(default_factory=list)
+    gaps: list[tuple[float, float]] = field(default_factory=list)
+    ended: str = ""
+
+
+def followed(problem: HarmonicBalance, rest: Vibration, mode: Array, amplitudes: Sequence[float]) -> Branch:
+    """The branch from rest on to rising amplitudes; mode (h, n) are the harmonics at rest per metre of amplitude."""
+    branch = Branch()
+    here = _begun(problem, rest, mode, float(amplitudes[0]))
+    if here is None:
+        branch.ended = _ended(float(amplitudes[0]), rest, "no motion balances a little beyond")
+        return branch
+    places, length = [here], FIRST
     for amplitude in map(float, amplitudes):
-        while at.amplitude < amplitude:
-            tried = min(amplitude, at.amplitude + step)
-            if amplitude - tried < SHORTEST * amplitude:
-                tried = amplitude
-            to, wrong = _next(problem, at, slope, tried)
+        wrong, length = _reach(problem, branch, places, amplitude, length)
+        if wrong:
+            branch.ended = _ended(amplitude, max((place.at for place in places), key=lambda at: at.amplitude), wrong)
+            break
+        if places[-1].at.amplitude == amplitude:
+            branch.found.append(places[-1].at)
+    branch.points = [place.at for place in places]
+    return branch
+
+
+def _begun(problem: HarmonicBalance, rest: Vibration, mode: Array, amplitude: float) -> Place | None:
+    """A place so near to rest that the motion there is the mode's, at the amplitude or below."""
+    row = np.append(mode.ravel(), 0.0)
+    for _ in range(60):
+        at = problem.balanced(Vibration(amplitude, rest.omega, amplitude * mode))
+        if at is not None and at.omega > 0:
+            change = float(np.linalg.norm(at.harmonics - amplitude * mode) / np.linalg.norm(at.harmonics))
+            if max(change, abs(at.omega / rest.omega - 1)) < FIRST:
+                return Place.of(problem, at, problem.tangent(at, row))
+        amplitude /= 2
+    return None
+
+
+def _reach(
+    problem: HarmonicBalance, branch: Branch, places: list[Place], amplitude: float, length: float
+) -> tuple[str, float]:
+    """Go on to an amplitude; what keeps from it (nothing, when come to or stepped over), and the step to go on with."""
+    while places[-1].at.amplitude < amplitude:
+        peak = max(place.at.amplitude for place in places)
+        to = stepped(problem, places[-1], length, amplitude)
+        wrong = _other(problem, to, peak, len(places))
+        if to is None and length > SHORTEST:
+            length /= 2
+            continue
+        if wrong:
+            to, length = over(problem, places, amplitude), FIRST
             if to is None:
-                step = (tried - at.amplitude) / 2
-                if step < SHORTEST * tried:
-                    return found, _ended(amplitude, at, wrong)
-                continue
-            step = max(step, tried - at.amplitude) * (2 if tried < amplitude else 1)
-            at, slope = to, problem.slope(to)
-        found.append(at)
-    return found, ""
+                return wrong, length
+            branch.gaps.append((peak, to.at.amplitude))
+        assert to is not None
+        places.append(to)
+        length = min(LONGEST, 1.5 * length)
+    return "", length
 
 
-def first_share(problem: HarmonicBalance, harmonics: Array) -> float:
-    """Share of the first harmonic in the mean square of the motion about its mean, weighed by mass."""
-    n = harmonics.shape[1]
-    squares = np.einsum("ki,ij,kj->k", harmonics[1:], problem.motion.mass[:n, :n], harmonics[1:])
-    return float(squares[0] / squares.sum())
-
-
-def _next(problem: HarmonicBalance, at: Vibration, slope: Slope, amplitude: float) -> tuple[Vibration | None, str]:
-    """The motion of a somewhat greater amplitude on the branch, or what is wrong with all that was found."""
-    step = amplitude - at.amplitude
-    start = Vibration(amplitude, at.omega + step * slope[0], at.harmonics + step * slope[1])
-    to = problem.balanced(start) if start.omega > 0 else None
+def _other(problem: HarmonicBalance, to: Place | None, peak: float, count: int) -> str:
+    """Why a place does not belong to the vibrations sought; nothing where it does."""
     if to is None:
-        return None, "no motion balances a little beyond (as where a higher harmonic meets another mode)"
-    share = first_share(problem, to.harmonics)
-    if to.omega <= 0 or share < LEADING:
-        return None, (
-            f"what balances there, at {to.omega / (2 * np.pi):.4g} Hz, is another motion: its first harmonic has "
-            f"{share:.2g} of it"
-        )
-    n = to.harmonics.shape[1]
-    mass = problem.motion.mass[:n, :n]
-    change = np.sqrt(_square(mass, to.harmonics - start.harmonics) / _square(mass, to.harmonics))
-    turned = abs(to.omega - start.omega) / at.omega
-    if max(change, turned) > NEAR:
-        return None, (
-            f"what balances there, at {to.omega / (2 * np.pi):.4g} Hz, does not continue it: its frequency is "
-            f"{turned:.2g} and its motion {change:.2g} off what was to come"
-        )
-    return to, ""
-
-
-def _square(mass: Array, harmonics: Array) -> float:
-    return float(np.einsum("ki,ij,kj->", harmonics, mass, harmonics))
+        return "no motion balances a little beyond (as where a higher harmonic meets another mode)"
+    hertz, share = to.at.omega / (2 * np.pi), first_share(problem, to)
+    if share < LEADING:
+        return f"what follows, at {hertz:.4g} Hz, is another motion: its first harmonic has {share:.2g} of it"
+    if to.at.amplitude < FALLEN * peak:
+        return f"the branch turns back there, to {to.at.amplitude:.4g} m at {hertz:.4g} Hz"
+    return f"it was followed over {POINTS} steps" if count >= POINTS else ""
 
 
 def _ended(amplitude: float, at: Vibration, wrong: str) -> str:

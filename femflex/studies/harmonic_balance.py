@@ -33,6 +33,11 @@ class Vibration:
     omega: float
     harmonics: Array
 
+    @property
+    def x(self) -> Array:
+        """Harmonics and frequency (h n + 1,)."""
+        return _x(self.harmonics, self.omega)
+
 
 @dataclass(frozen=True, eq=False)
 class HarmonicBalance:
@@ -41,48 +46,67 @@ class HarmonicBalance:
     motion: HeldMotion
     row: Array
 
-    def balanced(self, start: Vibration) -> Vibration | None:
-        """The motion of the amplitude of a start near it; None if none is found."""
-        c, omega, amplitude = start.harmonics, start.omega, start.amplitude
+    def balanced(self, start: Vibration, along: Array | None = None) -> Vibration | None:
+        """The motion near a start that has its amplitude; None if none is found.
+
+        along: row (h n + 1,) over harmonics and frequency; the motion sought differs from the start across it instead.
+        """
+        c, omega = start.harmonics, start.omega
         h, n = c.shape
         waves, back = _waves(h)
         K = self.motion.body.strain.tangent(np.zeros(n))
         for _ in range(STEPS):
             q, q1, q2 = (wave @ c for wave in waves)
             force, inertia = back @ self.motion.elastic(q), back @ self.motion.inertia(q, q1, q2)
-            rest, miss = force + omega**2 * inertia, amplitude - self.reached(c.sum(axis=0))[0]
+            rest = force + omega**2 * inertia
             if not np.isfinite(rest).all():
                 return None
-            if abs(miss) < CONVERGED * amplitude and _energy(K, rest) < CONVERGED**2 * _energy(K, force):
-                return Vibration(amplitude, omega, c)
-            step = _least_change(self.jacobian(c, omega), np.append(-rest.ravel(), miss))
+            reached = self.reached(c.sum(axis=0))[0]
+            miss = start.amplitude - reached if along is None else float(along @ (start.x - _x(c, omega)))
+            size = start.amplitude if along is None else 1.0
+            if abs(miss) < CONVERGED * size and _energy(K, rest) < CONVERGED**2 * _energy(K, force):
+                return Vibration(start.amplitude if along is None else reached, omega, c)
+            step = _least_change(self.jacobian(c, omega, along), np.append(-rest.ravel(), miss))
             c, omega = c + step[:-1].reshape(h, n), omega + float(step[-1])
         return None
 
-    def slope(self, at: Vibration) -> tuple[float, Array]:
-        """Derivatives of frequency and harmonics (h, n) of motions by their amplitude."""
-        c = at.harmonics
-        step = _least_change(self.jacobian(c, at.omega), np.append(np.zeros(c.size), 1.0))
-        return float(step[-1]), step[:-1].reshape(c.shape)
+    def tangent(self, at: Vibration, row: Array | None = None) -> Array:
+        """Direction (h n + 1,) over harmonics and frequency in which motions go on: 1 along a row, or per amplitude."""
+        right = np.append(np.zeros(at.harmonics.size), 1.0)
+        return _least_change(self.jacobian(at.harmonics, at.omega, row), right)
 
-    def jacobian(self, c: Array, omega: float) -> Array:
-        """Derivatives (h n + 1, h n + 1) of the unbalanced forces and the amplitude by harmonics and frequency."""
+    def jacobian(self, c: Array, omega: float, last: Array | None = None) -> Array:
+        """Derivatives (h n + 1, h n + 1) of the unbalanced forces by harmonics and frequency, and a last row.
+
+        Left out, that is the derivative of the amplitude.
+        """
         h, n = c.shape
         waves, back = _waves(h)
         q, q1, q2 = (wave @ c for wave in waves)
-        inertia, held = back @ self.motion.inertia(q, q1, q2), self.reached(c.sum(axis=0))[1]
+        inertia = back @ self.motion.inertia(q, q1, q2)
         slopes = self.motion.slopes(q, q1, q2, omega**2)
         J = sum(
             np.einsum("kt,tij,tl->kilj", back, slope, wave, optimize=True)
             for slope, wave in zip(slopes, waves, strict=True)
         ).reshape(h * n, h * n)
-        return np.concatenate(
-            [np.column_stack([J, 2 * omega * inertia.reshape(-1, 1)]), np.append(np.tile(held, h), 0.0)[None]]
-        )
+        row = self.amplitude_row(c) if last is None else last
+        return np.concatenate([np.column_stack([J, 2 * omega * inertia.reshape(-1, 1)]), row[None]])
+
+    def amplitude_row(self, c: Array) -> Array:
+        """Derivative (h n + 1,) of the amplitude by harmonics c (h, n) and frequency."""
+        return np.append(np.tile(self.reached(c.sum(axis=0))[1], len(c)), 0.0)
+
+    def rate(self, at: Vibration, along: Array) -> float:
+        """Change of the amplitude in a direction (h n + 1,) over harmonics and frequency."""
+        return float(self.amplitude_row(at.harmonics) @ along)
 
     def reached(self, q: Array) -> tuple[float, Array]:
         """The amplitude [m] at coordinates (n,), and its gradient (n,)."""
         return float(self.row @ self.motion.body.amplitudes(q)), self.row @ self.motion.ties(q[None])[0]
+
+
+def _x(harmonics: Array, omega: float) -> Array:
+    return np.append(harmonics.ravel(), omega)
 
 
 def _waves(h: int) -> tuple[tuple[Array, Array, Array], Array]:

@@ -192,3 +192,24 @@ def test_stiffening_that_linear_strain_leaves_out_is_told_with_both_numbers(femf
     code, _, wrong = femflex("campbell", linear)
     assert code == 0 and "turned at up to 12.57 rad/s" in wrong and "is ignored by linear strain" in wrong
     assert "turned at" not in femflex("campbell", blade())[2]
+
+
+def test_what_grows_without_swinging_has_a_time_and_no_damping(blade, femflex):
+    """Linear strain gives lag the frequency sqrt(w^2 - spin^2): past w = 17.6 rad/s it grows as sqrt(spin^2 - w^2)."""
+    pairs = (
+        ('damping = { ratio = "1 %" }', 'strain = "linear"'),
+        ("0:120 rpm:5", "0:30 rad/s:4"),
+        ("modes = 3", "modes = 2"),
+    )
+    case = blade(*pairs)
+    case.write_text(case.read_text().split("[expect")[0])
+    code, out, _ = femflex("campbell", case, "-o", "b.csv")
+    w = 3.516015 * np.sqrt(400 / 2**4)
+    assert code == 0 and "damping ratio" not in out
+    line = next(row for row in out.splitlines() if row.startswith("unstable"))
+    assert "grows from 20 rad/s on, fastest at 30 rad/s, by a factor e in" in line
+    assert float(line.split(" in ")[1].split()[0]) == pytest.approx(1 / np.sqrt(30**2 - w**2), rel=1e-3)
+    with open("b.csv", newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert {row["damping ratio"] for row in rows} == {"", "0.0"}
+    assert all((row["damping ratio"] == "") == (float(row["frequency [Hz]"]) == 0) for row in rows)

@@ -364,3 +364,18 @@ def test_an_interrupt_does_not_take_the_file_of_an_earlier_run_for_its_own(
     monkeypatch.setattr("femflex.pipeline.integrate", stopped)
     code, _, err = femflex("run", case, "-o", "run.h5", option)
     assert code == 130 and told in err
+
+
+def test_a_case_may_ask_for_spectra(
+    femflex: Callable[..., tuple[int, str, str]], craft: str, write_case: Callable[..., Path], tmp_path: Path
+):
+    asked = "[pictures]\nspectra = ['markers/boom.tip/deflection']\nhighest = '20 Hz'\n"
+    code, out, _ = femflex("run", write_case(craft + asked), "-o", "run.h5")
+    picture = tmp_path / "run_markers_boom.tip_deflection_spectrum.png"
+    assert code == 0 and picture.name in out
+    assert np.ptp(np.asarray(Image.open(picture).convert("RGB"), int), axis=2).max() > 80  # coloured lines
+    wrong = asked.replace("boom.tip", "boom.top")
+    code, _, err = femflex("check", write_case(craft + wrong))
+    assert (
+        code == 2 and "pictures.spectra[0]: found 'markers/boom.top/deflection', which the run will not report" in err
+    )

@@ -8,10 +8,11 @@ import numpy as np
 
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
+from femflex.case.builders.acting import acting, told
 from femflex.case.builders.curved import of_curved
 from femflex.case.builders.load_buckling import (
-    buckling_of_analytic,
-    buckling_of_meshed,
+    bearing_of_analytic,
+    bearing_of_meshed,
     judged_loads,
     warn_of_analytic,
     warn_of_meshed,
@@ -57,8 +58,10 @@ def build_bodies(case: Case, modes: int | None = None, refine: int = 0) -> dict[
     alike: dict[str, Part] = {}
     problems: list[Problem] = []
     for name, table in case.bodies.items():
-        warned = [sorted(turning_markers(case, name)), *judged_loads(case, name)]  # decide what is warned of
-        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {warned}"
+        beside = [sorted(turning_markers(case, name)), *judged_loads(case, name)]  # decide what is warned of
+        if isinstance(table, FlexibleTable):
+            beside.append(str(acting(case, name, table, marker_groups(table))))
+        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {beside}"
         if key in alike:
             bodies[name] = alike[key]
             continue
@@ -101,8 +104,10 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
         return _from_file(case, name, table, modes)
     assert isinstance(table, FlexibleTable)
     given = build_structure_of(case, name, table, build_mesh(case, name, table, refine))
-    structure, modeset = build_modes(given, table, modes, name)
-    return _meshed(case, name, table, structure, modeset)
+    added = acting(case, name, table, marker_groups(table))
+    structure, modeset = build_modes(given, table, modes, name, added)
+    body = _meshed(case, name, table, structure, modeset)
+    return replace(body, note="; ".join(filter(None, (told(added, modeset), body.note))))
 
 
 def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, modeset: ModeSet) -> FlexibleBody:
@@ -127,7 +132,7 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
     note = ""
     if strain != "linear" and isinstance(r, Stretchable) and r.deflection is None and modeset.held.size:
         note = "; ".join(filter(None, (of_curved(structure, modeset), of_sheet(structure, modeset, r))))
-    return replace(body, note=note, ignored=ignored, buckling=buckling_of_meshed(groups, structure, modeset))
+    return replace(body, note=note, ignored=ignored, buckling=bearing_of_meshed(groups, structure, modeset))
 
 
 def turning_markers(case: Case, name: str) -> set[str]:
@@ -189,7 +194,7 @@ def _analytic(case: Case, name: str, table: AnalyticTable, modes: int | None) ->
     body = beam_body(beam, chosen, _damping(table.damping), strain=strain)
     if not body.strain.is_linear:
         warn_of_analytic(case, name, beam, chosen)
-    return replace(body, ignored=ignored, buckling=buckling_of_analytic(beam, chosen))
+    return replace(body, ignored=ignored, buckling=bearing_of_analytic(beam, chosen, table))
 
 
 def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> FlexibleBody:

@@ -7,10 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from femflex.case.body import AnalyticTable, FlexibleTable, Strain
-from femflex.case.builders.foresight import Foresight, foreseen
-from femflex.case.builders.near_buckling import BOWED, Nearness, too_stiff
-from femflex.case.builders.references import duration_of
+from femflex.case.body import AnalyticTable, BodyTable, FlexibleTable, Strain
+from femflex.case.builders.foresight import Foresight
+from femflex.case.builders.near_buckling import BOWING, Nearness, beyond
 from femflex.case.builders.strain import KEEPS, Reach, judged
 from femflex.case.case import Case
 from femflex.dynamics import compile_system
@@ -18,6 +17,8 @@ from femflex.dynamics.reports.bends import bends
 from femflex.dynamics.reports.divided import divided
 from femflex.dynamics.reports.ignored import IgnoredStiffness
 from femflex.system import Environment, Frame, System
+
+AXIAL = 2  # axial functions for each of bending: the stretch of bending is of twice its degree
 
 
 def undecided(case: Case) -> list[str]:
@@ -32,21 +33,36 @@ def undecided(case: Case) -> list[str]:
 
 
 def with_strains(case: Case, strains: Mapping[str, Strain]) -> Case:
-    """The case with the strain of some bodies said."""
-    said = {name: case.bodies[name].model_copy(update={"strain": strain}) for name, strain in strains.items()}
+    """The case with the strain of some bodies said; nonlinear with the shapes in which it stretches."""
+    said = {}
+    for name, strain in strains.items():
+        table = case.bodies[name]
+        stretch = _stretch(table) if strain == "nonlinear" else {}
+        said[name] = table.model_copy(update={"strain": strain, **stretch})
     return case.model_copy(update={"bodies": {**case.bodies, **said}})
 
 
+def _stretch(table: BodyTable) -> dict[str, object]:
+    """What a body without a word of it is given to stretch in: derivatives, or axial functions."""
+    if isinstance(table, AnalyticTable) and not table.functions.axial:
+        most = AXIAL * max(table.functions.y, table.functions.z)
+        return {"functions": table.functions.model_copy(update={"axial": most})}
+    if isinstance(table, FlexibleTable) and getattr(table.reduction, "derivatives", "none") is None:
+        assert table.reduction is not None
+        return {"reduction": table.reduction.model_copy(update={"derivatives": "auto"})}
+    return {}
+
+
 def choices(
-    case: Case, system: System, names: list[str], near: Mapping[str, Nearness]
+    case: Case, system: System, names: list[str], near: Mapping[str, Nearness], view: Foresight
 ) -> dict[str, tuple[Strain, str]]:
     """Strain and its reason of bodies that are linear in this system; those that are rigid need none.
 
-    near: of bodies whose loads come near to what buckles them, how near.
+    near: of bodies that bear nearly what buckles them, how near; view: what is foreseen of the system.
 
     Of a case with a diagram over spins, the fastest of them counts too.
     """
-    found = reaches(foreseen(system, duration_of(case, system)))
+    found = reaches(view)
     if case.campbell is not None and (given := case.campbell.axis or case.attitude.spin) is not None:
         axis = np.array(given) / np.linalg.norm(given)
         spun = compile_system(replace(system, frame=Frame("spinning", axis * case.campbell.speeds[-1])))
@@ -59,14 +75,12 @@ def choices(
 
 def _buckling_too(chosen: tuple[Strain, str], near: Nearness | None) -> tuple[Strain, str]:
     """Strain and reason, with what a load near buckling adds to them."""
-    strain, why = chosen
     if near is None:
         return chosen
-    if strain == "linear":
-        why = f"{near}, which linear strain leaves out{KEEPS}"
-        return "condensed", why + (f"; above {BOWED:g} condensed strain bends too little" if near.part >= BOWED else "")
-    doubt = too_stiff(near)
-    return strain, f"{why}; {doubt}" if doubt else why
+    left_out = f"{near}, which linear strain leaves out{KEEPS}"
+    if near.part < BOWING:
+        return ("condensed", left_out) if chosen[0] == "linear" else chosen
+    return "nonlinear", left_out + beyond(near, "nonlinear")
 
 
 def weights_of_swingers(system: System) -> dict[str, float]:

@@ -34,6 +34,20 @@ MANY = 400  # coordinates up to which the elastic answer is sought
 
 
 @dataclass(frozen=True, eq=False)
+class Carried:
+    """A motion of a system foreseen with all its bodies rigid.
+
+    system  of rigid bodies     times  (n_t,) [s]     states (n_t, n_x) of its model
+    short   how far alone it is foreseen, and why; nothing for the whole
+    """
+
+    system: System
+    times: Array
+    states: Array
+    short: str = ""
+
+
+@dataclass(frozen=True, eq=False)
 class Foresight:
     """A motion foreseen.
 
@@ -41,6 +55,7 @@ class Foresight:
     carried  (n_t, n_x) states of the model moved as rigid bodies, elastic coordinates zero
     bent     (n_t, n_x) the same with their elastic answer
     short    how far alone it is foreseen, and why; nothing for the whole
+    rigid    the motion of rigid bodies that it is made from; None where there is none
     """
 
     model: Model
@@ -48,6 +63,7 @@ class Foresight:
     carried: Array
     bent: Array
     short: str = ""
+    rigid: Carried | None = None
 
 
 def foreseen(system: System, until: float) -> Foresight:
@@ -56,18 +72,28 @@ def foreseen(system: System, until: float) -> Foresight:
     model = compile_system(system)
     start = Foresight(model, np.zeros(1), model.x0[None], model.x0[None])
     try:
-        rigid = compile_system(stiffened(system, set(system.bodies)))
-        motion, short = _moved(rigid, looked_at(model, until))
-        states, rates = _taken_along(model, rigid, motion)
+        rigid = carried_along(model, until)
+        states, rates = _taken_along(model, compile_system(rigid.system), (rigid.times, rigid.states))
     except (ValueError, np.linalg.LinAlgError) as error:
         return replace(start, short=f"at the start alone ({_first(error)})")
-    moved = Foresight(model, motion[0], states, states, short)
+    moved = Foresight(model, rigid.times, states, states, rigid.short, rigid)
     if model.n_u > MANY:
         return replace(moved, short=f"without its bending ({model.n_u} coordinates, over {MANY})")
     try:
-        return replace(moved, bent=elastic_answer(model, motion[0], states, rates))
+        return replace(moved, bent=elastic_answer(model, rigid.times, states, rates))
     except (ValueError, np.linalg.LinAlgError) as error:
         return replace(moved, short=f"without its bending ({_first(error)})")
+
+
+def carried_along(model: Model, until: float) -> Carried:
+    """The motion of a model's bodies as rigid ones until that time [s], as far as that costs little.
+
+    Raises ValueError and LinAlgError where they cannot be rigid.
+    """
+    system = stiffened(model.system, set(model.system.bodies))
+    rigid = compile_system(system)
+    (times, states), short = _moved(rigid, looked_at(model, until))
+    return Carried(system, times, specified_states(rigid, times, states), short)
 
 
 def _first(error: Exception) -> str:
@@ -130,7 +156,7 @@ def _taken_along(model: Model, rigid: Model, motion: Motion) -> tuple[Array, Arr
     """States and accelerations of the model, elastic ones zero, that move as the rigid model does."""
     qe, ue = elastic_places(model)
     q, u = np.delete(np.arange(model.n_q), qe), np.delete(np.arange(model.n_u), ue)
-    times, found = motion[0], specified_states(rigid, *motion)
+    times, found = motion
     states, rates = np.zeros((len(times), model.n_x)), np.zeros((len(times), model.n_u))
     states[:, q], states[:, model.n_q + u] = found[:, : rigid.n_q], found[:, rigid.n_q :]
     for row, t, x in zip(rates, times, found, strict=True):

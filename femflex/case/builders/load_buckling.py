@@ -9,21 +9,25 @@ from contextlib import suppress
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.body.burden import Bearing
+from femflex.case.body import AnalyticTable
 from femflex.case.builders.loads import build_load
 from femflex.case.case import Case
 from femflex.case.load import LoadTable
 from femflex.fem.structure import Structure
-from femflex.reduction.beam_buckling import beam_buckling, body_buckling, whole_beam
-from femflex.reduction.load_buckling import LoadBuckling, load_buckling, structure_buckling
+from femflex.reduction.beam_bearing import BeamBearing
+from femflex.reduction.beam_buckling import beam_buckling
+from femflex.reduction.bearing import JudgedBearing
+from femflex.reduction.load_buckling import LoadBuckling, load_buckling
 from femflex.reduction.markers import marker_rows
 from femflex.reduction.modeset import ModeSet
+from femflex.reduction.structure_bearing import StructureBearing
 from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
 from femflex.system import Load
 from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
 Judge = Callable[[Load, Array, Array], LoadBuckling]
-Buckling = Callable[[str, Array, Array], float]
 
 NEAR = 4.0  # times a load: a body that buckles beyond it has lost at most a sixteenth of its stiffness to bending
 LATE = 0.03  # of the load at which a body buckles: a set that buckles later by more is told of
@@ -55,32 +59,20 @@ def warn_of_analytic(case: Case, name: str, beam: UniformBeam, functions: BeamFu
         _warn(case, name, loads, judge)
 
 
-def buckling_of_meshed(groups: Mapping[str, str], structure: Structure, modes: ModeSet) -> Buckling | None:
-    """Under how many times a load at one of its markers a meshed, clamped body buckles, sought when asked."""
+def bearing_of_meshed(groups: Mapping[str, str], structure: Structure, modes: ModeSet) -> Bearing | None:
+    """What tells how a meshed, clamped body buckles, at work when asked."""
     if not (modes.held.size and modes.n_modes):
         return None
     places = {**{group: group for group in modes.groups}, **groups}
-
-    def buckling(marker: str, force: Array, torque: Array) -> float:
-        if marker not in places or not (force.any() or torque.any()):
-            return np.inf
-        rows = marker_rows(structure, places[marker])
-        return structure_buckling(structure, modes, rows.translation.T @ force + rows.rotation.T @ torque)
-
-    return buckling
+    return JudgedBearing(StructureBearing(structure, modes, places))
 
 
-def buckling_of_analytic(beam: UniformBeam, functions: BeamFunctions) -> Buckling | None:
-    """The same of a beam on admissible functions, under loads at its tip."""
+def bearing_of_analytic(beam: UniformBeam, functions: BeamFunctions, table: AnalyticTable) -> Bearing | None:
+    """The same of a beam on admissible functions."""
     if not (functions.y or functions.z):
         return None
-
-    def buckling(marker: str, force: Array, torque: Array) -> float:
-        if marker != "tip" or not (force.any() or torque.any()):
-            return np.inf
-        return body_buckling(whole_beam(beam, functions), force, torque)
-
-    return buckling
+    names = {name: entry.group or name for name, entry in table.markers.items()} | {"root": "root", "tip": "tip"}
+    return JudgedBearing(BeamBearing(beam, functions, names))
 
 
 def judged_loads(case: Case, name: str) -> list[str]:

@@ -1,80 +1,107 @@
-"""How near the loads of a system are to what buckles its bodies, and what their strain does not know of that."""
+"""How near all that its bodies bear is to what buckles them, and what their strain does not know of that."""
 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from femflex.body.burden import Buckling, Burden
+from femflex.case.builders.foresight import Carried, carried_along
 from femflex.case.builders.load_buckling import NEAR
 from femflex.dynamics import compile_system
-from femflex.system import Load, System
+from femflex.dynamics.reports.bends import SWUNG
+from femflex.dynamics.reports.burdens import burdens
+from femflex.system import System
 from femflex.warning import PhysicsWarning
 
-BOWED = 0.9  # of what buckles a body: condensed strain, which shortens to second order, bends 1.5 % too little at 0.95
+BOWING = 0.8  # of what buckles a body, foreseen: from there on strain that is left to choice is nonlinear
+BOWED = (
+    0.9  # of it: condensed strain, which shortens to second order, bends 1.5 % too little at 0.95, and none beyond 1
+)
+ALONE = 0.95  # of it, from which on a single load is to blame
+NAMED = 0.05  # of it, from which on a load is named
 
 
 @dataclass(frozen=True)
 class Nearness:
-    """A load at its largest, and the part that it is of the same load at which its body buckles."""
+    """What a body bears at the worst instant, and the part that it is of what buckles the body.
 
-    load: str
-    size: str
+    sways: it is no more steady under forces that follow it; apart: the parts of what it bears together.
+    """
+
+    borne: str
     part: float
+    sways: bool = False
+    apart: str = ""
 
     def __str__(self) -> str:
-        return f"load {self.load!r} ({self.size}) is {self.part:.3g} of what buckles the body"
+        what = "what sets the body swaying (flutter)" if self.sways else "what buckles the body"
+        return f"{self.borne} is {self.part:.3g} of {what}" + (f" ({self.apart})" if self.apart else "")
 
 
-def nearest(system: System) -> dict[str, Nearness]:
-    """Of each body that buckles under a load of its own at NEAR times it or before, the load that is nearest to it.
-
-    A load is taken at its largest, as it points in the axes of its body where that starts.
-    """
-    loads = [load for load in system.loads if load.frame != "marker" and system.bodies[load.body].buckling is not None]
-    if not loads:
+def nearest(rigid: Carried, names: Collection[str], system: System) -> dict[str, Nearness]:
+    """Of those of the bodies that come as near to buckling as a NEAR-th, how near; as they move on as rigid ones."""
+    judged = [name for name in names if system.bodies[name].buckling is not None]
+    if not judged:
         return {}
-    model = compile_system(replace(system, loads=tuple(_largest(load) for load in loads), reactions=False, sights=()))
-    seen = model.observe(np.zeros(1), model.x0[None])
-    found: dict[str, Nearness] = {}
-    for load in loads:
-        force, torque = (np.asarray(seen[f"loads/{load.name}/{what}"][0]) for what in ("force", "torque"))
-        buckling = system.bodies[load.body].buckling
-        assert buckling is not None
-        part = 1.0 / buckling(load.marker, force, torque)
-        if part >= 1.0 / NEAR and (load.body not in found or part > found[load.body].part):
-            found[load.body] = Nearness(load.name, _size(force, torque), part)
+    borne = burdens(replace(rigid.system, reactions=True), judged, rigid.times, rigid.states)
+    found = {}
+    for name in judged:
+        bearing = system.bodies[name].buckling
+        assert bearing is not None
+        near = bearing.nearest(borne[name], 1.0 / NEAR)
+        if near.part >= 1.0 / NEAR:
+            blamed, apart = _blamed(borne[name], near, float(rigid.times[near.row]))
+            found[name] = Nearness(blamed, near.part, near.sways, apart)
     return found
 
 
-def too_stiff(near: Nearness) -> str:
-    """What condensed strain lacks under that load; nothing where it is far enough from buckling."""
-    if near.part < BOWED:
-        return ""
-    return (
-        f"{near}: above {BOWED:g} of it condensed strain bends too little, for it shortens by no more than the second "
-        "order; nonlinear strain or segments are right there"
-    )
+def nearest_of(system: System, until: float) -> dict[str, Nearness]:
+    """The same of all bodies of which it is known, in a run until that time [s]."""
+    names = [name for name, body in system.bodies.items() if body.buckling is not None]
+    if not names:
+        return {}
+    try:
+        rigid = carried_along(compile_system(replace(system, reactions=False, sights=())), until)
+    except (ValueError, np.linalg.LinAlgError):
+        return {}
+    return nearest(rigid, names, system)
+
+
+def beyond(near: Nearness, form: str) -> str:
+    """What strain of that form lacks so near to buckling, or past it; nothing where it is far enough."""
+    if form == "condensed" and near.part >= BOWED:
+        return (
+            f": above {BOWED:g} of it condensed strain bends too little, for it shortens by no more than the second "
+            "order; nonlinear strain is right up to it, and segments beyond"
+        )
+    if form == "nonlinear" and near.part >= 1.0:
+        return (
+            f"; past buckling a column bends by {SWUNG:.0%} of its length at 1.013 times the load, as far as nonlinear "
+            "strain holds up: cut the member into segments"
+        )
+    return ""
 
 
 def warn_of_buckling(system: System, near: dict[str, Nearness]) -> None:
-    """Warn of bodies whose strain, linear or condensed, does not know what such a load does to them."""
+    """Warn of bodies whose strain does not know what all that they bear does to them."""
     for name, found in near.items():
         form = system.bodies[name].strain_form
-        text = too_stiff(found) if form == "condensed" else f"{found}; linear strain does not know"
-        if form != "nonlinear" and text:
-            warnings.warn(f"bodies.{name}: {text}", PhysicsWarning, stacklevel=3)
+        text = "; linear strain does not know" if form == "linear" else beyond(found, form)
+        if text:
+            warnings.warn(f"bodies.{name}: {found}{text}", PhysicsWarning, stacklevel=3)
 
 
-def _largest(load: Load) -> Load:
-    """The load held where it is largest."""
-    if load.times is None:
-        return load
-    row = int(np.argmax(np.linalg.norm(load.force, axis=1) + np.linalg.norm(load.torque, axis=1)))
-    return replace(load, times=None, force=load.force[row], torque=load.torque[row])
-
-
-def _size(force: np.ndarray, torque: np.ndarray) -> str:
-    sizes = ((float(np.linalg.norm(force)), "N"), (float(np.linalg.norm(torque)), "N m"))
-    return " and ".join(f"{size:.4g} {unit}" for size, unit in sizes if size > 0.0) or "0 N"
+def _blamed(borne: list[Burden], near: Buckling, t: float) -> tuple[str, str]:
+    """What is to blame, in words: the burden that is nearly all of it; or what it bears together, and the parts."""
+    order = np.argsort(near.shares)[::-1]
+    when = f" at t = {t:.4g} s" if near.row else ""
+    first = borne[order[0]]
+    if near.shares[order[0]] >= ALONE * near.part:
+        return f"{first.name} ({first.size(near.row)}{when})", ""
+    named = [k for k in order if abs(near.shares[k]) >= NAMED * near.part]
+    parts = [f"{borne[k].name} ({borne[k].size(near.row)}) {near.shares[k]:.3g}" for k in named]
+    return f"what it bears together{when}", ", ".join(parts)

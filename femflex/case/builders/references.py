@@ -43,22 +43,21 @@ def channel_problems(case: Case, channels: Mapping[str, Channel]) -> Iterator[Pr
                 f"{where}.component",
                 f"found {table.component}; {table.channel} has {shape[0] if shape else 'no'} entries, counted from 0",
             )
-    for k, named in enumerate(case.pictures.plots if case.pictures else []):
+    drawn = [] if case.pictures is None else [("plots", case.pictures.plots), ("spectra", case.pictures.spectra)]
+    for where, named in ((f"pictures.{key}[{k}]", named) for key, all_ in drawn for k, named in enumerate(all_)):
         path, _, component = named.partition(":")
         if path == "energy drift":
             continue
         if path not in channels:
-            yield Problem(
-                f"pictures.plots[{k}]", f"found {path!r}, which the run will not report; {_near_path(path, channels)}"
-            )
+            yield Problem(where, f"found {path!r}, which the run will not report; {_near_path(path, channels)}")
         elif component.isdigit() and not 1 <= int(component) <= _entries(channels[path]):
             yield Problem(
-                f"pictures.plots[{k}]",
+                where,
                 f"found entry {component} of {path}, which has {_entries(channels[path])}, counted from 1",
             )
         elif component and not component.isdigit() and component not in channels[path].names:
             yield Problem(
-                f"pictures.plots[{k}]",
+                where,
                 f"found {component!r}, which is no entry of {path}; {near(component, channels[path].names)}",
             )
     known = [path.split("/")[1] for path in channels if path.startswith("markers/") and path.endswith("/position")]

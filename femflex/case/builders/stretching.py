@@ -1,4 +1,4 @@
-"""Bodies that linear strain does not do for, with condensed strain, or nonlinear where they cannot be condensed."""
+"""Bodies that linear strain does not do for, with the strain that they want, or else with the other that can bend."""
 
 from __future__ import annotations
 
@@ -18,24 +18,22 @@ TRIED: tuple[Strain, ...] = ("condensed", "nonlinear")
 Built = tuple[dict[str, Part], dict[str, tuple[Strain, str]]]  # bodies by name; strain and reason by name
 
 
-def stretching(case: Case, reasons: Mapping[str, str]) -> Built:
-    """The bodies that are not to be linear for these reasons, and what is said of each.
+def stretching(case: Case, wanted: Mapping[str, tuple[Strain, str]]) -> Built:
+    """The bodies that are to be condensed or nonlinear for these reasons, and what is said of each.
 
-    Those that cannot be condensed are nonlinear; those that cannot be either are left out: linear, as they were.
+    Those that cannot be the one are the other; those that cannot be either are left out: linear, as they were.
     """
     said: dict[str, tuple[Strain, str]] = {}
-    for name, why in reasons.items():
+    for name, (_, why) in wanted.items():
         if bound := bound_to_linear(case, name):
             said[name] = "linear", f"{bound}; {why.replace(KEEPS, '')}"
-    others = {name: why for name, why in reasons.items() if name not in said}
+    others = {name: one for name, one in wanted.items() if name not in said}
     try:
-        return _built(case, list(others), "condensed"), said | {
-            name: ("condensed", why) for name, why in others.items()
-        }
+        return _built(case, {name: strain for name, (strain, _) in others.items()}), said | others
     except CaseError:
         found: Built = {}, said
-        for name, why in others.items():
-            parts, told = _alone(case, name, why)
+        for name, (strain, why) in others.items():
+            parts, told = _alone(case, name, strain, why)
             found[0].update(parts)
             found[1].update(told)
         return found
@@ -57,19 +55,19 @@ def bound_to_linear(case: Case, name: str) -> str:
     return ""
 
 
-def _alone(case: Case, name: str, why: str) -> Built:
+def _alone(case: Case, name: str, wanted: Strain, why: str) -> Built:
     refused: list[str] = []
-    for strain in TRIED:
+    for strain in sorted(TRIED, key=lambda one: one != wanted):
         try:
-            parts = _built(case, [name], strain)
+            parts = _built(case, {name: strain})
         except CaseError as error:
             refused.append(error.problems[0].text.partition("\n")[0].rstrip("."))
             continue
-        told = f"; it cannot be condensed ({refused[0]})" if refused else ""
+        told = f"; it cannot be {wanted} ({refused[0]})" if refused else ""
         return parts, {name: (strain, why + told)}
     return {}, {name: ("linear", f"{why}; it can be neither {' nor '.join(TRIED)} ({refused[0]})")}
 
 
-def _built(case: Case, names: list[str], strain: Strain) -> dict[str, Part]:
-    said = with_strains(case, dict.fromkeys(names, strain))
-    return build_bodies(said.model_copy(update={"bodies": {name: said.bodies[name] for name in names}}))
+def _built(case: Case, strains: Mapping[str, Strain]) -> dict[str, Part]:
+    said = with_strains(case, strains)
+    return build_bodies(said.model_copy(update={"bodies": {name: said.bodies[name] for name in strains}}))

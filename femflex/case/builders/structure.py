@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from femflex.case.body import FlexibleTable, MemberTable
+from femflex.case.builders.acting import Acting
 from femflex.case.builders.sections import build_material, build_section
 from femflex.case.builders.sheet import with_own_bends
 from femflex.case.case import Case
@@ -34,6 +36,7 @@ from femflex.reduction import (
     nodal_translations,
     relaxed,
     rigid_set,
+    slow_loads,
     warn_of_initial_stress,
     with_attachment,
     with_derivatives,
@@ -94,10 +97,15 @@ def point_masses_of(table: FlexibleTable) -> list[PointMass]:
 
 
 def build_modes(
-    structure: Structure, table: FlexibleTable, modes: int | None = None, name: str = ""
+    structure: Structure,
+    table: FlexibleTable,
+    modes: int | None = None,
+    name: str = "",
+    acting: Acting | None = None,
 ) -> tuple[Structure, ModeSet]:
     """The structure a body's reduction works on and its mode set, of `modes` modes instead of the case's if given.
 
+    acting: what acts on it; those static shapes of that are added to a cantilever set that are slow beside it.
     Initial stress is first let go where the clamps do not hold it (`relaxed`); what is doubtful of it is told of the
     body of that name.
     """
@@ -107,7 +115,7 @@ def build_modes(
         meant = any(member.options.get("prestress") for member in table.members)
         warn_of_initial_stress(f"bodies.{name}", given, structure, meant)
     if isinstance(r, Stretchable):
-        found = _vibrating(structure, r, modes)
+        found = _vibrating(structure, r, modes, acting or Acting())
         if r.third_derivatives or bends_far(table):
             found = with_own_bends(structure, found, r)
         if r.derivatives not in (None, "none", 0):
@@ -145,7 +153,7 @@ def bends_far(table: FlexibleTable) -> bool:
     return table.strain in ("nonlinear", "condensed") and keep not in ("none", 0)
 
 
-def _vibrating(structure: Structure, r: Stretchable, modes: int | None) -> ModeSet:
+def _vibrating(structure: Structure, r: Stretchable, modes: int | None, acting: Acting) -> ModeSet:
     """The set of a reduction that keeps a number of modes, before its derivatives."""
     assert isinstance(r, CantileverTable | FreeFreeTable | CraigBamptonTable)
     n = r.modes if modes is None else modes
@@ -155,8 +163,10 @@ def _vibrating(structure: Structure, r: Stretchable, modes: int | None) -> ModeS
     if isinstance(r, CraigBamptonTable):
         return craig_bampton(structure, r.interfaces, n, clamp, r.interface)
     found = cantilever_modes(structure, clamp, n)
-    if r.attachment or r.loads:
-        return with_attachment(structure, found, tuple(r.attachment), r.loads)
+    weight, slow = slow_loads(structure, found, acting.weight, acting.loads) if acting else ((), {})
+    if r.attachment or r.loads or weight or slow:
+        both = with_attachment(structure, found, (*r.attachment, *weight), {**r.loads, **slow})
+        return replace(both, groups=tuple(group for group in both.groups if group not in slow))
     return found
 
 

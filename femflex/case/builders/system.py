@@ -13,11 +13,12 @@ from femflex.body import FlexibleBody
 from femflex.case.builders.body import build_bodies
 from femflex.case.builders.choice import choices, undecided, with_strains
 from femflex.case.builders.closed import build_constraint, build_loops, build_spring
+from femflex.case.builders.foresight import foreseen
 from femflex.case.builders.initial import initial_shape
 from femflex.case.builders.joints import build_joints, root_joint
 from femflex.case.builders.loads import build_loads
-from femflex.case.builders.near_buckling import nearest, warn_of_buckling
-from femflex.case.builders.references import channel_problems, motion_problems, size_problems
+from femflex.case.builders.near_buckling import nearest, nearest_of, warn_of_buckling
+from femflex.case.builders.references import channel_problems, duration_of, motion_problems, size_problems
 from femflex.case.builders.start import placed
 from femflex.case.builders.stretching import stretching
 from femflex.case.case import Case
@@ -36,18 +37,19 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
     """
     names = undecided(case) if bodies is None else []
     if not names:
-        system = _system(case, bodies)
-        warn_of_buckling(system, nearest(system))
+        system = system_of(case, bodies)
+        warn_of_buckling(system, nearest_of(system, duration_of(case, system)))
         return _light(system)
     linear = with_strains(case, dict.fromkeys(names, "linear"))
     parts = _bodies_and_loads(linear, None)[0]
-    system = _system(linear, parts)
-    near = nearest(system)
-    chosen = choices(case, system, names, near)
-    if reasons := {name: why for name, (strain, why) in chosen.items() if strain != "linear"}:
-        others, said = stretching(case, reasons)
+    system = system_of(linear, parts)
+    view = foreseen(system, duration_of(case, system))
+    near = {} if view.rigid is None else nearest(view.rigid, list(system.bodies), system)
+    chosen = choices(case, system, names, near, view)
+    if wanted := {name: one for name, one in chosen.items() if one[0] != "linear"}:
+        others, said = stretching(case, wanted)
         chosen |= said
-        system = _system(case, parts | others)
+        system = system_of(case, parts | others)
     noted: dict[tuple[int, str], FlexibleBody] = {}  # bodies alike stay one
     found = dict(system.bodies)
     for name, (strain, why) in chosen.items():
@@ -64,7 +66,11 @@ def _light(system: System) -> System:
     return replace(system, bodies={name: light[id(body)] for name, body in system.bodies.items()})
 
 
-def _system(case: Case, bodies: Mapping[str, Part] | None) -> System:
+def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
+    """The System of a case with these bodies, or its own with linear strain where they do not say; as `build_system`.
+
+    Its bodies keep what they are judged by.
+    """
     parts, loads = _bodies_and_loads(case, bodies)
     try:
         joint, parts = root_joint(case, parts)

@@ -5,30 +5,36 @@ is bent and twisted by kappa = psi' - psi x psi' / 2 (Hodges and Dowell, NASA TN
 
     kappa_x = theta' + (w' v'' - v' w'') / 2      kappa_y = -w'' + theta v''      kappa_z = v'' + theta w''
 
-which goes beyond THEORY section 3. EIy kappa_y^2 + EIz kappa_z^2 is right to third order in displacements so. At fourth
-it wants third-order curvature too: without, a section alike in all directions would bend harder once it is twisted, by
-theta^2. What third order asks for is one product, -(EIy - EIz) theta v'' w''; the table holds it as
-
-    kappa_y = -w'' + c theta v'' + u' w''      kappa_z = v'' - c theta w'' - u' v''      c = (EIy - EIz) / (EIy + EIz)
-
-which agrees with the above in energy to third order, tends to it for thin strips, and leaves a round section alone.
+which goes beyond THEORY section 3: right to third order of the energy in displacements. kappa_x is so to fourth.
 
 v' is the sine of the slope where the axis keeps its length, and the curvature of a plane bend v'' / cos = v'' (1 - u')
 to third order, u' = -v'^2 / 2: a bend of 8 % of the length stores 0.4 % more than v''^2 says. Hence u' v'' and u' w''
-in the curvatures, which bring the energy of bends in any one plane to fourth order, and of skew ones all but
+in the curvatures.
 
-    (v' w'' - w' v'') (EIy v' w'' - EIz w' v'') / 2        too much: none where v and w go along with each other
+A tangent t turned from x the shortest way, and by theta about itself, bends by (R = R_shortest(t) R_x(theta))
+
+    k_y = v'' + v' (v' v'' + w' w'') / 2      k_z = w'' + w' (v' v'' + w' w'') / 2      (third order)
+    kappa_z = k_y cos theta + k_z sin theta      kappa_y = k_y sin theta - k_z cos theta
+
+What its energy has at fourth order beside the squares of the strains above is a table of its own, of strains without
+names and stiffnesses of either sign (`fourth_order`), p = v' w'' and s = w' v'':
+
+    V_4 = -1/2 [EIy p^2 - (EIy + EIz) p s + EIz s^2] - theta^2/2 [EIz v''^2 + EIy w''^2]
+
+It is nothing to bends in one plane without twist; a round section bends and twists alike about all axes with it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.beam.elements import BeamElements, stations
-from femflex.fem.tables import DenseStrain
+from femflex.fem.tables import DenseStrain, StrainBlock, StressAt, of
 
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
@@ -36,36 +42,101 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 PRODUCTS = (  # strain, two of its gradients (`strain_maps`), and their factor
-    *((1, 6, 5, -1.0), (1, 0, 4, -1.0)),  # kappa_z: c theta w'', u' v''
-    *((2, 6, 4, 1.0), (2, 0, 5, 1.0)),  # kappa_y: c theta v'', u' w''
+    *((1, 6, 5, 1.0), (1, 0, 4, -1.0)),  # kappa_z: theta w'', u' v''
+    *((2, 6, 4, 1.0), (2, 0, 5, 1.0)),  # kappa_y: theta v'', u' w''
     *((3, 8, 4, 0.5), (3, 7, 5, -0.5)),  # r kappa_x: r w' v'', r v' w''
 )
 
 
-def beam_strain(elements: BeamElements, member: Member, degree: int, options: dict[str, Any]) -> DenseStrain:
+FOURTH = (  # the strains of V_4, by two of those gradients each; the first adds energy, the others take it away
+    ((7, 5), (8, 4)),  # r (p + s)
+    ((7, 5),),  # r p
+    ((8, 4),),  # r s
+    ((6, 4),),  # theta v''
+    ((6, 5),),  # theta w''
+)
+
+
+@dataclass(frozen=True, eq=False)
+class BeamStrain(DenseStrain):
+    """A strain block with the parts of fourth order that its energy has beside its strains.
+
+    fourth (e, q, 5)   their stiffnesses (`fourth_order`)
+    """
+
+    fourth: Array = field(default_factory=lambda: np.zeros((1, 1, len(FOURTH))))
+
+    def sampled(self, elements: slice) -> DenseStrain:
+        """See StrainBlock: all strains in one, those of fourth order after those with names."""
+        own = self._named(elements)
+        stiffness = np.diagonal(own.elastic, axis1=2, axis2=3)
+        fourth = np.broadcast_to(of(self.fourth, elements), (*stiffness.shape[:2], len(FOURTH)))
+        stress = np.concatenate([np.broadcast_to(own.stress, stiffness.shape), 0.0 * fourth], axis=2)
+        elastic = np.concatenate([stiffness, fourth], axis=2)[..., None] * np.eye(stiffness.shape[2] + len(FOURTH))
+        linear = np.concatenate([own.linear_map, np.zeros((len(FOURTH), own.linear_map.shape[1]))])
+        quadratic = np.concatenate([own.quadratic_map, product_maps(FOURTH)])
+        return replace(own, elastic=elastic, linear_map=linear, quadratic_map=quadratic, stress=stress)
+
+    def nonlinear(self, elements: slice, stress: StressAt | None = None) -> tuple[StrainBlock, ...]:
+        """See StrainBlock; what adds energy at fourth order and what takes it away stand apart."""
+        own, fourth, maps = self._named(elements), of(self.fourth, elements), product_maps(FOURTH)
+        parts = (
+            replace(
+                own,
+                elastic=fourth[..., k, None] * np.eye(len(maps[k])),
+                linear_map=0.0 * maps[k, 0],
+                quadratic_map=maps[k],
+                stress=np.zeros((1, 1, 1)),
+            )
+            for k in (slice(0, 1), slice(1, None))
+        )
+        return (own if stress is None else replace(own, stress=stress(own)), *parts)
+
+    def _named(self, elements: slice) -> DenseStrain:
+        """The strains with names alone, of these elements."""
+        elastic, G, stress = of(self.elastic, elements), of(self.G, elements), of(self.stress, elements)
+        return DenseStrain(
+            self.dofs[elements], self.weight[elements], elastic, self.linear_map, self.quadratic_map, G, stress
+        )
+
+
+def beam_strain(elements: BeamElements, member: Member, degree: int, options: dict[str, Any]) -> BeamStrain:
     """Strains (eps, kappa_z, kappa_y, r kappa_x), r^2 = I_p / A, of the gradients that `strain_maps` lists.
 
     The twist is carried as r theta' with stiffness GJ / r^2, so that its share of the axial strain is a constant too.
     """
     xi, weight, r = stations(elements, member, degree)
     value, first, second = (elements.rows(xi, derivative) for derivative in range(3))
-    polar, uneven = np.sqrt(r.polar2)[..., None], np.asarray(unevenness(r.EIy, r.EIz))[..., None]
+    polar = np.sqrt(r.polar2)[..., None]
     first[:, :, 3] *= polar
     elastic = np.stack([r.EA, r.EIz, r.EIy, r.GJ / r.polar2], axis=-1)[..., None] * np.eye(4)
-    turned = np.stack([uneven * value[:, :, 3], polar * first[:, :, 1], polar * first[:, :, 2]], axis=2)
+    turned = np.stack([value[:, :, 3], polar * first[:, :, 1], polar * first[:, :, 2]], axis=2)
     G = np.concatenate([first, second[:, :, 1:3], turned], axis=2)
     stress = np.zeros((*weight.shape, 4))
     stress[:, :, 0] = options["prestress"] - r.EA * options["thermal_strain"]
-    return DenseStrain(elements.dofs, weight, elastic, *strain_maps(), G, stress)
+    fourth = np.broadcast_to(fourth_order(r.EIy, r.EIz, r.polar2), (*weight.shape, len(FOURTH)))
+    return BeamStrain(elements.dofs, weight, elastic, *strain_maps(), G, stress, fourth)
 
 
-def unevenness(EIy: Array | float, EIz: Array | float) -> Array | float:
-    """c = (EIy - EIz) / (EIy + EIz), the share of a section's turn that changes its curvatures."""
-    return (EIy - EIz) / (EIy + EIz)
+def fourth_order(EIy: Array | float, EIz: Array | float, polar2: Array | float) -> Array:
+    """Stiffnesses (..., 5) of the strains of V_4: EIy p^2 - 2 m p s + EIz s^2 from squares of one sign each."""
+    mean = (EIy + EIz) / 2
+    bends = np.stack(np.broadcast_arrays(mean / polar2, -(EIy + mean) / polar2, -(EIz + mean) / polar2), axis=-1)
+    twists = np.stack(np.broadcast_arrays(-np.asarray(EIz), -np.asarray(EIy)), axis=-1)
+    return np.concatenate([bends, np.broadcast_to(twists, (*bends.shape[:-1], 2))], axis=-1)
+
+
+def product_maps(strains: Sequence[Sequence[tuple[int, int]]]) -> Array:
+    """Quadratic map (s, 9, 9) of strains that are sums of products of two gradients."""
+    found = np.zeros((len(strains), 9, 9))
+    for own, products in zip(found, strains, strict=True):
+        for row, column in products:
+            own[[row, column], [column, row]] = 1.0
+    return found
 
 
 def strain_maps() -> tuple[Array, Array]:
-    """Linear (4, 9) and quadratic map (4, 9, 9) from (u', v', w', r theta', v'', w'', c theta, r v', r w')."""
+    """Linear (4, 9) and quadratic map (4, 9, 9) from (u', v', w', r theta', v'', w'', theta, r v', r w')."""
     linear, quadratic = np.zeros((4, 9)), np.zeros((4, 9, 9))
     linear[[0, 1, 2, 3], [0, 4, 5, 3]] = 1.0, 1.0, -1.0, 1.0
     quadratic[0, range(4), range(4)] = 1.0

@@ -18,6 +18,7 @@ from femflex.system import System
 Array = NDArray[np.float64]
 
 SAME = 1e-9  # relative difference of two speeds that are the same
+UNDAMPED = 1e-9  # damping ratio that is rounding of the eigenvalues
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,9 +43,17 @@ class Branch:
 
     @property
     def damping_ratios(self) -> Array:
-        """(n,) part of critical; below 0 grows."""
+        """(n,) part of critical; below 0 grows; nan where it does not swing; what is but rounding is none."""
         size = np.abs(self.eigenvalues)
-        return np.asarray(-self.eigenvalues.real / np.where(size > 0, size, 1.0))
+        ratios = -self.eigenvalues.real / np.where(size > 0, size, 1.0)
+        ratios = np.where(np.abs(ratios) < UNDAMPED, 0.0, ratios)
+        return np.where(self.eigenvalues.imag > 0, ratios, np.nan)
+
+    @property
+    def fastest(self) -> tuple[int, float]:
+        """Place among the speeds where it grows fastest, and the time [s] in which it grows by a factor e there."""
+        k = int(np.argmax(np.where(self.growing, self.eigenvalues.real, -np.inf)))
+        return k, 1.0 / float(self.eigenvalues[k].real)
 
     @property
     def becomes(self) -> str:

@@ -1,0 +1,128 @@
+"""How a meshed, clamped structure buckles under what it bears."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import SuperLU
+
+from femflex.body.burden import FIELD
+from femflex.fem.eigen.modes import factorised, lowest_modes
+from femflex.fem.structure import Structure
+from femflex.reduction.buckling import roughly_lowest
+from femflex.reduction.clamps import free_dofs
+from femflex.reduction.markers import MarkerRows, marker_rows
+from femflex.reduction.modeset import ModeSet
+from femflex.reduction.rigid import lifted
+
+Array = NDArray[np.float64]
+
+STIFF = 1e3  # times the largest stiffness of a dof: what holds a marker in its place
+FEW, ENOUGH = 12, 16  # shapes that pick an instant, and that a body sways in
+
+
+@dataclass(frozen=True, eq=False)
+class StructureBearing:
+    """The structure of a clamped set, as `bearing.Elastic`. groups: marker -> mesh group."""
+
+    structure: Structure
+    modes: ModeSet
+    groups: Mapping[str, str]
+
+    @cached_property
+    def free(self) -> NDArray[np.int64]:
+        """Dofs without supports."""
+        return free_dofs(self.structure, self.modes.held)
+
+    @cached_property
+    def K(self) -> sparse.csr_array:
+        """Stiffness (n, n), initial stress included."""
+        return self.structure.K[self.free][:, self.free]
+
+    @cached_property
+    def factors(self) -> SuperLU:
+        """Those of K: for static answers and for every search of what buckles it."""
+        return factorised(self.K)
+
+    @property
+    def basis(self) -> Array:
+        """See Elastic."""
+        phi = self.modes.phi[self.free, :FEW]
+        return np.asarray(phi / np.sqrt(np.einsum("ij,ij->j", phi, self.K @ phi)))
+
+    @property
+    def swaying(self) -> tuple[Array, Array, Array]:
+        """See Elastic."""
+        M = self.structure.M[self.free][:, self.free]
+        found = lowest_modes(self.K, M, max(1, min(ENOUGH, len(self.free) // 2)))
+        return found.phi, np.diag(found.omega**2), np.eye(len(found.omega))
+
+    @property
+    def size(self) -> int:
+        """See Elastic."""
+        return len(self.free)
+
+    @property
+    def scale(self) -> tuple[float, float]:
+        """See Elastic."""
+        mass = sum(float(block.dm.sum()) for block in self.structure.inertia)
+        return mass, float(np.linalg.norm(np.ptp(self.structure.mesh.points, axis=0)))
+
+    @property
+    def slowest(self) -> float:
+        """See Elastic."""
+        phi, M = self.basis, self.structure.M[self.free][:, self.free]
+        return float(1.0 / np.einsum("ij,ij->j", phi, M @ phi).max())
+
+    def knows(self, marker: str | None) -> bool:
+        """See Elastic."""
+        return marker is None or marker in self.groups
+
+    def loads(self, marker: str | None) -> Array:
+        """See Elastic."""
+        if marker is None:
+            return self._fields
+        rows = self._rows(marker)
+        return np.asarray(sparse.vstack([rows.translation, rows.rotation]).toarray().T)
+
+    def at(self, marker: str, A: Array) -> sparse.csr_array:
+        """See Elastic."""
+        rows = self._rows(marker)
+        R = sparse.vstack([rows.translation, rows.rotation]).tocsr()[:, self.free]
+        return (R.T @ (sparse.csr_array(A) @ R)).tocsr()
+
+    def stress(self, load: Array) -> sparse.csr_array:
+        """See Elastic."""
+        x = np.zeros(self.structure.n_dof)
+        x[self.free] = self.factors.solve(np.ascontiguousarray(load[self.free]))
+        return self.structure.internal_force.geometric_stiffness(x)[self.free][:, self.free]
+
+    def lowest(self, K_sigma: sparse.csr_array, held: sparse.csr_array | None) -> tuple[float, Array]:
+        """See Elastic."""
+        try:
+            K = self.K if held is None else (self.K + STIFF * self.K.diagonal().max() * held).tocsr()
+            mu, x = roughly_lowest(K_sigma, K, self.factors if held is None else factorised(K))
+        except (np.linalg.LinAlgError, RuntimeError):
+            return 0.0, np.zeros(len(self.free))
+        return mu, x / np.sqrt(x @ (K @ x))
+
+    def _rows(self, marker: str) -> MarkerRows:
+        return marker_rows(self.structure, self.groups[marker])
+
+    @cached_property
+    def _fields(self) -> Array:
+        """Forces (n_dof, 12) of the fields: b along each axis, then W_ij of (i, j) = (0, 0), (1, 0), ... by columns."""
+        points = self.structure.mesh.points
+        moved, turned = np.zeros((len(points), 3, FIELD)), np.zeros((len(points), 3, FIELD))
+        moved[:, :, :3] = np.eye(3)
+        for j in range(3):
+            for i in range(3):
+                moved[:, i, 3 + 3 * j + i] = points[:, j]
+                W = np.outer(np.eye(3)[i], np.eye(3)[j])
+                turned[:, :, 3 + 3 * j + i] = [W[2, 1] - W[1, 2], W[0, 2] - W[2, 0], W[1, 0] - W[0, 1]] / np.array(2.0)
+        return -np.asarray(self.structure.M @ lifted(self.structure, moved, turned))
