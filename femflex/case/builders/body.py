@@ -122,7 +122,7 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
         require_stretch(structure, modeset, body.strain)
     note = ""
     if strain != "linear" and isinstance(r, Stretchable) and r.deflection is None and modeset.held.size:
-        note = "; ".join(filter(None, (of_curved(structure, modeset), of_sheet(structure, modeset))))
+        note = "; ".join(filter(None, (of_curved(structure, modeset), of_sheet(structure, modeset, r))))
     return replace(body, note=note, ignored=ignored, buckling=bearing_of_meshed(groups, structure, modeset))
 
 
