@@ -67,7 +67,7 @@ class Buckling:
 
     part    of what buckles it, 1 / lambda of det(K + lambda K_sigma) = 0; 0 where nothing does
     row     of the instant
-    shares  (n,) of each burden in part; they add up to it
+    shares  (n,) of each burden in part; they add up to it. None are sought where part is small
     sways   whether it is by oscillations that grow (flutter), under forces that follow the body
     """
 
@@ -80,8 +80,15 @@ class Buckling:
 class Bearing(Protocol):
     """What knows how a body buckles."""
 
-    def nearest(self, burdens: Sequence[Burden]) -> Buckling:
-        """How near the burdens together come to what buckles the body, at the worst of their instants."""
+    def nearest(self, burdens: Sequence[Burden], told: float = 0.0) -> Buckling:
+        """How near the burdens together come to what buckles the body, at the worst of their instants.
+
+        told: part from which on their shares are sought.
+        """
+
+    def kept(self, burdens: Sequence[Burden], row: int) -> float:
+        """The same at an instant, of what buckles the body confined to the shapes that it keeps; forces that follow
+        count as if they kept their direction."""
 
 
 def skew(a: Array) -> Array:

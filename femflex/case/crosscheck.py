@@ -1,20 +1,19 @@
-"""Checks across the tables of a case: names that refer to others, files, frames and times."""
+"""Checks across the tables of a case: names that refer to others, frames and times."""
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from femflex.case.body import BodyTable, FileTable, FlexibleTable, RigidTable
-from femflex.case.case import Case
+from femflex.case.body import FlexibleTable, RigidTable
 from femflex.case.diagrams import diagrams
 from femflex.case.initial import EQUILIBRIUM
 from femflex.case.measure import MeasureTable
-from femflex.case.outline import Outline, outline
-from femflex.case.problems import Problem, listed, near
-from femflex.case.shape import MeshShape
-from femflex.case.tree import loose_bodies, root, tree
+from femflex.case.named_files import files
+from femflex.case.named_markers import markers
+from femflex.case.outline import Outline
+from femflex.case.problems import Problem, near
+from femflex.case.tree import root, tree
 
 
 def cross_problems(outline: Outline, folder: Path) -> list[Problem]:
@@ -99,66 +98,6 @@ def sights(outline: Outline) -> Iterator[Problem]:
             )
 
 
-def known_markers(body: BodyTable | None) -> set[str] | None:
-    """Marker names of a body as far as the case file tells; None when only its file knows."""
-    if body is None or isinstance(body, FileTable):
-        return None
-    known = {"origin", *body.markers}
-    if isinstance(body, FlexibleTable):
-        known |= {*getattr(body.reduction, "clamp", {}), *getattr(body.reduction, "interfaces", [])}
-    return known | set(body.own_markers())
-
-
-def markers(outline: Outline, folder: Path) -> Iterator[Problem]:
-    """Markers of joints, loads, sights, attitude and initial states are on their bodies."""
-    places: list[tuple[str, str | None, str | None]] = []
-    for where, joint in [*outline.joints.items(), *outline.loops.items()]:
-        if joint is not None:
-            places.append((f"{where}.child_marker", joint.child, joint.child_marker))
-            if joint.parent != joint.child:
-                places.append((f"{where}.parent_marker", joint.parent, joint.parent_marker))
-    for where, load in outline.loads.items():
-        if load is not None:
-            if load.body not in outline.bodies:
-                yield Problem(
-                    f"{where}.body", f"found {load.body!r}, which is not a body; {near(load.body, outline.bodies)}"
-                )
-            places.append((f"{where}.marker", load.body, load.marker))
-    places += [(f"{where}.marker", one.body, one.marker) for where, one in outline.sights.items() if one is not None]
-    for where, item in outline.between.items():
-        if item is not None:
-            places += [
-                (f"{where}.marker", item.body, item.marker),
-                (f"{where}.parent_marker", item.parent, item.parent_marker),
-            ]
-    for name, body in outline.bodies.items():
-        if body is not None and body.initial is not None:
-            places.append((f"bodies.{name}.initial.marker", name, body.initial.marker))
-    loose = loose_bodies(outline)
-    if outline.attitude is not None and loose:
-        places.append(("attitude.marker", outline.attitude.root or loose[0], outline.attitude.marker))
-    for where, owner, marker in places:
-        known = known_markers(outline.bodies.get(owner or ""))
-        if marker is not None and known is not None and marker not in known:
-            told = f"found {marker!r}, which is no marker of body {owner!r}; {near(marker, known)}"
-            yield Problem(where, told + _as_group(outline.bodies.get(owner or ""), owner, marker, folder))
-
-
-def _as_group(body: BodyTable | None, owner: str | None, marker: str, folder: Path) -> str:
-    """The advice to declare a marker whose name is that of a group of the body's mesh."""
-    if not isinstance(body, FlexibleTable) or not (folder / body.mesh).is_file():
-        return ""
-    from femflex.mesh import read_mesh
-
-    try:
-        groups = {*read_mesh(folder / body.mesh).groups, *body.groups}
-    except (ValueError, OSError):  # told where the mesh is read
-        return ""
-    if marker not in groups:
-        return ""
-    return f". {body.mesh} has a group of that name: declare it, markers.{marker} = {{}} in [bodies.{owner}]"
-
-
 def members(outline: Outline) -> Iterator[Problem]:
     """Members name sections and materials that exist, and every section of material has one."""
     for name, body in outline.bodies.items():
@@ -236,55 +175,3 @@ def starts(outline: Outline) -> Iterator[Problem]:
                 f"found a start of the body beside [initial] from = {outline.initial.source!r}, which says how the "
                 "whole craft starts; leave one of them out",
             )
-
-
-def files(outline: Outline, folder: Path) -> Iterator[Problem]:
-    """Files named in the case exist."""
-    for where, name in _named_files(outline):
-        path = folder / name
-        if path.is_dir():
-            yield Problem(where, f"found {name!r}, which is a folder; give the name of a file in it")
-        elif not path.is_file():
-            near_by = sorted(p.name for p in path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
-            told = (
-                f"{path.parent} holds {listed(near_by[:8])}"
-                if near_by
-                else f"{path.parent} has no {path.suffix or 'such'} files"
-                if path.parent.is_dir()
-                else f"there is no folder {path.parent}"
-            )
-            yield Problem(
-                where, f"found {name!r}, which does not exist; names are relative to the case file, and {told}"
-            )
-
-
-def input_files(case: Case) -> list[Path]:
-    """The case file and all files it names."""
-    named = _named_files(outline(tomllib.loads(case.text)))
-    return [case.path, *(case.path.parent / name for _, name in named)]
-
-
-def check_no_input(case: Case, output: Path) -> None:
-    """Raise ValueError when the file to be written is one that the case is made of."""
-    for path in input_files(case):
-        if path.exists() and output.exists() and path.samefile(output):
-            raise ValueError(f"{output} is an input of this case and would be lost; choose another --output")
-
-
-def _named_files(outline: Outline) -> Iterator[tuple[str, str]]:
-    for name, body in outline.bodies.items():
-        if isinstance(body, FlexibleTable):
-            yield f"bodies.{name}.mesh", body.mesh
-        if isinstance(body, FileTable):
-            yield f"bodies.{name}.file", body.file
-        if isinstance(body, RigidTable):
-            yield from (
-                (f"bodies.{name}.shapes[{k}].file", s.file)
-                for k, s in enumerate(body.shapes)
-                if isinstance(s, MeshShape)
-            )
-    if outline.initial is not None and outline.initial.source not in (None, EQUILIBRIUM):
-        yield "initial.from", outline.initial.source
-    for where, load in outline.loads.items():
-        if load is not None and load.table is not None:
-            yield f"{where}.table", load.table

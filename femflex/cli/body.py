@@ -29,7 +29,7 @@ def body(
     with Patience("reducing the body"):
         from femflex.case import read_case
         from femflex.case.builders import build_body
-        from femflex.case.crosscheck import check_no_input
+        from femflex.case.named_files import check_no_input
         from femflex.reduction import save_body
 
         read = read_case(case)

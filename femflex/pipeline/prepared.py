@@ -113,7 +113,7 @@ def wrong_names_first(case: Case, without: Sequence[str]) -> Iterator[None]:
 
 def check_output(case: Case, output: Path, force: bool, resume: bool) -> None:
     """Raise OSError when the result file cannot be written there, ValueError when it cannot be resumed."""
-    from femflex.case.crosscheck import check_no_input
+    from femflex.case.named_files import check_no_input
     from femflex.pipeline.resumed import is_finished
     from femflex.results.place import check_place
 

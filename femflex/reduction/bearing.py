@@ -21,28 +21,13 @@ Array = NDArray[np.float64]
 
 NONE = 1e-7  # of mass, size and least omega^2, twelve times EI / L^2 of a column: below it a load is rounding
 ALIKE = 1e-3  # of the largest load by size: patterns below it do not pick the instant
-PATTERNS = 6  # that pick it at most
+PATTERNS, FEWER = 6, 2  # that pick it at most, and of what has more than
+LARGE = 20_000  # coordinates: from there on each pattern costs a tenth of the modes
 UNLIKE = 1.02  # times the part at one instant by few shapes, up to which the largest load is not looked at too
 
 
-class Elastic(Protocol):
-    """A structure, or a reduced body, as buckling sees it. Arrays over its n coordinates, free of supports."""
-
-    @property
-    def basis(self) -> Array:
-        """Few shapes (n, m) that show which instant is the worst."""
-
-    @property
-    def swaying(self) -> tuple[Array, Array, Array]:
-        """Shapes (n, m) enough to sway in, and their stiffness and mass (m, m)."""
-
-    @property
-    def scale(self) -> tuple[float, float]:
-        """Mass [kg] and size [m]."""
-
-    @property
-    def slowest(self) -> float:
-        """Least omega^2 of the basis [1/s^2]."""
+class Statics(Protocol):
+    """A structure, or a reduced body, as static buckling sees it. Arrays over its n coordinates, free of supports."""
 
     def knows(self, marker: str | None) -> bool:
         """Whether what acts at a marker, or all over (None), can be told."""
@@ -63,23 +48,57 @@ class Elastic(Protocol):
         """
 
 
+class Elastic(Statics, Protocol):
+    """The same with what picks the worst instant, and what sways."""
+
+    @property
+    def kept(self) -> Statics:
+        """Itself confined to the shapes that its body keeps."""
+
+    @property
+    def basis(self) -> Array:
+        """Few shapes (n, m) that show which instant is the worst."""
+
+    @property
+    def swaying(self) -> tuple[Array, Array, Array]:
+        """Shapes (n, m) enough to sway in, and their stiffness and mass (m, m)."""
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates n."""
+
+    @property
+    def scale(self) -> tuple[float, float]:
+        """Mass [kg] and size [m]."""
+
+    @property
+    def slowest(self) -> float:
+        """Least omega^2 of the basis [1/s^2]."""
+
+
 @dataclass(frozen=True, eq=False)
 class JudgedBearing:
     """The Bearing of what is elastic."""
 
     elastic: Elastic
 
-    def nearest(self, burdens: Sequence[Burden]) -> Buckling:
+    def nearest(self, burdens: Sequence[Burden], told: float = 0.0) -> Buckling:
         """See Bearing."""
-        index = [k for k, burden in enumerate(burdens) if self.elastic.knows(burden.marker) and burden.values.any()]
+        index = [k for k, burden in enumerate(burdens) if self.elastic.knows(burden.marker) and _acts(burden)]
         known = [burdens[k] for k in index]
         rows = self._rows(known) if known else []
         if not rows:
             return Buckling(0.0, 0, (0.0,) * len(burdens))
-        found = max((self._judged(known, row) for row in rows), key=lambda one: one.part)
+        found = max((self._judged(known, row, told) for row in rows), key=lambda one: one.part)
         shares = np.zeros(len(burdens))
         shares[index] = found.shares
         return Buckling(found.part, found.row, tuple(shares.tolist()), found.sways)
+
+    def kept(self, burdens: Sequence[Burden], row: int) -> float:
+        """See Bearing."""
+        E = self.elastic.kept
+        known = [burden for burden in burdens if E.knows(burden.marker) and _acts(burden)]
+        return max(0.0, -_lowest(E, known, row)[0])
 
     def _rows(self, burdens: Sequence[Burden]) -> list[int]:
         """Instants, one of which is the worst; none where there is nothing but rounding."""
@@ -92,7 +111,7 @@ class JudgedBearing:
         if np.ptp(values * sizes, axis=0).max() <= ALIKE * np.abs(values * sizes).max():
             return [0]
         amounts, weights, patterns = np.linalg.svd(values * sizes, full_matrices=False)
-        count = min(int(np.sum(weights > ALIKE * weights[0])), PATTERNS)
+        count = min(int(np.sum(weights > ALIKE * weights[0])), PATTERNS if self.elastic.size <= LARGE else FEWER)
         amounts, patterns = (amounts * weights)[:, :count], patterns[:count] / sizes
         largest = int(np.linalg.norm(amounts, axis=1).argmax())
         if count == 1:
@@ -105,41 +124,49 @@ class JudgedBearing:
         worst = int(parts.argmax())
         return [worst] if parts[worst] > UNLIKE * parts[largest] else sorted({worst, largest})
 
-    def _judged(self, burdens: Sequence[Burden], row: int) -> Buckling:
+    def _judged(self, burdens: Sequence[Burden], row: int, told: float) -> Buckling:
         """How near they are at an instant."""
         E = self.elastic
-        parts = [E.loads(burden.marker) @ burden.values[row] for burden in burdens]
-        change = E.stress(np.sum(parts, axis=0))
-        turned = [self._at(burden.marker, burden.turning(row)) for burden in burdens]
-        for one in turned:
-            change = change if one is None else change - one
         if any(burden.follows and burden.values[row].any() for burden in burdens):
-            part = 1.0 / first_flutter(*self._swaying(burdens, change))
+            part = 1.0 / first_flutter(*self._swaying(burdens, _change(E, burdens, row)))
             sizes = np.array([np.linalg.norm(b.wrench[row, :3]) if b.follows else 0.0 for b in burdens])
             return Buckling(part, row, tuple((part * sizes / max(sizes.sum(), 1e-300)).tolist()), True)
-        mu, x = E.lowest(change, self._added(burdens, [np.diag(np.arange(6.0) < b.held) for b in burdens]))
-        if mu >= 0.0:
-            return Buckling(0.0, row, (0.0,) * len(burdens))
-        shares = [
-            -float(x @ (E.stress(load) @ x)) + (0.0 if one is None else float(x @ (one @ x)))
-            for one, load in zip(turned, parts, strict=True)
-        ]
+        mu, x = _lowest(E, burdens, row)
+        if mu >= 0.0 or -mu < told:
+            return Buckling(max(-mu, 0.0), row, (0.0,) * len(burdens))
+        shares = [-float(x @ (_change(E, [burden], row) @ x)) for burden in burdens]
         return Buckling(-mu, row, tuple(shares))
 
     def _swaying(self, burdens: Sequence[Burden], change: Any) -> tuple[Array, Array, Array]:
         """K, its change and M of what sways, with what hangs on it."""
         phi, K, M = self.elastic.swaying
-        hung = self._added(burdens, [burden.inertia for burden in burdens])
+        hung = _added(self.elastic, burdens, [burden.inertia for burden in burdens])
         return K, phi.T @ (change @ phi), M if hung is None else M + phi.T @ (hung @ phi)
 
-    def _added(self, burdens: Sequence[Burden], blocks: Sequence[Array]) -> Any | None:
-        """The sum of what stands at the markers of burdens, (n, n); None for nothing."""
-        total: Any | None = None
-        for burden, A in zip(burdens, blocks, strict=True):
-            if (one := self._at(burden.marker, A)) is not None:
-                total = one if total is None else total + one
-        return total
 
-    def _at(self, marker: str | None, A: Array) -> Any | None:
-        """What stands at a marker, (n, n); None for nothing."""
-        return self.elastic.at(marker, A) if marker is not None and A.any() else None
+def _lowest(E: Statics, burdens: Sequence[Burden], row: int) -> tuple[float, Array]:
+    """Lowest mu under burdens at an instant, and its shape."""
+    held = _added(E, burdens, [np.diag(np.arange(6.0) < burden.held) for burden in burdens])
+    return E.lowest(_change(E, burdens, row), held)
+
+
+def _change(E: Statics, burdens: Sequence[Burden], row: int) -> Any:
+    """What burdens add to the stiffness at an instant: by stress, and as they turn with their markers."""
+    stress = E.stress(np.sum([E.loads(burden.marker) @ burden.values[row] for burden in burdens], axis=0))
+    turned = _added(E, burdens, [burden.turning(row) for burden in burdens])
+    return stress if turned is None else stress - turned
+
+
+def _added(E: Statics, burdens: Sequence[Burden], blocks: Sequence[Array]) -> Any | None:
+    """The sum of what stands at the markers of burdens, (n, n); None for nothing."""
+    total: Any | None = None
+    for burden, A in zip(burdens, blocks, strict=True):
+        if burden.marker is not None and A.any():
+            one = E.at(burden.marker, A)
+            total = one if total is None else total + one
+    return total
+
+
+def _acts(burden: Burden) -> bool:
+    """Whether there is anything of a burden: what it does, or what it holds."""
+    return bool(burden.values.any() or burden.held)

@@ -7,7 +7,7 @@ from femflex.dynamics.arithmetic.compiled import kernel
 from femflex.dynamics.arithmetic.lanes import start
 from femflex.dynamics.arithmetic.profiles import profile_at
 from femflex.dynamics.arithmetic.symbols import types
-from femflex.dynamics.lowering.lower import Pool
+from femflex.dynamics.lowering.pool import Pool
 from femflex.system import Profile
 
 TIMES = np.array([0.0, 0.7, 1.1, 2.0, 3.5, 4.0, 6.0])

@@ -118,7 +118,7 @@ def _ledger(model: Model, times: Array, states: Array, rates: Array) -> Array:
 
 def linear_terms(model: Model, t: float, x: Array) -> tuple[Array, Array]:
     """M_t (symmetric) and G (skew), both (n_u, n_u), of the part of h linear in u, (M_t + G) u, at x (n_x,)."""
-    from femflex.dynamics.terms.ledger import LINEAR
+    from femflex.dynamics.terms.rows import LINEAR
 
     n = model.n_u
     states = np.hstack([np.tile(np.asarray(x, float)[: model.n_q], (n, 1)), np.eye(n)])

@@ -16,7 +16,8 @@ from femflex.dynamics.lowering.layout import body_of, header_of
 from femflex.dynamics.motion.equations import RATE
 from femflex.dynamics.motion.gathering import write_solution
 from femflex.dynamics.motion.second_order import RESIDUAL
-from femflex.dynamics.terms.ledger import HELD_UDOT, SPARE, n_rows, write_terms
+from femflex.dynamics.terms.ledger import write_terms
+from femflex.dynamics.terms.rows import HELD_UDOT, SPARE, n_rows
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]

@@ -21,8 +21,8 @@ from femflex.dynamics.lowering.layout import body_of, header_of
 from femflex.dynamics.motion.equations import RATE, place
 from femflex.dynamics.motion.gathering import accelerate_body
 from femflex.dynamics.motion.recursion import reduce_to_root
-from femflex.dynamics.terms.ledger import SPARE, n_rows
 from femflex.dynamics.terms.reduced import write_reduced_rate
+from femflex.dynamics.terms.rows import SPARE, n_rows
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]

@@ -1,0 +1,66 @@
+"""Files that a case names: that they exist, and that none is written over."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+from femflex.case.body import FileTable, FlexibleTable, RigidTable
+from femflex.case.case import Case
+from femflex.case.initial import EQUILIBRIUM
+from femflex.case.outline import Outline, outline
+from femflex.case.problems import Problem, listed
+from femflex.case.shape import MeshShape
+
+
+def files(outline: Outline, folder: Path) -> Iterator[Problem]:
+    """Files named in the case exist."""
+    for where, name in _named_files(outline):
+        path = folder / name
+        if path.is_dir():
+            yield Problem(where, f"found {name!r}, which is a folder; give the name of a file in it")
+        elif not path.is_file():
+            near_by = sorted(p.name for p in path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
+            told = (
+                f"{path.parent} holds {listed(near_by[:8])}"
+                if near_by
+                else f"{path.parent} has no {path.suffix or 'such'} files"
+                if path.parent.is_dir()
+                else f"there is no folder {path.parent}"
+            )
+            yield Problem(
+                where, f"found {name!r}, which does not exist; names are relative to the case file, and {told}"
+            )
+
+
+def input_files(case: Case) -> list[Path]:
+    """The case file and all files it names."""
+    named = _named_files(outline(tomllib.loads(case.text)))
+    return [case.path, *(case.path.parent / name for _, name in named)]
+
+
+def check_no_input(case: Case, output: Path) -> None:
+    """Raise ValueError when the file to be written is one that the case is made of."""
+    for path in input_files(case):
+        if path.exists() and output.exists() and path.samefile(output):
+            raise ValueError(f"{output} is an input of this case and would be lost; choose another --output")
+
+
+def _named_files(outline: Outline) -> Iterator[tuple[str, str]]:
+    for name, body in outline.bodies.items():
+        if isinstance(body, FlexibleTable):
+            yield f"bodies.{name}.mesh", body.mesh
+        if isinstance(body, FileTable):
+            yield f"bodies.{name}.file", body.file
+        if isinstance(body, RigidTable):
+            yield from (
+                (f"bodies.{name}.shapes[{k}].file", s.file)
+                for k, s in enumerate(body.shapes)
+                if isinstance(s, MeshShape)
+            )
+    if outline.initial is not None and outline.initial.source not in (None, EQUILIBRIUM):
+        yield "initial.from", outline.initial.source
+    for where, load in outline.loads.items():
+        if load is not None and load.table is not None:
+            yield f"{where}.table", load.table

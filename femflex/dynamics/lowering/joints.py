@@ -1,0 +1,118 @@
+"""Joints lowered to flat arrays: axes, springs, what they hold, laws and latches, and the markers they join."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import Marker
+from femflex.dynamics.lowering import layout as at
+from femflex.dynamics.lowering.pool import Pool, Scratch, put_marker
+from femflex.rotations import EULER_PARAMETERS, MODIFIED, NAMED_SEQUENCES, RODRIGUES, is_extrinsic, letters_of
+from femflex.system import Joint, System
+from femflex.system.law import LATCHED
+
+Array = NDArray[np.float64]
+
+ROUNDING = 1e-12  # slides closer than this to orthonormal count as such
+
+BALL_CODES = {EULER_PARAMETERS: at.BALL_QUATERNION, RODRIGUES: at.BALL_RODRIGUES, MODIFIED: at.BALL_MODIFIED}
+
+
+def lower_joint(record: np.void, joint: Joint, system: System, pool: Pool) -> None:
+    """Axes, rotation set, springs and dampers of a joint."""
+    record["hidden"] = int(joint.parent is None and system.orbit is not None and not system.orbit.free)
+    record["n_slide"], record["n_turn"] = len(joint.translations), len(joint.rotations)
+    axes: list[Array | list[float]] = [joint.translations.ravel(), joint.rotations.ravel()]
+    if joint.ball in NAMED_SEQUENCES:
+        record["ball"] = at.BALL_EXTRINSIC if is_extrinsic(joint.ball) else at.BALL_ANGLES
+        axes.append(axis_numbers(joint.ball))
+    elif joint.ball is not None:
+        record["ball"] = BALL_CODES[joint.ball]
+    if joint.rebase:
+        record["reference"] = record["q"] + joint.ball_places().stop
+    record["n_h"] = 3 * record["hidden"] + joint.n_u
+    record["axes"] = pool.put(np.concatenate(axes))
+    record["spring"], record["damper"], record["rest"] = (
+        pool.put(v) for v in (joint.stiffness, joint.damping, joint.rest)
+    )
+    record["sprung"] = int(bool(joint.stiffness.any() or joint.damping.any()))
+
+
+def lower_holds(
+    head: np.void, bodies: NDArray[np.void], system: System, pool: Pool, scratch: Scratch
+) -> NDArray[np.void]:
+    """One HOLD record per held freedom, and where the model keeps what it holds."""
+    found = []
+    for record, name in zip(bodies[1:], system.order, strict=True):
+        joint = system.joint_of(name)
+        for k, profile in joint.held.items():
+            found.append((int(record["q"]) + k, int(record["u"]) + k, pool.put(profile.numbers), 0))
+        for latch, place in zip(joint.latches, joint.latch_places(), strict=True):
+            k = latch.freedom
+            if latch.rigid:
+                found.append((int(record["q"]) + k, int(record["u"]) + k, 0, int(record["q"]) + place))
+        if joint.held or joint.locking:
+            record["held"], record["full"] = 1, 0
+    head["n_holds"] = len(found)
+    if found:
+        head["held_q"] = scratch.take(int(head["n_q"]))
+        for key in ("held_u", "known", "flags", "drives"):
+            head[key] = scratch.take(int(head["n_u"]))
+        for key in ("known", "flags", "drives"):
+            bodies[key] = head[key] + bodies["u"]
+    return np.array(found, at.HOLD)
+
+
+def lower_laws(head: np.void, bodies: NDArray[np.void], system: System, pool: Pool) -> NDArray[np.void]:
+    """LAW records: the pieces of every law, then the springs and dampers of elastic latches."""
+    found: list[tuple[int, ...]] = []
+    row = 0
+    for i, name in enumerate(system.order, start=1):
+        record, joint = bodies[i], system.joint_of(name)
+        q, u = int(record["q"]), int(record["u"])
+        for law in joint.laws:
+            k = law.freedom
+            found += [(i, k, q + k, u + k, kind, pool.put(numbers), 0, row) for kind, numbers in law.pieces()]
+            row += 1
+        for latch, place in zip(joint.latches, joint.latch_places(), strict=True):
+            if not latch.rigid:
+                k, numbers = latch.freedom, pool.put([latch.stiffness, latch.damping, latch.at])
+                found.append((i, k, q + k, u + k, LATCHED, numbers, q + place, row))
+                row += 1
+        record["n_latched"] = 2 * len(joint.latches)
+        record["latched"] = q + joint.n_q - record["n_latched"]
+        if joint.laws or any(not latch.rigid for latch in joint.latches):
+            record["sprung"], record["lawful"], record["full"] = 1, 1, 0
+    head["n_laws"], head["law_rows"] = len(found), row
+    return np.array(found, at.LAW)
+
+
+def lower_markers(bodies: NDArray[np.void], i: int, joint: Joint, system: System, pool: Pool, scratch: Scratch) -> None:
+    """Markers P and Q of the joint of body i; their carriers' elastic blocks become dense when the markers move."""
+    record, parent = bodies[i], bodies[bodies[i]["parent"]]
+    own = system.bodies[joint.child].marker(joint.child_marker)
+    above = (
+        Marker.rigid(np.zeros(3)) if joint.parent is None else system.bodies[joint.parent].marker(joint.parent_marker)
+    )
+    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(above, pool)
+    record["own_place"], record["own_shape"], record["own_spin"], record["own_bends"] = put_marker(own, pool)
+    record["Phi"] = scratch.take(6 * parent["row"])
+    if record["bends"]:
+        parent["dense"] = 1
+    if record["own_bends"]:
+        record["dense"] = 1
+    record["welded"] = int(record["n_h"] == 0 and not record["bends"] and not record["own_bends"])
+    C_ip = own.orientation @ above.orientation.T
+    record["welded_at"] = pool.put(np.concatenate([C_ip.ravel(), above.position - C_ip.T @ own.position]))
+    orthonormal = record["hidden"] or np.allclose(
+        joint.translations @ joint.translations.T, np.eye(len(joint.translations)), atol=ROUNDING
+    )
+    six = record["n_h"] == 6 and joint.ball is not None and orthonormal
+    record["full"] = int(bool(six and joint.parent is None and not record["sprung"] and not record["own_bends"]))
+
+
+def axis_numbers(sequence: str) -> list[float]:
+    """Axis numbers of the intrinsic turns that make a sequence: "xzy" gives 0, 2, 1, "extrinsic xzy" 1, 2, 0."""
+    letters = letters_of(sequence)
+    return [float("xyz".index(letter)) for letter in (letters[::-1] if is_extrinsic(sequence) else letters)]

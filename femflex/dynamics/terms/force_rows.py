@@ -1,0 +1,123 @@
+"""Rows of what pushes or holds: elastic forces by degree, joints, gravity, springs between markers, drives."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.arithmetic.lanes import beyond
+from femflex.dynamics.arithmetic.vectors import ZERO, store3
+from femflex.dynamics.bodies.inertia import write_velocity_forces
+from femflex.dynamics.bodies.stiffening import add_varying_force, write_varying_stiffness
+from femflex.dynamics.forces.gravity import find_center_of_mass, gravity_field, local_field
+from femflex.dynamics.forces.springs import apply_spring
+from femflex.dynamics.forces.system import clear
+from femflex.dynamics.joints.forces import write_spring_forces
+from femflex.dynamics.lowering.layout import BALL_NONE, ORBIT_NONE, W_OMEGA, W_TAU, body_of, header_of, hold_of
+from femflex.dynamics.lowering.tie_layout import spring_of
+from femflex.dynamics.motion.equations import place
+from femflex.dynamics.motion.gathering import gather_residual
+from femflex.dynamics.motion.led_equations import write_accelerations
+from femflex.dynamics.terms.rows import (
+    CUBIC_STRAIN,
+    DAMPERS,
+    DAMPING,
+    ELASTIC,
+    FIRST_LOAD,
+    PRESTRESS,
+    QUADRATIC_STRAIN,
+    SPRINGS,
+    TRIAL,
+    n_rows,
+)
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+Record = np.void
+
+
+@inner
+def write_drive_rows(
+    t: float, q: Array, u: Array, rows: Array, spare: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """Rows of the forces that hold freedoms, from the recursion: one row per hold, after the loads."""
+    head = header_of(table)
+    n_u = head["n_u"]
+    write_accelerations(t, q, u, beyond(spare, TRIAL * n_u), table, pool, work)
+    for j in range(head["n_holds"]):
+        k = hold_of(table, j)["u"]
+        rows[(FIRST_LOAD + head["n_loads"] + j) * n_u + k] = -work[head["drives"] + k]
+
+
+@inner
+def matrix_rows(b: Record, columns: int, x: Array, first: int, row: Array, pool: Array) -> None:
+    """row[ue + k] = sum_j columns[j, k] x[first + j] on a body's elastic coordinates."""
+    for k in range(b["n"]):
+        total = 0.0
+        for j in range(b["n"]):
+            total += pool[columns + j * b["row"] + k] * x[first + j]
+        row[b["ue"] + k] = total
+
+
+@inner
+def write_elastic_rows(q: Array, u: Array, rows: Array, table: Table, pool: Array, work: Array) -> None:
+    """Rows of K1, K2 and K3 times delta (eq. 8), of the initial stress f0 and of the damping D ddelta."""
+    head = header_of(table)
+    n_u = head["n_u"]
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
+        matrix_rows(b, b["stiffness"], q, b["qe"], beyond(rows, ELASTIC * n_u), pool)
+        matrix_rows(b, b["damping"], u, b["ue"], beyond(rows, DAMPING * n_u), pool)
+        for k in range(b["n"]):
+            rows[PRESTRESS * n_u + b["ue"] + k] = pool[b["f0"] + k]
+        if b["nonlinear"]:
+            write_varying_stiffness(b, pool, work, 3.0, 0.0)
+            add_varying_force(b, work, work, b["delta"], 1.0, rows, QUADRATIC_STRAIN * n_u + b["ue"], 1)
+            write_varying_stiffness(b, pool, work, 0.0, 2.0)
+            add_varying_force(b, work, work, b["delta"], 1.0, rows, CUBIC_STRAIN * n_u + b["ue"], 1)
+
+
+@inner
+def write_joint_rows(q: Array, u: Array, rows: Array, still: Array, table: Table, pool: Array, work: Array) -> None:
+    """Rows of joint springs and joint dampers."""
+    head = header_of(table)
+    springs, dampers = beyond(rows, SPRINGS * head["n_u"]), beyond(rows, DAMPERS * head["n_u"])
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
+        if b["sprung"]:
+            write_spring_forces(b, q, still, pool, work)
+            for k in range(b["n_slide"] + b["n_turn"] + (0 if b["ball"] == BALL_NONE else 3)):
+                springs[b["u"] + k] = -work[b["work"] + W_TAU + k]
+                dampers[b["u"] + k] = pool[b["damper"] + k] * u[b["u"] + k]
+
+
+@inner
+def write_gravity_row(still: Array, row: Array, table: Table, pool: Array, work: Array) -> None:
+    """Row of gravity, bodies at rest: relative to O (eq. 6), on a free orbit also what moves the centre of mass; or
+    of uniform gravity."""
+    head = header_of(table)
+    clear(table, work)
+    l, strength = ZERO, 0.0
+    if head["orbit"] != ORBIT_NONE:
+        find_center_of_mass(table, pool, work)
+        l, strength = gravity_field(table, pool, work)
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
+        store3(work, b["work"] + W_OMEGA, ZERO)  # what remains of the velocity forces is the field
+        field, uniform = local_field(b, head, l, strength, pool, work)
+        write_velocity_forces(b, pool, work, field, uniform)
+    gather_residual(still, row, table, pool, work)
+
+
+@inner
+def write_spring_rows(
+    t: float, q: Array, u: Array, rows: Array, still: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """Rows of springs between markers, one each, behind all others."""
+    head = header_of(table)
+    place(t, q, u, table, pool, work)
+    for i in range(head["n_springs"]):
+        clear(table, work)
+        apply_spring(spring_of(table, i), table, pool, work)
+        gather_residual(still, beyond(rows, (n_rows(table) - head["n_springs"] + i) * head["n_u"]), table, pool, work)

@@ -1,0 +1,27 @@
+"""Where the rows of the ledger of terms lie, and the vectors of its spare room."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.lowering.layout import header_of
+
+Table = NDArray[np.int64]
+
+# rows of the ledger; loads follow in the system's order
+INERTIA, QUADRATIC, LINEAR, SPECIFIED = 0, 1, 2, 3
+ELASTIC, QUADRATIC_STRAIN, CUBIC_STRAIN, PRESTRESS, DAMPING = 4, 5, 6, 7, 8
+SPRINGS, DAMPERS, GRADIENT, WEIGHT, MOVING, FIRST_LOAD = 9, 10, 11, 12, 13, 14
+
+# vectors of `spare`: zeros; u and udot of held freedoms alone; udot of the others; -u; trial velocities and their h
+ZEROS, HELD_U, HELD_UDOT, FREE_UDOT, BACKWARDS, TRIAL, TRIAL_H, SPARE = 0, 1, 2, 3, 4, 5, 6, 8
+
+
+@inner
+def n_rows(table: Table) -> int:
+    """Number of rows of the ledger."""
+    head = header_of(table)
+    behind = int(head["n_holds"]) + int(head["law_rows"]) + int(head["n_springs"])
+    return FIRST_LOAD + int(head["n_loads"]) + behind

@@ -1,0 +1,98 @@
+"""Rows of the inertia forces that go with velocities, by their degree in u: two, one (M_t u and G u) and zero."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.arithmetic.lanes import beyond
+from femflex.dynamics.arithmetic.vectors import ZERO
+from femflex.dynamics.bodies.inertia import write_velocity_forces
+from femflex.dynamics.forces.gravity import NO_GRADIENT
+from femflex.dynamics.forces.system import release_joint
+from femflex.dynamics.lowering.layout import body_of, header_of
+from femflex.dynamics.motion.equations import place
+from femflex.dynamics.motion.gathering import gather_residual
+from femflex.dynamics.terms.rows import (
+    BACKWARDS,
+    HELD_U,
+    HELD_UDOT,
+    LINEAR,
+    MOVING,
+    QUADRATIC,
+    SPECIFIED,
+    TRIAL,
+    TRIAL_H,
+)
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+
+
+@inner
+def velocity_row(t: float, q: Array, u: Array, udot: Array, row: Array, table: Table, pool: Array, work: Array) -> None:
+    """row = M udot + h of the inertia forces alone at the state (q, u); udot of held freedoms alone."""
+    place(t, q, u, table, pool, work)
+    for i in range(1, header_of(table)["n_bodies"]):
+        b = body_of(table, i)
+        release_joint(b, work)
+        write_velocity_forces(b, pool, work, NO_GRADIENT, ZERO)
+    gather_residual(udot, row, table, pool, work)
+
+
+@inner
+def write_velocity_rows(
+    t: float, q: Array, u: Array, rows: Array, spare: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """Rows of h by degree in u: two (Coriolis, centrifugal), one (gyroscopic), zero (specified motion).
+
+    The bodies are left placed at (q, 0), held freedoms moving.
+    """
+    n_u = header_of(table)["n_u"]
+    plus, minus, none = beyond(rows, QUADRATIC * n_u), beyond(rows, LINEAR * n_u), beyond(rows, SPECIFIED * n_u)
+    rest, known, backwards = spare_vectors(spare, n_u)
+    for k in range(n_u):
+        backwards[k] = 2.0 * rest[k] - u[k]
+    velocity_row(t, q, u, known, plus, table, pool, work)
+    velocity_row(t, q, backwards, known, minus, table, pool, work)
+    velocity_row(t, q, rest, known, none, table, pool, work)
+    for k in range(n_u):
+        even, odd = 0.5 * (plus[k] + minus[k]), 0.5 * (plus[k] - minus[k])
+        plus[k], minus[k] = even - none[k], odd
+
+
+@inner
+def spare_vectors(spare: Array, n_u: int) -> tuple[Array, Array, Array]:
+    """Velocities and accelerations of held freedoms alone, and room for a velocity."""
+    return beyond(spare, HELD_U * n_u), beyond(spare, HELD_UDOT * n_u), beyond(spare, BACKWARDS * n_u)
+
+
+@inner
+def split_moving_mass(
+    t: float, q: Array, u: Array, rows: Array, spare: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """Split L u = M_t u + G u, the part of h linear in the free u: M_t = (L + L^T)/2 from the columns of L.
+
+    A row of a held freedom keeps all of it as gyroscopic.
+    """
+    head = header_of(table)
+    n_u, flags = head["n_u"], head["flags"]
+    linear, moving = beyond(rows, LINEAR * n_u), beyond(rows, MOVING * n_u)
+    rest, known, _ = spare_vectors(spare, n_u)
+    trial, plus, minus = beyond(spare, TRIAL * n_u), beyond(spare, TRIAL_H * n_u), beyond(spare, (TRIAL_H + 1) * n_u)
+    for k in range(n_u):
+        if work[flags + k] == 0.0:
+            for j in range(n_u):
+                trial[j] = rest[j]
+            trial[k] = 1.0
+            velocity_row(t, q, trial, known, plus, table, pool, work)
+            trial[k] = -1.0
+            velocity_row(t, q, trial, known, minus, table, pool, work)
+            transposed = 0.0
+            for j in range(n_u):
+                if work[flags + j] == 0.0:
+                    transposed += 0.5 * (plus[j] - minus[j]) * u[j]
+            moving[k] = 0.5 * (linear[k] + transposed)
+    for k in range(n_u):
+        linear[k] -= moving[k]
