@@ -107,9 +107,10 @@ class Stretchable(Table):
     """How many static derivatives of pairs of shapes are added, so that bending need not stretch: a number, 'auto'
     (until 1e-6 of their energy is left out, and all that a spin and the twist of a bent strip need), 'all', or 'none',
     which nonlinear strain takes as a choice."""
-    third_derivatives: Annotated[int, Count(0)] = 0
-    """How many of the lowest shapes get a static answer of third order as one more coordinate: 1 for a plate that bends
-    by several thicknesses. It wants nonlinear or condensed strain."""
+    third_derivatives: Annotated[int, Count(0)] | None = None
+    """How many of the lowest shapes get a static answer of third order, at rest, as one more coordinate. It wants
+    nonlinear or condensed strain. Left out: none, but of flat plates so wide and thin that they stop curving crosswise
+    as they bend the lowest shape's own change, found by bending them far; `run` says so."""
     deflection: PositiveLength | None = None
     """Largest deflection, of the lowest shape, that the derivatives are to serve: they are then taken from static
     states bent so far (8 n^2 of n shapes) and not at rest. For what snaps through or bends by several thicknesses.

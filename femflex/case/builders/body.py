@@ -125,7 +125,7 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
         else:
             require_stretch(structure, modeset, body.strain)
     if not note and strain != "linear" and isinstance(r, Stretchable) and r.deflection is None and modeset.held.size:
-        note = "; ".join(filter(None, (of_curved(structure, modeset), of_sheet(structure, modeset))))
+        note = "; ".join(filter(None, (of_curved(structure, modeset), of_sheet(structure, modeset, r))))
     bearing, softening = bearing_of_meshed(groups, structure, modeset), softening_of(structure, modeset)
     return replace(body, note=note, ignored=ignored, buckling=bearing, softening=softening)
 
