@@ -142,3 +142,26 @@ def held_at(model: Reduced, load: np.ndarray, row: np.ndarray, values: Sequence[
             raise RuntimeError(f"no equilibrium found at {value}")
         found.append(factor)
     return np.array(found)
+
+
+def stepped_motion(model: Full | Reduced, M, D, load, dt: float, count: int):
+    """Displacements (count + 1, n) of M a + D v + f(x) = load, put on at once from rest, by Newmark's average rule."""
+    x, v = np.zeros_like(load), np.zeros_like(load)
+    a, out = solved(M, load - model.force(x)), [x]
+    for _ in range(count):
+        new = x + dt * v + dt**2 / 2 * a
+        for _ in range(30):
+            more = (new - x - dt * v) * 4 / dt**2 - a
+            rate = v + dt / 2 * (a + more)
+            move = solved(
+                M * (4 / dt**2) + D * (2 / dt) + model.tangent(new), load - M @ more - D @ rate - model.force(new)
+            )
+            new = new + move
+            if np.abs(move).max() < 1e-9 * np.abs(new).max():
+                break
+        else:
+            raise RuntimeError("Newton steps did not converge within a time step; take shorter ones")
+        more = (new - x - dt * v) * 4 / dt**2 - a
+        x, v, a = new, v + dt / 2 * (a + more), more
+        out.append(x)
+    return np.array(out)

@@ -86,6 +86,10 @@ class Bearing(Protocol):
         told: part from which on their shares are sought.
         """
 
+    def kept(self, burdens: Sequence[Burden], row: int) -> float:
+        """The same at an instant, of what buckles the body confined to the shapes that it keeps; forces that follow
+        count as if they kept their direction."""
+
 
 def skew(a: Array) -> Array:
     """(3, 3) of a x b = skew(a) b."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -36,6 +37,8 @@ class FlexibleBody:
     ignored  Foreshortening where linear strain leaves it out, or None
     strain_field  parts over all shapes that recover strain over the body; none where it is not known
     buckling  tells how near what it bears comes to what buckles it; None where that is not known
+    softening  how soft a low shape becomes as the body bends one way, over its stiffness at rest, and the body's rise
+              [m]: 1 where it rises by more than a displacement [m] that is given; None where that is not known
     """
 
     moments: MassMoments
@@ -50,6 +53,7 @@ class FlexibleBody:
     ignored: Foreshortening | None = None
     strain_field: tuple[StrainPart, ...] = ()
     buckling: Bearing | None = None
+    softening: Callable[[float], tuple[float, float]] | None = None
 
     def __post_init__(self) -> None:
         n, n_shapes = self.n_modes, self.n_shapes

@@ -50,6 +50,7 @@ class StrainPart:
     leading    how many shapes, from the first, are of first order; those that follow (condensed bodies) are of second,
                and products of two of them are left out, as they are of the energy
     nonlinear  whether the body's strain keeps the quadratic part; else it meets the initial stress alone
+    per        points of each element, which follow each other; 1 where every point stands alone
 
     The strains are those of NAMES[kind], in this order; twist is the twist rate times the section's polar radius. Of
     beams, curvatures hold products of bend and twist so that their energy is right (`femflex.fem.beam.strain`).
@@ -65,6 +66,7 @@ class StrainPart:
     stress: Array
     leading: int
     nonlinear: bool
+    per: int = 1
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -112,6 +114,7 @@ def write_field(group: h5py.Group, field: Sequence[StrainPart]) -> None:
     for number, part in enumerate(field):
         own = group.create_group(f"strain_field/{number}")
         own.attrs["kind"], own.attrs["nonlinear"], own.attrs["leading"] = part.kind, part.nonlinear, part.leading
+        own.attrs["per"] = part.per
         for name in ARRAYS:
             own[name] = getattr(part, name)
             own[name].attrs["description"], own[name].attrs["units"] = ARRAYS[name]
@@ -128,6 +131,7 @@ def read_field(group: h5py.Group) -> tuple[StrainPart, ...]:
             kind=str(own.attrs["kind"]),
             leading=int(own.attrs["leading"]),
             nonlinear=bool(own.attrs["nonlinear"]),
+            per=int(own.attrs.get("per", 1)),
             **{name: own[name][()] for name in ARRAYS},
         )
         for own in numbered

@@ -50,9 +50,9 @@ def add_options(schema: dict[str, Any]) -> None:
 def _table(known: Mapping[str, Option]) -> dict[str, Any]:
     properties = {}
     for name, option in known.items():
-        about = {"description": option.meaning}
+        about: dict[str, Any] = {"description": option.meaning}
         if option.default is not None:
-            about["default"] = option.default
+            about["default"] = list(option.default) if isinstance(option.default, tuple) else option.default
         kinds = [] if option.unit is None else [kind.json_schema() for kind in _kinds(option)]
         properties[name] = ({} if not kinds else kinds[0] if len(kinds) == 1 else {"anyOf": kinds}) | about
     return {"type": "object", "properties": properties, "additionalProperties": False}

@@ -107,17 +107,18 @@ class Stretchable(Table):
     """How many static derivatives of pairs of shapes are added, so that bending need not stretch: a number, 'auto'
     (until 1e-6 of their energy is left out, and all that a spin and the twist of a bent strip need), 'all', or 'none',
     which nonlinear strain takes as a choice."""
-    third_derivatives: Annotated[int, Count(0)] = 0
-    """How many of the lowest shapes get a static answer of third order as one more coordinate: 1 for a plate that bends
-    by several thicknesses. It wants nonlinear or condensed strain."""
+    third_derivatives: Annotated[int, Count(0)] | None = None
+    """How many of the lowest shapes get a static answer of third order, at rest, as one more coordinate. It wants
+    nonlinear or condensed strain. Left out: none, but of flat plates so wide and thin that they stop curving crosswise
+    as they bend the lowest shape's own change, found by bending them far; `run` says so."""
     deflection: PositiveLength | None = None
     """Largest deflection, of the lowest shape, that the derivatives are to serve: they are then taken from static
     states bent so far (8 n^2 of n shapes) and not at rest. For what snaps through or bends by several thicknesses.
     With `responses` it is theirs instead."""
     responses: Annotated[int, Count(0)] = 0
     """How many shapes are taken from static responses up to `deflection`, both ways, to accelerations along the
-    directions of `attachment` (left out: the one that moves the body most). For curved panels and arches that snap
-    through: eight of them do it. Wants strain = 'nonlinear'."""
+    directions of `attachment` and to the forces and moments of `loads` (both left out: the acceleration that moves the
+    body most). For curved panels and arches that snap through: eight of them do it. Wants strain = 'nonlinear'."""
 
     @model_validator(mode="after")
     def _derives(self) -> Stretchable:

@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 
 CLOSE = 0.05  # rad; angle left to the singularity of a rotation set below which a run warns of it
 FASTEST = {"rad/s": 1e5, "m/s": 3e6}  # ten times what flywheels reach; a hundredth of the speed of light
+STILL = 1e-12  # rad/s: rounding
 FAR = 100.0  # elastic displacement over the body's size beyond which the motion has run away
 
 
@@ -53,7 +54,7 @@ class Runaway:
             if len(far):
                 row = slice(far[0], far[0] + 1)
                 k = int(np.argmax(moved[far[0]]))
-                advice = "Look for a spin faster than the body's lowest frequencies, or an unstable attitude"
+                advice = self._advice(bend.name, block, far[0])
                 text = (
                     f"the motion has run away, body {bend.name!r} is displaced by {moved[far[0], k]:.3g} m, over "
                     f"{FAR:g} times its size of {bend.size:.3g} m. {self._cause(block, far[0], advice)}"
@@ -77,6 +78,16 @@ class Runaway:
         )
         column = block.states.shape[1] - len(self._fastest) + k
         return IntegrationError(text, block.times[row], block.states[row], column, block.steps)
+
+    def _advice(self, name: str, block: Block, row: int) -> str:
+        """Where to look for what carried a body off: a spin if it turns, a load that buckles it if it does not."""
+        seen = self._model.observe(block.times[row : row + 1], block.states[row : row + 1])
+        if not np.abs(seen.get(f"bodies/{name}/rate", np.ones((1, 3)))).max() <= STILL:
+            return "Look for a spin faster than the body's lowest frequencies, or an unstable attitude"
+        return (
+            "It does not turn: look for a load that buckles it or snaps it through, which strain = 'nonlinear' follows "
+            "(of a curved body with responses in its reduction), or for one in another unit"
+        )
 
     def _cause(self, block: Block, row: int, otherwise: str) -> str:
         """What the model says of a row that has run away, or else the advice given."""

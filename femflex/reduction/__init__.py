@@ -23,7 +23,7 @@ from femflex.reduction.slow_loads import slow_loads
 from femflex.reduction.store import load_body, save_body
 from femflex.reduction.strain import strain_tensors
 from femflex.reduction.stretch import Stretching, require_stretch, stretching
-from femflex.reduction.third_derivatives import with_third_derivatives
+from femflex.reduction.third_derivatives import with_sheet_bends, with_third_derivatives
 from femflex.reduction.uniform_beam import BeamFunctions, Taper, UniformBeam
 
 __all__ = [
@@ -70,5 +70,6 @@ __all__ = [
     "with_attachment",
     "with_derivatives",
     "with_responses",
+    "with_sheet_bends",
     "with_third_derivatives",
 ]

@@ -3,37 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
 from femflex.body import FlexibleBody
 from femflex.body.burden import FIELD
 from femflex.body.symmetric import hessian
-from femflex.reduction.beam_buckling import whole_beam
+from femflex.reduction.admissible import beam_body
+from femflex.reduction.few_shapes import lowest_of_few
 from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
 
 Array = NDArray[np.float64]
 
-
-STIFF = 1e3  # times the stiffness of all coordinates: what holds a marker in its place
+ENOUGH = 6  # polynomials of each field: 1e-4 in the load at which a cantilever tips over
+THIN = 1e-4  # radius of gyration over length of a section that is given no inertia
 
 
 @dataclass(frozen=True, eq=False)
 class BeamBearing:
-    """A beam with functions enough, as `bearing.Elastic`. names: marker -> "root" or "tip"."""
+    """A beam with functions enough, as `bearing.Elastic`. names: marker -> "root" or "tip"; own: on its own functions
+    alone."""
 
     beam: UniformBeam
     functions: BeamFunctions
     names: Mapping[str, str]
+    own: bool = False
 
     @cached_property
     def body(self) -> FlexibleBody:
-        """The condensed beam with functions enough."""
-        return whole_beam(self.beam, self.functions)
+        """The condensed beam on functions enough, or its own."""
+        own = replace(self.functions, axial=0)
+        return beam_body(self.beam, own, strain="condensed") if self.own else whole_beam(self.beam, self.functions)
+
+    @property
+    def kept(self) -> BeamBearing:
+        """See Elastic."""
+        return replace(self, own=True)
 
     @cached_property
     def K(self) -> Array:
@@ -93,6 +101,12 @@ class BeamBearing:
 
     def lowest(self, K_sigma: Array, held: Array | None) -> tuple[float, Array]:
         """See Elastic."""
-        K = self.K if held is None else self.K + STIFF * np.trace(self.K) / np.trace(held) * held
-        mu, x = linalg.eigh(K_sigma, K, subset_by_index=[0, 0])
-        return float(mu[0]), x[:, 0]
+        return lowest_of_few(K_sigma, self.K, held)
+
+
+def whole_beam(beam: UniformBeam, functions: BeamFunctions) -> FlexibleBody:
+    """The condensed beam with functions enough to buckle as it does."""
+    bent = max(functions.y, functions.z)
+    enough = BeamFunctions(*(max(ENOUGH, bent),) * 2, 0, max(ENOUGH, bent), "polynomial", functions.ends)
+    turning = beam if beam.ry or beam.rz else replace(beam, ry=THIN * beam.length, rz=THIN * beam.length)
+    return beam_body(turning, enough, strain="condensed")

@@ -29,7 +29,7 @@ class BeamStrains:
     rows        (p, 9, n)     gradients of the columns, as listed by `fem.beam.strain.strain_maps`
     linear      (s, 9)
     quadratic   (s, 9, 9)
-    stiffness   (p, s)        of (eps, kappa_z, kappa_y, r kappa_x), r^2 = I_p / A, and five of fourth order
+    stiffness   (p, s)        of (eps, kappa_z, kappa_y, r kappa_x), r^2 = I_p / A, and seven more (`fourth_order`)
     """
 
     xi: Array
@@ -59,6 +59,7 @@ def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, followin
     if following:
         quadratic[:, 0], quadratic[:, :, 0] = 0.0, 0.0
         fourth[:3], weights[:3] = inextensible(beam.EIy, beam.EIz, polar**2)
+        weights[5:] = 0.0
     bending, axial = beam.taper.bending(xi), beam.taper.axial(xi)
     stiffness = [beam.EA * axial, *np.outer([beam.EIz, beam.EIy, beam.GJ / polar**2, *weights], bending)]
     rows = np.concatenate([slope, curvature[:, 1:3], turned], axis=1)

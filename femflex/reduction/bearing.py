@@ -26,8 +26,34 @@ LARGE = 20_000  # coordinates: from there on each pattern costs a tenth of the m
 UNLIKE = 1.02  # times the part at one instant by few shapes, up to which the largest load is not looked at too
 
 
-class Elastic(Protocol):
-    """A structure, or a reduced body, as buckling sees it. Arrays over its n coordinates, free of supports."""
+class Statics(Protocol):
+    """A structure, or a reduced body, as static buckling sees it. Arrays over its n coordinates, free of supports."""
+
+    def knows(self, marker: str | None) -> bool:
+        """Whether what acts at a marker, or all over (None), can be told."""
+
+    def loads(self, marker: str | None) -> Array:
+        """Generalised forces (n_load, 6) of unit force and torque at a marker, (n_load, 12) of unit fields."""
+
+    def at(self, marker: str, A: Array) -> Any:
+        """R^T A R (n, n), R (6, n) the translation and rotation of a marker."""
+
+    def stress(self, load: Array) -> Any:
+        """K_sigma (n, n) of the static answer to a load (n_load,)."""
+
+    def lowest(self, K_sigma: Any, held: Any | None) -> tuple[float, Array]:
+        """Lowest mu of K_sigma x = mu (K + held) x and x.(K + held) x = 1; (0, ...) where it cannot be found.
+
+        held: `at` of markers held in their places, to be taken as stiff.
+        """
+
+
+class Elastic(Statics, Protocol):
+    """The same with what picks the worst instant, and what sways."""
+
+    @property
+    def kept(self) -> Statics:
+        """Itself confined to the shapes that its body keeps."""
 
     @property
     def basis(self) -> Array:
@@ -49,24 +75,6 @@ class Elastic(Protocol):
     def slowest(self) -> float:
         """Least omega^2 of the basis [1/s^2]."""
 
-    def knows(self, marker: str | None) -> bool:
-        """Whether what acts at a marker, or all over (None), can be told."""
-
-    def loads(self, marker: str | None) -> Array:
-        """Generalised forces (n_load, 6) of unit force and torque at a marker, (n_load, 12) of unit fields."""
-
-    def at(self, marker: str, A: Array) -> Any:
-        """R^T A R (n, n), R (6, n) the translation and rotation of a marker."""
-
-    def stress(self, load: Array) -> Any:
-        """K_sigma (n, n) of the static answer to a load (n_load,)."""
-
-    def lowest(self, K_sigma: Any, held: Any | None) -> tuple[float, Array]:
-        """Lowest mu of K_sigma x = mu (K + held) x and x.(K + held) x = 1; (0, ...) where it cannot be found.
-
-        held: `at` of markers held in their places, to be taken as stiff.
-        """
-
 
 @dataclass(frozen=True, eq=False)
 class JudgedBearing:
@@ -85,6 +93,12 @@ class JudgedBearing:
         shares = np.zeros(len(burdens))
         shares[index] = found.shares
         return Buckling(found.part, found.row, tuple(shares.tolist()), found.sways)
+
+    def kept(self, burdens: Sequence[Burden], row: int) -> float:
+        """See Bearing."""
+        E = self.elastic.kept
+        known = [burden for burden in burdens if E.knows(burden.marker) and _acts(burden)]
+        return max(0.0, -_lowest(E, known, row)[0])
 
     def _rows(self, burdens: Sequence[Burden]) -> list[int]:
         """Instants, one of which is the worst; none where there is nothing but rounding."""
@@ -113,41 +127,44 @@ class JudgedBearing:
     def _judged(self, burdens: Sequence[Burden], row: int, told: float) -> Buckling:
         """How near they are at an instant."""
         E = self.elastic
-        parts = [E.loads(burden.marker) @ burden.values[row] for burden in burdens]
-        change = E.stress(np.sum(parts, axis=0))
-        turned = [self._at(burden.marker, burden.turning(row)) for burden in burdens]
-        for one in turned:
-            change = change if one is None else change - one
         if any(burden.follows and burden.values[row].any() for burden in burdens):
-            part = 1.0 / first_flutter(*self._swaying(burdens, change))
+            part = 1.0 / first_flutter(*self._swaying(burdens, _change(E, burdens, row)))
             sizes = np.array([np.linalg.norm(b.wrench[row, :3]) if b.follows else 0.0 for b in burdens])
             return Buckling(part, row, tuple((part * sizes / max(sizes.sum(), 1e-300)).tolist()), True)
-        mu, x = E.lowest(change, self._added(burdens, [np.diag(np.arange(6.0) < b.held) for b in burdens]))
+        mu, x = _lowest(E, burdens, row)
         if mu >= 0.0 or -mu < told:
             return Buckling(max(-mu, 0.0), row, (0.0,) * len(burdens))
-        shares = [
-            -float(x @ (E.stress(load) @ x)) + (0.0 if one is None else float(x @ (one @ x)))
-            for one, load in zip(turned, parts, strict=True)
-        ]
+        shares = [-float(x @ (_change(E, [burden], row) @ x)) for burden in burdens]
         return Buckling(-mu, row, tuple(shares))
 
     def _swaying(self, burdens: Sequence[Burden], change: Any) -> tuple[Array, Array, Array]:
         """K, its change and M of what sways, with what hangs on it."""
         phi, K, M = self.elastic.swaying
-        hung = self._added(burdens, [burden.inertia for burden in burdens])
+        hung = _added(self.elastic, burdens, [burden.inertia for burden in burdens])
         return K, phi.T @ (change @ phi), M if hung is None else M + phi.T @ (hung @ phi)
 
-    def _added(self, burdens: Sequence[Burden], blocks: Sequence[Array]) -> Any | None:
-        """The sum of what stands at the markers of burdens, (n, n); None for nothing."""
-        total: Any | None = None
-        for burden, A in zip(burdens, blocks, strict=True):
-            if (one := self._at(burden.marker, A)) is not None:
-                total = one if total is None else total + one
-        return total
 
-    def _at(self, marker: str | None, A: Array) -> Any | None:
-        """What stands at a marker, (n, n); None for nothing."""
-        return self.elastic.at(marker, A) if marker is not None and A.any() else None
+def _lowest(E: Statics, burdens: Sequence[Burden], row: int) -> tuple[float, Array]:
+    """Lowest mu under burdens at an instant, and its shape."""
+    held = _added(E, burdens, [np.diag(np.arange(6.0) < burden.held) for burden in burdens])
+    return E.lowest(_change(E, burdens, row), held)
+
+
+def _change(E: Statics, burdens: Sequence[Burden], row: int) -> Any:
+    """What burdens add to the stiffness at an instant: by stress, and as they turn with their markers."""
+    stress = E.stress(np.sum([E.loads(burden.marker) @ burden.values[row] for burden in burdens], axis=0))
+    turned = _added(E, burdens, [burden.turning(row) for burden in burdens])
+    return stress if turned is None else stress - turned
+
+
+def _added(E: Statics, burdens: Sequence[Burden], blocks: Sequence[Array]) -> Any | None:
+    """The sum of what stands at the markers of burdens, (n, n); None for nothing."""
+    total: Any | None = None
+    for burden, A in zip(burdens, blocks, strict=True):
+        if burden.marker is not None and A.any():
+            one = E.at(burden.marker, A)
+            total = one if total is None else total + one
+    return total
 
 
 def _acts(burden: Burden) -> bool:

@@ -11,7 +11,7 @@ one state for each amplitude where there are several for a load.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import combinations
 
 import numpy as np
@@ -24,6 +24,7 @@ from femflex.reduction.clamps import free_dofs
 from femflex.reduction.modeset import ModeSet
 
 Array = NDArray[np.float64]
+Solve = Callable[[sparse.csr_array, Array], Array]
 
 STEPS = 4  # states on the way to each amplitude, evenly spaced
 SETTLED = 1e-6  # last Newton step over the displacement; what follows of it is its square
@@ -62,29 +63,41 @@ def directions(structure: Structure, modes: ModeSet, deflection: float) -> Array
 
 
 def _along(structure: Structure, modes: ModeSet, amplitude: Array) -> Iterator[tuple[Array, float]]:
-    """States (n_dof,) and their energies on the way to amplitudes (n,), by Newton's steps with the amplitudes held."""
-    elastic, free = structure.internal_force, free_dofs(structure, modes.held)
-    A = (structure.M @ modes.phi)[free]
-    f0 = structure.f0
-    x, push = np.zeros(structure.n_dof), np.zeros(modes.n_modes)
+    """States (n_dof,) and their energies on the way to amplitudes (n,)."""
+    x = np.zeros(structure.n_dof)
     for part in np.arange(1, STEPS + 1) / STEPS:
-        x = x + modes.phi @ amplitude / STEPS
-        for _ in range(ITERATIONS):
-            rest = A @ push - (elastic.force(x) - f0)[free]
-            solution = solved(elastic.tangent(x)[free][:, free], np.column_stack([rest, A]))
-            free_step, answer = solution[:, 0], solution[:, 1:]
-            more = np.linalg.solve(A.T @ answer, part * amplitude - A.T @ (x[free] + free_step))
-            step = free_step + answer @ more
-            x[free] += step
-            push = push + more
-            if np.abs(step).max() <= SETTLED * np.abs(x).max():
-                break
-        else:
-            raise ValueError(
-                f"the static state with amplitudes {(part * amplitude).tolist()} of the {modes.n_modes} shapes was not "
-                f"found in {ITERATIONS} steps; derive at a smaller deflection."
-            )
-        yield x.copy(), elastic.energy(x) - float(f0 @ x)
+        x = held_at(structure, modes, part * amplitude, x + modes.phi @ amplitude / STEPS, solved)
+        yield x, state_energy(structure, x)
+
+
+def held_at(
+    structure: Structure, modes: ModeSet, amplitude: Array, x: Array, solve: Solve, settled: float = SETTLED
+) -> Array:
+    """The state (n_dof,) with amplitudes (n,) near x, by Newton's steps until one is `settled` of the displacement.
+
+    solve: K and columns b -> K^-1 b. Raises ValueError when the state is not found.
+    """
+    elastic, free = structure.internal_force, free_dofs(structure, modes.held)
+    A, x = (structure.M @ modes.phi)[free], x.copy()
+    for _ in range(ITERATIONS):
+        rest = (structure.f0 - elastic.force(x))[free]
+        solution = solve(elastic.tangent(x)[free][:, free], np.column_stack([rest, A]))
+        step, answer = solution[:, 0], solution[:, 1:]
+        step = step + answer @ np.linalg.solve(A.T @ answer, amplitude - A.T @ (x[free] + step))
+        x[free] += step
+        if not np.isfinite(step).all():
+            break
+        if np.abs(step).max() <= settled * np.abs(x).max():
+            return x
+    raise ValueError(
+        f"the static state with amplitudes {amplitude.tolist()} of the {modes.n_modes} shapes was not found in "
+        f"{ITERATIONS} steps; derive at a smaller deflection."
+    )
+
+
+def state_energy(structure: Structure, x: Array) -> float:
+    """Strain energy of a state (n_dof,) less the work of the initial stress that the supports do not hold [J]."""
+    return structure.internal_force.energy(x) - float(structure.f0 @ x)
 
 
 def solved(K: sparse.csr_array, b: Array) -> Array:

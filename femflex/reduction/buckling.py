@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,39 +41,31 @@ def critical_factor(structure: Structure, held: Index) -> float:
 
 def lowest_ratio(K_sigma: sparse.csr_array, K0: sparse.csr_array) -> float:
     """Lowest mu of K_sigma x = mu K0 x."""
-    return _extreme(K_sigma, K0, "SA", 0.0, None)[0]
-
-
-def roughly_lowest_ratio(K_sigma: sparse.csr_array, K0: sparse.csr_array, either: bool = False) -> float:
-    """The same to ROUGHLY; either: that of K_sigma or -K_sigma, whichever is lower.
-
-    Raises RuntimeError where it takes more than RESTARTS, as it does where it is one of a cluster at zero.
-    """
-    found = _extreme(K_sigma, K0, "LM" if either else "SA", ROUGHLY, RESTARTS)[0]
-    return -abs(found) if either else found
+    return _lowest(K_sigma, K0, 0.0, None)[0]
 
 
 def roughly_lowest(K_sigma: sparse.csr_array, K0: sparse.csr_array, factors: SuperLU) -> tuple[float, Array]:
-    """The lowest mu to ROUGHLY and its x (n,), with the factors of K0. Raises as `roughly_lowest_ratio`."""
-    return _extreme(K_sigma, K0, "SA", ROUGHLY, RESTARTS, factors)
+    """The same to ROUGHLY and its x (n,), with the factors of K0.
+
+    Raises RuntimeError where it takes more than RESTARTS, as it does where it is one of a cluster at zero.
+    """
+    return _lowest(K_sigma, K0, ROUGHLY, RESTARTS, factors)
 
 
-def _extreme(
+def _lowest(
     K_sigma: sparse.csr_array,
     K0: sparse.csr_array,
-    which: Literal["SA", "LM"],
     tolerance: float,
     restarts: int | None,
     factors: SuperLU | None = None,
 ) -> tuple[float, Array]:
-    """mu at an end of the spectrum, the lowest ("SA") or the largest in magnitude ("LM"), and its x."""
+    """The lowest mu and its x."""
     if K0.shape[0] <= SMALL:
-        every, vectors = linalg.eigh(K_sigma.toarray(), K0.toarray())
-        at = 0 if which == "SA" else int(np.abs(every).argmax())
-        return float(every[at]), vectors[:, at]
+        every, vectors = linalg.eigh(K_sigma.toarray(), K0.toarray(), subset_by_index=[0, 0])
+        return float(every[0]), vectors[:, 0]
     solve = LinearOperator(K0.shape, matvec=(factors or factorised(K0)).solve, dtype=float)
     start = np.random.default_rng(0).standard_normal(K0.shape[0])
-    found, vectors = eigsh(K_sigma, 1, K0, Minv=solve, which=which, v0=start, tol=tolerance, maxiter=restarts)
+    found, vectors = eigsh(K_sigma, 1, K0, Minv=solve, which="SA", v0=start, tol=tolerance, maxiter=restarts)
     return float(found[0]), vectors[:, 0]
 
 

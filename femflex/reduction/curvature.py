@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from femflex.fem.structure import Structure
 from femflex.reduction.derivatives import static_response
+from femflex.reduction.modes import answers_to_clamps
 from femflex.reduction.modeset import ModeSet
 
 Array = NDArray[np.float64]
@@ -21,11 +22,17 @@ FAR = 1e3  # displacement over size at which the quartic energy is read off: the
 
 
 def softest(structure: Structure, modes: ModeSet) -> float:
-    """The least tangent stiffness of the lowest vibration shapes over that at rest: 1 flat, below 0 it snaps."""
+    """The least tangent stiffness of low shapes over that at rest: 1 flat, below 0 it snaps.
+
+    Of the lowest vibration shapes and, in a clamped set, the static answer to an acceleration along its rise: the
+    lowest shapes of an arch may all be of those that leave its crown where it is.
+    """
     lowest = [k for k, kind in enumerate(modes.kinds) if kind in ("vibration", "free-free")][:LOOKED_AT]
     if not lowest:
         return 1.0
     phi, elastic = modes.phi[:, lowest], structure.internal_force
+    if modes.held.size and rise(structure):
+        phi = np.column_stack([phi, answers_to_clamps(structure, modes)[1] @ _risen(structure)[1]])
     k = np.einsum("in,in->n", phi, structure.K @ phi)
     bent = elastic.second_derivative(phi, phi)
     relaxed = np.einsum("in,in->n", bent, static_response(structure, modes, bent))
@@ -42,8 +49,17 @@ def softest(structure: Structure, modes: ModeSet) -> float:
 
 
 def rise(structure: Structure) -> float:
-    """How far the mesh stands off the plane, or the line, that lies best in it [m]."""
+    """How far the mesh stands off the plane, or the line, that lies best in it [m]; zero of a straight line."""
+    return _risen(structure)[0]
+
+
+def _risen(structure: Structure) -> tuple[float, Array]:
+    """The rise of the mesh [m], and its direction (3,)."""
     centred = structure.mesh.points - structure.mesh.points.mean(axis=0)
-    turned = centred @ np.linalg.svd(centred, full_matrices=False)[2].T
-    spans = np.sort(np.ptp(turned, axis=0))
-    return float(next((span for span in spans if span > 1e-9 * spans[-1]), 0.0))
+    axes = np.linalg.svd(centred, full_matrices=False)[2]
+    spans = np.ptp(centred @ axes.T, axis=0)
+    standing = np.flatnonzero(spans > 1e-9 * spans.max())
+    if len(standing) < 2:
+        return 0.0, np.zeros(3)
+    least = int(standing[np.argmin(spans[standing])])
+    return float(spans[least]), axes[least]

@@ -32,6 +32,8 @@ from femflex.reduction.softening import answers_to_bends
 Array = NDArray[np.float64]
 
 RANK = 1e-12  # share of the largest energy below which a combination of derivatives adds nothing (1e-6 in amplitude)
+FAR = 0.2  # deflection over a sheet's size up to which it is to bend without locking
+LOCKED = 1e-3  # of the bending energy there, by which left out derivatives may stiffen a sheet
 LEFT_OUT = 1e-6  # share of the derivatives' energy that "auto" leaves out
 SOFT = 1e-7  # spring to the ground that lets a free stiffness be factorised, over the lowest eigenvalue of the set
 
@@ -42,12 +44,12 @@ def with_derivatives(
     """The set with static derivatives of all pairs of its shapes added, M-orthonormal, kind "derivative".
 
     The set is taken out of the derivatives, and of their combinations those come first that store most energy when
-    every shape carries the amplitude of an equal static load, 1 / omega^2. deflection [m]: the shapes are taken from
-    the static states of the structure bent so far instead of at rest, each state counting by its part of that state's
-    energy. keep: how many; "auto": until at most LEFT_OUT of that energy is left out, those more that follow and
-    through which a spin or an accelerated base stiffens the set (`answers_to_accelerations`), and those through which
-    one bend softens another, such as the twist of a strip (`answers_to_bends`); "all" that are independent, whatever
-    they store. omega of the added shapes is that of the structure confined to them. `note` says
+    every shape carries the amplitude of an equal static load, 1 / omega^2 (`load_weights`). deflection [m]: the shapes
+    are taken from the static states of the structure bent so far instead of at rest, each state counting by its part of
+    that state's energy. keep: how many; "auto": until at most LEFT_OUT of that energy is left out (`spared`), those
+    more that follow and through which a spin or an accelerated base stiffens the set (`answers_to_accelerations`), and
+    those through which one bend softens another, such as the twist of a strip (`answers_to_bends`); "all" that are
+    independent, whatever they store. omega of the added shapes is that of the structure confined to them. `note` says
     how many of how many pairs were kept, and the share left out. Raises ValueError when keep is another word, or below
     zero, and as `bent_states`.
     """
@@ -56,7 +58,7 @@ def with_derivatives(
     theta, note = _followers(structure, modes, pairs, keep, deflection)
     energy, X = np.linalg.eigh(theta.T @ (structure.K @ theta))
     energy, X = np.maximum(energy[::-1], 0.0), X[:, ::-1]
-    count = number_kept(energy, keep)
+    count = number_kept(energy, keep, spared(structure, modes, energy))
     shapes = theta @ (X[:, :count] / np.sqrt(energy[:count]))
     left = float(energy[count:].sum() / max(energy.sum(), np.finfo(float).tiny))
     note = f"{count} derivative shapes for {note}, {left:.1e} of their energy left out"
@@ -91,10 +93,11 @@ def _followers(
 def load_weights(structure: Structure, modes: ModeSet) -> Array:
     """Amplitudes q_i q_j (n(n+1)/2,) of pairs i <= j under equal loads of unit-mass shapes, over those of equal energy.
 
-    Pairs of two shapes stand for i j and j i, hence the root of two.
+    Pairs of two shapes stand for i j and j i, hence the root of two. A third derivative goes with the lowest shape.
     """
     i, j = np.triu_indices(modes.n_modes)
     omega = np.sqrt(over_mass(structure, modes))
+    omega[np.array(modes.kinds) == "third derivative"] = omega.min()
     return np.asarray(np.where(i == j, 1.0, np.sqrt(2.0)) * omega.min() ** 2 / (omega[i] * omega[j]))
 
 
@@ -114,14 +117,33 @@ def without(structure: Structure, modes: ModeSet, shapes: Array) -> Array:
     return shapes - modes.phi @ (modes.phi.T @ (structure.M @ shapes))
 
 
-def number_kept(energy: Array, keep: int | str) -> int:
-    """How many combinations of derivatives with these energies (k,), descending, are kept; none that adds nothing."""
+def spared(structure: Structure, modes: ModeSet, energy: Array) -> float:
+    """The energy that "auto" may leave out of combinations with energies (k,).
+
+    What is left out stretches: of shapes of unit energy with amplitude q it stores q^4 / 8 as often, beside q^2 / 2 of
+    bending. Sheets that bend by hundreds of thicknesses, those with third derivatives, keep it to LOCKED of bending.
+    """
+    share = LEFT_OUT * float(energy.sum())
+    if "third derivative" not in modes.kinds:
+        return share
+    lowest = modes.phi[:, int(np.argmin(over_mass(structure, modes)))]
+    moved = np.linalg.norm((structure.translation @ lowest).reshape(-1, 3), axis=1).max()
+    size = float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
+    square = (FAR * size / moved) ** 2 * float(lowest @ (structure.K @ lowest))
+    return min(share, 4 * LOCKED / square)
+
+
+def number_kept(energy: Array, keep: int | str, leaving: float) -> int:
+    """How many combinations of derivatives with these energies (k,), descending, are kept; none that adds nothing.
+
+    leaving: energy that "auto" leaves out at most.
+    """
     independent = int(np.sum(energy > RANK * energy[0])) if energy.size and energy[0] > 0 else 0
     if keep == "all":
         return independent
     if keep == "auto":
         left = energy.sum() - np.cumsum(energy)
-        return min(independent, int(np.sum(left > LEFT_OUT * energy.sum())) + 1)
+        return min(independent, int(np.sum(left > leaving)) + 1)
     if isinstance(keep, str) or keep < 0:
         raise ValueError(f"the number of derivative shapes to keep is {keep!r}; give a number, 'auto' or 'all'.")
     return min(keep, independent)

@@ -138,6 +138,15 @@ def signed(structure: Structure, phi: Array) -> Array:
     return phi * signs(moved)
 
 
+def answers_to_clamps(structure: Structure, modes: ModeSet) -> tuple[Array, Array]:
+    """Loads (n_dof, 3) of unit accelerations of the clamps along x, y, z, and the linear answers to them."""
+    free = free_dofs(structure, modes.held)
+    loads = load_vectors(structure, "xyz", {})
+    answers = np.zeros_like(loads)
+    answers[free] = factorised(structure.K[free][:, free]).solve(np.ascontiguousarray(loads[free]))
+    return loads, answers
+
+
 def load_vectors(structure: Structure, directions: Sequence[str], loads: Mapping[str, Sequence[str]]) -> Array:
     """Load vectors (n_dof, k): inertia of unit accelerations, then unit forces and moments at groups."""
     unknown = [d for d in [*directions, *(d for given in loads.values() for d in given)] if d not in DIRECTIONS]

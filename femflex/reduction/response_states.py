@@ -1,62 +1,63 @@
 """What a structure does under loads on its way through large deflections: the states themselves as shapes.
 
-Static states x under lambda times one load, a uniform acceleration of the clamps along x, y or z,
-
-    f(x) = f0 + lambda F,      F.x = s F.u,      K u = F,
-
-with the work F.x held and not the load, so that a path goes on through limit points: a shallow arch or a curved panel
-snaps through. Combinations of the states that store most (proper orthogonal decomposition by energy) hold such a path
-in far fewer shapes than modes and their derivatives do, for they are made of it; other motions they do not hold.
+The work of one load, a unit acceleration of the clamps or a unit force at a group, is raised both ways and, where the
+structure snaps, taken back again (`held_walk`). Combinations of the states that store most (proper orthogonal
+decomposition by energy) hold such a way in far fewer shapes than modes and their derivatives do, for they are made of
+it; other motions they do not hold.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.structure import Structure
-from femflex.reduction.bent_states import solved
 from femflex.reduction.clamps import free_dofs
-from femflex.reduction.modes import ritz
+from femflex.reduction.held_walk import factors, largest, walk
+from femflex.reduction.modes import answers_to_clamps, load_vectors, ritz
 from femflex.reduction.modeset import ModeSet
-from femflex.reduction.rigid import rigid_shapes
 
 Array = NDArray[np.float64]
 
-STEPS = 8  # states on the way, at least
-SMALLEST = 1 / 64  # of such a step: a path that cannot go on with it ends there
-SETTLED = 1e-7  # last Newton step over the displacement
-ITERATIONS = 15
-RANK = 1e-12  # of the largest energy, below which a combination adds nothing
+PUSH = 1e-3  # energy norm of a mode's answer to the push beside a load, over that of the load's own linear answer
+PUSHED = 3  # of the lowest modes
+RANK = 1e-12  # of the energy of one state, below which a combination adds nothing
+LEFT_OUT = 1e-4  # of the states' energy in the mean, that those without a push may leave to shapes of those with one
 
 
 def with_responses(
-    structure: Structure, modes: ModeSet, count: int, deflection: float, directions: Sequence[str] = ()
+    structure: Structure,
+    modes: ModeSet,
+    count: int,
+    deflection: float,
+    directions: Sequence[str] = (),
+    loads: Mapping[str, Sequence[str]] | None = None,
 ) -> ModeSet:
-    """The set with `count` shapes added, M-orthonormal, of static responses to accelerations up to a deflection [m].
+    """The set with `count` shapes added, M-orthonormal, of static responses to loads up to a deflection [m].
 
-    directions: of x, y, z; left out, the one that moves the structure most. Each goes both ways until some node has
-    moved by `deflection`. The kind of the shapes is "response";
-    omega is that of the structure confined to them, and `note` says of how many states they are and how far these
-    reach. Raises ValueError without clamps, and when no state is found.
+    directions: of x, y, z, in which the clamps are accelerated; loads: group -> directions of unit forces and moments
+    there. With neither, the acceleration that moves the structure most. Each load goes both ways until some node has
+    moved by `deflection`, the stiffer way as far as stores no more. Where that comes upon states without stability, a
+    small push on the lowest modes goes with it too, one way and the other, for what is symmetric buckles to both
+    sides; these states have the shapes that the others leave over. The kind of the shapes is "response"; omega is that
+    of the structure confined to them, and `note` says of how many states they are and how far these reach.
+    Raises ValueError without clamps, and when no state is found.
     """
     if not modes.held.size:
         raise ValueError("responses are static states of a clamped structure, and this set is of a free one; drop them")
-    sought = responses_to_accelerations(structure, modes, directions)
-    states = [state for u in sought for state in _both_ways(structure, modes, u, deflection)]
-    if not states:
+    found = [_both_ways(structure, modes, F, deflection) for F in _sought(structure, modes, directions, loads or {})]
+    plain, buckled = (np.concatenate(part) for part in zip(*found, strict=True))
+    if not len(plain):
         raise ValueError(f"no static state was found on the way to a deflection of {deflection:.3g} m; ask for less")
-    x = np.column_stack([state for state, _ in states])
-    y = (x - modes.phi @ (modes.phi.T @ (structure.M @ x))) / np.sqrt([energy for _, energy in states])
-    energy, X = np.linalg.eigh(y.T @ (structure.K @ y))
-    kept = min(count, int(np.sum(energy > RANK * energy[-1])))
-    energy, X = energy[::-1][:kept], X[:, ::-1][:, :kept]
-    shapes = y @ (X / np.sqrt(energy))
-    omega, shapes = ritz(structure, shapes - modes.phi @ (modes.phi.T @ (structure.M @ shapes)))
-    reach = max(_largest(structure, state) for state in x.T)
+    n, phi = modes.n_modes, modes.phi
+    for states, left_out in ((plain, LEFT_OUT), (buckled, 0.0), (plain, 0.0)):
+        phi = np.column_stack([phi, _strongest(structure, phi, states, n + count - phi.shape[1], left_out)])
+    omega, shapes = ritz(structure, phi[:, n:])
+    kept, states = len(omega), np.concatenate([plain, buckled])
+    reach = max(largest(structure, state) for state in states)
     note = f"{kept} response shapes of {len(states)} states bent by up to {reach:.3g} m"
     return replace(
         modes,
@@ -67,63 +68,61 @@ def with_responses(
     )
 
 
-def responses_to_accelerations(structure: Structure, modes: ModeSet, directions: Sequence[str]) -> list[Array]:
-    """Linear static displacements (n_dof,) under unit accelerations along axes; none named: where they are largest."""
-    free = free_dofs(structure, modes.held)
-    found = np.zeros((structure.n_dof, 3))
-    load = structure.M @ rigid_shapes(structure)[:, :3]
-    found[free] = solved(structure.K[free][:, free], load[free])
-    if directions:
-        return [found[:, "xyz".index(name)] for name in directions]
-    return [found[:, int(np.argmax([_largest(structure, u) for u in found.T]))]]
+def _sought(
+    structure: Structure, modes: ModeSet, directions: Sequence[str], loads: Mapping[str, Sequence[str]]
+) -> Array:
+    """Loads (k, n_dof)."""
+    if directions or loads:
+        return load_vectors(structure, directions, loads).T
+    every, answers = answers_to_clamps(structure, modes)
+    return every[:, [int(np.argmax([largest(structure, u) for u in answers.T]))]].T
 
 
-def _both_ways(structure: Structure, modes: ModeSet, u: Array, deflection: float) -> list[tuple[Array, float]]:
-    scaled = u * (deflection / _largest(structure, u))
-    return [state for sign in (1.0, -1.0) for state in _path(structure, modes, sign * scaled, deflection)]
+def _strongest(structure: Structure, known: Array, states: Array, count: int, left_out: float) -> Array:
+    """Combinations (n_dof, k <= count) of states (n, n_dof) outside known shapes, M-orthonormal with each other.
 
-
-def _path(structure: Structure, modes: ModeSet, u: Array, deflection: float) -> list[tuple[Array, float]]:
-    """States (n_dof,) under the load of u and their energies, until one has moved by the deflection or none is found.
-
-    Steps of the held work are halved where Newton's method does not settle.
+    Those first that store most, each state counting by the part of its own energy that is left; no more than leave
+    `left_out` of it in the mean.
     """
-    elastic, f0 = structure.internal_force, structure.f0
-    out: list[tuple[Array, float]] = []
-    x, factor, done, step = np.zeros_like(u), 0.0, 0.0, 1 / STEPS
-    way = u.copy()
-    while _largest(structure, x) < deflection and step >= SMALLEST / STEPS:
-        found = _settled(structure, modes, u, x + step * way, factor, done + step)
-        if found is None:
-            step /= 2
-            continue
-        way = (found[0] - x) / step
-        x, factor = found
-        done, step = done + step, min(1 / STEPS, 1.5 * step)
-        out.append((x, elastic.energy(x) - float(f0 @ x)))
-    return out
+    if not len(states) or count <= 0:
+        return known[:, :0]
+    elastic = structure.internal_force
+    stored = np.array([elastic.energy(x) - float(structure.f0 @ x) for x in states])
+    y = _outside(structure, known, states.T) / np.sqrt(stored)
+    energy, X = np.linalg.eigh(y.T @ (structure.K @ y))
+    energy, X = np.maximum(energy[::-1], 0.0), X[:, ::-1]
+    left = (energy.sum() - np.cumsum(energy)) / len(stored)
+    kept = min(count, int(np.sum(energy > RANK)), int(np.sum(left > left_out)) + 1)
+    return ritz(structure, _outside(structure, known, y @ (X[:, :kept] / np.sqrt(energy[:kept]))))[1]
 
 
-def _settled(
-    structure: Structure, modes: ModeSet, u: Array, x: Array, factor: float, part: float
-) -> tuple[Array, float] | None:
-    """State (n_dof,) and load factor near x where the load of u has done `part` of its linear work; None if none is."""
-    elastic, free = structure.internal_force, free_dofs(structure, modes.held)
-    load, work, x = (structure.K @ u)[free], part * float(u @ (structure.K @ u)), x.copy()
-    for _ in range(ITERATIONS):
-        rest = factor * load - (elastic.force(x) - structure.f0)[free]
-        own, answer = solved(elastic.tangent(x)[free][:, free], np.column_stack([rest, load])).T
-        more = (work - load @ (x[free] + own)) / (load @ answer)
-        move = own + more * answer
-        if not np.isfinite(move).all():
-            return None
-        x[free] += move
-        factor += more
-        if np.abs(move).max() <= SETTLED * np.abs(x).max():
-            return x, factor
-    return None
+def _outside(structure: Structure, known: Array, shapes: Array) -> Array:
+    """Shapes less their part in known ones, M-orthonormal, by mass."""
+    return np.asarray(shapes - known @ (known.T @ (structure.M @ shapes)))
 
 
-def _largest(structure: Structure, x: Array) -> float:
-    """The largest displacement of a node [m]."""
-    return float(np.linalg.norm((structure.translation @ x).reshape(-1, 3), axis=1).max())
+def _both_ways(structure: Structure, modes: ModeSet, load: Array, deflection: float) -> tuple[Array, Array]:
+    """States (k, n_dof) under a load either way, the softer first, the other as far: without a push, and with one."""
+    free, elastic = free_dofs(structure, modes.held), structure.internal_force
+    u = np.zeros(structure.n_dof)
+    u[free] = factors(structure.K[free][:, free]).solve(load[free])
+    u *= deflection / largest(structure, u)
+    softer = -1.0 if float(elastic.second_derivative(u[:, None], u[:, None])[:, 0] @ u) > 0.0 else 1.0
+    push, most = _push(structure, modes, u), np.inf
+    plain, buckled = [], []
+    for sense in (softer, -softer):
+        walked = walk(structure, modes, sense * load, 0.0 * push, deflection, most)
+        plain += walked.states
+        if walked.saddle or walked.snapped:
+            for side in (push, -push):
+                buckled += walk(structure, modes, sense * load, side, deflection, most).states
+        most = max((elastic.energy(x) - float(structure.f0 @ x) for x in walked.states), default=np.inf)
+    return np.array(plain).reshape(-1, structure.n_dof), np.array(buckled).reshape(-1, structure.n_dof)
+
+
+def _push(structure: Structure, modes: ModeSet, u: Array) -> Array:
+    """The small load (n_dof,) on the lowest vibration modes, beside one of linear answer u."""
+    lowest = [k for k, kind in enumerate(modes.kinds) if kind == "vibration"][:PUSHED]
+    phi = modes.phi[:, lowest]
+    phi = phi / np.sqrt(np.einsum("in,in->n", phi, structure.K @ phi))
+    return np.asarray(PUSH * np.sqrt(u @ (structure.K @ u)) * (structure.K @ phi).sum(axis=1))

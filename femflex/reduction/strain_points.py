@@ -1,4 +1,4 @@
-"""The strain field of a body: gradients of its shapes at the points of the strain table, or at means of elements."""
+"""The strain field of a body: gradients of its shapes at the points of the strain table, or means over elements."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
 Array = NDArray[np.float64]
 
 NAMED = 4  # strains of a beam before those of fourth order
-MOST_POINTS = 3000  # of a member that are kept one by one; with more, each element keeps its mean
+MOST_POINTS = 3000  # of a member that are kept one by one; with more, each element keeps one or two means
 
 
 def strain_field(structure: Structure, phi: Array, nonlinear: bool) -> tuple[StrainPart, ...]:
@@ -37,18 +37,19 @@ def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool)
     points = _Points.of(block, nonlinear)
     e, q = points.weight.shape
     whole = nonlinear or bool(points.stress.any())  # the quadratic part of strain has a meaning
-    by_element = e * q > MOST_POINTS
-    share = points.weight / points.weight.sum(axis=1, keepdims=True)
+    x = places.x if not nonlinear or places.sampled is None else places.sampled
+    shares = _shares(points.weight, x, places.kind) if e * q > MOST_POINTS else None
+    kept = q if shares is None else shares.shape[1]
     seen = block.sampled(slice(0, 1)) if nonlinear else block
     s, g = seen.linear_map.shape
-    rows = np.empty((e, 1 if by_element else q, g if whole else s, raw.shape[1]), np.float32)
+    rows = np.empty((e, kept, g if whole else s, raw.shape[1]), np.float32)
     for chunk in element_chunks(e, q * (g + s) * max(1, raw.shape[1])):
         gradients = points.gradients(raw, chunk)
         own = gradients if whole else seen.linear_map @ gradients
-        rows[chunk] = np.einsum("eq,eqgn->egn", share[chunk], own)[:, None] if by_element else own
-    x, weight = places.x if not nonlinear or places.sampled is None else places.sampled, points.weight
-    if by_element:
-        x, weight = np.einsum("eq,eqa->ea", share, x), weight.sum(axis=1)
+        rows[chunk] = own if shares is None else np.einsum("ekq,eqgn->ekgn", shares[chunk], own)
+    weight = points.weight
+    if shares is not None:
+        x, weight = shares @ x, np.repeat(weight.sum(axis=1, keepdims=True) / kept, kept, axis=1)
     return StrainPart(
         kind=places.kind,
         places=x.reshape(-1, 3),
@@ -56,11 +57,28 @@ def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool)
         rows=rows.reshape(-1, *rows.shape[2:]),
         linear=seen.linear_map if whole else np.eye(s),
         quadratic=seen.quadratic_map if whole else np.zeros((s, s, s)),
-        elastic=_kept(points.elastic, share, by_element),
-        stress=_kept(points.stress, share, by_element),
+        elastic=_kept(points.elastic, points.weight.shape, shares),
+        stress=_kept(points.stress, points.weight.shape, shares),
         leading=raw.shape[1],
         nonlinear=nonlinear,
+        per=kept,
     )
+
+
+def _shares(weight: Array, x: Array, kind: str) -> Array:
+    """What each point of an element (e, q) at x (e, q, 3) adds to the few that stand for it, (e, 1|2, q).
+
+    Their mean; of solids the mean half a thickness over sqrt(3) to either side along their shortest way, of what
+    varies linearly along it. A single layer of solids that bends would have no strain in the mean; so it has, and its
+    energy, mean^2 + variance.
+    """
+    share = weight / weight.sum(axis=1, keepdims=True)
+    if kind != "solid":
+        return share[:, None]
+    d = x - np.einsum("eq,eqa->ea", share, x)[:, None]
+    spread, axes = np.linalg.eigh(np.einsum("eq,eqa,eqb->eab", share, d, d))
+    along = np.einsum("eqa,ea->eq", d, axes[:, :, 0]) / np.sqrt(spread[:, :1])
+    return np.stack([share * (1.0 + along), share * (1.0 - along)], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,14 +111,14 @@ class _Points:
         return self.block.gradients(raw, elements)
 
 
-def _kept(table: Array, share: Array, by_element: bool) -> Array:
-    """Rows (1|p, ...) of a table (e|1, q|1, ...): one where all agree, else of every point or every element's mean."""
+def _kept(table: Array, shape: tuple[int, ...], shares: Array | None) -> Array:
+    """Rows (1|p, ...) of a table (e|1, q|1, ...): one where all agree, else of every point kept."""
     if np.all(table == table[:1, :1]):
         return table[0, 0][None]
-    every = np.broadcast_to(table, (*share.shape, *table.shape[2:]))
-    if by_element:
-        return np.asarray(np.einsum("eq,eq...->e...", share, every))
-    return every.reshape(-1, *table.shape[2:])
+    every = np.broadcast_to(table, (*shape, *table.shape[2:]))
+    if shares is not None:
+        every = np.einsum("ekq,eq...->ek...", shares, every)
+    return np.asarray(every.reshape(-1, *table.shape[2:]))
 
 
 def beam_field(beam: UniformBeam, functions: BeamFunctions, X: Array, nonlinear: bool, following: bool) -> StrainPart:

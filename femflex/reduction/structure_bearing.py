@@ -16,6 +16,7 @@ from femflex.fem.eigen.modes import factorised, lowest_modes
 from femflex.fem.structure import Structure
 from femflex.reduction.buckling import roughly_lowest
 from femflex.reduction.clamps import free_dofs
+from femflex.reduction.few_shapes import lowest_of_few
 from femflex.reduction.markers import MarkerRows, marker_rows
 from femflex.reduction.modeset import ModeSet
 from femflex.reduction.rigid import lifted
@@ -48,6 +49,11 @@ class StructureBearing:
     def factors(self) -> SuperLU:
         """Those of K: for static answers and for every search of what buckles it."""
         return factorised(self.K)
+
+    @property
+    def kept(self) -> KeptShapes:
+        """See Elastic."""
+        return KeptShapes(self)
 
     @property
     def basis(self) -> Array:
@@ -126,3 +132,43 @@ class StructureBearing:
                 W = np.outer(np.eye(3)[i], np.eye(3)[j])
                 turned[:, :, 3 + 3 * j + i] = [W[2, 1] - W[1, 2], W[0, 2] - W[2, 0], W[1, 0] - W[0, 1]] / np.array(2.0)
         return -np.asarray(self.structure.M @ lifted(self.structure, moved, turned))
+
+
+@dataclass(frozen=True, eq=False)
+class KeptShapes:
+    """The same confined to the shapes of its set, as `bearing.Statics`.
+
+    A derivative that follows bears load as one that is a coordinate: phi_i.K_sigma(x) phi_k = -theta_ik.f for a static
+    answer x = K^-1 f, which is the work of the load on what follows.
+    """
+
+    whole: StructureBearing
+
+    @cached_property
+    def K(self) -> Array:
+        """Stiffness (n, n)."""
+        phi = self.whole.modes.phi[self.whole.free]
+        return np.asarray(phi.T @ (self.whole.K @ phi))
+
+    def knows(self, marker: str | None) -> bool:
+        """See Statics."""
+        return self.whole.knows(marker)
+
+    def loads(self, marker: str | None) -> Array:
+        """See Statics."""
+        return np.asarray(self.whole.modes.phi.T @ self.whole.loads(marker))
+
+    def at(self, marker: str, A: Array) -> Array:
+        """See Statics."""
+        phi = self.whole.modes.phi[self.whole.free]
+        return np.asarray(phi.T @ (self.whole.at(marker, A) @ phi))
+
+    def stress(self, load: Array) -> Array:
+        """See Statics."""
+        phi = self.whole.modes.phi
+        G = self.whole.structure.internal_force.geometric_stiffness(phi @ np.linalg.solve(self.K, load))
+        return np.asarray(phi.T @ (G @ phi))
+
+    def lowest(self, K_sigma: Array, held: Array | None) -> tuple[float, Array]:
+        """See Statics."""
+        return lowest_of_few(K_sigma, self.K, held)

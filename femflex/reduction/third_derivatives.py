@@ -22,10 +22,12 @@ from femflex.reduction.clamps import free_dofs
 from femflex.reduction.derivatives import scaled_derivatives, static_response, without
 from femflex.reduction.modes import ritz
 from femflex.reduction.modeset import ModeSet
+from femflex.reduction.sheet_bends import changed_by_bending
 
 Array = NDArray[np.float64]
 
 FAR = 1e3  # displacement over size at which the cubic force is read off: there it is all of the force but rounding
+HELD = 1e-3  # share of a bent state's energy by which the set may lack its shape
 NOTHING = 1e-6  # share of the cubic force, by its largest entry, that the static derivative leaves: rounding below it
 
 
@@ -41,12 +43,34 @@ def with_third_derivatives(structure: Structure, modes: ModeSet, n: int) -> Mode
     if not n:
         return modes
     lowest = np.sort(np.argsort(over_mass(structure, modes), kind="stable")[:n])
-    psi = np.column_stack([third_derivative(structure, modes.picked([int(k)])) for k in lowest])
+    return _with(
+        structure, modes, np.column_stack([third_derivative(structure, modes.picked([int(k)])) for k in lowest])
+    )
+
+
+def with_sheet_bends(structure: Structure, modes: ModeSet, start: float, deflection: float) -> ModeSet:
+    """The set with what its lowest shape turns into when a sheet is bent by a deflection [m], in place of psi.
+
+    start [m]: deflection at which bends begin to differ from small ones (`changed_by_bending`). The set as it is where
+    the structure stretches instead, or holds those bends: all but HELD of their energy. Raises ValueError as
+    `changed_by_bending`.
+    """
+    lowest = modes.picked([int(np.argmin(over_mass(structure, modes)))])
+    bent = changed_by_bending(structure, lowest, start, deflection)
+    if bent is None:
+        return modes
+    psi = without(structure, modes, bent[:, None])
+    if (psi * (structure.K @ psi)).sum() <= HELD * bent @ (structure.K @ bent):
+        return modes
+    return _with(structure, modes, psi)
+
+
+def _with(structure: Structure, modes: ModeSet, psi: Array) -> ModeSet:
     omega, shapes = ritz(structure, without(structure, modes, psi))
     return replace(
         modes,
         phi=np.column_stack([modes.phi, shapes]),
-        kinds=modes.kinds + ("third derivative",) * n,
+        kinds=modes.kinds + ("third derivative",) * psi.shape[1],
         omega=np.append(modes.omega, omega),
     )
 

@@ -8,20 +8,19 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 from scipy.spatial import cKDTree
 
 from femflex.body import Skin
 from femflex.body.strain_field import NAMES, StrainPart
 from femflex.results import Run, RunBody
 from femflex.view.extent import some_rows
+from femflex.view.skin_strain import on_skin
 from femflex.view.units import Bar, strain_bar
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 UNITS = {"line": "J/m", "plate": "J/m²", "solid": "J/m³"}
-NEAREST = {"line": 2, "plate": 4, "solid": 6}  # points that a place of the skin takes the mean of
-SHARPNESS = 0.02  # the nearer points weigh the more, the smaller this is
 MOST_VALUES = 4e7  # strains that are evaluated to find the range of a run
 NEGATIVE = 1e-3  # of the largest; an energy density below minus this is drawn on a signed bar
 
@@ -70,13 +69,13 @@ class Quantity:
 
 @dataclass(frozen=True, eq=False)
 class BodyPaint:
-    """Colours of one body: matrices (n_skin, p) take values at the points of each part to the skin.
+    """Colours of one body: the part of each member at those points of the skin that are its own, by their numbers.
 
     bare  (n_skin,)  points that belong to members without the quantity
     """
 
     quantity: Quantity
-    parts: tuple[tuple[StrainPart, sparse.csr_array], ...]
+    parts: tuple[tuple[StrainPart, Index], ...]
     bare: NDArray[np.bool_]
 
     @classmethod
@@ -85,15 +84,16 @@ class BodyPaint:
         distance = np.array([cKDTree(part.places).query(skin.points)[0] for part in field])
         owner = np.argmin(distance, axis=0)
         taken = [k for k, part in enumerate(field) if quantity.held(part)]
-        parts = tuple((field[k], _means(field[k], skin.points, owner == k)) for k in taken)
+        own = {k: np.flatnonzero(owner == k) for k in taken}
+        parts = tuple((on_skin(field[k], skin.points[rows]), rows) for k, rows in own.items() if len(rows))
         return cls(quantity, parts, ~np.isin(owner, taken))
 
     def values(self, y: Array) -> NDArray[np.float32]:
         """The quantity at the points of the skin (n_skin,), nan where there is none; amplitudes y (n,)."""
-        total = sum(
-            (means @ self.quantity.of(part, y[None])[0] for part, means in self.parts), np.zeros(len(self.bare))
-        )
-        return np.where(self.bare, np.nan, total).astype(np.float32)
+        found = np.full(len(self.bare), np.nan, np.float32)
+        for part, rows in self.parts:
+            found[rows] = self.quantity.of(part, y[None])[0]
+        return found
 
 
 def painted(run: Run, bodies: Mapping[str, RunBody], colour: str) -> tuple[dict[str, BodyPaint], Bar | None]:
@@ -146,21 +146,8 @@ def chosen(colour: str, parts: list[StrainPart], where: str) -> Quantity:
     raise ValueError(f"colour {colour!r} is not known for {where}; known are {names}.{several}")
 
 
-def _means(part: StrainPart, points: Array, own: NDArray[np.bool_]) -> sparse.csr_array:
-    """Means (n_skin, p) over the points of a part around each of those points of a skin that are its own."""
-    k = min(NEAREST[part.kind], len(part.places))
-    rows = np.flatnonzero(own)
-    found = cKDTree(part.places).query(points[rows], k=np.arange(1, k + 1))
-    distance, near = np.asarray(found[0], float), np.asarray(found[1], np.int64)
-    beyond = distance**2 - distance[:, :1] ** 2
-    weight = 1.0 / (beyond + SHARPNESS * beyond[:, -1:] + 1e-300)
-    weight /= weight.sum(axis=1, keepdims=True)
-    entries = weight.ravel(), (np.repeat(rows, k), near.ravel())
-    return sparse.csr_array(entries, shape=(len(points), len(part.places)))
-
-
 def _range(run: Run, paints: Mapping[str, BodyPaint]) -> tuple[float, float]:
-    """Least and largest value over the run at the points of the parts, zero included."""
+    """Least and largest value over the run at the points of the skins, zero included."""
     low, high, rows = 0.0, 0.0, some_rows(run)
     for name, paint in paints.items():
         y = np.asarray(run[f"bodies/{name}/delta"])[rows]

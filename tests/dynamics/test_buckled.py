@@ -102,3 +102,23 @@ def test_slender_bodies_that_can_stretch_come_to_rest_in_a_few_steps(part):
     """Steps that stretch what they bend would have to stay shorter than r / L: they were 890 at 0.95."""
     found = pressed(part * EULER * np.array([-1.0, 0, 0.01]))
     assert found.stable and found.iterations < 20
+
+
+def test_one_body_that_can_stretch_buckles_as_far_as_the_elastica_to_a_slope_of_twenty_degrees():
+    """Curvature to third order alone went 13 % too far there: the square of u' v'' wants three of it, not one.
+
+    At ten degrees what the shapes lack of Euler's load (1.6e-4) counts 4 / slope^2 = 130 times.
+    """
+    for angle, error in ((10, 0.03), (20, 5e-3)):
+        ratio, w, u = column(angle)
+        found = pressed([-ratio * EULER, 0, 0], stable=True)
+        moved = tip(found) / LENGTH
+        assert found.stable and not found.left.stable
+        assert np.hypot(*moved[1:]) == pytest.approx(w, rel=error)
+        assert -moved[0] == pytest.approx(u, rel=2 * error)
+
+
+def test_a_condensed_body_shortens_to_second_order_and_stays_behind():
+    ratio, w, _ = column(20)
+    found = pressed([-ratio * EULER, 0, 0], "condensed", stable=True)
+    assert found.stable and 0.5 * w < np.hypot(*tip(found)[1:]) / LENGTH < 0.8 * w

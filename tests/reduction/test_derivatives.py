@@ -144,10 +144,10 @@ def test_as_many_derivatives_are_kept_as_asked_the_most_energetic_first():
 
 def test_combinations_that_add_nothing_are_never_kept():
     energy = np.array([2.0, 1.0, 1e-3, 1e-8, 1e-15, 0.0])
-    assert [number_kept(energy, keep) for keep in (0, 2, 9, "all", "auto")] == [0, 2, 4, 4, 3]
-    assert number_kept(np.zeros(3), "auto") == number_kept(np.zeros(0), "all") == 0
+    assert [number_kept(energy, keep, 1e-6 * energy.sum()) for keep in (0, 2, 9, "all", "auto")] == [0, 2, 4, 4, 3]
+    assert number_kept(np.zeros(3), "auto", 0.0) == number_kept(np.zeros(0), "all", 0.0) == 0
     with pytest.raises(ValueError, match="derivative shapes to keep is 'some'; give a number, 'auto' or 'all'"):
-        number_kept(energy, "some")
+        number_kept(energy, "some", 0.0)
 
 
 def test_modes_along_a_straight_line_share_their_derivatives():

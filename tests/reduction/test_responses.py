@@ -69,11 +69,10 @@ def test_ten_coordinates_of_the_lowest_modes_and_responses_snap_through_as_all_e
 
 
 @pytest.mark.slow
-def test_a_hinged_panel_wants_fifteen():
+def test_so_does_a_hinged_panel_whose_corners_curl():
     structure = panel(2 * H, 6)
     case = snapped(structure, HINGES, [0.5, 0.25, 1], 0.3 * H)
-    assert load_off(structure, responding(structure, HINGES, 1, 13, 4.5 * H), case) < 0.01
-    assert load_off(structure, responding(structure, HINGES, 1, 8, 4.5 * H), case) < 0.03
+    assert load_off(structure, responding(structure, HINGES, 1, 8, 4.5 * H), case) < 0.01
 
 
 def test_derivatives_at_rest_in_the_same_number_do_not():

@@ -9,14 +9,8 @@ import numpy as np
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.builders.acting import acting, told
-from femflex.case.builders.curved import of_curved
-from femflex.case.builders.load_buckling import (
-    bearing_of_analytic,
-    bearing_of_meshed,
-    judged_loads,
-    warn_of_analytic,
-    warn_of_meshed,
-)
+from femflex.case.builders.bearings import bearing_of_analytic, bearing_of_meshed
+from femflex.case.builders.curved import of_curved, of_responses, softening_of
 from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
 from femflex.case.builders.sheet import of_sheet
@@ -50,15 +44,14 @@ MANY = 1200  # coordinates up to which the lowest shape of a set is sought
 def build_bodies(case: Case, modes: int | None = None, refine: int = 0) -> dict[str, Part]:
     """All bodies of a case by name, with other numbers of modes or finer meshes if asked.
 
-    Bodies whose tables say the same but for their initial state are built once and shared; with nonlinear strain, those
-    under the same loads.
+    Bodies whose tables say the same but for their initial state, and that carry alike, are built once and shared.
     Raises CaseError with the problems of all bodies together.
     """
     bodies: dict[str, Part] = {}
     alike: dict[str, Part] = {}
     problems: list[Problem] = []
     for name, table in case.bodies.items():
-        beside = [sorted(turning_markers(case, name)), *judged_loads(case, name)]  # decide what is warned of
+        beside = [str(sorted(turning_markers(case, name)))]  # decide what is warned of
         if isinstance(table, FlexibleTable):
             beside.append(str(acting(case, name, table, marker_groups(table))))
         key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {beside}"
@@ -125,14 +118,16 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
     if strain == "condensed" and keep is None:
         modeset = with_derivatives(structure, modeset)
     body = reduce_structure(structure, modeset, groups, _damping(table.damping), strain, turning)
-    if strain != "linear":
-        warn_of_meshed(case, name, groups, structure, modeset)
-    if strain == "nonlinear" and isinstance(r, Stretchable) and keep != "none" and body.n_modes:
-        require_stretch(structure, modeset, body.strain)
     note = ""
-    if strain != "linear" and isinstance(r, Stretchable) and r.deflection is None and modeset.held.size:
-        note = "; ".join(filter(None, (of_curved(structure, modeset), of_sheet(structure, modeset))))
-    return replace(body, note=note, ignored=ignored, buckling=bearing_of_meshed(groups, structure, modeset))
+    if strain == "nonlinear" and isinstance(r, Stretchable) and keep != "none" and body.n_modes:
+        if "response" in modeset.kinds:
+            note = of_responses(structure, modeset, body.strain)
+        else:
+            require_stretch(structure, modeset, body.strain)
+    if not note and strain != "linear" and isinstance(r, Stretchable) and r.deflection is None and modeset.held.size:
+        note = "; ".join(filter(None, (of_curved(structure, modeset), of_sheet(structure, modeset, r))))
+    bearing, softening = bearing_of_meshed(groups, structure, modeset), softening_of(structure, modeset)
+    return replace(body, note=note, ignored=ignored, buckling=bearing, softening=softening)
 
 
 def turning_markers(case: Case, name: str) -> set[str]:
@@ -192,8 +187,6 @@ def _analytic(case: Case, name: str, table: AnalyticTable, modes: int | None) ->
         bending = replace(chosen, axial=0, torsion=0)
         ignored = foreshortening_of(beam_body(beam, bending, strain="condensed"))
     body = beam_body(beam, chosen, _damping(table.damping), strain=strain)
-    if not body.strain.is_linear:
-        warn_of_analytic(case, name, beam, chosen)
     return replace(body, ignored=ignored, buckling=bearing_of_analytic(beam, chosen, table))
 
 

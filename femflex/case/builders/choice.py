@@ -10,6 +10,7 @@ import numpy as np
 from femflex.case.body import AnalyticTable, BodyTable, FlexibleTable, Strain
 from femflex.case.builders.foresight import Foresight
 from femflex.case.builders.near_buckling import BOWING, Nearness, beyond
+from femflex.case.builders.snapping import why_snapping
 from femflex.case.builders.strain import KEEPS, Reach, judged
 from femflex.case.case import Case
 from femflex.dynamics import compile_system
@@ -70,7 +71,11 @@ def choices(
         found = {name: _wider(reach, fastest[name]) for name, reach in found.items()}
     for name, gain in weights_of_swingers(system).items():
         found[name] = _wider(found[name], Reach(gain, -gain, 0.0, 0.0))
-    return {name: _buckling_too(judged(found[name]), near.get(name)) for name in names if name in found}
+    chosen = {name: _buckling_too(judged(found[name]), near.get(name)) for name in names if name in found}
+    for name in chosen:
+        if why := why_snapping(case, name, system.bodies[name], found[name], near.get(name)):
+            chosen[name] = "nonlinear", why
+    return chosen
 
 
 def _buckling_too(chosen: tuple[Strain, str], near: Nearness | None) -> tuple[Strain, str]:

@@ -8,15 +8,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from femflex.body import FlexibleBody
 from femflex.body.burden import Buckling, Burden
 from femflex.case.builders.foresight import Carried, carried_along
-from femflex.case.builders.load_buckling import NEAR
 from femflex.dynamics import compile_system
 from femflex.dynamics.reports.bends import SWUNG
 from femflex.dynamics.reports.burdens import burdens
 from femflex.system import System
 from femflex.warning import PhysicsWarning
 
+NEAR = 4.0  # times what it bears: a body that buckles beyond it has lost at most a sixteenth of its stiffness to bends
+LATE = 0.03  # of what buckles a body: a set that buckles later by more is told of
 BOWING = 0.8  # of what buckles a body, foreseen: from there on strain that is left to choice is nonlinear
 BOWED = (
     0.9  # of it: condensed strain, which shortens to second order, bends 1.5 % too little at 0.95, and none beyond 1
@@ -29,13 +31,16 @@ NAMED = 0.05  # of it, from which on a load is named
 class Nearness:
     """What a body bears at the worst instant, and the part that it is of what buckles the body.
 
-    sways: it is no more steady under forces that follow it; apart: the parts of what it bears together.
+    sways: it is no more steady under forces that follow it; apart: the parts of what it bears together;
+    under, row: all that it bears, and the instant.
     """
 
     borne: str
     part: float
     sways: bool = False
     apart: str = ""
+    under: tuple[Burden, ...] = ()
+    row: int = 0
 
     def __str__(self) -> str:
         what = "what sets the body swaying (flutter)" if self.sways else "what buckles the body"
@@ -55,7 +60,7 @@ def nearest(rigid: Carried, names: Collection[str], system: System) -> dict[str,
         near = bearing.nearest(borne[name], 1.0 / NEAR)
         if near.part >= 1.0 / NEAR:
             blamed, apart = _blamed(borne[name], near, float(rigid.times[near.row]))
-            found[name] = Nearness(blamed, near.part, near.sways, apart)
+            found[name] = Nearness(blamed, near.part, near.sways, apart, tuple(borne[name]), near.row)
     return found
 
 
@@ -91,8 +96,21 @@ def warn_of_buckling(system: System, near: dict[str, Nearness]) -> None:
     for name, found in near.items():
         form = system.bodies[name].strain_form
         text = "; linear strain does not know" if form == "linear" else beyond(found, form)
-        if text:
-            warnings.warn(f"bodies.{name}: {found}{text}", PhysicsWarning, stacklevel=3)
+        for one in filter(None, (text, "" if form == "linear" else late(system.bodies[name], found))):
+            warnings.warn(f"bodies.{name}: {found}{one}", PhysicsWarning, stacklevel=3)
+
+
+def late(body: FlexibleBody, near: Nearness) -> str:
+    """That the shapes kept buckle later than the body does; nothing where they do not, or where it sways instead."""
+    if body.buckling is None or near.sways:
+        return ""
+    kept = body.buckling.kept(near.under, near.row)
+    if near.part <= (1.0 + LATE) * kept:
+        return ""
+    return (
+        f", and {kept:.3g} of what buckles the shapes kept: they hold its stress, or the twist that goes with it, too "
+        "badly. Add the load's own static shape to the reduction (`loads`), or more shapes, torsion among them"
+    )
 
 
 def _blamed(borne: list[Burden], near: Buckling, t: float) -> tuple[str, str]:

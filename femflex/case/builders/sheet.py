@@ -1,42 +1,91 @@
-"""What is said of sheets so wide and thin that large bends leave no room for their crosswise curvature."""
+"""Sheets so wide and thin that large bends leave no room for their crosswise curvature, and their set."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from femflex.case.reduction import Stretchable
 from femflex.fem.plate.strain import PlateStrain
 from femflex.fem.structure import Structure
-from femflex.reduction import ModeSet
+from femflex.reduction import ModeSet, with_sheet_bends, with_third_derivatives
 
 CROSSWISE = 10.0  # width^2 curvature / thickness (Searle's parameter) from which shapes that curve crosswise are stiff
 SMALL = 0.05  # bend over length from which it matters
+FAR = 0.2  # bend over the diagonal that a sheet's set is to serve: condensed strain holds no further
+FLAT = 1e-6  # of the length, that a sheet's points may lie beside their plane
 
 
-def of_sheet(structure: Structure, modes: ModeSet) -> str:
-    """What should be said of a set without third derivatives on sheets; nothing where it will do.
+@dataclass(frozen=True)
+class Sheet:
+    """Width and thickness of a wide thin sheet, how far it bends before shapes that curve crosswise are too stiff, and
+    its diagonal [m]."""
+
+    width: float
+    thickness: float
+    bend: float
+    size: float
+
+    def __str__(self) -> str:
+        return f"a sheet {self.width:.3g} m wide and {self.thickness:.3g} m thick"
+
+
+def sheet_of(structure: Structure) -> Sheet | None:
+    """The sheet that a structure of flat plates is, or None where its own shapes do as far as it is bent.
 
     A bend w of a length L, curvature 2 w / L^2, flattens a width b across where b^2 2 w / (L^2 h) is large: vibration
     shapes have the crosswise curvature of small bends. On 1 m x 0.6 m x 1.5 mm the sag was 6 % short of the elastica of
-    the cylindrical bend where it is 20, 18 % where it is 40.
+    the cylindrical bend where it is 20, 18 % where it is 40, 37 % where it is 100.
     """
     plates = [block for block in structure.strain if isinstance(block, PlateStrain)]
-    if not plates or "third derivative" in modes.kinds:
-        return ""
+    if not plates:
+        return None
     thickness = min(float(np.sqrt(12 * C[3, 3] / C[0, 0])) for C in (block.elastic[0, 0] for block in plates))
-    length, width = _extents(structure.mesh.points)
-    if not width:
-        return ""
+    length, width, rise = _extents(structure.mesh.points)
+    if not width or rise > FLAT * length:
+        return None
     bend = CROSSWISE * thickness * length**2 / (2 * width**2)
-    if bend > SMALL * length:
+    return None if bend > SMALL * length else Sheet(width, thickness, bend, float(np.hypot(length, width)))
+
+
+def with_own_bends(structure: Structure, modes: ModeSet, table: Stretchable) -> ModeSet:
+    """The set with the third derivatives its table asks for; where it does not say, what a wide thin sheet wants.
+
+    That is one shape, found as far as the sheet may bend, or at rest where its way there is not found.
+    """
+    if table.third_derivatives is not None:
+        return with_third_derivatives(structure, modes, table.third_derivatives)
+    sheet = sheet_of(structure) if modes.held.size and modes.n_modes else None
+    if sheet is None or table.deflection is not None:
+        return modes
+    try:
+        return with_sheet_bends(structure, modes, sheet.bend, FAR * sheet.size)
+    except (ValueError, RuntimeError):
+        try:
+            return with_third_derivatives(structure, modes, 1)
+        except ValueError:  # large bends leave it as it is
+            return modes
+
+
+def of_sheet(structure: Structure, modes: ModeSet, table: Stretchable) -> str:
+    """What should be said of a set on a wide thin sheet; nothing where its modes alone do."""
+    sheet, third = sheet_of(structure), "third derivative" in modes.kinds
+    if sheet is None or third != (table.third_derivatives is None):
         return ""
+    if third:
+        return (
+            f"{sheet} that bends by more than some {sheet.bend:.2g} m stops curving crosswise: its lowest shape as it "
+            "is then is one more coordinate (third_derivatives = 0 would leave it out)"
+        )
     return (
-        f"a sheet {width:.3g} m wide and {thickness:.3g} m thick, bent by more than some {bend:.2g} m, cannot curve "
-        "crosswise as its shapes do, which are too stiff there: give it third_derivatives = 1 in its reduction"
+        f"{sheet}, bent by more than some {sheet.bend:.2g} m, cannot curve crosswise as its shapes do, which are too "
+        "stiff there: leave out third_derivatives = 0"
     )
 
 
-def _extents(points: np.ndarray) -> tuple[float, float]:
-    """The largest and the second largest extent of points (p, 3) along their principal axes [m]."""
+def _extents(points: np.ndarray) -> tuple[float, float, float]:
+    """The extents of points (p, 3) along their principal axes [m], descending."""
     _, _, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
-    largest = np.sort(np.ptp(points @ axes.T, axis=0))[::-1]
-    return float(largest[0]), float(largest[1])
+    length, width, rise = np.sort(np.ptp(points @ axes.T, axis=0))[::-1]
+    return float(length), float(width), float(rise)

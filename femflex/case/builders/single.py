@@ -9,7 +9,7 @@ from dataclasses import replace
 from femflex.body import FlexibleBody
 from femflex.case.builders.body import build_part
 from femflex.case.builders.choice import undecided, with_strains
-from femflex.case.builders.system import build_system
+from femflex.case.builders.system import decided_system
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem
 from femflex.system import Segments
@@ -65,11 +65,10 @@ def _decided(case: Case) -> tuple[Case, dict[str, str]]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PhysicsWarning)  # told where the bodies are built
-            bodies = build_system(case).bodies
+            decided, system = decided_system(case)
     except CaseError as error:
         first = error.problems[0]
         note = f"strain is linear: its system cannot be built to see what it calls for ({first.where}: {first.text})"
         return case, dict.fromkeys(names, note)
-    return with_strains(case, {name: bodies[name].strain_form for name in names}), {
-        name: bodies[name].note for name in names
-    }
+    forms = {name: system.bodies[name].strain_form for name in names}
+    return with_strains(decided, forms), {name: system.bodies[name].note for name in names}

@@ -18,11 +18,37 @@ TRIED: tuple[Strain, ...] = ("condensed", "nonlinear")
 Built = tuple[dict[str, Part], dict[str, tuple[Strain, str]]]  # bodies by name; strain and reason by name
 
 
-def stretching(case: Case, wanted: Mapping[str, tuple[Strain, str]]) -> Built:
-    """The bodies that are to be condensed or nonlinear for these reasons, and what is said of each.
+Responding = Mapping[str, tuple[Case, str]]  # the case with responses in the reduction of a body, and to what
+
+
+def stretching(
+    case: Case, wanted: Mapping[str, tuple[Strain, str]], responding: Responding
+) -> tuple[dict[str, Part], dict[str, tuple[Strain, str]], Case]:
+    """The bodies that are to be condensed or nonlinear for these reasons, what is said of each, and the case then.
 
     Those that cannot be the one are the other; those that cannot be either are left out: linear, as they were.
+    responding: of curved bodies that may snap, whose reasons leave open (%s) what they respond to.
     """
+    parts: dict[str, Part] = {}
+    snapping: dict[str, tuple[Strain, str]] = {}
+    left = dict(wanted)
+    for name, (answering, to) in responding.items():
+        why = left[name][1]
+        try:
+            parts |= _built(answering, {name: "nonlinear"})
+        except CaseError as error:
+            first = error.problems[0].text.partition("\n")[0].rstrip(".")
+            left[name] = "condensed", f"{why.partition(';')[0]}; it can take no responses to {to} ({first})"
+            continue
+        del left[name]
+        snapping[name] = "nonlinear", why.replace("%s", to)
+        case = case.model_copy(update={"bodies": {**case.bodies, name: answering.bodies[name]}})
+    others, said = _straight(case, left)
+    return parts | others, said | snapping, case
+
+
+def _straight(case: Case, wanted: Mapping[str, tuple[Strain, str]]) -> Built:
+    """The bodies without responses, and what is said of them."""
     said: dict[str, tuple[Strain, str]] = {}
     for name, (_, why) in wanted.items():
         if bound := bound_to_linear(case, name):

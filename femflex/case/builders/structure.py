@@ -12,6 +12,7 @@ import numpy as np
 from femflex.case.body import FlexibleTable, MemberTable
 from femflex.case.builders.acting import Acting
 from femflex.case.builders.sections import build_material, build_section
+from femflex.case.builders.sheet import with_own_bends
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.reduction import (
@@ -40,7 +41,6 @@ from femflex.reduction import (
     with_attachment,
     with_derivatives,
     with_responses,
-    with_third_derivatives,
 )
 from femflex.warning import PhysicsWarning
 
@@ -115,14 +115,15 @@ def build_modes(
         meant = any(member.options.get("prestress") for member in table.members)
         warn_of_initial_stress(f"bodies.{name}", given, structure, meant)
     if isinstance(r, Stretchable):
-        found = with_third_derivatives(
-            structure, _vibrating(structure, r, modes, acting or Acting()), r.third_derivatives
-        )
+        found = _vibrating(structure, r, modes, acting or Acting())
+        if r.third_derivatives or bends_far(table):
+            found = with_own_bends(structure, found, r)
         if r.derivatives not in (None, "none", 0):
             found = derived(structure, found, r.derivatives, None if r.responses else r.deflection, f"bodies.{name}")
         if r.responses and r.deflection is not None:
             ways = [way for way in getattr(r, "attachment", ()) if way in "xyz"]
-            found = with_responses(structure, found, r.responses, r.deflection, ways)
+            loads = getattr(r, "loads", {})
+            found = with_responses(structure, found, r.responses, r.deflection, ways, loads)
         return structure, found
     if isinstance(r, NodalTable):
         return structure, nodal(structure, clamp_of(r.clamp))
@@ -145,6 +146,12 @@ def derived(structure: Structure, modes: ModeSet, keep: int | str, deflection: f
             stacklevel=3,
         )
     return found
+
+
+def bends_far(table: FlexibleTable) -> bool:
+    """Whether a body's strain holds in large bends and its set is given the derivatives they need."""
+    keep = getattr(table.reduction, "derivatives", "none")
+    return table.strain in ("nonlinear", "condensed") and keep not in ("none", 0)
 
 
 def _vibrating(structure: Structure, r: Stretchable, modes: int | None, acting: Acting) -> ModeSet:

@@ -19,6 +19,7 @@ from femflex.case.builders.joints import build_joints, root_joint
 from femflex.case.builders.loads import build_loads
 from femflex.case.builders.near_buckling import nearest, nearest_of, warn_of_buckling
 from femflex.case.builders.references import channel_problems, duration_of, motion_problems, size_problems
+from femflex.case.builders.snapping import responding
 from femflex.case.builders.start import placed
 from femflex.case.builders.stretching import stretching
 from femflex.case.case import Case
@@ -35,11 +36,16 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
     Its own bodies that do not say their strain get the one that their places in the system call for.
     Raises CaseError with everything that does not fit together.
     """
+    return decided_system(case, bodies)[1]
+
+
+def decided_system(case: Case, bodies: Mapping[str, Part] | None = None) -> tuple[Case, System]:
+    """The System of `build_system`, and the case with the strain and the responses of its bodies written out."""
     names = undecided(case) if bodies is None else []
     if not names:
         system = system_of(case, bodies)
         warn_of_buckling(system, nearest_of(system, duration_of(case, system)))
-        return _light(system)
+        return case, _light(system)
     linear = with_strains(case, dict.fromkeys(names, "linear"))
     parts = _bodies_and_loads(linear, None)[0]
     system = system_of(linear, parts)
@@ -47,7 +53,8 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
     near = {} if view.rigid is None else nearest(view.rigid, list(system.bodies), system)
     chosen = choices(case, system, names, near, view)
     if wanted := {name: one for name, one in chosen.items() if one[0] != "linear"}:
-        others, said = stretching(case, wanted)
+        open_ = [name for name, (_, why) in wanted.items() if "%s" in why]
+        others, said, case = stretching(case, wanted, {name: responding(case, system, name) for name in open_})
         chosen |= said
         system = system_of(case, parts | others)
     noted: dict[tuple[int, str], FlexibleBody] = {}  # bodies alike stay one
@@ -57,12 +64,12 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
         note = "; ".join(part for part in (f"strain is {strain}: {why}", body.note) if part)
         found[name] = noted.setdefault((id(body), note), replace(body, note=note))
     warn_of_buckling(system, near)
-    return _light(replace(system, bodies=found))
+    return case, _light(replace(system, bodies=found))
 
 
 def _light(system: System) -> System:
     """The system without the structures by which its bodies were judged."""
-    light = {id(body): replace(body, buckling=None) for body in system.bodies.values()}
+    light = {id(body): replace(body, buckling=None, softening=None) for body in system.bodies.values()}
     return replace(system, bodies={name: light[id(body)] for name, body in system.bodies.items()})
 
 

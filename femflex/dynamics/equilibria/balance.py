@@ -32,7 +32,8 @@ NOISE = 1e-9  # of the largest force: stiffness that differences cannot tell fro
 ROUNDING = 1e-14  # of the largest stiffness: what directions across many coordinates, as loops leave them, pick up
 TRIES, HALVINGS = 30, 12
 STIFF = 1e3  # times the largest outer force: stiffness of what these alone move by no more than 1e-3 of its usual size
-ROUNDS = 6  # of bringing that to rest, each with its stiffness when undeformed
+SOFT = 100.0  # times the least stiffness, up to which nothing is: loads that press along have no force where straight
+ROUNDS = 8  # of bringing that to rest, each with its stiffness before the step
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +74,7 @@ def balance(problem: Steady, q: Array, share: float) -> Balance:
             return float(np.linalg.norm(newton_step(problem, K, left, size, A)[0]))
 
         move = move * min(1.0, LONGEST / max(longest, 1e-300))
-        q, moved = _along(problem, q, move, share, merit, stiff_answers(problem, q, share, A))
+        q, moved = _along(problem, q, move, share, merit, stiff_answers(problem, q, share, A, K))
         if not moved:  # the forces are at their rounding, or do not fall at all
             return Balance(q, balanced, k + 1, residual, worst, neutral)
     return Balance(q, False, TRIES, residual, worst, neutral)
@@ -109,14 +110,14 @@ def newton_step(problem: Steady, K: Array, g: Array, size: float, A: Array) -> t
     return move, neutral, float(sigma[kept].max(initial=0.0))
 
 
-def stiff_answers(problem: Steady, q: Array, share: float, A: Array) -> Array:
-    """How what is stiff beside the outer forces gives way to forces (n_u, n_u), in usual sizes, when undeformed."""
+def stiff_answers(problem: Steady, q: Array, share: float, A: Array, K: Array) -> Array:
+    """How what is stiff beside the outer forces gives way to forces (n_u, n_u), in usual sizes; K (n_u, n_u) at q."""
     E, _ = problem.directions(A)
-    K = problem.own_stiffness[0] * problem.sizes * problem.sizes[:, None]
-    values, V = np.linalg.eigh(E.T @ K @ E)
-    stiff = values > max(STIFF * share * float(np.abs(problem.forces(q)[1]).max(initial=0.0)), 0.0)
-    D = E @ V[:, stiff]
-    return np.asarray((D / values[stiff]) @ D.T)
+    own = problem.own_stiffness[0] * problem.sizes * problem.sizes[:, None]
+    values, V = np.linalg.eigh(E.T @ own @ E)
+    outer = share * float(np.abs(problem.forces(q)[1]).max(initial=0.0))
+    D = E @ V[:, values > max(STIFF * outer, SOFT * values.min(initial=np.inf))]
+    return np.asarray(D @ np.linalg.lstsq(D.T @ K @ D, D.T, rcond=None)[0])
 
 
 def relaxed(problem: Steady, q: Array, share: float, answers: Array) -> Array:

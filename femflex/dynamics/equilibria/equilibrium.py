@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.equilibria.balance import Balance, balance
+from femflex.dynamics.equilibria.balance import BALANCED, Balance, balance
 from femflex.dynamics.equilibria.leaving import LEVEL, below
 from femflex.dynamics.equilibria.linearised import linearised
 from femflex.dynamics.equilibria.steady import Steady, steady
@@ -154,7 +154,7 @@ def _beyond(problem: Steady, unstable: Equilibrium, begun: Array) -> Equilibrium
     """The stable equilibrium that the motion that grows away from an unstable one leads to."""
     near = below(problem, unstable.q, begun)
     found = None if near is None else balance(problem, near, 1.0)
-    if found is not None and found.balanced:
+    if found is not None and found.residual <= BALANCED:  # it may go on along a ring of equilibria, hardly resisted
         settled = _told(problem, found, unstable.iterations + found.iterations, unstable)
         if settled.stable:
             return settled

@@ -28,14 +28,14 @@ def below(problem: Steady, q: Array, begun: Array) -> Array | None:
 
     Of the two sides of q that of the coordinates begun from is taken.
     """
-    g, values, V = _resistance(problem, q)
+    g, K, values, V = _resistance(problem, q)
     along = V[:, int(np.argmin(values))]
     along = along / np.abs(along).max()
     back = along @ (problem.shape(begun) - problem.shape(q))
     side = np.sign(back) if abs(back) > NEAR else np.sign(along[int(np.argmax(np.abs(along)))])
-    found, level = _moved(problem, q, FIRST * side * along), LEVEL**2 * abs(values.min())
+    found, level = _moved(problem, q, K, FIRST * side * along), LEVEL**2 * abs(values.min())
     for _ in range(STEPS):
-        g, values, V = _resistance(problem, found)
+        g, K, values, V = _resistance(problem, found)
         size = np.abs(values)
         felt = size > level
         move = -V[:, felt] @ ((V[:, felt].T @ g) / size[felt])
@@ -43,27 +43,27 @@ def below(problem: Steady, q: Array, begun: Array) -> Array | None:
         resists = bool((values[felt] > 0).all())
         if resists and longest < NEAR:
             return found
-        further = _down(problem, found, g, move * min(1.0, LONGEST / max(longest, 1e-300)))
+        further = _down(problem, found, g, K, move * min(1.0, LONGEST / max(longest, 1e-300)))
         if further is None:
             return found if resists else None
         found = further
     return None
 
 
-def _resistance(problem: Steady, q: Array) -> tuple[Array, Array, Array]:
-    """Forces (n_u,) that are left, and the stiffness against them by its values (m,) and directions (n_u, m)."""
+def _resistance(problem: Steady, q: Array) -> tuple[Array, Array, Array, Array]:
+    """Forces (n_u,) that are left, and the stiffness (n_u, n_u), its values (m,) and directions (n_u, m)."""
     A = problem.ties(q)
     g, lambdas = unbalanced(problem, q, 1.0, A)
     Z = np.hstack(problem.directions(A))
-    K = Z.T @ problem.stiffness(q, 1.0, lambdas) @ Z
-    values, V = np.linalg.eigh((K + K.T) / 2)
-    return g, values, Z @ V
+    K = problem.stiffness(q, 1.0, lambdas)
+    values, V = np.linalg.eigh(Z.T @ (K + K.T) @ Z / 2)
+    return g, K, values, Z @ V
 
 
-def _down(problem: Steady, q: Array, g: Array, move: Array) -> Array | None:
+def _down(problem: Steady, q: Array, g: Array, K: Array, move: Array) -> Array | None:
     """The coordinates a step further, shortened until they still go down at its end, or hardly up."""
     for _ in range(HALVINGS):
-        to = _moved(problem, q, move)
+        to = _moved(problem, q, K, move)
         after = unbalanced(problem, to, 1.0, problem.ties(to))[0]
         if after @ move <= OVERSHOT * abs(g @ move):
             return to
@@ -71,6 +71,6 @@ def _down(problem: Steady, q: Array, g: Array, move: Array) -> Array | None:
     return None
 
 
-def _moved(problem: Steady, q: Array, move: Array) -> Array:
-    to = problem.closed(advanced(problem.full, q, move * problem.sizes))
-    return relaxed(problem, to, 1.0, stiff_answers(problem, to, 1.0, problem.ties(to)))
+def _moved(problem: Steady, q: Array, K: Array, move: Array) -> Array:
+    answers = stiff_answers(problem, q, 1.0, problem.ties(q), K)
+    return relaxed(problem, problem.closed(advanced(problem.full, q, move * problem.sizes)), 1.0, answers)

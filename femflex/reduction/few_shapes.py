@@ -1,0 +1,22 @@
+"""Linear buckling in few coordinates."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+Array = NDArray[np.float64]
+
+STIFF = 1e3  # times the stiffness of all coordinates: what holds a marker in its place
+ROUNDING = 1e-9  # part of its stiffness that a load takes from a shape, below which it takes none
+
+
+def lowest_of_few(K_sigma: Array, K: Array, held: Array | None) -> tuple[float, Array]:
+    """Lowest mu of K_sigma x = mu (K + held) x, 0 where it is but rounding, and x.(K + held) x = 1.
+
+    held is taken as stiff.
+    """
+    K = K if held is None else K + STIFF * np.trace(K) / np.trace(held) * held
+    mu, x = linalg.eigh(K_sigma, K, subset_by_index=[0, 0])
+    return float(mu[0]) if abs(mu[0]) > ROUNDING else 0.0, x[:, 0]
