@@ -50,8 +50,8 @@ class UniformBeam:
     EA, EIy, EIz, GJ       axial [N], bending in x-z and in x-y, torsional stiffness [N m^2]; x along the beam
     mass_per_length        [kg/m]
     ry, rz                 radii of gyration of the section's mass, sqrt(int z^2 dm), sqrt(int y^2 dm) per mass [m]
-    rotary_inertia         False leaves the section's inertia out of bending; it stays in torsion and in rigid turns of
-                           the body: for slender beams, or frames that do not turn
+    rotary_inertia         False leaves the section's inertia out of bending and of turns of the body; it stays in
+                           torsion, the same about all axes across
     root, direction        where the beam starts [m] and where it points, body frame
     orientation            vector near the section's y axis; default as for beam members (fem.chain.element_frames)
     radius                 of the tube that is drawn [m]; None draws a line
