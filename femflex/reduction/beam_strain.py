@@ -45,7 +45,7 @@ def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, followin
 
     following: stretch is to follow bending (reduction.condense). Then u' is as small as v'^2: its square is left out,
     and what an inextensible beam's curvature has at fourth order comes in whole, in place of u'v'' and u'w'' in the
-    curvatures: right for a beam of any stiffness along its axis.
+    curvatures: right for a beam of any stiffness along its axis. A beam's far_bends is then not asked for.
     """
     xi, weight = gauss(2 * functions.most + 24)
     value, slope, curvature = (functions.fields(xi, beam.length, derivative) @ X for derivative in range(3))
@@ -55,7 +55,7 @@ def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, followin
     linear, quadratic = strain_maps()
     if not functions.torsion:
         quadratic[3] = 0.0
-    fourth, weights = product_maps(FOURTH), fourth_order(beam.EIy, beam.EIz, polar**2)
+    fourth, weights = product_maps(FOURTH), fourth_order(beam.EIy, beam.EIz, polar**2, beam.far_bends and not following)
     if following:
         quadratic[:, 0], quadratic[:, :, 0] = 0.0, 0.0
         fourth[:3], weights[:3] = inextensible(beam.EIy, beam.EIz, polar**2)
