@@ -12,9 +12,10 @@ from test_loads_that_buckle import BEAM, HELD, SILENT, STRIP
 from femflex.body.symmetric import form, gradient
 from femflex.case import CaseError, read_case
 from femflex.case.builders import build_body, build_system
-from femflex.fem import Member, build_structure
+from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import StiffnessSection
-from femflex.mesh import line
+from femflex.mesh import line, rectangle
+from femflex.reduction import cantilever_modes, reduce_structure, with_attachment, with_derivatives
 from femflex.warning import PhysicsWarning
 
 LENGTH, EI = 3.0, 1.4e4
@@ -134,6 +135,19 @@ def test_nor_is_that_of_a_beam_on_functions(write_case, ratio):
         found[far] = lowest_quartic(body(write_case, BEAM, NONLINEAR, functions, wide(ratio), said).strain)
     assert found["true"] > 0
     assert (found["false"] < 0) == (ratio > 1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("family", "cells", "kind"), [("plate_bfs", 8, "quad"), ("plate", 16, "triangle")])
+def test_that_of_plates_is_of_squares_alone(family, cells, kind):
+    """Membrane strains and curvatures, each a square with all of its second order."""
+    metal = Material(E=7e10, nu=0.3, density=2700.0)
+    structure = build_structure(rectangle(1.0, 0.04, cells, 1, kind), [Member("surface", family, 4e-3, metal)])
+    shapes = with_attachment(structure, cantilever_modes(structure, "left", 4), [], {"right": ["z"]})
+    strain = reduce_structure(structure, with_derivatives(structure, shapes), strain="nonlinear").strain
+    assert lowest_quartic(strain) > 0
+    rng = np.random.default_rng(5)
+    assert all(strain.energy(scaled(strain) * rng.normal(size=len(strain.f0)) * 10.0**k) > 0 for k in range(6))
 
 
 def test_a_case_with_nonlinear_strain_bends_far_unless_it_says_otherwise(write_case):
