@@ -89,12 +89,12 @@ class Rotating:
         size = np.linalg.norm(root, axis=(0, 1))
         return np.linalg.det(np.moveaxis(root / size, 2, 0))
 
-    def exact(self, near):
-        """Exact frequencies beside those of `near` (n,): the sign of the misfit changes within 1e-4 of each."""
-        low, high = near * (1 - 1e-4), near * (1 + 1e-4)
+    def exact(self, near, within=1e-4):
+        """Exact frequencies beside those of `near` (n,): the sign of the misfit changes within a part of each."""
+        low, high = near * (1 - within), near * (1 + within)
         below = np.sign(self.misfit(low))
         if np.any(np.sign(self.misfit(high)) == below):
-            raise AssertionError(f"no exact frequency within 1e-4 of {near}")
+            raise AssertionError(f"no exact frequency within {within:g} of {near}")
         for _ in range(26):
             middle = (low + high) / 2
             same = np.sign(self.misfit(middle)) == below

@@ -187,7 +187,8 @@ class AnalyticTable(BodyTable):
     """Of the tube that is drawn; left out, a line."""
     functions: FunctionsTable
     strain: Strain | None = None
-    """As for meshed bodies; nonlinear wants axial functions, condensed brings its own."""
+    """As for meshed bodies; nonlinear wants axial functions, beside which the rest of the stretch follows; condensed
+    brings its own."""
     damping: DampingTable | None = None
 
     @model_validator(mode="after")

@@ -50,8 +50,8 @@ class UniformBeam:
     EA, EIy, EIz, GJ       axial [N], bending in x-z and in x-y, torsional stiffness [N m^2]; x along the beam
     mass_per_length        [kg/m]
     ry, rz                 radii of gyration of the section's mass, sqrt(int z^2 dm), sqrt(int y^2 dm) per mass [m]
-    rotary_inertia         False leaves the section's inertia out of bending; it stays in torsion and in rigid turns of
-                           the body: for slender beams, or frames that do not turn
+    rotary_inertia         False leaves the section's inertia out of bending and of turns of the body; it stays in
+                           torsion, the same about all axes across
     root, direction        where the beam starts [m] and where it points, body frame
     orientation            vector near the section's y axis; default as for beam members (fem.chain.element_frames)
     far_bends              True: nonlinear strain stays bounded where a flat section bends far (fem.beam.strain)
@@ -149,6 +149,13 @@ class BeamFunctions:
     def most(self) -> int:
         """The largest number of functions of one field."""
         return max(self.y, self.z, self.axial, self.torsion, self.followers)
+
+    @property
+    def holds_squares(self) -> bool:
+        """Whether the axial functions hold all products of two slopes: polynomials enough."""
+        clamps = [BENDING_ORDER[support] for support in ends_of(self.ends)]
+        degree = sum(clamps) + max(self.y, self.z) - 1  # of bending; u is of that of the integral of slopes' squares
+        return self.family == "polynomial" and self.axial >= 2 * degree - sum(min(order, 1) for order in clamps)
 
     def with_followers(self) -> BeamFunctions:
         """The same with as many followers as hold all products of two slopes: exactly for polynomials."""

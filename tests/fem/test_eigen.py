@@ -6,9 +6,14 @@ import numpy as np
 import pytest
 from scipy import linalg, sparse
 
+from femflex.fem import Member, build_structure
 from femflex.fem.eigen.canonical import canonical, clusters, whole_clusters
 from femflex.fem.eigen.modes import check_residual, lowest_modes, orthonormal, stiffness_ratio
 from femflex.fem.eigen.shift_invert import ShiftInverted
+from femflex.fem.sections import StiffnessSection
+from femflex.mesh import line
+from femflex.reduction import cantilever_modes
+from femflex.reduction.clamps import free_dofs, held_dofs
 from femflex.warning import PhysicsWarning
 
 CLAMPED_FREE = np.array([1.87510406871196, 4.69409113297417, 7.85475743823761, 10.9955407348755]) ** 2
@@ -203,6 +208,29 @@ def test_a_wrong_mode_does_not_pass_the_residual_check():
     check_residual(K, M, modes.omega, modes.phi)
     with pytest.raises(RuntimeError, match=r"mode 2 at .* Hz has a residual of .* where 1e-09 is allowed"):
         check_residual(K, M, modes.omega * [1, 1.001, 1], modes.phi)
+
+
+@pytest.mark.parametrize("slenderness", [1e3, 1e5, 1e6])
+def test_many_modes_of_beams_however_slender_pass_and_are_right(slenderness):
+    """Rounding in the stretch, EA L^2 / EI = slenderness^2 times as stiff, once had 18 modes of 8 elements refused."""
+    section = StiffnessSection(slenderness**2, 1.0, 1.0, 1.0, 1.0, ry=1 / slenderness, rz=1 / slenderness)
+    member = Member("line", "beam", section, None, {"rotary_inertia": False, "order": 5})
+    structure = build_structure(line([[0, 0, 0], [1, 0, 0]], 8), [member])
+    omega = cantilever_modes(structure, "start", 18).omega
+    assert omega[:8:2] == pytest.approx(CLAMPED_FREE, rel=1e-6)
+    assert omega[1:8:2] == pytest.approx(CLAMPED_FREE, rel=1e-6)
+
+
+def test_a_shape_with_a_little_of_another_does_not_pass_however_slender_the_beam():
+    section = StiffnessSection(1e12, 1.0, 1.0, 1.0, 1.0, ry=1e-6, rz=1e-6)
+    structure = build_structure(line([[0, 0, 0], [1, 0, 0]], 8), [Member("line", "beam", section)])
+    free = free_dofs(structure, held_dofs(structure, "start"))
+    K, M = (A[free][:, free] for A in (structure.K, structure.M))
+    modes = lowest_modes(K, M, 18)
+    wrong = modes.phi.copy()
+    wrong[:, 4] += 1e-6 * wrong[:, 0]
+    with pytest.raises(RuntimeError, match=r"mode 5 at .* where 1e-09 is allowed"):
+        check_residual(K, M, modes.omega, wrong)
 
 
 def test_a_mesh_so_fine_that_rounding_reaches_the_frequencies_is_warned_of():

@@ -1,8 +1,10 @@
-"""What acts on a meshed body where the case says: loads, its weight, and the bodies and loops that hang on it.
+"""What acts on a meshed body where the case says: loads, weight, a steady spin, the bodies and loops that hang on it.
 
 Vibration modes hold the stress under such a load badly: four of them let a strip tip over sideways 17 % too late. Where
 strain is not linear and the reduction says nothing of `loads`, the static shapes of these stand beside the modes; that
-of the weight where it says nothing of `attachment`.
+of weight and spin where it says nothing of `attachment`. A spin pulls at every place by its distance: the answers to
+accelerations of the clamp are close to how modes change under it (at 12 sqrt(EI / m L^4) four modes are 2 % off in the
+first frequency, eight 0.2 %, and four with four of these 0.02 %).
 """
 
 from __future__ import annotations
@@ -26,14 +28,16 @@ class Acting:
     """What acts on a body.
 
     loads   mesh group -> directions of forces and moments
-    weight  directions that its weight may pull in
+    base    directions of accelerations of its clamp, in whose way it is pulled
+    causes  what pulls so, in words
     """
 
     loads: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    weight: tuple[str, ...] = ()
+    base: tuple[str, ...] = ()
+    causes: tuple[str, ...] = ()
 
     def __bool__(self) -> bool:
-        return bool(self.loads or self.weight)
+        return bool(self.loads or self.base)
 
 
 def acting(case: Case, name: str, table: FlexibleTable, groups: Mapping[str, str]) -> Acting:
@@ -50,14 +54,20 @@ def acting(case: Case, name: str, table: FlexibleTable, groups: Mapping[str, str
         or r.deflection is not None
     ):
         return Acting()
-    heavy = "attachment" not in r.model_fields_set and any(case.environment.gravity)
+    asked = "attachment" not in r.model_fields_set
+    heavy, spun = asked and any(case.environment.gravity), asked and (case.campbell is not None or _spins(case))
     found: dict[str, set[str]] = {}
     if "loads" not in r.model_fields_set:
         for marker, directions in (*_loads(case, name), *_carried(case, name)):
             if (group := groups.get(marker)) is not None and group not in r.clamp:
                 found.setdefault(group, set()).update(directions)
     loads = {group: tuple(d for d in DIRECTIONS if d in some) for group, some in found.items()}
-    return Acting(loads, DIRECTIONS[:3] if heavy else ())
+    causes = ("its weight",) * heavy + ("its spin",) * spun
+    return Acting(loads, DIRECTIONS if spun else DIRECTIONS[:3] if heavy else (), causes)
+
+
+def _spins(case: Case) -> bool:
+    return case.attitude.frame == "spinning" and any(case.attitude.spin or ())
 
 
 def _loads(case: Case, name: str) -> Iterator[tuple[str, list[str]]]:
@@ -87,7 +97,7 @@ def told(found: Acting, modes: ModeSet) -> str:
     if not (count := modes.kinds.count("attachment") if found else 0):
         return ""
     places = [f"{group} {' '.join(directions)}" for group, directions in found.loads.items()]
-    where = ", ".join(places + ["its weight"] * bool(found.weight))
-    keys = " and ".join(["loads = {}"] * bool(found.loads) + ["attachment = []"] * bool(found.weight))
+    where = ", ".join([*places, *found.causes])
+    keys = " and ".join(["loads = {}"] * bool(found.loads) + ["attachment = []"] * bool(found.base))
     shapes = "1 static shape" if count == 1 else f"{count} static shapes"
     return f"{shapes} of what acts on it ({where}) beside its modes ({keys} in its reduction would leave them out)"

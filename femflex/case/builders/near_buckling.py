@@ -95,6 +95,8 @@ def warn_of_buckling(system: System, near: dict[str, Nearness]) -> None:
     """Warn of bodies whose strain does not know what all that they bear does to them."""
     for name, found in near.items():
         form = system.bodies[name].strain_form
+        if form == "nonlinear" and "response" in system.bodies[name].kinds:
+            continue  # made of what it does past buckling
         text = "; linear strain does not know" if form == "linear" else beyond(found, form)
         for one in filter(None, (text, "" if form == "linear" else late(system.bodies[name], found))):
             warnings.warn(f"bodies.{name}: {found}{one}", PhysicsWarning, stacklevel=3)

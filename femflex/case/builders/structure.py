@@ -166,9 +166,9 @@ def _vibrating(structure: Structure, r: Stretchable, modes: int | None, acting: 
     if isinstance(r, CraigBamptonTable):
         return craig_bampton(structure, r.interfaces, n, clamp, r.interface)
     found = cantilever_modes(structure, clamp, n)
-    weight, slow = slow_loads(structure, found, acting.weight, acting.loads) if acting else ((), {})
-    if r.attachment or r.loads or weight or slow:
-        both = with_attachment(structure, found, (*r.attachment, *weight), {**r.loads, **slow})
+    base, slow = slow_loads(structure, found, acting.base, acting.loads) if acting else ((), {})
+    if r.attachment or r.loads or base or slow:
+        both = with_attachment(structure, found, (*r.attachment, *base), {**r.loads, **slow})
         return replace(both, groups=tuple(group for group in both.groups if group not in slow))
     return found
 
