@@ -180,6 +180,7 @@ def _rigid(case: Case, table: RigidTable) -> FlexibleBody:
 
 def _analytic(case: Case, name: str, table: AnalyticTable, modes: int | None) -> FlexibleBody:
     values = table.model_dump(include=set(UniformBeam.__dataclass_fields__) - {"mass_per_length"})
+    values["far_bends"] = table.strain == "nonlinear" and table.far_bends is not False
     mass = table.mass_per_length if table.mass is None else table.mass / table.length
     assert mass is not None
     functions = table.functions.model_dump()
