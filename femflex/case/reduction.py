@@ -149,7 +149,7 @@ class CantileverTable(Stretchable):
     spin: StrictBool | None = None
     """Static shapes of a spin (the slow ones of all six accelerations) beside the modes, where strain is nonlinear or
     condensed with derivatives = 'auto'. Left out: where the case spins steadily, or is foreseen to spin up fast for
-    the body, of eight modes at most, unless `attachment` is said."""
+    the body, if it is of beams and has five modes at most; not where `attachment` is said."""
     loads: dict[str, list[Component]] = Field(default_factory=dict)
     """Group -> directions of unit forces and moments there whose static shapes are added. Left out likewise: those of
     the case's own loads, and where other bodies hang on this one; {} for none."""

@@ -19,7 +19,7 @@ from femflex.dynamics import compile_system
 from femflex.system import System
 
 SPUN = 0.5  # rate, or root of the angular acceleration, over the body's first frequency: from there on they pay
-FEW = 8  # modes, or functions along one direction, up to which they pay: more hold the same at no less cost
+FEW = 5  # modes, or functions along one direction, up to which they pay: six are as near to Kane's lag without them
 ROWS = 2000  # over the time foreseen, between which the acceleration is taken
 
 
@@ -50,7 +50,8 @@ def with_spin_shapes(case: Case, names: Collection[str]) -> Case:
 def _asking(table: BodyTable | None) -> BodyTable | None:
     """The table with the shapes of spin; None where it says its shapes itself, or has many."""
     if isinstance(table, FlexibleTable) and table.cut is None and isinstance(r := table.reduction, CantileverTable):
-        if r.modes <= FEW and not r.model_fields_set & {"attachment", "spin"}:
+        slender = all(member.family == "beam" for member in table.members)  # sheets slew no better with them
+        if slender and r.modes <= FEW and not r.model_fields_set & {"attachment", "spin"}:
             return table.model_copy(update={"reduction": r.model_copy(update={"spin": True})})
     if isinstance(table, AnalyticTable):
         f = table.functions
