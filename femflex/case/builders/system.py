@@ -96,7 +96,7 @@ def _spun(case: Case, system: System, rigid: Carried | None) -> tuple[Case, dict
 
 def _light(system: System) -> System:
     """The system without the structures by which its bodies were judged."""
-    light = {id(body): replace(body, buckling=None, softening=None) for body in system.bodies.values()}
+    light = {id(body): replace(body, buckling=None, softening=None, hardening=None) for body in system.bodies.values()}
     return replace(system, bodies={name: light[id(body)] for name, body in system.bodies.items()})
 
 
