@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody, Marker, Skin, StrainTensors
 from femflex.fem.eigen.canonical import canonical, signs
 from femflex.fem.eigen.modes import dense_modes
+from femflex.fem.line.section_points import section_points
 from femflex.fem.structure import Structure
 from femflex.reduction.beam_functions import ends_of, gauss, points_for
 from femflex.reduction.beam_strain import beam_strain
@@ -40,7 +41,7 @@ def beam_body(
 ) -> FlexibleBody:
     """The FlexibleBody of a straight beam on admissible functions, with markers "root" and "tip".
 
-    Moments and stiffness by Gauss quadrature along the length, mass at four points of each section.
+    Moments and stiffness by Gauss quadrature along the length, mass at points of each section (section_points).
     orthonormal: the functions are recombined into the modes of the beam confined to them, with their omega.
     strain: "nonlinear" adds the stretch by slopes and twist (beam_strain) and wants axial functions; "condensed" lets
     the stretch follow bending (reduction.condense) along axial polynomials of its own. With
@@ -68,9 +69,9 @@ def _body(
 ) -> FlexibleBody:
     """The body with every function, or mode of them, a coordinate; followers come last."""
     xi, weight = gauss(points_for(functions.most))
-    offsets = _section_points(beam.rz, beam.ry)
-    dm = np.repeat(weight * beam.taper.mass(xi) * beam.mass_per_length * beam.length / 4, 4)
-    rho, shapes = _places(beam, xi, offsets), _motion(beam, functions, xi, offsets, beam.rotary_inertia)
+    offsets, share = section_points(np.array(beam.rz**2), np.array(beam.ry**2), beam.rotary_inertia)
+    dm = np.outer(weight * beam.taper.mass(xi) * beam.mass_per_length * beam.length, share).ravel()
+    rho, shapes = _places(beam, xi, offsets), _motion(beam, functions, xi, offsets)
     raw = _stiffness(beam, functions, xi, weight)
     Me = point_moments(dm, rho, shapes).elastic_mass()
     X, omega = _own_columns(beam, functions, raw, Me, orthonormal)
@@ -96,7 +97,7 @@ def _body(
     )
     if strain == "linear":
         return body
-    return with_turned_sections(body, _sections(beam, functions, X, xi, dm.reshape(-1, 4)), range(functions.own))
+    return with_turned_sections(body, _sections(beam, functions, X, xi, dm, offsets), range(functions.own))
 
 
 def _damped(functions: BeamFunctions, X: Array, strain: str) -> NDArray[np.bool_]:
@@ -176,17 +177,10 @@ def _stiffness(beam: UniformBeam, functions: BeamFunctions, xi: Array, weight: A
     return (V1 + V1.T) / 2
 
 
-def _section_points(rz: float, ry: float) -> Array:
-    """Four points (4, 2) of a section with the second moments of its mass."""
-    a, b = np.sqrt(2) * rz, np.sqrt(2) * ry
-    return np.array([[a, 0.0], [-a, 0.0], [0.0, b], [0.0, -b]])
-
-
 def _places(beam: UniformBeam, xi: Array, offsets: Array) -> Array:
-    """Undeformed positions (len(xi) k, 3) of section points offsets (k, 2), body frame."""
-    x, y, z = beam.frame
-    axis = np.asarray(beam.root, float) + np.outer(xi * beam.length, x)
-    return (axis[:, None] + offsets @ np.stack([y, z])).reshape(-1, 3)
+    """Undeformed positions (len(xi) k, 3), body frame, of points at offsets (k, 3) from the line in section axes."""
+    axis = np.asarray(beam.root, float) + np.outer(xi * beam.length, beam.frame[0])
+    return (axis[:, None] + offsets @ beam.frame).reshape(-1, 3)
 
 
 def _section_motion(beam: UniformBeam, functions: BeamFunctions, xi: Array) -> tuple[Array, Array]:
@@ -196,23 +190,22 @@ def _section_motion(beam: UniformBeam, functions: BeamFunctions, xi: Array) -> t
     return beam.frame.T @ value[:, :3], beam.frame.T @ turn
 
 
-def _motion(beam: UniformBeam, functions: BeamFunctions, xi: Array, offsets: Array, rotary: bool) -> Array:
-    """Displacement u + theta x offset of section points (len(xi) k, 3, count); without rotary, twist alone."""
+def _motion(beam: UniformBeam, functions: BeamFunctions, xi: Array, offsets: Array) -> Array:
+    """Displacement u + (theta, -w', v') x offset of such points (len(xi) k, 3, count)."""
     value, slope = functions.fields(xi, beam.length)[:, None], functions.fields(xi, beam.length, 1)[:, None]
-    y, z = offsets[:, 0, None], offsets[:, 1, None]
-    axial = value[:, :, 0] - rotary * (y * slope[:, :, 1] + z * slope[:, :, 2])
-    local = np.stack([axial, value[:, :, 1] - z * value[:, :, 3], value[:, :, 2] + y * value[:, :, 3]], axis=2)
+    x, y, z = (offsets[:, i, None] for i in range(3))
+    u, v, w, theta = (value[:, :, i] for i in range(4))
+    dv, dw = slope[:, :, 1], slope[:, :, 2]
+    local = np.stack([u - y * dv - z * dw, v - z * theta + x * dv, w + y * theta + x * dw], axis=2)
     return (beam.frame.T @ local).reshape(-1, 3, functions.count)
 
 
-def _sections(beam: UniformBeam, functions: BeamFunctions, X: Array, xi: Array, dm: Array) -> Sections:
-    """The sections at xi, with masses dm (len(xi), 4), turned by the functions times X; without rotary, by twist."""
-    x, y, z = beam.frame
-    second = beam.rz**2 * np.outer(y, y) + beam.ry**2 * np.outer(z, z)
+def _sections(beam: UniformBeam, functions: BeamFunctions, X: Array, xi: Array, dm: Array, offsets: Array) -> Sections:
+    """The sections at xi, of points dm (len(xi) k,) at offsets (k, 3), turned by the functions times X."""
+    o = offsets @ beam.frame
+    second = np.einsum("pk,ka,kb->pab", dm.reshape(len(xi), -1), o, o)
     turn = _section_motion(beam, functions, xi)[1] @ X
-    if not beam.rotary_inertia:
-        turn = x[:, None] * np.einsum("i,pik->pk", x, turn)[:, None]
-    return Sections(dm.sum(axis=1)[:, None, None] * second, np.broadcast_to(x, (len(xi), 3)), turn)
+    return Sections(second, np.broadcast_to(beam.frame[0], (len(xi), 3)), turn)
 
 
 def _marker(beam: UniformBeam, functions: BeamFunctions, end: int, X: Array, sines: bool) -> Marker:
@@ -221,7 +214,7 @@ def _marker(beam: UniformBeam, functions: BeamFunctions, end: int, X: Array, sin
     sines: its slopes are sines, as the curvature of large bends has them (beam_strain).
     """
     xi = np.array([float(end)])
-    position = _places(beam, xi, np.zeros((1, 2)))[0]
+    position = _places(beam, xi, np.zeros((1, 3)))[0]
     if ends_of(functions.ends)[end] == "clamped":
         return Marker.rigid(position, n_modes=X.shape[1])
     centre, turn = _section_motion(beam, functions, xi)
@@ -238,13 +231,13 @@ def _skin(beam: UniformBeam, functions: BeamFunctions, X: Array) -> Skin:
     """A tube of the drawn radius, or a line."""
     xi = np.linspace(0.0, 1.0, 1 + 4 * max(5, functions.y, functions.z, functions.axial, functions.torsion))
     if beam.radius is None:
-        offsets, cells = np.zeros((1, 2)), {"line": np.stack([np.arange(len(xi) - 1), np.arange(1, len(xi))], axis=1)}
+        offsets, cells = np.zeros((1, 3)), {"line": np.stack([np.arange(len(xi) - 1), np.arange(1, len(xi))], axis=1)}
     else:
         angle = np.arange(SIDES) * 2 * np.pi / SIDES
-        offsets = beam.radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        offsets = beam.radius * np.stack([0 * angle, np.cos(angle), np.sin(angle)], axis=1)
         at, side = np.meshgrid(np.arange(len(xi) - 1), np.arange(SIDES), indexing="ij")
         ring = np.stack([at, at + 1, at + 1, at], axis=-1) * SIDES
         around = np.stack([side, side, (side + 1) % SIDES, (side + 1) % SIDES], axis=-1)
         cells = {"quad": (ring + around).reshape(-1, 4)}
-    shapes = _motion(beam, functions, xi, offsets, True) @ X
+    shapes = _motion(beam, functions, xi, offsets) @ X
     return Skin(_places(beam, xi, offsets), cells, np.ascontiguousarray(shapes.transpose(2, 0, 1)))

@@ -11,20 +11,18 @@ one state for each amplitude where there are several for a load.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse.linalg import splu
 
 from femflex.fem.structure import Structure
 from femflex.reduction.clamps import free_dofs
 from femflex.reduction.modeset import ModeSet
+from femflex.reduction.pivots import solved
 
 Array = NDArray[np.float64]
-Solve = Callable[[sparse.csr_array, Array], Array]
 
 STEPS = 4  # states on the way to each amplitude, evenly spaced
 SETTLED = 1e-6  # last Newton step over the displacement; what follows of it is its square
@@ -66,22 +64,20 @@ def _along(structure: Structure, modes: ModeSet, amplitude: Array) -> Iterator[t
     """States (n_dof,) and their energies on the way to amplitudes (n,)."""
     x = np.zeros(structure.n_dof)
     for part in np.arange(1, STEPS + 1) / STEPS:
-        x = held_at(structure, modes, part * amplitude, x + modes.phi @ amplitude / STEPS, solved)
+        x = held_at(structure, modes, part * amplitude, x + modes.phi @ amplitude / STEPS)
         yield x, state_energy(structure, x)
 
 
-def held_at(
-    structure: Structure, modes: ModeSet, amplitude: Array, x: Array, solve: Solve, settled: float = SETTLED
-) -> Array:
+def held_at(structure: Structure, modes: ModeSet, amplitude: Array, x: Array, settled: float = SETTLED) -> Array:
     """The state (n_dof,) with amplitudes (n,) near x, by Newton's steps until one is `settled` of the displacement.
 
-    solve: K and columns b -> K^-1 b. Raises ValueError when the state is not found.
+    Raises ValueError when the state is not found.
     """
     elastic, free = structure.internal_force, free_dofs(structure, modes.held)
     A, x = (structure.M @ modes.phi)[free], x.copy()
     for _ in range(ITERATIONS):
         rest = (structure.f0 - elastic.force(x))[free]
-        solution = solve(elastic.tangent(x)[free][:, free], np.column_stack([rest, A]))
+        solution = solved(elastic.tangent(x)[free][:, free], np.column_stack([rest, A]))
         step, answer = solution[:, 0], solution[:, 1:]
         step = step + answer @ np.linalg.solve(A.T @ answer, amplitude - A.T @ (x[free] + step))
         x[free] += step
@@ -98,11 +94,6 @@ def held_at(
 def state_energy(structure: Structure, x: Array) -> float:
     """Strain energy of a state (n_dof,) less the work of the initial stress that the supports do not hold [J]."""
     return structure.internal_force.energy(x) - float(structure.f0 @ x)
-
-
-def solved(K: sparse.csr_array, b: Array) -> Array:
-    """K^-1 b with pivots where they are needed: past a limit point a tangent is not positive."""
-    return np.asarray(splu(K.tocsc(), permc_spec="MMD_AT_PLUS_A").solve(b))
 
 
 def over_mass(structure: Structure, modes: ModeSet) -> Array:

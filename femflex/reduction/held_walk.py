@@ -18,11 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import SuperLU, splu
 
 from femflex.fem.structure import Structure
 from femflex.reduction.clamps import free_dofs
 from femflex.reduction.modeset import ModeSet
+from femflex.reduction.pivots import factors, negative_pivots
 
 Array = NDArray[np.float64]
 
@@ -157,18 +157,6 @@ class Walked:
             self.x, self.work = states[-1], self.work + change
             return True
         return False
-
-
-def factors(K: sparse.csr_array) -> SuperLU:
-    """Factors of a symmetric matrix, pivots on its diagonal: their signs are those of its eigenvalues."""
-    return splu(
-        K.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True, "Equil": False}
-    )
-
-
-def negative_pivots(solver: SuperLU) -> int:
-    """How many eigenvalues of a factorised symmetric matrix are negative."""
-    return int(np.sum(solver.U.diagonal() < 0.0))
 
 
 def largest(structure: Structure, x: Array) -> float:

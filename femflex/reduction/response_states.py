@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from femflex.fem.structure import Structure
 from femflex.reduction.clamps import free_dofs
-from femflex.reduction.held_walk import factors, largest, walk
+from femflex.reduction.held_walk import largest, walk
 from femflex.reduction.modes import answers_to_clamps, load_vectors, ritz
 from femflex.reduction.modeset import ModeSet
+from femflex.reduction.pivots import factors
 
 Array = NDArray[np.float64]
 

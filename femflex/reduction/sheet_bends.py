@@ -10,9 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
-from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
 from femflex.reduction.bent_states import held_at, over_mass, state_energy
 from femflex.reduction.derivatives import scaled_derivatives
@@ -60,11 +58,6 @@ def _both_ways(
     structure: Structure, one: ModeSet, q: float, odd: Array, even: Array, settled: float = ON_THE_WAY
 ) -> tuple[Array, Array]:
     """The states with amplitude q and -q, from guesses of their odd and even part."""
-    ahead = held_at(structure, one, np.array([q]), odd + even, _positive, settled)
-    back = held_at(structure, one, np.array([-q]), 2 * even - ahead, _positive, settled)
+    ahead = held_at(structure, one, np.array([q]), odd + even, settled)
+    back = held_at(structure, one, np.array([-q]), 2 * even - ahead, settled)
     return ahead, back
-
-
-def _positive(K: sparse.csr_array, b: Array) -> Array:
-    """K^-1 b of a tangent that no bend has made negative."""
-    return np.asarray(factorised(K).solve(np.ascontiguousarray(b)))

@@ -41,6 +41,12 @@ class Sections:
     axis: Array
     turn: Array
 
+    @property
+    def extent(self) -> Array:
+        """The second moments with those of negative mass (no rotary inertia) counted as positive, (p, 3, 3)."""
+        size, V = np.linalg.eigh(self.second)
+        return np.asarray((V * np.abs(size)[:, None]) @ V.swapaxes(1, 2))
+
 
 def sections_of(structure: Structure, phi: Array) -> Sections | None:
     """All sections of a structure's beams, turned by shapes phi (n_dof, n); None where it has no beams."""
@@ -61,7 +67,7 @@ def with_turned_sections(body: FlexibleBody, sections: Sections, free: Sequence[
     None is added where a spin FAST times the lowest frequency would change no squared frequency by NEGLIGIBLE.
     """
     free, n = np.asarray(free, np.int64), body.n_modes
-    S = sections.second.sum(axis=0)
+    S = sections.extent.sum(axis=0)
     size, V = np.linalg.eigh(S)
     seen = size > FLAT * max(size[-1], np.finfo(float).tiny)
     if not len(free) or not seen.any() or not size[-1] > 0:
@@ -99,12 +105,16 @@ def _weights(body: FlexibleBody) -> Array:
 
 
 def _extended(body: FlexibleBody, sections: Sections, W: Array, S: Array, slaves: Array) -> FlexibleBody:
-    """The body with shapes W o (m, 3, 3) after its own."""
+    """The body with shapes W o (m, 3, 3) after its own, S = int o o^T dm over the sections' extent.
+
+    Where that is not their mass (no rotary inertia), only what fields and rigid motions find in W o is theirs: the
+    shapes' own inertia, of higher order, is not, and stays positive.
+    """
     n, m = body.n_shapes, len(W)
     parts = recombined(body, np.eye(n, n + m), n)
     moments = parts["moments"]
     second = moments.second.copy()
-    moved = np.einsum("abd,pbk,pdc->kac", LEVI_CIVITA, sections.turn, sections.second, optimize=True)
+    moved = np.einsum("abd,pbk,pdc->kac", LEVI_CIVITA, sections.turn, sections.extent, optimize=True)
     products = np.einsum("zac,mbc->zamb", np.concatenate([S[None], moved]), W)
     second[: 1 + n, :, 1 + n :], second[1 + n :, :, : 1 + n] = products, products.transpose(2, 3, 0, 1)
     second[1 + n :, :, 1 + n :] = np.einsum("mbc,cd,led->mble", W, S, W, optimize=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
 from femflex.case.builders.acting import acting, told
 from femflex.case.builders.bearings import bearing_of_analytic, bearing_of_meshed
 from femflex.case.builders.curved import of_curved, of_responses, softening_of
+from femflex.case.builders.functions import functions_of
 from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
 from femflex.case.builders.sheet import of_sheet
@@ -29,13 +31,13 @@ from femflex.reduction import (
     bending_damping,
     foreshortening,
     foreshortening_of,
+    hardening,
     load_body,
     reduce_structure,
     require_stretch,
     with_derivatives,
 )
 from femflex.reduction.modeset import ModeSet
-from femflex.reduction.uniform_beam import BeamFunctions
 from femflex.system import Part, Segments
 
 MANY = 1200  # coordinates up to which the lowest shape of a set is sought
@@ -124,10 +126,12 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
             note = of_responses(structure, modeset, body.strain)
         else:
             require_stretch(structure, modeset, body.strain)
-    if not note and strain != "linear" and isinstance(r, Stretchable) and r.deflection is None and modeset.held.size:
-        note = "; ".join(filter(None, (of_curved(structure, modeset), of_sheet(structure, modeset, r))))
+    if not note and strain != "linear" and isinstance(r, Stretchable) and r.deflection is None:
+        curved = of_curved(structure, modeset) if modeset.held.size else ""
+        note = "; ".join(filter(None, (curved, of_sheet(structure, modeset, r))))
     bearing, softening = bearing_of_meshed(groups, structure, modeset), softening_of(structure, modeset)
-    return replace(body, note=note, ignored=ignored, buckling=bearing, softening=softening)
+    hardens = partial(hardening, structure, modeset) if strain == "linear" and modeset.n_modes <= MANY else None
+    return replace(body, note=note, ignored=ignored, buckling=bearing, softening=softening, hardening=hardens)
 
 
 def turning_markers(case: Case, name: str) -> set[str]:
@@ -176,18 +180,17 @@ def _rigid(case: Case, table: RigidTable) -> FlexibleBody:
 
 def _analytic(case: Case, name: str, table: AnalyticTable, modes: int | None) -> FlexibleBody:
     values = table.model_dump(include=set(UniformBeam.__dataclass_fields__) - {"mass_per_length"})
+    values["far_bends"] = table.strain == "nonlinear" and table.far_bends is not False
     mass = table.mass_per_length if table.mass is None else table.mass / table.length
     assert mass is not None
-    functions = table.functions.model_dump()
-    if modes is not None:
-        functions |= {key: modes for key in ("y", "z", "axial", "torsion") if functions[key]}
-    beam, chosen = UniformBeam(mass_per_length=mass, **values), BeamFunctions(**functions)
+    beam = UniformBeam(mass_per_length=mass, **values)
+    chosen, note = functions_of(case, name, table, modes)
     strain, ignored = table.strain or "linear", None
     if strain == "linear" and (chosen.y or chosen.z):
         bending = replace(chosen, axial=0, torsion=0)
         ignored = foreshortening_of(beam_body(beam, bending, strain="condensed"))
     body = beam_body(beam, chosen, _damping(table.damping), strain=strain)
-    return replace(body, ignored=ignored, buckling=bearing_of_analytic(beam, chosen, table))
+    return replace(body, note=note, ignored=ignored, buckling=bearing_of_analytic(beam, chosen, table))
 
 
 def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> FlexibleBody:

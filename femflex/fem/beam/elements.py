@@ -43,29 +43,23 @@ class BeamElements:
         return rows
 
     def places(self, xi: Array, offsets: Array) -> Array:
-        """Undeformed positions (e, q, k, 3) of section points offsets (e, q, k, 2) at xi (q,)."""
+        """Undeformed positions (e, q, k, 3) at offsets (e, q, k, 3) from the line, section axes, at xi (q,)."""
         axis = self.origin[:, None] + self.length[:, None, None] * xi[:, None] * self.frame[:, None, 0]
-        return axis[:, :, None] + np.matmul(offsets, self.frame[:, None, 1:])
+        return axis[:, :, None] + np.matmul(offsets, self.frame[:, None])
 
-    def motion(self, xi: Array, offsets: Array, rotary: bool = True) -> Array:
-        """Rows of the global displacement u + theta x offset of section points: (e, q, k, 3, n_local).
-
-        Without rotary the section moves along x as a whole: the offsets see the twist alone.
-        """
-        rows = self.rows(xi)
-        y, z = offsets[..., 0, None], offsets[..., 1, None]
+    def motion(self, xi: Array, offsets: Array) -> Array:
+        """Rows of the global displacement u + (theta, -w', v') x offset of such points: (e, q, k, 3, n_local)."""
+        rows, slope = self.rows(xi), self.rows(xi, 1)
+        x, y, z = (offsets[..., i, None] for i in range(3))
         u, v, w, theta = (rows[:, :, None, i] for i in range(4))
-        axial = np.broadcast_to(u, (*offsets.shape[:3], rows.shape[-1]))
-        if rotary:
-            slope = self.rows(xi, 1)
-            axial = u - y * slope[:, :, None, 1] - z * slope[:, :, None, 2]
-        local = np.stack([axial, v - z * theta, w + y * theta], axis=-2)
+        dv, dw = slope[:, :, None, 1], slope[:, :, None, 2]
+        local = np.stack([u - y * dv - z * dw, v - z * theta + x * dv, w + y * theta + x * dw], axis=-2)
         return np.matmul(self.frame.swapaxes(1, 2)[:, None, None], local)
 
-    def turn(self, xi: Array, rotary: bool = True) -> Array:
-        """Rows of the global rotation (theta, -w', v') of sections (e, q, 3, n_local); without rotary, twist alone."""
+    def turn(self, xi: Array) -> Array:
+        """Rows of the global rotation (theta, -w', v') of sections (e, q, 3, n_local)."""
         rows, slope = self.rows(xi), self.rows(xi, 1)
-        local = np.stack([rows[:, :, 3], -rotary * slope[:, :, 2], rotary * slope[:, :, 1]], axis=2)
+        local = np.stack([rows[:, :, 3], -slope[:, :, 2], slope[:, :, 1]], axis=2)
         return np.matmul(self.frame.swapaxes(1, 2)[:, None], local)
 
 

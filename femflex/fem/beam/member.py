@@ -16,6 +16,7 @@ from femflex.fem.beam.skin import swept_outline
 from femflex.fem.beam.strain import beam_strain
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
 from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length, element_frames, straight_elements
+from femflex.fem.line.section_points import section_points
 from femflex.fem.option import Option, Options, member_options
 from femflex.fem.tables import SectionInertia
 from femflex.warning import PhysicsWarning
@@ -35,6 +36,9 @@ OPTIONS: Options = {
     "rotary_inertia": Option(True, "false leaves out the rotary inertia of sections in bending (Euler-Bernoulli)"),
     "start": Option(None, "point group where the arc length of varying sections begins"),
     "extent": Option(None, "length of the line the group is a part of, by which shear is judged", "m"),
+    "far_bends": Option(
+        None, "true: energy that stays bounded in far bends of flat sections; left out: where strain is nonlinear"
+    ),
     "prestress": Option(0.0, "initial axial force, tension positive", "N"),
     "thermal_strain": Option(0.0, "free axial strain", ""),
 }
@@ -60,12 +64,14 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     axial_order     of the axial field, if not 2 order - 1; below it a bent element locks under nonlinear strain
     torsion_order   of the torsional field, if not max(2, order - 1)
     orientation     (3,) vector near the section's y axis; see chain.element_frames for the default
-    rotary_inertia  True; False leaves out the section's rotary inertia in bending (torsional inertia stays), as
-                    the classical closed forms beta L do
-                    (rigid turns of the body keep it, so that cantilever modes of a free or hinged beam come out too
-                    low (r/L = 0.03: 4, 12.5, 23 %): for slender beams, or frames that do not turn)
+    rotary_inertia  True; False leaves out the section's rotary inertia in bending, as the classical closed forms
+                    beta L do, and as the body turns as a whole; that in torsion stays, the same about all axes across
+                    (no propeller moment)
     start           point group where the arc length s begins; see chain.arc_length for the default
     extent          length of the line the group is a part of [m], if it is one: shear is judged by that
+    far_bends       True takes away from twisted bends no more than a round section within would lose: bounded where
+                    flat sections bend far about their weak axis, exact to fourth order for round ones alone (None:
+                    False; a case that gives or chooses nonlinear strain has it True)
     prestress       initial axial force, tension positive [N] (0)
     thermal_strain  free axial strain (0)
 
@@ -83,7 +89,7 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     # u' is of the size of v'^2, so that its square is the highest power of it that matters
     degree = max(4 * (order.bending - 1), 2 * (order.axial - 1), 4 * (order.torsion - 1)) + varying
     strain = beam_strain(elements, member, degree, options)
-    axis = elements.places(stations(elements, member, degree)[0], np.zeros((*strain.weight.shape, 1, 2)))[:, :, 0]
+    axis = elements.places(stations(elements, member, degree)[0], np.zeros((*strain.weight.shape, 1, 3)))[:, :, 0]
     places = StrainPlaces("line", axis)
     return Contribution((blocks,), (strain,), partial(swept_outline, elements, member.section), (places,))
 
@@ -105,20 +111,17 @@ def _elements(mesh: Mesh, member: Member, numbering: Numbering, options: dict[st
 
 
 def _inertia(elements: BeamElements, member: Member, degree: int, rotary: bool) -> SectionInertia:
-    """Four points per station at (+-sqrt(2) rz, 0) and (0, +-sqrt(2) ry): the section's mass and second moments."""
+    """The points of a section at every station: its mass and second moments."""
     xi, weight, r = stations(elements, member, degree)
-    a, b = np.sqrt(2 * r.rz2), np.sqrt(2 * r.ry2)
-    o = np.zeros_like(a)
-    offsets = np.stack([a, o, -a, o, o, b, o, -b], axis=-1).reshape(*a.shape, 4, 2)
-    dm = np.repeat(weight * r.mass / 4, 4, axis=1)
+    offsets, share = section_points(r.rz2, r.ry2, rotary)
+    dm = ((weight * r.mass)[..., None] * share).reshape(len(weight), -1)
     rho = elements.places(xi, offsets).reshape(*dm.shape, 3)
-    N = elements.motion(xi, offsets, rotary).reshape(*dm.shape, 3, -1)
+    N = elements.motion(xi, offsets).reshape(*dm.shape, 3, -1)
     _warn_if_stout(rho, np.sqrt(np.maximum(r.ry2, r.rz2)).max(), member)
-    flat = np.zeros((*a.shape, 3))
-    flat[..., 1], flat[..., 2] = weight * r.mass * r.rz2, weight * r.mass * r.ry2
+    flat = (weight * r.mass)[..., None] * np.einsum("k,eqki->eqi", share, offsets**2)
     frame = elements.frame[:, None]
     second = np.matmul(frame.swapaxes(2, 3) * flat[..., None, :], frame)
-    return SectionInertia(elements.dofs, dm, rho, N, second, elements.turn(xi, rotary), elements.frame[:, 0])
+    return SectionInertia(elements.dofs, dm, rho, N, second, elements.turn(xi), elements.frame[:, 0])
 
 
 def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
@@ -137,6 +140,8 @@ def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
         raise ValueError(
             f"{where} has section {member.section!r}; give one of femflex.fem.sections (tube, box, rectangle, I, ...)"
         )
+    if options["far_bends"] not in (None, True, False):
+        raise ValueError(f"{where} has far_bends {options['far_bends']!r}; give true or false, or leave it out")
     for name in ("prestress", "thermal_strain"):
         if not isinstance(options[name], int | float | np.floating) or not np.isfinite(options[name]):
             raise ValueError(f"{where} has {name} {options[name]!r}; give one finite number")

@@ -27,11 +27,12 @@ def swept_outline(elements: BeamElements, section: Section) -> SkinPart:
     outline = section.outline(elements.arc.at(xi), elements.arc.whole[:, None])
     n_elements, _, n_corners, _ = outline.points.shape
     number = np.arange(n_elements * n_stations * n_corners).reshape(n_elements, n_stations, n_corners)
-    motion = elements.motion(xi, outline.points).reshape(number.size * 3, -1)
+    offsets = np.concatenate([np.zeros((*outline.points.shape[:3], 1)), outline.points], axis=-1)
+    motion = elements.motion(xi, offsets).reshape(number.size * 3, -1)
     rows, local = np.nonzero(motion)
     element = rows // (3 * n_stations * n_corners)
     return SkinPart(
-        points=elements.places(xi, outline.points).reshape(-1, 3),
+        points=elements.places(xi, offsets).reshape(-1, 3),
         cells={"quad": _sides(number), "triangle": _caps(number, outline.triangles, elements.dofs)},
         rows=rows,
         cols=elements.dofs[element, local],

@@ -1,0 +1,30 @@
+"""Points that stand for the mass of a beam's section, with its second moments."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def section_points(rz2: Array, ry2: Array, rotary: bool = True) -> tuple[Array, Array]:
+    """Offsets (..., k, 3) from the line in axes of the section, x along the beam, and their shares of its mass (k,).
+
+    rz2, ry2 (...): squared radii of gyration, int y^2 dm and int z^2 dm per mass [m^2].
+
+    Four points at (+-sqrt(2) rz, 0) and (0, +-sqrt(2) ry) have them. Without rotary the section is to be a line as it
+    bends and still to have its inertia p = ry2 + rz2 in twist: int o o^T dm = p/2 diag(-1, 1, 1), of the inertia
+    diag(p, 0, 0), of points on all three axes, those along x with negative mass. Rigid turns of the body and elastic
+    slopes then find the same nothing, where leaving it out under slopes alone would make the two of different mass.
+    """
+    o = np.zeros_like(rz2)
+    if rotary:
+        a, b = np.sqrt(2 * rz2), np.sqrt(2 * ry2)
+        flat = [(o, a, o), (o, -a, o), (o, o, b), (o, o, -b)]
+        share = np.full(4, 0.25)
+    else:
+        a = np.sqrt((rz2 + ry2) / 2)
+        flat = [(a, o, o), (-a, o, o), (o, a, o), (o, -a, o), (o, o, a), (o, o, -a)]
+        share = np.array([-0.5, -0.5, 0.5, 0.5, 0.5, 0.5])
+    return np.stack([np.stack(point, axis=-1) for point in flat], axis=-2), share
