@@ -112,7 +112,7 @@ def _both_ways(structure: Structure, modes: ModeSet, load: Array, deflection: fl
     u *= deflection / largest(structure, u)
     softer = -1.0 if float(elastic.second_derivative(u[:, None], u[:, None])[:, 0] @ u) > 0.0 else 1.0
     push, most = _push(structure, modes, u), np.inf
-    plain, buckled = [], []
+    plain, buckled = list[Array](), list[Array]()
     for sense in (softer, -softer):
         walked = walk(structure, modes, sense * load, 0.0 * push, deflection, most)
         plain += walked.states
