@@ -11,7 +11,7 @@ import numpy as np
 from femflex.body import FlexibleBody
 from femflex.case.body import FlexibleTable
 from femflex.case.builders.extents import warn_of_doubtful_extents
-from femflex.case.builders.held import warn_of_bodies_held_elsewhere
+from femflex.case.builders.held import warn_of_bodies_held_elsewhere, warn_of_supports_carried_along
 from femflex.case.builders.torques import unmoved_by_torque
 from femflex.case.case import Case
 from femflex.warning import PhysicsWarning
@@ -23,6 +23,7 @@ def warn_of_doubtful_bodies(case: Case, bodies: Mapping[str, FlexibleBody], outp
     """Warn of meshes in the wrong unit, mode sets that carry little of the mass or are held elsewhere than they
     are clamped, torques that bend nothing, and modes too fast for the output."""
     warn_of_bodies_held_elsewhere(case, bodies)
+    warn_of_supports_carried_along(case, bodies)
     _warn_of_idle_torques(case, bodies)
     looked_at: set[int] = set()
     for name, body in bodies.items():

@@ -1,4 +1,4 @@
-"""Bodies whose shapes are clamped at one place while a joint holds them at another."""
+"""Bodies that a joint holds elsewhere than their shapes are clamped, or where the clamp leaves them free to turn."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from femflex.body import FlexibleBody
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
-from femflex.case.reduction import CantileverTable
+from femflex.case.reduction import DIRECTIONS, CantileverTable
 from femflex.warning import PhysicsWarning
 
 
@@ -45,6 +45,36 @@ def warn_of_bodies_held_elsewhere(case: Case, bodies: Mapping[str, FlexibleBody]
             PhysicsWarning,
             stacklevel=3,
         )
+
+
+def warn_of_supports_carried_along(case: Case, bodies: Mapping[str, FlexibleBody]) -> None:
+    """Warn of a joint at one of several clamped groups whose own components leave some of its motion free.
+
+    The joint turns the body with its marker, and with it the other groups, which the shapes hold still in its frame.
+    """
+    for joint in case.joints:
+        table, body = case.bodies.get(joint.child), bodies.get(joint.child)
+        if not isinstance(table, FlexibleTable) or body is None or not isinstance(table.reduction, CantileverTable):
+            continue
+        clamp, group = table.reduction.clamp, _group(table, joint.child_marker)
+        others = [other for other in clamp if other != group]
+        marker = body.markers.get(joint.child_marker)
+        if not clamp.get(group) or not others or marker is None:
+            continue
+        moved = np.abs(np.vstack([marker.phi, marker.psi])).max(axis=1, initial=0.0)
+        free = [d for d, m in zip(DIRECTIONS, moved, strict=True) if d not in clamp[group] and m > 0.0]
+        if free:
+            supports, to = ", ".join(map(repr, others)), joint.parent or "the base frame"
+            warnings.warn(
+                f"bodies.{joint.child}: its joint to {to} holds it at "
+                f"{joint.child_marker!r}, which its clamp leaves free in {', '.join(free)}: the body then moves with "
+                f"that marker's own motion, and drags its other supports ({supports}) along, which are to stay where "
+                f"they are. Drop child_marker = {joint.child_marker!r}, so that the joint holds the frame in which all "
+                f"of its supports are still and the shapes keep that freedom, or clamp "
+                f"{', '.join(free)} at {group!r} too",
+                PhysicsWarning,
+                stacklevel=3,
+            )
 
 
 def _group(table: FlexibleTable, marker: str) -> str:
