@@ -40,6 +40,8 @@ class FlexibleBody:
     buckling  tells how near what it bears comes to what buckles it; None where that is not known
     softening  how soft a low shape becomes as the body bends one way, over its stiffness at rest, and the body's rise
               [m]: 1 where it rises by more than a displacement [m] that is given; None where that is not known
+    hardening  tells what stretching adds to the force on the lowest shape bent by 1 m, over its linear one [1/m^2];
+              None where that is not known
     """
 
     moments: MassMoments
@@ -55,6 +57,7 @@ class FlexibleBody:
     strain_field: tuple[StrainPart, ...] = ()
     buckling: Bearing | None = None
     softening: Callable[[float], tuple[float, float]] | None = None
+    hardening: Callable[[], float] | None = None
 
     def __post_init__(self) -> None:
         n, n_shapes = self.n_modes, self.n_shapes

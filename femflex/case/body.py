@@ -180,6 +180,9 @@ class AnalyticTable(BodyTable):
     """Where it points."""
     orientation: Direction | None = None
     """A vector near the section's y axis."""
+    far_bends: StrictBool | None = None
+    """Nonlinear strain that stays bounded where a flat section bends far about its weak axis and twists, at the cost of
+    what a twist takes from bends in the stiff plane: a strip tips over 1 / (2 EIy / EIz) late. Left out: true."""
     radius: PositiveLength | None = None
     """Of the tube that is drawn; left out, a line."""
     functions: FunctionsTable

@@ -6,7 +6,7 @@ from femflex.reduction.admissible import beam_body, sampled_functions
 from femflex.reduction.buckling import critical_factor
 from femflex.reduction.condense import condense
 from femflex.reduction.craig_bampton import craig_bampton
-from femflex.reduction.curvature import rise, softest
+from femflex.reduction.curvature import hardening, rise, softest
 from femflex.reduction.damping import Damping, ModalDamping, RayleighDamping, bending_damping
 from femflex.reduction.derivatives import with_derivatives
 from femflex.reduction.effective_mass import EffectiveMass, effective_mass, mac, mac_of_bodies
@@ -48,6 +48,7 @@ __all__ = [
     "foreshortening",
     "foreshortening_of",
     "free_free_modes",
+    "hardening",
     "load_body",
     "lumped",
     "mac",

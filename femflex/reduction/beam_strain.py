@@ -55,10 +55,10 @@ def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, followin
     linear, quadratic = strain_maps()
     if not functions.torsion:
         quadratic[3] = 0.0
-    fourth, weights = product_maps(FOURTH), fourth_order(beam.EIy, beam.EIz, polar**2)
+    fourth, weights = product_maps(FOURTH), fourth_order(beam.EIy, beam.EIz, polar**2, beam.far_bends)
     if following:
         quadratic[:, 0], quadratic[:, :, 0] = 0.0, 0.0
-        fourth[:3], weights[:3] = inextensible(beam.EIy, beam.EIz, polar**2)
+        fourth[:3], weights[:3] = inextensible(beam, polar**2)
         weights[5:] = 0.0
     bending, axial = beam.taper.bending(xi), beam.taper.axial(xi)
     stiffness = [beam.EA * axial, *np.outer([beam.EIz, beam.EIy, beam.GJ / polar**2, *weights], bending)]
@@ -68,11 +68,15 @@ def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, followin
     return BeamStrains(xi, weight * beam.length, rows, linear, quadratic, np.stack(stiffness, axis=1))
 
 
-def inextensible(EIy: float, EIz: float, polar2: float) -> tuple[Array, Array]:
+def inextensible(beam: UniformBeam, polar2: float) -> tuple[Array, Array]:
     """Maps (3, 9, 9) and stiffnesses (3,) of a + b, a = v'v'' and b = w'w'', whose energy is that of the third-order
-    curvature of a beam that keeps its length, (a + b) (EIz a + EIy b) / 2."""
-    mean = (EIy + EIz) / 2
-    return product_maps((((7, 4), (8, 5)), ((7, 4),), ((8, 5),))), np.array([mean, EIz - mean, EIy - mean]) / polar2
+    curvature of a beam that keeps its length, (a + b) (EIz a + EIy b) / 2.
+
+    With far_bends the product a b has the lesser stiffness alone: with the mean, skew bends of strips lose energy.
+    """
+    shared = min(beam.EIy, beam.EIz) if beam.far_bends else (beam.EIy + beam.EIz) / 2
+    maps = product_maps((((7, 4), (8, 5)), ((7, 4),), ((8, 5),)))
+    return maps, np.array([shared, beam.EIz - shared, beam.EIy - shared]) / polar2
 
 
 def beam_strain(beam: UniformBeam, functions: BeamFunctions, X: Array, V1: Array, following: bool) -> StrainTensors:

@@ -1,4 +1,4 @@
-"""Whether a structure is curved as far as its bending goes: how soft its shapes become when they are bent one way.
+"""Whether a structure is curved, or held apart, as far as its bending goes: how soft or stiff bent shapes become.
 
 With the amplitude q of a shape held and all else relaxed, V = k q^2 / 2 + c q^3 + e q^4 to fourth order, c being zero
 of what is flat. Its tangent stiffness k + 6 c q + 12 e q^2 then falls to one side: below zero where it snaps through.
@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.structure import Structure
-from femflex.reduction.derivatives import static_response
+from femflex.reduction.bent_states import over_mass
 from femflex.reduction.modes import answers_to_clamps
 from femflex.reduction.modeset import ModeSet
+from femflex.reduction.statics import static_response
 
 Array = NDArray[np.float64]
 
@@ -30,22 +31,43 @@ def softest(structure: Structure, modes: ModeSet) -> float:
     lowest = [k for k, kind in enumerate(modes.kinds) if kind in ("vibration", "free-free")][:LOOKED_AT]
     if not lowest:
         return 1.0
-    phi, elastic = modes.phi[:, lowest], structure.internal_force
+    phi = modes.phi[:, lowest]
     if modes.held.size and rise(structure):
         phi = np.column_stack([phi, answers_to_clamps(structure, modes)[1] @ _risen(structure)[1]])
+    size = float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
+    k, cubic, quartic = held_energy(structure, modes, phi)
+    q = np.linspace(-1.0, 1.0, 401)[:, None] * REACH * size / np.abs(structure.translation @ phi).max(axis=0)
+    return min(1.0, float((1 + (6 * cubic * q + 12 * quartic * q**2) / k).min()))
+
+
+def hardening(structure: Structure, modes: ModeSet) -> float:
+    """What stretching adds to the force on the lowest shape, over its linear one, as it is bent by 1 m [1/m^2].
+
+    4 e / k: (bend / thickness)^2 times some figure where supports hold a flat structure apart, next to nothing where it
+    may draw in. Zero of a set without shapes, and of what softens.
+    """
+    if not modes.n_modes:
+        return 0.0
+    phi = modes.phi[:, [int(np.argmin(over_mass(structure, modes)))]]
+    moved = np.linalg.norm((structure.translation @ phi).reshape(-1, 3), axis=1).max()
+    k, _, quartic = held_energy(structure, modes, phi)
+    return max(float(4 * quartic[0] / k[0] / moved**2), 0.0)
+
+
+def held_energy(structure: Structure, modes: ModeSet, phi: Array) -> tuple[Array, Array, Array]:
+    """k, c and e of shapes (n_dof, n), each held alone, with the supports of a set."""
+    elastic = structure.internal_force
     k = np.einsum("in,in->n", phi, structure.K @ phi)
     bent = elastic.second_derivative(phi, phi)
     relaxed = np.einsum("in,in->n", bent, static_response(structure, modes, bent))
     along = np.einsum("in,in->n", bent, phi)
     size = float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
-    ratios = [1.0]
+    quartic = np.zeros_like(k)
     for number, shape in enumerate(phi.T):
         far = FAR * size / np.abs(structure.translation @ shape).max()
         even = (elastic.energy(far * shape) + elastic.energy(-far * shape)) / 2 - k[number] * far**2 / 2
-        quartic = even / far**4 - (relaxed[number] - along[number] ** 2 / k[number]) / 8
-        q = np.linspace(-1.0, 1.0, 401) * far / FAR * REACH
-        ratios.append(float((1 + (along[number] * q + 12 * quartic * q**2) / k[number]).min()))
-    return min(ratios)
+        quartic[number] = even / far**4 - (relaxed[number] - along[number] ** 2 / k[number]) / 8
+    return k, along / 6, quartic
 
 
 def rise(structure: Structure) -> float:

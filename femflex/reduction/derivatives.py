@@ -17,17 +17,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
 from femflex.reduction.accelerations import answers_to_accelerations
 from femflex.reduction.bent_states import bent_states, over_mass
-from femflex.reduction.clamps import free_dofs
 from femflex.reduction.following import FASTER
-from femflex.reduction.markers import marker_rows
 from femflex.reduction.modes import ritz
 from femflex.reduction.modeset import ModeSet
-from femflex.reduction.rigid import independent_columns, rigid_shapes
 from femflex.reduction.softening import answers_to_bends
+from femflex.reduction.statics import static_response
 
 Array = NDArray[np.float64]
 
@@ -35,7 +32,6 @@ RANK = 1e-12  # share of the largest energy below which a combination of derivat
 FAR = 0.2  # deflection over a sheet's size up to which it is to bend without locking
 LOCKED = 1e-3  # of the bending energy there, by which left out derivatives may stiffen a sheet
 LEFT_OUT = 1e-6  # share of the derivatives' energy that "auto" leaves out
-SOFT = 1e-7  # spring to the ground that lets a free stiffness be factorised, over the lowest eigenvalue of the set
 
 
 def with_derivatives(
@@ -156,27 +152,3 @@ def scaled_derivatives(structure: Structure, modes: ModeSet) -> Array:
     i, j = np.triu_indices(modes.n_modes)
     load = structure.internal_force.second_derivative(phi[:, i], phi[:, j])
     return -static_response(structure, modes, load)
-
-
-def static_response(structure: Structure, modes: ModeSet, load: Array) -> Array:
-    """Displacements (n_dof, k) under loads (n_dof, k) with the set's supports.
-
-    Without clamps the load is balanced by uniform and rotational acceleration, and the frame is placed as the set
-    places it: on its reference group, or at the mean motion for free-free modes.
-    """
-    free = free_dofs(structure, modes.held)
-    x = np.zeros_like(load)
-    if modes.held.size:
-        x[free] = factorised(structure.K[free][:, free]).solve(np.ascontiguousarray(load[free]))
-        return x
-    R = rigid_shapes(structure)
-    R = R[:, independent_columns(R)]
-    MR = structure.M @ R
-    load = load - MR @ np.linalg.solve(R.T @ MR, R.T @ load)
-    lowest = float(over_mass(structure, modes).min())
-    x = factorised(structure.K + SOFT * lowest * structure.M).solve(np.ascontiguousarray(load))
-    if modes.reference:
-        rows = marker_rows(structure, modes.reference)
-        place = np.concatenate([rows.translation.toarray(), rows.rotation.toarray()])
-        return x - R @ np.linalg.lstsq(place @ R, place @ x, rcond=None)[0]
-    return x - R @ np.linalg.solve(R.T @ MR, MR.T @ x)

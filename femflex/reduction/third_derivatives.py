@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 from femflex.fem.structure import Structure
 from femflex.reduction.bent_states import over_mass
 from femflex.reduction.clamps import free_dofs
-from femflex.reduction.derivatives import scaled_derivatives, static_response, without
+from femflex.reduction.derivatives import scaled_derivatives, without
 from femflex.reduction.modes import ritz
 from femflex.reduction.modeset import ModeSet
 from femflex.reduction.sheet_bends import changed_by_bending
+from femflex.reduction.statics import static_response
 
 Array = NDArray[np.float64]
 

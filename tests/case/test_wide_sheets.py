@@ -91,3 +91,19 @@ def test_plates_that_do_not_bend_so_far_get_no_third_derivative(thickness, strai
     body = sheet(thickness, strain=f"strain = '{strain}'").bodies["plate"]
     assert "third derivative" not in body.kinds
     assert "sheet" not in body.note
+
+
+def test_free_sheets_are_told_what_their_set_lacks():
+    """The same sheet, thrown: a set without a clamp has no way of its own to bend so far."""
+    mesh = (MESHES / "plate.msh").as_posix()
+    text = SHEET.format(mesh=mesh, thickness=1.5, more="", gravity=0.0, modes=4, strain="strain = 'condensed'")
+    text = text.replace('method = "cantilever", clamp = "root"', 'method = "free_free"')
+    text = text.replace("markers.corner = {", "markers.root = {}\nmarkers.corner = {").replace(
+        'kind = "weld"', 'kind = "free"'
+    )
+    note = build_system(parse_case(text, MESHES / "sheet.toml")).bodies["plate"].note
+    assert "cannot curve crosswise as its shapes do" in note and "third_derivatives = 2 gives it" in note
+    more = build_system(
+        parse_case(text.replace("modes = 4", "modes = 4, third_derivatives = 2"), MESHES / "sheet.toml")
+    )
+    assert more.bodies["plate"].kinds.count("third derivative") == 2 and "curve" not in more.bodies["plate"].note

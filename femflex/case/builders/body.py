@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -29,6 +30,7 @@ from femflex.reduction import (
     bending_damping,
     foreshortening,
     foreshortening_of,
+    hardening,
     load_body,
     reduce_structure,
     require_stretch,
@@ -124,10 +126,12 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
             note = of_responses(structure, modeset, body.strain)
         else:
             require_stretch(structure, modeset, body.strain)
-    if not note and strain != "linear" and isinstance(r, Stretchable) and r.deflection is None and modeset.held.size:
-        note = "; ".join(filter(None, (of_curved(structure, modeset), of_sheet(structure, modeset, r))))
+    if not note and strain != "linear" and isinstance(r, Stretchable) and r.deflection is None:
+        curved = of_curved(structure, modeset) if modeset.held.size else ""
+        note = "; ".join(filter(None, (curved, of_sheet(structure, modeset, r))))
     bearing, softening = bearing_of_meshed(groups, structure, modeset), softening_of(structure, modeset)
-    return replace(body, note=note, ignored=ignored, buckling=bearing, softening=softening)
+    hardens = partial(hardening, structure, modeset) if strain == "linear" and modeset.n_modes <= MANY else None
+    return replace(body, note=note, ignored=ignored, buckling=bearing, softening=softening, hardening=hardens)
 
 
 def turning_markers(case: Case, name: str) -> set[str]:
@@ -176,6 +180,7 @@ def _rigid(case: Case, table: RigidTable) -> FlexibleBody:
 
 def _analytic(case: Case, name: str, table: AnalyticTable, modes: int | None) -> FlexibleBody:
     values = table.model_dump(include=set(UniformBeam.__dataclass_fields__) - {"mass_per_length"})
+    values["far_bends"] = table.strain == "nonlinear" and table.far_bends is not False
     mass = table.mass_per_length if table.mass is None else table.mass / table.length
     assert mass is not None
     functions = table.functions.model_dump()

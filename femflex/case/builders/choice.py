@@ -131,8 +131,11 @@ def reaches(view: Foresight) -> dict[str, Reach]:
         rate = np.linalg.norm(channels[f"bodies/{bend.name}/rate"], axis=1)
         gain = gains.get(bend.name, np.zeros(len(rate)))
         way = divided(model.system.bodies[bend.name])
+        bent = max(bend.reached, start.reached)
+        hardens = model.system.bodies[bend.name].hardening if bent > 0.0 else None
+        stretched = 0.0 if hardens is None else hardens() * (bent * bend.size) ** 2
         pulled = float(gain.max()), float(gain.min()), float(rate[np.argmax(gain)]), float(rate.max())
-        out[bend.name] = Reach(*pulled, max(bend.reached, start.reached), start.reached, bend.size, view.short, way)
+        out[bend.name] = Reach(*pulled, bent, start.reached, bend.size, view.short, way, stretched)
     return out
 
 

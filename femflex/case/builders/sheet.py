@@ -71,7 +71,15 @@ def with_own_bends(structure: Structure, modes: ModeSet, table: Stretchable) -> 
 def of_sheet(structure: Structure, modes: ModeSet, table: Stretchable) -> str:
     """What should be said of a set on a wide thin sheet; nothing where its modes alone do."""
     sheet, third = sheet_of(structure), "third derivative" in modes.kinds
-    if sheet is None or third != (table.third_derivatives is None):
+    if sheet is None:
+        return ""
+    if not modes.held.size and not third and table.third_derivatives is None:
+        return (
+            f"{sheet}, bent by more than some {sheet.bend:.2g} m, cannot curve crosswise as its shapes do, which are "
+            "too stiff there; without a clamp it gets no shape for that by itself: third_derivatives = 2 gives it "
+            "those of its two lowest shapes, found at rest, and `cantilever` the one it wants"
+        )
+    if third != (table.third_derivatives is None):
         return ""
     if third:
         return (

@@ -24,6 +24,7 @@ class Reach:
     spin, fastest  its rate where most is added, and its largest rate [rad/s]
     bent, start    largest displacement of a place over the body's size, along the motion and at its start
     size           diagonal of its box [m]
+    stretched      what stretching adds to the force on its first shape bent so far, over the linear one
     doubt          why less than the whole is foreseen, or nothing
     dividing       how it is made of several bodies where it bends too far for one
     """
@@ -37,6 +38,7 @@ class Reach:
     size: float = 0.0
     doubt: str = ""
     dividing: str = "cut the member into segments"
+    stretched: float = 0.0
 
 
 def judged(reach: Reach) -> tuple[Strain, str]:
@@ -52,6 +54,11 @@ def judged(reach: Reach) -> tuple[Strain, str]:
         why = f"loads or inertia that press along it may {how}, which linear strain leaves out"
     elif reach.bent > LEEWAY * BENT:
         why = f"{_bent(reach)}, and linear strain is left from {LEEWAY * BENT:.0%} on (it holds up to {BENT:.0%})"
+    elif float(np.sqrt(1.0 + reach.stretched) - 1.0) > LEEWAY * STIFFENED:
+        why = (
+            f"loads and motions may bend it by {reach.bent * reach.size:.2g} m by linear strain, where stretch between "
+            f"its supports, which that leaves out, adds {reach.stretched:.0%} to the force on its first shape"
+        )
     if not why:
         return "linear", f"{_small(reach, raised, fallen, way)}; {_hardly_bent(reach)}"
     return "condensed", f"{why}{KEEPS}{_far(reach)}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,6 +24,7 @@ from femflex.case.reduction import (
     Stretchable,
 )
 from femflex.fem import FAMILIES, Member, PointMass, Structure, build_structure
+from femflex.fem.option import OPTIONS as FAMILY_OPTIONS
 from femflex.fem.sections.laminates import Lamina
 from femflex.mesh import Mesh, read_mesh
 from femflex.reduction import (
@@ -87,8 +88,9 @@ def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) 
 
 
 def members_of(case: Case, name: str, table: FlexibleTable) -> list[Member]:
-    """The members of a body."""
-    return [_member(case, name, member) for member in table.members]
+    """The members of a body; those of a whole one with nonlinear strain are to bend far, where they do not say."""
+    far = {"far_bends": True} if table.strain == "nonlinear" and table.cut is None else {}
+    return [_member(case, name, member, far) for member in table.members]
 
 
 def point_masses_of(table: FlexibleTable) -> list[PointMass]:
@@ -178,7 +180,8 @@ def clamp_of(groups: dict[str, tuple[str, ...]]) -> list[str] | dict[str, tuple[
     return {group: components or ("x", "y", "z", "rx", "ry", "rz") for group, components in groups.items()}
 
 
-def _member(case: Case, name: str, table: MemberTable) -> Member:
+def _member(case: Case, name: str, table: MemberTable, left_out: Mapping[str, object]) -> Member:
+    """A member, with those of the options left out that its family has."""
     where = f"bodies.{name}.members[{table.group}]"
     if table.family not in FAMILIES:
         text = f"found {table.family!r}, which is no family of members; {near(table.family, FAMILIES)}"
@@ -200,7 +203,8 @@ def _member(case: Case, name: str, table: MemberTable) -> Member:
                 )
             ],
         )
-    return Member(table.group, table.family, section, material, dict(table.options))
+    options = {key: value for key, value in left_out.items() if key in FAMILY_OPTIONS[table.family]} | table.options
+    return Member(table.group, table.family, section, material, options)
 
 
 def mesh_problems(name: str, table: FlexibleTable, mesh: Mesh) -> Iterator[Problem]:

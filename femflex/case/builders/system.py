@@ -69,7 +69,7 @@ def decided_system(case: Case, bodies: Mapping[str, Part] | None = None) -> tupl
 
 def _light(system: System) -> System:
     """The system without the structures by which its bodies were judged."""
-    light = {id(body): replace(body, buckling=None, softening=None) for body in system.bodies.values()}
+    light = {id(body): replace(body, buckling=None, softening=None, hardening=None) for body in system.bodies.values()}
     return replace(system, bodies={name: light[id(body)] for name, body in system.bodies.items()})
 
 

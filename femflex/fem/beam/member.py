@@ -36,6 +36,9 @@ OPTIONS: Options = {
     "rotary_inertia": Option(True, "false leaves out the rotary inertia of sections in bending (Euler-Bernoulli)"),
     "start": Option(None, "point group where the arc length of varying sections begins"),
     "extent": Option(None, "length of the line the group is a part of, by which shear is judged", "m"),
+    "far_bends": Option(
+        None, "true: energy that stays bounded in far bends of flat sections; left out: where strain is nonlinear"
+    ),
     "prestress": Option(0.0, "initial axial force, tension positive", "N"),
     "thermal_strain": Option(0.0, "free axial strain", ""),
 }
@@ -66,6 +69,9 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
                     (no propeller moment)
     start           point group where the arc length s begins; see chain.arc_length for the default
     extent          length of the line the group is a part of [m], if it is one: shear is judged by that
+    far_bends       True takes away from twisted bends no more than a round section within would lose: bounded where
+                    flat sections bend far about their weak axis, exact to fourth order for round ones alone (None:
+                    False; a case that gives or chooses nonlinear strain has it True)
     prestress       initial axial force, tension positive [N] (0)
     thermal_strain  free axial strain (0)
 
@@ -134,6 +140,8 @@ def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
         raise ValueError(
             f"{where} has section {member.section!r}; give one of femflex.fem.sections (tube, box, rectangle, I, ...)"
         )
+    if options["far_bends"] not in (None, True, False):
+        raise ValueError(f"{where} has far_bends {options['far_bends']!r}; give true or false, or leave it out")
     for name in ("prestress", "thermal_strain"):
         if not isinstance(options[name], int | float | np.floating) or not np.isfinite(options[name]):
             raise ValueError(f"{where} has {name} {options[name]!r}; give one finite number")
