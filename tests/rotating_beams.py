@@ -27,7 +27,8 @@ class Rotating:
     """An inextensible beam that spins about z with its root at `hub`: bending stiffness along the section's axes.
 
     flap, lag: bending stiffness out of and in the plane of rotation at setting angle 0
-    mass, bending: how they vary along x
+    mass, bending: how they vary along x; bending of one value for both planes, or of two (2, k), lag and flap at
+    setting angle 0
     setting: angle by which the section is turned about the beam
     """
 
@@ -77,7 +78,7 @@ class Rotating:
         def slope(at, y):
             w, theta, M, S = y.reshape(4, 2, 4, -1)  # quantity, direction, solution, mu
             m, T = self.mass(np.array([at]))[0], tension(at)
-            curvature = np.einsum("ij,jsk->isk", B, M) / self.bending(np.array([at]))[0]
+            curvature = np.einsum("ij,jsk->isk", B, M) / self.bending(np.array([at]))[..., 0].reshape(-1, 1, 1)
             pull = m * (mu**2 * w + self.gamma**2 * np.stack([w[0], 0 * w[1]]))
             return np.stack([theta, curvature, S + T * theta, pull]).ravel()
 

@@ -146,6 +146,10 @@ class CantileverTable(Stretchable):
     attachment: list[Component] = Field(default_factory=list)
     """Directions of acceleration of the clamp whose static shapes are added. Left out where strain is nonlinear or
     condensed with derivatives = 'auto': those of the weight, if there is gravity."""
+    spin: StrictBool | None = None
+    """Static shapes of a spin (the slow ones of all six accelerations) beside the modes, where strain is nonlinear or
+    condensed with derivatives = 'auto'. Left out: where the case spins steadily, or is foreseen to spin up fast for
+    the body, if it is of beams and has five modes at most; not where `attachment` is said."""
     loads: dict[str, list[Component]] = Field(default_factory=dict)
     """Group -> directions of unit forces and moments there whose static shapes are added. Left out likewise: those of
     the case's own loads, and where other bodies hang on this one; {} for none."""
@@ -219,3 +223,7 @@ class FunctionsTable(Table):
     """Supports of root and tip in the body frame, of free, pinned, clamped."""
     static: StrictBool = False
     """The last functions are the static shapes of an accelerated root."""
+    spin: StrictBool | None = None
+    """Static shapes of a spin beside the functions: two more along y and z each, one of axial and torsion each, where
+    strain is not linear. Of characteristic functions, clamped-free; polynomials hold them. Left out: where the case
+    spins steadily, or is foreseen to spin up fast for the body, unless `static` is said."""

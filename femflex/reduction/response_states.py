@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 PUSH = 1e-3  # energy norm of a mode's answer to the push beside a load, over that of the load's own linear answer
 PUSHED = 3  # of the lowest modes
 RANK = 1e-12  # of the energy of one state, below which a combination adds nothing
-LEFT_OUT = 1e-4  # of the states' energy in the mean, that those without a push may leave to shapes of those with one
+LEFT_OUT = 1e-5  # of the energy of states without a push, in the mean, that is left to the shapes of buckled ones
 
 
 def with_responses(
@@ -43,8 +43,10 @@ def with_responses(
     there. With neither, the acceleration that moves the structure most. Each load goes both ways until some node has
     moved by `deflection`, the stiffer way as far as stores no more. Where that comes upon states without stability, a
     small push on the lowest modes goes with it too, one way and the other, for what is symmetric buckles to both
-    sides; these states have the shapes that the others leave over. The kind of the shapes is "response"; omega is that
-    of the structure confined to them, and `note` says of how many states they are and how far these reach.
+    sides. Where the load alone came upon saddles, the pushed states have buckled away from its own, and have the
+    shapes that those leave over; elsewhere they are of its own kind and count as much. The kind of the shapes is
+    "response"; omega is that of the structure confined to them, and `note` says of how many states they are and how
+    far these reach.
     Raises ValueError without clamps, and when no state is found.
     """
     if not modes.held.size:
@@ -103,20 +105,21 @@ def _outside(structure: Structure, known: Array, shapes: Array) -> Array:
 
 
 def _both_ways(structure: Structure, modes: ModeSet, load: Array, deflection: float) -> tuple[Array, Array]:
-    """States (k, n_dof) under a load either way, the softer first, the other as far: without a push, and with one."""
+    """States (k, n_dof) under a load either way, the softer first, the other as far: its own, and buckled ones."""
     free, elastic = free_dofs(structure, modes.held), structure.internal_force
     u = np.zeros(structure.n_dof)
     u[free] = factors(structure.K[free][:, free]).solve(load[free])
     u *= deflection / largest(structure, u)
     softer = -1.0 if float(elastic.second_derivative(u[:, None], u[:, None])[:, 0] @ u) > 0.0 else 1.0
     push, most = _push(structure, modes, u), np.inf
-    plain, buckled = [], []
+    plain, buckled = list[Array](), list[Array]()
     for sense in (softer, -softer):
         walked = walk(structure, modes, sense * load, 0.0 * push, deflection, most)
         plain += walked.states
         if walked.saddle or walked.snapped:
             for side in (push, -push):
-                buckled += walk(structure, modes, sense * load, side, deflection, most).states
+                pushed = walk(structure, modes, sense * load, side, deflection, most).states
+                (buckled if walked.saddle else plain).extend(pushed)
         most = max((elastic.energy(x) - float(structure.f0 @ x) for x in walked.states), default=np.inf)
     return np.array(plain).reshape(-1, structure.n_dof), np.array(buckled).reshape(-1, structure.n_dof)
 

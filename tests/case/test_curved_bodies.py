@@ -12,6 +12,7 @@ import femflex
 from femflex.case import read_case
 from femflex.case.builders import build_body, build_mesh, build_structure_of, build_system
 from femflex.case.case import Case
+from femflex.integrate import IntegrationError
 from femflex.reduction.clamps import held_dofs
 from femflex.warning import PhysicsWarning
 
@@ -94,6 +95,7 @@ def told(case):
     return body, [str(w.message) for w in found if w.category is PhysicsWarning]
 
 
+@pytest.mark.slow
 def test_an_arch_that_its_load_may_snap_gets_responses_to_that_load(arch):
     body, warned = told(arch())
     assert (
@@ -123,12 +125,26 @@ def test_a_curved_body_with_condensed_strain_says_what_it_does_not_hold(arch):
     assert "it is curved (it rises by 0.03 m)" in body.note and "responses = 8, deflection = '0.09 m'" in body.note
 
 
+@pytest.mark.slow
 def test_the_advice_that_a_curved_body_gets_can_be_followed(arch):
     """Its lowest shape leaves the crown in place, so no response stretches with it: told, and not refused."""
     own = 'modes = 1, loads = { CROWN = ["z"] }, responses = 8, deflection = "9 cm"'
     body, _ = told(arch(("modes = 2", own), ("damping =", 'strain = "nonlinear"\ndamping =')))
     assert body.kinds.count("response") == 8
     assert "its responses hold what their own loads do" in body.note and "'auto' would hold those too" in body.note
+
+
+def test_an_arch_that_stands_and_is_carried_off_by_its_load_is_not_told_of_spin(arch, tmp_path):
+    """Newtons written for giganewtons: it is welded to what stands, so no spin and no attitude can be the cause."""
+    own = 'modes = 2, attachment = ["z"]'
+    case = arch(("-600", "-600e9"), ("modes = 2", own), ("damping =", 'strain = "linear"\ndamping ='))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)
+        with pytest.raises(IntegrationError, match="the motion has run away, body 'arch' is displaced by") as caught:
+            femflex.run(case, tmp_path / "arch.h5", progress=None)
+    said = str(caught.value)
+    assert "It does not turn: look for a load that buckles it or snaps it through" in said
+    assert "in another unit" in said and "spin" not in said and "attitude" not in said
 
 
 @pytest.mark.slow

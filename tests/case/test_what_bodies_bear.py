@@ -15,7 +15,8 @@ import pytest
 from femflex.case import read_case
 from femflex.case.builders import build_system
 from femflex.case.builders.body import build_bodies
-from femflex.case.builders.near_buckling import nearest_of
+from femflex.case.builders.foresight import ahead
+from femflex.case.builders.near_buckling import nearest
 from femflex.case.builders.system import system_of
 from femflex.warning import PhysicsWarning
 
@@ -68,7 +69,8 @@ def near(write_case):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PhysicsWarning)
             case = read_case(write_case(RUN + text))
-            return nearest_of(system_of(case, build_bodies(case)), 1.0).get("boom")
+            system = system_of(case, build_bodies(case))
+            return nearest(ahead(system, 1.0)[0], system).get("boom")
 
     return found
 

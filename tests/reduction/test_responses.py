@@ -63,6 +63,8 @@ def test_ten_coordinates_of_the_lowest_modes_and_responses_snap_through_as_all_e
     assert load_off(structure, shapes, case) < 0.01
     at = np.linspace(0, deflections[-1], 200)[1:]
     found = held_at(Reduced(strain_tensors(structure, shapes.phi)), shapes.phi.T @ load, shapes.phi.T @ row, at)
+    path = CubicSpline([0.0, *deflections], [0.0, *factors])(at)
+    assert np.abs(found - path).max() < 0.01 * factors.max()  # on the symmetric path, not off it to where it buckles
     exact, own = limit_loads(deflections, factors), limit_loads(at, found)
     if turns:
         assert np.abs(own[:turns] - exact[:turns]).max() < 0.01 * np.ptp([*exact[:turns], 0.0])

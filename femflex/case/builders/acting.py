@@ -55,22 +55,25 @@ def acting(case: Case, name: str, table: FlexibleTable, groups: Mapping[str, str
     ):
         return Acting()
     asked = "attachment" not in r.model_fields_set
-    heavy, spun = asked and any(case.environment.gravity), asked and (case.campbell is not None or _spins(case))
+    heavy, spun = asked and any(case.environment.gravity), asked and spins(case) if r.spin is None else r.spin
     found: dict[str, set[str]] = {}
     if "loads" not in r.model_fields_set:
-        for marker, directions in (*_loads(case, name), *_carried(case, name)):
+        for marker, directions in (*load_directions(case, name), *_carried(case, name)):
             if (group := groups.get(marker)) is not None and group not in r.clamp:
                 found.setdefault(group, set()).update(directions)
     loads = {group: tuple(d for d in DIRECTIONS if d in some) for group, some in found.items()}
     causes = ("its weight",) * heavy + ("its spin",) * spun
-    return Acting(loads, DIRECTIONS if spun else DIRECTIONS[:3] if heavy else (), causes)
+    ways = DIRECTIONS if spun else DIRECTIONS[:3] if heavy else ()
+    return Acting(loads, tuple(way for way in ways if way not in r.attachment), causes)
 
 
-def _spins(case: Case) -> bool:
-    return case.attitude.frame == "spinning" and any(case.attitude.spin or ())
+def spins(case: Case) -> bool:
+    """Whether the craft of a case spins steadily, in a run or in its diagram over speeds."""
+    return case.campbell is not None or (case.attitude.frame == "spinning" and any(case.attitude.spin or ()))
 
 
-def _loads(case: Case, name: str) -> Iterator[tuple[str, list[str]]]:
+def load_directions(case: Case, name: str) -> Iterator[tuple[str, list[str]]]:
+    """The markers of a body that loads of the case push, and the directions in which they may."""
     for table in case.loads:
         if table.body != name:
             continue

@@ -13,6 +13,7 @@ from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
 from femflex.case.builders.acting import acting, told
 from femflex.case.builders.bearings import bearing_of_analytic, bearing_of_meshed
 from femflex.case.builders.curved import of_curved, of_responses, softening_of
+from femflex.case.builders.functions import functions_of
 from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
 from femflex.case.builders.sheet import of_sheet
@@ -39,7 +40,6 @@ from femflex.reduction import (
     with_derivatives,
 )
 from femflex.reduction.modeset import ModeSet
-from femflex.reduction.uniform_beam import BeamFunctions
 from femflex.system import Part, Segments
 from femflex.warning import PhysicsWarning
 
@@ -195,16 +195,14 @@ def _analytic(case: Case, name: str, table: AnalyticTable, modes: int | None) ->
     values["far_bends"] = table.strain == "nonlinear" and table.far_bends is not False
     mass = table.mass_per_length if table.mass is None else table.mass / table.length
     assert mass is not None
-    functions = table.functions.model_dump()
-    if modes is not None:
-        functions |= {key: modes for key in ("y", "z", "axial", "torsion") if functions[key]}
-    beam, chosen = UniformBeam(mass_per_length=mass, **values), BeamFunctions(**functions)
+    beam = UniformBeam(mass_per_length=mass, **values)
+    chosen, note = functions_of(case, name, table, modes)
     strain, ignored = table.strain or "linear", None
     if strain == "linear" and (chosen.y or chosen.z):
         bending = replace(chosen, axial=0, torsion=0)
         ignored = foreshortening_of(beam_body(beam, bending, strain="condensed"))
     body = beam_body(beam, chosen, _damping(table.damping), strain=strain)
-    return replace(body, ignored=ignored, buckling=bearing_of_analytic(beam, chosen, table))
+    return replace(body, note=note, ignored=ignored, buckling=bearing_of_analytic(beam, chosen, table))
 
 
 def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> FlexibleBody:

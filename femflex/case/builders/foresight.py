@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.body import FlexibleBody
 from femflex.case.builders.integrator import typical_sizes
 from femflex.dynamics import Model, compile_system
 from femflex.dynamics.equilibria.elastic_answer import elastic_answer, elastic_places
@@ -85,6 +86,14 @@ def foreseen(system: System, until: float) -> Foresight:
         return replace(moved, short=f"without its bending ({_first(error)})")
 
 
+def ahead(system: System, until: float) -> tuple[Carried | None, str]:
+    """The motion of a system's bodies as rigid ones until that time [s], or None and why there is none."""
+    try:
+        return carried_along(compile_system(replace(system, reactions=False, sights=())), until), ""
+    except (ValueError, np.linalg.LinAlgError) as error:
+        return None, f"at the start alone ({_first(error)})"
+
+
 def carried_along(model: Model, until: float) -> Carried:
     """The motion of a model's bodies as rigid ones until that time [s], as far as that costs little.
 
@@ -119,11 +128,13 @@ def looked_at(model: Model, until: float) -> Array:
 
 def slowest_period(model: Model) -> float:
     """Period of the slowest shape of all bodies [s], each held alone."""
-    found = []
-    for body in model.system.bodies.values():
-        stiffness, mass = np.diag(body.strain.V1), np.diag(body.without_slaves().moments.elastic_mass())
-        found += [2.0 * np.pi * float(np.sqrt(m / k)) for k, m in zip(stiffness, mass, strict=True) if k > 0.0]
-    return max(found, default=0.0)
+    return max((period for body in model.system.bodies.values() for period in periods(body)), default=0.0)
+
+
+def periods(body: FlexibleBody) -> list[float]:
+    """Periods of the shapes of a body held alone [s]."""
+    stiffness, mass = np.diag(body.strain.V1), np.diag(body.without_slaves().moments.elastic_mass())
+    return [2.0 * np.pi * float(np.sqrt(m / k)) for k, m in zip(stiffness, mass, strict=True) if k > 0.0]
 
 
 def _moved(rigid: Model, times: Array) -> tuple[Motion, str]:

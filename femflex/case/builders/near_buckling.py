@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from femflex.body import FlexibleBody
 from femflex.body.burden import Buckling, Burden
-from femflex.case.builders.foresight import Carried, carried_along
-from femflex.dynamics import compile_system
+from femflex.case.builders.foresight import Carried
 from femflex.dynamics.reports.bends import SWUNG
 from femflex.dynamics.reports.burdens import burdens
 from femflex.system import System
@@ -47,10 +45,18 @@ class Nearness:
         return f"{self.borne} is {self.part:.3g} of {what}" + (f" ({self.apart})" if self.apart else "")
 
 
-def nearest(rigid: Carried, names: Collection[str], system: System) -> dict[str, Nearness]:
-    """Of those of the bodies that come as near to buckling as a NEAR-th, how near; as they move on as rigid ones."""
-    judged = [name for name in names if system.bodies[name].buckling is not None]
-    if not judged:
+def is_judged(system: System) -> bool:
+    """Whether there are bodies of which it is known what buckles them."""
+    return any(body.buckling is not None for body in system.bodies.values())
+
+
+def nearest(rigid: Carried | None, system: System) -> dict[str, Nearness]:
+    """Of those bodies that come as near to buckling as a NEAR-th, how near; as they move on as rigid ones.
+
+    None where nothing is foreseen of them; see `with_doubts`.
+    """
+    judged = [name for name, body in system.bodies.items() if body.buckling is not None]
+    if not judged or rigid is None:
         return {}
     borne = burdens(replace(rigid.system, reactions=True), judged, rigid.times, rigid.states)
     found = {}
@@ -64,16 +70,20 @@ def nearest(rigid: Carried, names: Collection[str], system: System) -> dict[str,
     return found
 
 
-def nearest_of(system: System, until: float) -> dict[str, Nearness]:
-    """The same of all bodies of which it is known, in a run until that time [s]."""
-    names = [name for name, body in system.bodies.items() if body.buckling is not None]
-    if not names:
-        return {}
-    try:
-        rigid = carried_along(compile_system(replace(system, reactions=False, sights=())), until)
-    except (ValueError, np.linalg.LinAlgError):
-        return {}
-    return nearest(rigid, names, system)
+def with_doubts(system: System, rigid: Carried | None, why: str) -> System:
+    """The system with a word, on each body that would be judged, of what of its motion is not; nothing where all is."""
+    if rigid is None:
+        text = f"whether anything buckles it is not judged, for its motion is foreseen {why}"
+    else:
+        text = f"whether anything buckles it is judged {rigid.short}"
+    if not (why if rigid is None else rigid.short):
+        return system
+    told = {
+        id(body): replace(body, note="; ".join(filter(None, (body.note, text))))
+        for body in system.bodies.values()
+        if body.buckling is not None
+    }
+    return replace(system, bodies={name: told.get(id(body), body) for name, body in system.bodies.items()})
 
 
 def beyond(near: Nearness, form: str) -> str:

@@ -13,13 +13,14 @@ from femflex.body import FlexibleBody
 from femflex.case.builders.body import build_bodies
 from femflex.case.builders.choice import choices, undecided, with_strains
 from femflex.case.builders.closed import build_constraint, build_loops, build_spring
-from femflex.case.builders.foresight import foreseen
+from femflex.case.builders.foresight import Carried, ahead, foreseen
 from femflex.case.builders.initial import initial_shape
 from femflex.case.builders.joints import build_joints, root_joint
 from femflex.case.builders.loads import build_loads
-from femflex.case.builders.near_buckling import nearest, nearest_of, warn_of_buckling
+from femflex.case.builders.near_buckling import is_judged, nearest, warn_of_buckling, with_doubts
 from femflex.case.builders.references import channel_problems, duration_of, motion_problems, size_problems
 from femflex.case.builders.snapping import responding
+from femflex.case.builders.spun import spun_up, with_spin_shapes
 from femflex.case.builders.start import placed
 from femflex.case.builders.stretching import stretching
 from femflex.case.case import Case
@@ -43,28 +44,54 @@ def decided_system(case: Case, bodies: Mapping[str, Part] | None = None) -> tupl
     """The System of `build_system`, and the case with the strain and the responses of its bodies written out."""
     names = undecided(case) if bodies is None else []
     if not names:
-        system = system_of(case, bodies)
-        warn_of_buckling(system, nearest_of(system, duration_of(case, system)))
-        return case, _light(system)
+        return _said(case, bodies)
     linear = with_strains(case, dict.fromkeys(names, "linear"))
     parts = _bodies_and_loads(linear, None)[0]
     system = system_of(linear, parts)
     view = foreseen(system, duration_of(case, system))
-    near = {} if view.rigid is None else nearest(view.rigid, list(system.bodies), system)
+    near = nearest(view.rigid, system)
+    case, spinning = _spun(case, system, view.rigid)
     chosen = choices(case, system, names, near, view)
+    others: dict[str, Part] = {}
     if wanted := {name: one for name, one in chosen.items() if one[0] != "linear"}:
         open_ = [name for name, (_, why) in wanted.items() if "%s" in why]
         others, said, case = stretching(case, wanted, {name: responding(case, system, name) for name in open_})
         chosen |= said
-        system = system_of(case, parts | others)
+    if others or spinning:
+        system = system_of(case, parts | spinning | others)
     noted: dict[tuple[int, str], FlexibleBody] = {}  # bodies alike stay one
     found = dict(system.bodies)
     for name, (strain, why) in chosen.items():
         body = found[name]
         note = "; ".join(part for part in (f"strain is {strain}: {why}", body.note) if part)
         found[name] = noted.setdefault((id(body), note), replace(body, note=note))
+    system = with_doubts(replace(system, bodies=found), view.rigid, view.short)
     warn_of_buckling(system, near)
-    return case, _light(replace(system, bodies=found))
+    return case, _light(system)
+
+
+def _said(case: Case, bodies: Mapping[str, Part] | None) -> tuple[Case, System]:
+    """The case and its system with these bodies, or with its own, all of which say their strain."""
+    parts = _bodies_and_loads(case, bodies)[0]
+    system = system_of(case, parts)
+    rigid, why = ahead(system, duration_of(case, system)) if is_judged(system) else (None, "")
+    if bodies is None:
+        case, spinning = _spun(case, system, rigid)
+        system = system_of(case, parts | spinning) if spinning else system
+    warn_of_buckling(system, nearest(rigid, system))
+    return case, _light(with_doubts(system, rigid, why))
+
+
+def _spun(case: Case, system: System, rigid: Carried | None) -> tuple[Case, dict[str, Part]]:
+    """The case with the shapes of spin of bodies that are spun up as foreseen, and of these those that say a strain."""
+    asking = case if rigid is None else with_spin_shapes(case, spun_up(system, rigid))
+    open_ = undecided(case)
+    changed = {
+        name: table
+        for name, table in asking.bodies.items()
+        if table is not case.bodies[name] and name not in open_ and getattr(table, "strain", None) != "linear"
+    }
+    return asking, build_bodies(asking.model_copy(update={"bodies": changed})) if changed else {}
 
 
 def _light(system: System) -> System:
