@@ -29,7 +29,8 @@ class FlexibleBody:
     damping  (n, n)  elastic damping matrix [1/s for mass-normalised shapes]
     markers  name -> Marker over all shapes; "origin" is always there
     skin     Skin over all shapes, or None for a body that cannot be drawn
-    kinds    one word per shape: vibration, constraint, attachment, free-free, derivative, admissible, nodal, section
+    kinds    one word per shape: vibration, constraint, attachment, free-free, derivative, admissible, nodal; of what
+             follows beside coordinates that stretch: section, remainder (what they do not hold of the stretch)
     omega    natural frequency of each shape where it means something, else nan [rad/s]
     slaves   (n_s, n, n)  A_s, symmetric: the last n_s shapes follow the first n, y_s = 1/2 delta.A_s delta
              (condensed form, THEORY section 3; sections of beams that turn); none where all are coordinates
@@ -91,9 +92,9 @@ class FlexibleBody:
 
     @property
     def condensed(self) -> bool:
-        """Whether its stretch follows its bending: shapes follow that are more than turned sections of beams."""
+        """Whether its stretch follows its bending: not sections of beams that turn alone, or a remainder of stretch."""
         followers = self.kinds[self.n_modes :] if self.kinds else ("",) * len(self.slaves)
-        return any(kind != "section" for kind in followers)
+        return any(kind not in ("section", "remainder") for kind in followers)
 
     @property
     def strain_form(self) -> Literal["linear", "nonlinear", "condensed"]:

@@ -125,6 +125,8 @@ class PicturesTable(Table):
     """Markers, "body.marker", and places of contact, "constraints/<name>", whose path is drawn."""
     scale: Annotated[float | str, _Scale()] = 1.0
     """Factor on deformations; 1 is true, "auto" makes them visible; said in the picture."""
+    colour: str = "displacement"
+    """What colours bodies: displacement, energy, or strain:NAME such as strain:axial."""
     theme: Literal["light", "dark"] = "light"
     camera: str = "auto"
     """auto, fixed, follow, orbital, body or body:<name>."""

@@ -40,7 +40,7 @@ def draw(
     from femflex.view import mode_montage, plot_histories, plot_spectra, render_movie, render_picture
 
     look: dict[str, Any] = table.model_dump(
-        include={"scale", "theme", "camera", "view", "triads", "edges", "size", "fit"}
+        include={"scale", "colour", "theme", "camera", "view", "triads", "edges", "size", "fit"}
     )
     look["traces"] = tuple(table.traces)
     for path, (kind, what) in _wanted(table, output):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -45,9 +46,15 @@ def render(
         ),
     ] = "displacement",
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
-    camera: Annotated[str, typer.Option("--camera", help="auto, fixed, follow, orbital, body or body:NAME.")] = "auto",
+    camera: Annotated[
+        str | None,
+        typer.Option("--camera", help="auto, fixed, follow, orbital, body or body:NAME; left out, as the case says."),
+    ] = None,
     view: Annotated[
-        str | None, typer.Option("--view", help="Direction from the scene to the camera, such as 1,-2,0.5.")
+        str | None,
+        typer.Option(
+            "--view", help="Direction from the scene to the camera, such as 1,-2,0.5; left out, as the case says."
+        ),
     ] = None,
     size: Annotated[str, typer.Option("--size", help="Width and height in pixels.")] = "1280x720",
     edges: Annotated[str, typer.Option("--edges", help="sharp, mesh or none.")] = "sharp",
@@ -70,8 +77,6 @@ def render(
             "scale": _factor(scale),
             "colour": colour,
             "theme": theme,
-            "camera": camera,
-            "view": direction,
             "size": tuple(int(n) for n in numbers(size.replace("x", ","), 2, "--size")),
             "edges": edges,
             "triads": not no_triads,
@@ -83,6 +88,7 @@ def render(
         from femflex.results import open_run
 
         with open_run(file) as run:
+            look |= place_of_camera(run, camera, direction)
             if movie:
                 draw_movie(run, target, span, {"speed": speed, "fps": fps, "force": force}, look)
             else:
@@ -90,6 +96,19 @@ def render(
 
                 render_picture(run, target, time=None if time is None else seconds(time, "--time"), force=force, **look)
     print(f"picture     {target}")
+
+
+def place_of_camera(run: Run, camera: str | None, view: tuple[float, ...] | None) -> dict[str, Any]:
+    """Camera, view and fit as asked for, or where nothing is asked as the case of the run has its own pictures."""
+    if camera is not None or view is not None:
+        return {"camera": camera or "auto", "view": view}
+    from femflex.case.run import PicturesTable
+
+    try:
+        table = PicturesTable.model_validate(tomllib.loads(run.case_text).get("pictures", {}))
+    except ValueError:  # a run made in Python has no case, one of another version may have other keys
+        table = PicturesTable()
+    return table.model_dump(include={"camera", "view", "fit"})
 
 
 def draw_movie(

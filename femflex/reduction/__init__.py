@@ -22,7 +22,7 @@ from femflex.reduction.segments import chord_modes, reduce_segments
 from femflex.reduction.slow_loads import slow_loads
 from femflex.reduction.store import load_body, save_body
 from femflex.reduction.strain import strain_tensors
-from femflex.reduction.stretch import Stretching, require_stretch, stretching
+from femflex.reduction.stretch import Stretching, lack_of_stretch, require_stretch, stretching
 from femflex.reduction.third_derivatives import with_sheet_bends, with_third_derivatives
 from femflex.reduction.uniform_beam import BeamFunctions, Taper, UniformBeam
 
@@ -49,6 +49,7 @@ __all__ = [
     "foreshortening_of",
     "free_free_modes",
     "hardening",
+    "lack_of_stretch",
     "load_body",
     "lumped",
     "mac",

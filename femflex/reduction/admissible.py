@@ -79,6 +79,7 @@ def _body(
         followers, frequency = _following_columns(functions, raw, Me, X)
         X, omega = np.hstack([X, followers]), np.concatenate([omega, frequency])
     following = X.shape[1] > functions.own
+    follower = "derivative" if strain == "condensed" else "remainder"
     moments = point_moments(dm, rho, shapes @ X)
     V1 = X.T @ raw @ X
     V1 = (V1 + V1.T) / 2
@@ -91,7 +92,7 @@ def _body(
             name: _marker(beam, functions, end, X, strain != "linear") for end, name in enumerate(("root", "tip"))
         },
         skin=_skin(beam, functions, X),
-        kinds=("admissible",) * functions.own + ("derivative",) * (X.shape[1] - functions.own),
+        kinds=("admissible",) * functions.own + (follower,) * (X.shape[1] - functions.own),
         omega=omega,
         strain_field=(beam_field(beam, functions, X, strain != "linear", following),),
     )

@@ -99,6 +99,12 @@ class BeamBearing:
         answer = np.asarray(np.linalg.solve(self.K, load[:n]), float)
         return hessian(self.body.strain.V2, answer, 3) - np.tensordot(load[n:], self.body.slaves, axes=1)
 
+    def moved(self, load: Array) -> float:
+        """See Elastic: what the ends move, beside the rigid motions."""
+        n = self.body.n_modes
+        answer = np.linalg.solve(self.K, load[:n])
+        return max(float(np.linalg.norm(one.phi[:, :n] @ answer)) for one in self.body.markers.values())
+
     def lowest(self, K_sigma: Array, held: Array | None) -> tuple[float, Array]:
         """See Elastic."""
         return lowest_of_few(K_sigma, self.K, held)

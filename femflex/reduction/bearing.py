@@ -23,6 +23,7 @@ NONE = 1e-7  # of mass, size and least omega^2, twelve times EI / L^2 of a colum
 ALIKE = 1e-3  # of the largest load by size: patterns below it do not pick the instant
 PATTERNS, FEWER = 6, 2  # that pick it at most, and of what has more than
 LARGE = 20_000  # coordinates: from there on each pattern costs a tenth of the modes
+FAR = 0.25  # of the size: what bends farther before it would buckle is another body by then
 UNLIKE = 1.02  # times the part at one instant by few shapes, up to which the largest load is not looked at too
 
 
@@ -50,6 +51,9 @@ class Statics(Protocol):
 
 class Elastic(Statics, Protocol):
     """The same with what picks the worst instant, and what sways."""
+
+    def moved(self, load: Array) -> float:
+        """How far the static answer to a load (n_load,) moves what moves most [m]."""
 
     @property
     def kept(self) -> Statics:
@@ -129,13 +133,25 @@ class JudgedBearing:
         E = self.elastic
         if any(burden.follows and burden.values[row].any() for burden in burdens):
             part = 1.0 / first_flutter(*self._swaying(burdens, _change(E, burdens, row)))
+            if self._bent_far(burdens, row, part):
+                return Buckling(0.0, row, (0.0,) * len(burdens))
             sizes = np.array([np.linalg.norm(b.wrench[row, :3]) if b.follows else 0.0 for b in burdens])
             return Buckling(part, row, tuple((part * sizes / max(sizes.sum(), 1e-300)).tolist()), True)
         mu, x = _lowest(E, burdens, row)
-        if mu >= 0.0 or -mu < told:
-            return Buckling(max(-mu, 0.0), row, (0.0,) * len(burdens))
+        if mu >= 0.0 or self._bent_far(burdens, row, -mu):
+            return Buckling(0.0, row, (0.0,) * len(burdens))
+        if -mu < told:
+            return Buckling(-mu, row, (0.0,) * len(burdens))
         shares = [-float(x @ (_change(E, [burden], row) @ x)) for burden in burdens]
         return Buckling(-mu, row, tuple(shares))
+
+    def _bent_far(self, burdens: Sequence[Burden], row: int, part: float) -> bool:
+        """Whether, up to where a body would buckle, what it bears bends it so far that this tells nothing.
+
+        Linear buckling takes it to stay straight until then: a round boom, which never tips over, would do so when
+        bent by half its length.
+        """
+        return self.elastic.moved(_load(self.elastic, burdens, row)) > FAR * part * self.elastic.scale[1]
 
     def _swaying(self, burdens: Sequence[Burden], change: Any) -> tuple[Array, Array, Array]:
         """K, its change and M of what sways, with what hangs on it."""
@@ -152,9 +168,14 @@ def _lowest(E: Statics, burdens: Sequence[Burden], row: int) -> tuple[float, Arr
 
 def _change(E: Statics, burdens: Sequence[Burden], row: int) -> Any:
     """What burdens add to the stiffness at an instant: by stress, and as they turn with their markers."""
-    stress = E.stress(np.sum([E.loads(burden.marker) @ burden.values[row] for burden in burdens], axis=0))
+    stress = E.stress(_load(E, burdens, row))
     turned = _added(E, burdens, [burden.turning(row) for burden in burdens])
     return stress if turned is None else stress - turned
+
+
+def _load(E: Statics, burdens: Sequence[Burden], row: int) -> Array:
+    """Generalised forces (n_load,) of burdens at an instant."""
+    return np.asarray(np.sum([E.loads(burden.marker) @ burden.values[row] for burden in burdens], axis=0))
 
 
 def _added(E: Statics, burdens: Sequence[Burden], blocks: Sequence[Array]) -> Any | None:

@@ -82,12 +82,14 @@ def with_attachment(
     modes: ModeSet,
     directions: Sequence[str] = DIRECTIONS,
     loads: Mapping[str, Sequence[str]] | None = None,
+    others: Array | None = None,
 ) -> ModeSet:
     """A cantilever set with static shapes added: what the truncated modes leave out of the response to known loads.
 
     directions  the clamp accelerates in them: loads M R of a body-frame acceleration (inertia attachment). Two such
                 shapes in place of two modes bring hub-and-beam frequencies from 1e-5 to 1e-10 of the exact ones.
     loads       group -> directions of unit forces and moments there (attachment modes).
+    others      load vectors (n_dof, k) besides
     The added shapes are M- and K-orthogonal to the modes and to each other; omega is
     that of the structure confined to them.
     """
@@ -95,6 +97,7 @@ def with_attachment(
         raise ValueError("attachment shapes are static and need a clamp; this set has none. Give a cantilever set.")
     free = free_dofs(structure, modes.held)
     F = load_vectors(structure, directions, loads or {})[free]
+    F = F if others is None else np.column_stack([F, others[free]])
     solve = factorised(structure.K[free][:, free]).solve
     M, phi = structure.M[free][:, free], modes.phi[free]
     M_phi = M @ phi

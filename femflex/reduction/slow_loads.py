@@ -1,11 +1,12 @@
-"""Which loads have a static shape that a set of vibration modes can take in without becoming stiff."""
+"""Which loads have static shapes that a set of vibration modes can take in without becoming stiff."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import linalg
 
 from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
@@ -13,6 +14,7 @@ from femflex.reduction.clamps import free_dofs
 from femflex.reduction.following import FASTER
 from femflex.reduction.modes import ANSWERED, load_vectors
 from femflex.reduction.modeset import ModeSet
+from femflex.reduction.rigid import DIRECTIONS, independent_columns
 from femflex.reduction.statics import static_response
 
 Array = NDArray[np.float64]
@@ -28,37 +30,44 @@ def slow_loads(
     directions: Sequence[str] = (),
     loads: Mapping[str, Sequence[str]] | None = None,
     fastest: float = FASTEST,
-) -> tuple[list[str], dict[str, list[str]]]:
-    """Those of the accelerations and loads (`with_attachment`) whose static shape is slow beside a clamped set.
+) -> Array:
+    """Of the accelerations and loads (`with_attachment`) those whose static shapes are slow beside a clamped set.
 
-    What the modes leave of the answer to one of them has a frequency of its own, sqrt(x.K x / x.M x). That of a pull
-    along a slender beam is far above the modes': it would be the one stiff coordinate of the body. fastest: over the
-    highest of the set. Beside many modes a pull is no faster than that, and is left out as what the set's derivatives
-    hold already (`brought_about`): as a coordinate with condensed strain a boom with a panel sagged 19 % too little.
+    Load vectors (n_dof, k). What the modes leave of the answer to a load has a frequency of its own,
+    sqrt(x.K x / x.M x). That of a pull along a slender beam is far above the modes': it would be the one stiff
+    coordinate of the body. Forces at a group count as one space, of which the slow part is taken, moments and
+    accelerations likewise: the axes in which a mesh is given do not matter. fastest: over the highest of the set.
+    Beside many modes a pull is no faster than that, and is left out as what the set's derivatives hold already
+    (`brought_about`): as a coordinate with condensed strain, a boom with a panel sagged 19 % too little.
     """
     free = free_dofs(structure, modes.held)
-    solve = factorised(structure.K[free][:, free]).solve
     K, M, phi = structure.K[free][:, free], structure.M[free][:, free], modes.phi[free]
-    bound = (fastest * modes.omega.max(initial=0.0)) ** 2
+    solve, bound = factorised(K).solve, (fastest * modes.omega.max(initial=0.0)) ** 2
+    found = [np.zeros((structure.n_dof, 0))]
+    for F in _spaces(structure, directions, loads or {}):
+        rest = F[free] - M @ (phi @ (phi.T @ F[free]))
+        left = np.linalg.norm(rest, axis=0) > ANSWERED * np.linalg.norm(F[free], axis=0)
+        x = solve(np.ascontiguousarray(rest[:, left]))
+        size = np.sqrt(np.einsum("in,in->n", x, M @ x))
+        own = independent_columns(x / size)
+        F, x = (F[:, left] / size)[:, own], (x / size)[:, own]
+        if x.size:
+            stiffness, ways = linalg.eigh(x.T @ (K @ x), x.T @ (M @ x))
+            ways = ways[:, stiffness < bound]
+            shapes = np.zeros((structure.n_dof, ways.shape[1]))
+            shapes[free] = x @ ways
+            found.append(F @ ways[:, ~brought_about(structure, modes, shapes)])
+    return np.concatenate(found, axis=1)
 
-    def slow(base: Sequence[str], ends: Mapping[str, Sequence[str]]) -> list[bool]:
-        F = load_vectors(structure, base, ends)[free]
-        rest = F - M @ (phi @ (phi.T @ F))
-        x = solve(np.ascontiguousarray(rest))
-        size, stiffness = (np.einsum("in,in->n", x, A @ x) for A in (M, K))
-        left = np.linalg.norm(rest, axis=0) > ANSWERED * np.linalg.norm(F, axis=0)
-        found = left & (stiffness < bound * size)
-        whole = np.zeros((structure.n_dof, int(found.sum())))
-        whole[free] = x[:, found]
-        found[found] = ~brought_about(structure, modes, whole)
-        return list(found)
 
-    found = {
-        group: [d for d, ok in zip(own, slow((), {group: own}), strict=True) if ok]
-        for group, own in (loads or {}).items()
-    }
-    base = [d for d, ok in zip(directions, slow(directions, {}), strict=True) if ok] if directions else []
-    return base, {group: own for group, own in found.items() if own}
+def _spaces(structure: Structure, directions: Sequence[str], loads: Mapping[str, Sequence[str]]) -> Iterator[Array]:
+    """Load vectors (n_dof, k) of accelerations and of each group's loads; along axes and about them apart."""
+    for kind in (DIRECTIONS[:3], DIRECTIONS[3:]):
+        if base := [d for d in directions if d in kind]:
+            yield load_vectors(structure, base, {})
+        for group, given in loads.items():
+            if own := [d for d in given if d in kind]:
+                yield load_vectors(structure, [], {group: own})
 
 
 def brought_about(structure: Structure, modes: ModeSet, shapes: Array) -> NDArray[np.bool_]:

@@ -58,20 +58,25 @@ def stretching(
 
 def require_stretch(structure: Structure, modes: ModeSet, tensors: StrainTensors) -> None:
     """Raise ValueError when the set cannot stretch, with both numbers."""
-    found = stretching(structure, modes, tensors)
-    if not found.sound:
-        kinds = ", ".join(dict.fromkeys(modes.kinds))
+    if lack := lack_of_stretch(structure, modes, tensors):
         has = modes.kinds.count("derivative")
         way = "Add static derivatives (derivatives = 'auto')"
         if has:
             number = "one static derivative is" if has == 1 else f"{has} static derivatives are"
             way = f"Its {number} too few: keep more of them (derivatives = 'auto', 'all' or a larger number)"
-        raise ValueError(
-            f"{modes.n_modes} shapes ({kinds}) cannot stretch: with nonlinear strain the lowest one, bent by "
-            f"{found.deflection:.3g} m, stores {found.alone:.3g} times its linear energy, where the structure "
-            f"itself stores {found.relaxed:.4g} times that. {way}, or "
-            "take the set as it is (derivatives = 'none')."
-        )
+        raise ValueError(f"{lack}. {way}, or take the set as it is (derivatives = 'none').")
+
+
+def lack_of_stretch(structure: Structure, modes: ModeSet, tensors: StrainTensors) -> str:
+    """That a set cannot stretch, with both numbers; nothing where it can."""
+    found = stretching(structure, modes, tensors)
+    if found.sound:
+        return ""
+    return (
+        f"{modes.n_modes} shapes ({', '.join(dict.fromkeys(modes.kinds))}) cannot stretch: with nonlinear strain the "
+        f"lowest one, bent by {found.deflection:.3g} m, stores {found.alone:.3g} times its linear energy, where the "
+        f"structure itself stores {found.relaxed:.4g} times that"
+    )
 
 
 def relaxed_energy(tensors: StrainTensors, held: int, amount: float) -> float:

@@ -17,6 +17,7 @@ from femflex.fem.structure import Structure
 from femflex.reduction.buckling import roughly_lowest
 from femflex.reduction.clamps import free_dofs
 from femflex.reduction.few_shapes import lowest_of_few
+from femflex.reduction.held_walk import largest
 from femflex.reduction.markers import MarkerRows, marker_rows
 from femflex.reduction.modeset import ModeSet
 from femflex.reduction.rigid import lifted
@@ -104,9 +105,11 @@ class StructureBearing:
 
     def stress(self, load: Array) -> sparse.csr_array:
         """See Elastic."""
-        x = np.zeros(self.structure.n_dof)
-        x[self.free] = self.factors.solve(np.ascontiguousarray(load[self.free]))
-        return self.structure.internal_force.geometric_stiffness(x)[self.free][:, self.free]
+        return self.structure.internal_force.geometric_stiffness(self._answer(load))[self.free][:, self.free]
+
+    def moved(self, load: Array) -> float:
+        """See Elastic."""
+        return largest(self.structure, self._answer(load))
 
     def lowest(self, K_sigma: sparse.csr_array, held: sparse.csr_array | None) -> tuple[float, Array]:
         """See Elastic."""
@@ -116,6 +119,12 @@ class StructureBearing:
         except (np.linalg.LinAlgError, RuntimeError):
             return 0.0, np.zeros(len(self.free))
         return mu, x / np.sqrt(x @ (K @ x))
+
+    def _answer(self, load: Array) -> Array:
+        """Static displacements (n_dof,)."""
+        x = np.zeros(self.structure.n_dof)
+        x[self.free] = self.factors.solve(np.ascontiguousarray(load[self.free]))
+        return x
 
     def _rows(self, marker: str) -> MarkerRows:
         return marker_rows(self.structure, self.groups[marker])

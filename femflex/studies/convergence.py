@@ -39,6 +39,7 @@ class Convergence:
     left_out      levels too coarse for the case, each with the reason
     complete      False when the study was broken off
     derivatives   (n,) how many of the counted coordinates are derivative shapes
+    whole         the last level is all there is: errors are distances from it where no law shows
     followers     (n,) how many derivative shapes follow the coordinates of condensed bodies
     """
 
@@ -57,6 +58,7 @@ class Convergence:
     complete: bool = True
     derivatives: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     followers: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    whole: bool = False
 
     @property
     def changes(self) -> Array:
@@ -173,6 +175,7 @@ def assessed(
     values, noise = (np.array([getattr(point, key) for point in kept]) for key in ("value", "noise"))
     follow = mesh_trend if study.over in ("mesh", "segments") else mode_trend
     trend = follow(resolution(study.over, levels, counts), values, noise)
+    whole = complete and kept[-1].level == study.ladder.whole and trend.state in ("unsettled", "few", "one")
     return Convergence(
         title=described(study.quantity),
         unit=kept[-1].unit,
@@ -180,7 +183,7 @@ def assessed(
         levels=levels,
         counts=counts,
         values=values,
-        errors=errors(trend, values, noise),
+        errors=np.maximum(np.abs(values - values[-1]), noise) if whole else errors(trend, values, noise),
         trend=trend,
         tolerance=tolerance,
         own=study.ladder.own,
@@ -189,6 +192,7 @@ def assessed(
         complete=complete,
         derivatives=np.array([point.derivatives for point in kept], np.int64),
         followers=np.array([point.followers for point in kept], np.int64),
+        whole=whole,
     )
 
 

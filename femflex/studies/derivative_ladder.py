@@ -32,7 +32,7 @@ def derivative_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder
         {*(levels or [k for k in COUNTS if k < most] + [most])} - ({0} if _condensed(case, names) else set())
     )
     rungs = (Rung(n, 1.0 + n**2, partial(_built, case, names, n)) for n in counts)
-    return Ladder(tuple(names), tuple(rungs), owns.pop() if len(owns) == 1 else None)
+    return Ladder(tuple(names), tuple(rungs), owns.pop() if len(owns) == 1 else None, most)
 
 
 def derivative_names(case: Case) -> list[str]:

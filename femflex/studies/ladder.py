@@ -58,11 +58,15 @@ class Rung:
 
 @dataclass(frozen=True, eq=False)
 class Ladder:
-    """The rungs of a study, coarse to fine, the bodies it varies, and the level of the case (None for several)."""
+    """The rungs of a study, coarse to fine, the bodies it varies, and the level of the case (None for several).
+
+    whole: the level at which bodies keep all the shapes there are, where there is one.
+    """
 
     varied: tuple[str, ...]
     rungs: tuple[Rung, ...]
     own: int | None
+    whole: int | None = None
 
 
 @dataclass(frozen=True, eq=False)

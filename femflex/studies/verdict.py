@@ -22,6 +22,8 @@ VARIED = {
 
 def verdict(found: Convergence) -> str:
     """The sentences on a study."""
+    if found.whole:
+        return " ".join(text for text in (_all(found), _own(found)) if text)
     said = {"one": _one, "few": _few, "constant": _constant, "unsettled": _unsettled}.get(found.trend.state, _judged)
     return " ".join(text for text in (said(found), _rounding(found)) if text)
 
@@ -60,6 +62,18 @@ def law_text(found: Convergence) -> str:
         else f"by a factor {math.exp(-law.rate):.3g} with each mode"
     )
     return told + (f", give or take a factor {math.exp(scatter):.3g}" if sure else ", by two differences alone")
+
+
+def _all(found: Convergence) -> str:
+    """Of levels up to all the shapes there are: how few of them do."""
+    last, fewest = int(found.levels[-1]), found.recommended
+    told = f"{level_text(found, last)}: these are all that the modes have."
+    if len(found.levels) == 1 or fewest is None:
+        return told
+    if fewest == last:
+        return f"{told} Fewer differ from them by {_relative(found, float(found.errors[-2]))} and more."
+    off = _relative(found, float(found.errors[found.levels == fewest][0]))
+    return f"{told} Of them {level_text(found, fewest)} suffice, {off} off, relative."
 
 
 def _one(found: Convergence) -> str:

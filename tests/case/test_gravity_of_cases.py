@@ -92,6 +92,7 @@ def test_a_linear_mast_under_its_weight_is_warned_of(write_case, tmp_path, femfl
     assert f"gravity ({-half:.6g}, 0, 0.01) m/s^2" in said
 
 
+@pytest.mark.filterwarnings("ignore:bodies.boom. its own inertia and weight:femflex.PhysicsWarning")
 def test_a_rigid_body_leaves_out_no_stiffness(write_case):
     half = GREENHILL * EI / (LINE * LENGTH**3) / 2
     text = f"{RUN}[environment]\ngravity = [{-half}, 0, 0]\n{BOOM}strain = 'linear'\n{HELD}"

@@ -180,3 +180,10 @@ def test_a_linear_body_is_warned_of_its_weight_in_a_run_and_one_left_to_choice_i
         assert body.strain_form == form
         assert ("cut the member into segments" in body.note) == (part > 1) == bool(texts)
     assert "is 0.85 of what buckles the body" in built(0.85, "")[0].note
+
+
+def test_a_round_boom_that_hangs_sideways_is_not_said_to_buckle(near):
+    """It never tips over, for EIy = EIz; linear buckling would say so at a bend of half its length."""
+    square = ("[bodies.boom]\n" + TABLE.format(EIy=EI)).replace("GJ = 1.2e3", f"GJ = {EI / 1.3}")
+    found = near(square + HELD + load([0, 0, 4 * EI / L**2], "boom", "tip", "inertial"))
+    assert found is None

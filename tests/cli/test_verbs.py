@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -13,6 +14,7 @@ import pytest
 from PIL import Image
 
 from femflex import view
+from femflex.cli.render import place_of_camera
 from femflex.results import open_run
 
 PLOTS = "[pictures]\nplots = ['attitude/angles', 'q:boom.delta1']\n"
@@ -379,3 +381,18 @@ def test_a_case_may_ask_for_spectra(
     assert (
         code == 2 and "pictures.spectra[0]: found 'markers/boom.top/deflection', which the run will not report" in err
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "camera", "view", "placed"),
+    [
+        ('[pictures]\nview = [0, -1, 0.3]\nfit = "picture"', None, None, ("auto", (0.0, -1.0, 0.3), "picture")),
+        ('[pictures]\ncamera = "fixed"', None, None, ("fixed", None, "run")),
+        ('[pictures]\ncamera = "fixed"', "body", None, ("body", None, None)),
+        ("[pictures]\nof_another_version = 1", None, None, ("auto", None, "run")),
+        ("", None, (1.0, 0.0, 0.0), ("auto", (1.0, 0.0, 0.0), None)),
+    ],
+)
+def test_the_camera_stands_where_the_case_has_it_unless_it_is_told(text, camera, view, placed):
+    found = place_of_camera(SimpleNamespace(case_text=text), camera, view)
+    assert (found["camera"], found["view"], found.get("fit")) == placed

@@ -84,4 +84,5 @@ def test_what_follows_moves_as_what_is_a_coordinate(name):
     tips = {strain: end(name, strain) for strain in ("linear", "condensed", "nonlinear")}
     size = np.abs(tips["nonlinear"]).max()
     off = {s: np.abs(tips[s] - tips["nonlinear"]).max() / size for s in tips}
-    assert off["condensed"] < 2e-3 < off["linear"]
+    # what follows has the coupling of both bends with twist to third order, coordinates to fourth
+    assert off["condensed"] < 3e-3 and off["linear"] > 5e-3

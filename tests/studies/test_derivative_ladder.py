@@ -9,7 +9,8 @@ import pytest
 
 from femflex.case import Case
 from femflex.cli.converge_told import print_study
-from femflex.studies import convergence, planned
+from femflex.studies import assessed, convergence, planned
+from femflex.studies.study import Point
 from femflex.studies.verdict import level_text
 
 QUANTITY = 'of = "value", channel = "markers/beam.tip/deflection", component = "y"'
@@ -46,6 +47,23 @@ def test_levels_left_out_go_as_far_as_there_are_shapes(built: Callable[..., Case
     assert ladder.rungs[0].level == 0 and ladder.varied == ("beam",)
     assert ladder.rungs[-1].level >= (ladder.own or 0) > 0
     assert ladder.rungs[-1].build().derivatives == ladder.rungs[-1].level
+
+
+def test_all_the_shapes_that_the_modes_have_are_the_answer_and_fewer_are_judged_by_them(built: Callable[..., Case]):
+    study = planned(built(*FAR), "derivatives")
+    most = study.ladder.whole
+    assert most is not None and most == study.ladder.rungs[-1].level
+
+    def judged(last: int):
+        values = zip([0, 1, 2, last], [1.0, 1.1, 1.3, 1.9], strict=True)
+        return assessed(study, [Point(n, 3 + n, value, 1e-12, "m", derivatives=n) for n, value in values])
+
+    found = judged(most)
+    assert found.recommended == most and found.errors == pytest.approx([0.9, 0.8, 0.6, 0.0], abs=1e-9)
+    assert "derivative shapes): these are all that the modes have. Fewer differ from them by 0.32 and more." in (
+        found.verdict
+    )
+    assert judged(most - 1).verdict.startswith("Does not converge over") and judged(most - 1).recommended is None
 
 
 def test_linear_bodies_have_no_derivatives_to_vary(built: Callable[..., Case]):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from functools import partial
 
@@ -32,6 +33,7 @@ from femflex.reduction import (
     foreshortening,
     foreshortening_of,
     hardening,
+    lack_of_stretch,
     load_body,
     reduce_structure,
     require_stretch,
@@ -39,6 +41,7 @@ from femflex.reduction import (
 )
 from femflex.reduction.modeset import ModeSet
 from femflex.system import Part, Segments
+from femflex.warning import PhysicsWarning
 
 MANY = 1200  # coordinates up to which the lowest shape of a set is sought
 
@@ -121,8 +124,10 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
         modeset = with_derivatives(structure, modeset)
     body = reduce_structure(structure, modeset, groups, _damping(table.damping), strain, turning)
     note = ""
-    if strain == "nonlinear" and isinstance(r, Stretchable) and keep != "none" and body.n_modes:
-        if "response" in modeset.kinds:
+    if strain == "nonlinear" and isinstance(r, Stretchable) and body.n_modes:
+        if keep == "none" and not r.responses:
+            _warn_of_stiffness(name, structure, modeset, body)
+        elif "response" in modeset.kinds:
             note = of_responses(structure, modeset, body.strain)
         else:
             require_stretch(structure, modeset, body.strain)
@@ -132,6 +137,13 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
     bearing, softening = bearing_of_meshed(groups, structure, modeset), softening_of(structure, modeset)
     hardens = partial(hardening, structure, modeset) if strain == "linear" and modeset.n_modes <= MANY else None
     return replace(body, note=note, ignored=ignored, buckling=bearing, softening=softening, hardening=hardens)
+
+
+def _warn_of_stiffness(name: str, structure: Structure, modeset: ModeSet, body: FlexibleBody) -> None:
+    """Warn of a set that was asked for as it is and cannot stretch."""
+    if lack := lack_of_stretch(structure, modeset, body.strain):
+        text = f"bodies.{name}: {lack}; it is taken as it is, as derivatives = 'none' asks, and bends far too little"
+        warnings.warn(text, PhysicsWarning, stacklevel=2)
 
 
 def turning_markers(case: Case, name: str) -> set[str]:

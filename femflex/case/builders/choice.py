@@ -84,7 +84,8 @@ def _buckling_too(chosen: tuple[Strain, str], near: Nearness | None) -> tuple[St
         return chosen
     left_out = f"{near}, which linear strain leaves out{KEEPS}"
     if near.part < BOWING:
-        return ("condensed", left_out) if chosen[0] == "linear" else chosen
+        told = chosen[0] == "linear" or near.sways  # what is judged along it knows no forces that follow
+        return ("condensed", left_out) if told else chosen
     return "nonlinear", left_out + beyond(near, "nonlinear")
 
 

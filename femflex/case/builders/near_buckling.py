@@ -88,6 +88,8 @@ def with_doubts(system: System, rigid: Carried | None, why: str) -> System:
 
 def beyond(near: Nearness, form: str) -> str:
     """What strain of that form lacks so near to buckling, or past it; nothing where it is far enough."""
+    if near.sways:
+        return "; past flutter its swings grow until something else stops them" if near.part >= 1.0 else ""
     if form == "condensed" and near.part >= BOWED:
         return (
             f": above {BOWED:g} of it condensed strain bends too little, for it shortens by no more than the second "
@@ -95,8 +97,8 @@ def beyond(near: Nearness, form: str) -> str:
         )
     if form == "nonlinear" and near.part >= 1.0:
         return (
-            f"; past buckling a column bends by {SWUNG:.0%} of its length at 1.013 times the load, as far as nonlinear "
-            "strain holds up: cut the member into segments"
+            f"; past buckling a column bends by {SWUNG:.0%} of its length at 1.013 times an end load, as far as "
+            "nonlinear strain holds up: cut the member into segments"
         )
     return ""
 

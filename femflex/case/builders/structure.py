@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -166,10 +165,9 @@ def _vibrating(structure: Structure, r: Stretchable, modes: int | None, acting: 
     if isinstance(r, CraigBamptonTable):
         return craig_bampton(structure, r.interfaces, n, clamp, r.interface)
     found = cantilever_modes(structure, clamp, n)
-    base, slow = slow_loads(structure, found, acting.base, acting.loads) if acting else ((), {})
-    if r.attachment or r.loads or base or slow:
-        both = with_attachment(structure, found, (*r.attachment, *base), {**r.loads, **slow})
-        return replace(both, groups=tuple(group for group in both.groups if group not in slow))
+    slow = slow_loads(structure, found, acting.base, acting.loads) if acting else None
+    if r.attachment or r.loads or (slow is not None and slow.size):
+        return with_attachment(structure, found, r.attachment, r.loads, slow)
     return found
 
 
