@@ -37,8 +37,12 @@ def free_dofs(structure: Structure, held: Index) -> Index:
     return np.setdiff1d(np.arange(structure.n_dof), held)
 
 
-def refuse_unheld(structure: Structure, held: Index, clamp: tuple[str, ...], n_null: int) -> NoReturn:
-    """Raise the ValueError that says how many motions a clamp leaves without stiffness, and what could be clamped."""
+def refuse_unheld(structure: Structure, held: Index, clamp: tuple[str, ...], loose: Array) -> NoReturn:
+    """Raise the ValueError that says how many motions a clamp leaves without stiffness, and what could be clamped.
+
+    loose: these motions (n_dof, k).
+    """
+    n_null = loose.shape[1]
     R = rigid_shapes(structure, about=structure.mesh.points.mean(axis=0))
     n_rigid = len(independent_columns(R)) - len(independent_columns(R[held]))
     parts = _parts(structure)
@@ -48,10 +52,32 @@ def refuse_unheld(structure: Structure, held: Index, clamp: tuple[str, ...], n_n
         what = f"{n_null} rigid motion{'s' * (n_null > 1)} without stiffness"
         hint = f"Clamp one of its other groups, {others}." if held.size else f"Clamp one of its groups, {others}."
     else:
-        what = f"{n_null} motions without stiffness, of which {n_rigid} are rigid"
-        why = f"falls into {parts} parts that share no node" if parts > 1 else "is a mechanism"
+        what = f"{n_null} motion{'s' * (n_null > 1)} without stiffness, of which {n_rigid} are rigid"
+        why = (
+            f"falls into {parts} parts that share no node" if parts > 1 else f"is a mechanism{_told(structure, loose)}"
+        )
         hint = f"It {why}: join the parts or brace it, or clamp more of its groups, {others}."
     raise ValueError(f"the structure, {where}, has {what}. {hint}")
+
+
+def _told(structure: Structure, loose: Array) -> str:
+    """Where and how the first of the motions without stiffness moves a node most.
+
+    A plate that meets the rest at one node turns about its own normal there, which it has no stiffness against.
+    """
+    moved = (structure.translation @ loose[:, 0]).reshape(-1, 3)
+    turned = (structure.rotation @ loose[:, 0]).reshape(-1, 3)
+    size = float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
+    far, turns = np.linalg.norm(moved, axis=1), np.linalg.norm(turned, axis=1) * size
+    how, amounts, ways = ("moves", far, moved) if far.max() >= turns.max() else ("turns", turns, turned)
+    node = int(amounts.argmax())
+    place = ", ".join(f"{x:.4g}" for x in structure.mesh.points[node])
+    way = ways[node] / np.linalg.norm(ways[node])
+    along = ", ".join(f"{round(float(x), 3) + 0.0:g}" for x in way)
+    return (
+        f" (the node at ({place}) {how} {'along' if how == 'moves' else 'about'} ({along}); where a plate meets the "
+        "rest at one node it turns about its own normal: let them share an edge)"
+    )
 
 
 def _parts(structure: Structure) -> int:

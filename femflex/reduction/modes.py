@@ -41,7 +41,9 @@ def fixed_modes(structure: Structure, held: Index, groups: tuple[str, ...], n: i
     free = free_dofs(structure, held)
     modes = lowest_modes(structure.K[free][:, free], structure.M[free][:, free], n)
     if modes.null.shape[1]:
-        refuse_unheld(structure, held, groups, modes.null.shape[1])
+        loose = np.zeros((structure.n_dof, modes.null.shape[1]))
+        loose[free] = modes.null
+        refuse_unheld(structure, held, groups, loose)
     phi = np.zeros((structure.n_dof, len(modes.omega)))
     phi[free] = modes.phi
     phi = signed(structure, phi)
@@ -70,7 +72,7 @@ def free_free_modes(structure: Structure, n: int) -> ModeSet:
     R = R[:, independent_columns(R)]
     n_null, n_rigid = modes.null.shape[1], R.shape[1]
     if n_null != n_rigid:
-        refuse_unheld(structure, np.zeros(0, np.int64), (), n_null)
+        refuse_unheld(structure, np.zeros(0, np.int64), (), modes.null)
     MR = structure.M @ R
     phi = modes.phi - R @ linalg.solve(R.T @ MR, MR.T @ modes.phi, assume_a="pos")
     phi = signed(structure, phi)

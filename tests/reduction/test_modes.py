@@ -22,7 +22,7 @@ from reduction_examples import (
 
 from femflex.fem import Member, build_structure
 from femflex.fem.sections import Tube
-from femflex.mesh.generators import line
+from femflex.mesh.generators import line, rectangle
 from femflex.reduction import ModeSet, cantilever_modes, free_free_modes, reduce_structure, rigid_set, with_attachment
 from femflex.reduction.modes import ritz
 from femflex.reduction.rigid import rigid_shapes
@@ -180,8 +180,21 @@ def test_a_mechanism_is_called_one():
     keep = np.ones(structure.n_dof)
     keep[twist] = 0.0
     loose = replace(structure, K=(structure.K.multiply(keep[:, None]).multiply(keep)).tocsr())
-    with pytest.raises(ValueError, match=r"has 3 motions without stiffness, of which 0 are rigid. It is a mechanism: "):
+    told = (
+        r"has 3 motions without stiffness, of which 0 are rigid. It is a mechanism \(the node at \(.*\) turns about \("
+    )
+    with pytest.raises(ValueError, match=told):
         cantilever_modes(loose, "start", 2)
+
+
+def test_a_plate_that_hangs_on_a_boom_by_one_node_is_told_where_it_is_loose():
+    """It has no stiffness against a turn about its own normal; two nodes hold it."""
+    boom, sheet = line([[-1.0, 0, 0], [0, 0, 0]], 2), rectangle(1.0, 0.6, 2, 2, "triangle")
+    members = [Member("line", "beam", Tube(0.02, 0.001), ALUMINIUM), Member("surface", "plate", 0.003, ALUMINIUM)]
+    structure = build_structure(boom.merged(sheet, tolerance=1e-6), members)
+    told = r"has 1 motion without stiffness, of which 0 are rigid. It is a mechanism \(the node at \(.*\) moves along"
+    with pytest.raises(ValueError, match=told):
+        cantilever_modes(structure, "start", 2)
 
 
 def test_more_modes_than_dofs_and_unknown_groups_are_refused():
