@@ -34,8 +34,15 @@ def skew(size, EIy):
     return np.array([0.0, EI, EIy]) * 3 * size / LENGTH**2 / np.sqrt(2)
 
 
-@pytest.mark.parametrize("build", [meshed, on_functions])
-@pytest.mark.parametrize("strain", ["condensed", "nonlinear"])
+@pytest.mark.parametrize(
+    ("build", "strain"),
+    [
+        (meshed, "condensed"),
+        pytest.param(meshed, "nonlinear", marks=pytest.mark.slow),
+        (on_functions, "condensed"),
+        (on_functions, "nonlinear"),
+    ],
+)
 def test_a_round_beam_bends_as_far_askew_as_in_a_plane_of_its_axes(build, strain):
     body, size = build(EI, 0.8 * EI, strain), 0.2
     straight, askew = (bent_tip(body, force) for force in (np.array([0, 0, 3 * EI * size / LENGTH**2]), skew(size, EI)))
@@ -44,7 +51,9 @@ def test_a_round_beam_bends_as_far_askew_as_in_a_plane_of_its_axes(build, strain
 
 
 @pytest.mark.parametrize("build", [meshed, on_functions])
-@pytest.mark.parametrize(("ratio", "GJ"), [(1, 0.8), (4, 0.8), (4, 1.5), (0.3, 0.5)])
+@pytest.mark.parametrize(
+    ("ratio", "GJ"), [(1, 0.8), (4, 0.8), pytest.param(4, 1.5, marks=pytest.mark.slow), (0.3, 0.5)]
+)
 def test_a_beam_bent_askew_lies_where_kirchhoffs_rod_does(build, ratio, GJ):
     """Uneven ones leave the plane of the load's linear answer; what is left falls at least as the square of the size.
 

@@ -119,6 +119,7 @@ def test_a_fold_is_passed_and_what_lies_behind_it_are_motions_too(shallow):
         np.testing.assert_allclose(end, start, atol=3e-3 * np.abs(start).max())
 
 
+@pytest.mark.slow
 def test_amplitudes_that_all_lie_in_the_tongue_are_refused_with_its_bounds(shallow):
     with pytest.raises(
         BackboneError, match=r"between amplitudes of 0\.0094.* and 0\.01.* m the motion is one of another"
