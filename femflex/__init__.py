@@ -3,15 +3,9 @@
 from __future__ import annotations
 
 from importlib import import_module
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from femflex.kernel_cache import drop_stale_kernels
-
 __version__ = "0.1.0"
-
-for _layer in ("dynamics", "integrate", "reduction"):  # before anything there is imported
-    drop_stale_kernels(Path(__file__).parent / _layer, Path(__file__).parent / "system")
 
 if TYPE_CHECKING:
     from femflex.body import FlexibleBody as FlexibleBody
@@ -24,6 +18,7 @@ if TYPE_CHECKING:
     from femflex.case.builders import build_system as build_system
     from femflex.dynamics import compile_system as compile_system
     from femflex.dynamics.equilibria.equilibrium import equilibrium as equilibrium
+    from femflex.dynamics.equilibria.system_modes import system_modes as system_modes
     from femflex.mesh import Mesh as Mesh
     from femflex.mesh import read_mesh as read_mesh
     from femflex.pipeline import run as run
@@ -62,6 +57,7 @@ _HOME = {
     "rigid_body": "body",
     "run": "pipeline",
     "save_body": "reduction",
+    "system_modes": "dynamics.equilibria.system_modes",
 }
 
 __all__ = [*sorted(_HOME), "__version__"]

@@ -1,34 +1,165 @@
-"""Keeps compiled kernels on disk honest.
+"""Compiled kernels on disk: one checked file per kernel, in a folder named by the digest of all kernel sources.
 
-Numba looks only at the file of the function it has cached, not at the files of what that function calls. So a folder of
-kernels is stamped with a digest of all its sources, and its cached kernels are dropped when the stamp no longer fits:
-after an upgrade in place, or an edit.
+An edited source, another version or another processor leads to another name, so a stored kernel is never out of date.
+A file whose checksum is wrong is compiled anew and replaced. Files are moved into place whole, so processes that
+compile at the same time do not disturb each other.
+
+Kernels are stored in the first of these folders that can be written, and read from any of them: NUMBA_CACHE_DIR, the
+installed package, the user's cache folder.
 """
 
 from __future__ import annotations
 
 import contextlib
 import hashlib
+import os
+import pickle
+import shutil
+import uuid
+import warnings
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
-STAMP = "kernels.digest"
+import numba
+import numba.core.caching
+import numba.core.compiler
+import numba.core.serialize
+
+from femflex.kernel_digest import PACKAGE, kernel_digest, sources_digest
+from femflex.warning import CacheWarning
+
+CHECKSUM_BYTES = 32
+KEPT = 8  # folders of kernels, the last used ones: other versions in the same place, and sources being edited
+
+_njit: Any = numba.njit
+_config: Any = numba.config
+_Cache: Any = numba.core.caching._Cache  # numba's own annotations do not cover these
+_CompileResult: Any = numba.core.compiler.CompileResult
+_serialize: Any = numba.core.serialize
 
 
-def drop_stale_kernels(folder: Path, *others: Path) -> None:
-    """Delete the kernels that Numba keeps below a package folder when any source there has changed since.
+def stored(signature: Any, **options: Any) -> Callable[[Any], Any]:
+    """Decorator like `numba.njit` of one signature, with the machine code read from disk or written there.
 
-    others: folders whose numbers are compiled in.
-
-    A folder that cannot be written is left alone: Numba then keeps its kernels elsewhere, by path and content.
+    With the compiler off the plain function is returned.
     """
-    sources = [path for below in (folder, *others) for path in sorted(below.rglob("*.py"))]
-    digest = hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
-    cache = folder / "__pycache__"
-    stamp = cache / STAMP
-    if stamp.exists() and stamp.read_text() == digest:
-        return
+
+    def compiled(function: Any) -> Any:
+        dispatcher = _njit(**options)(function)
+        if dispatcher is not function:
+            dispatcher._cache = KernelCache(function)
+            dispatcher.compile(signature)
+            dispatcher.disable_compile()
+        return dispatcher
+
+    return compiled
+
+
+def cache_folders() -> list[Path]:
+    """Folders where kernels may lie, the preferred one first; they need not exist."""
+    found = [Path(_config.CACHE_DIR) / "femflex"] if _config.CACHE_DIR else []
+    found.append(PACKAGE / "__pycache__" / "kernels")
+    with contextlib.suppress(RuntimeError):  # no home
+        found.append(Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "femflex" / "kernels")
+    return [folder.absolute() / sources_digest() for folder in found]
+
+
+class KernelCache(_Cache):  # type: ignore[misc]
+    """What Numba asks for the machine code of one function, and hands it over to."""
+
+    def __init__(self, function: Any) -> None:
+        if function.__closure__:
+            raise ValueError(
+                f"kernel {function.__qualname__} has a closure, so it cannot be stored; define it in a module"
+            )
+        self._function = function
+
+    @property
+    def cache_path(self) -> str:
+        """The preferred folder."""
+        return str(cache_folders()[0])
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """The stored machine code for a signature, None where there is none or it is damaged."""
+        target_context.refresh()
+        name = self._name(sig, target_context.codegen())
+        for folder in cache_folders():
+            with contextlib.suppress(OSError):
+                content = (folder / name).read_bytes()
+                if _checksum(content[CHECKSUM_BYTES:]) == content[:CHECKSUM_BYTES]:
+                    found = _CompileResult._rebuild(target_context, *pickle.loads(content[CHECKSUM_BYTES:]))
+                    _mark_used(folder)
+                    return found
+        return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Store the machine code for a signature where that is possible; otherwise warn, once."""
+        if data.library.has_dynamic_globals:
+            raise ValueError(
+                f"kernel {self._function.__qualname__} holds addresses of this process; it cannot be stored"
+            )
+        payload = _serialize.dumps(data._reduce())
+        content, name, folders = _checksum(payload) + payload, self._name(sig, data.codegen), cache_folders()
+        if not any(_written(folder / name, content) for folder in folders):
+            _warn_not_stored(folders)
+
+    def enable(self) -> None:
+        """It always is."""
+
+    def disable(self) -> None:
+        """It never is."""
+
+    def flush(self) -> None:
+        """Files are replaced when the code is compiled again."""
+
+    def _name(self, sig: Any, codegen: Any) -> str:
+        digest = kernel_digest(self._function, sig, codegen.magic_tuple())
+        return f"{self._function.__module__}.{self._function.__qualname__}-{digest}.kernel"
+
+
+def _checksum(payload: bytes) -> bytes:
+    return hashlib.sha256(payload).digest()
+
+
+def _written(path: Path, content: bytes) -> bool:
+    """Whether the file could be written, and moved into place whole."""
+    draft = path.with_name(f"{path.name}.{uuid.uuid4().hex}")
+    try:
+        if not path.parent.is_dir():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            _prune(path.parent.parent)
+        draft.write_bytes(content)
+        os.replace(draft, path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            draft.unlink(missing_ok=True)
+        return False
+    return True
+
+
+def _prune(parent: Path) -> None:
+    """Delete folders of kernels except those used last."""
     with contextlib.suppress(OSError):
-        for index in folder.rglob("*.nbi"):
-            index.unlink()
-        cache.mkdir(exist_ok=True)
-        stamp.write_text(digest)
+        found = sorted((folder for folder in parent.iterdir() if folder.is_dir()), key=lambda f: f.stat().st_mtime)
+        for folder in found[:-KEPT]:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _mark_used(folder: Path) -> None:
+    with contextlib.suppress(OSError):
+        os.utime(folder)
+
+
+_warned: list[str] = []
+
+
+def _warn_not_stored(folders: list[Path]) -> None:
+    if _warned:
+        return
+    places = ", ".join(str(folder.parent) for folder in folders)
+    _warned.append(
+        f"compiled kernels cannot be stored: {places} cannot be written; each start compiles them again, which takes "
+        f"about a minute; set NUMBA_CACHE_DIR to a folder that you can write"
+    )
+    warnings.warn(_warned[0], CacheWarning, stacklevel=2)

@@ -9,6 +9,9 @@ from pathlib import Path
 import pytest
 from small_craft import BOOM, CRAFT
 
+# doctest would import every conftest.py as a module of that one name
+collect_ignore_glob = ["*conftest.py"]
+
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 os.environ.setdefault("PYVISTA_OFF_SCREEN", "true")

@@ -10,7 +10,7 @@ EA = 1e6
 EIy = 10.0
 EIz = 10.0
 GJ = 30.0
-functions = { y = 1, z = 1 }
+functions = { y = 1, z = 1, joints = [] }
 initial = { amplitudes = [0.02] }
 """
 HEAD = """

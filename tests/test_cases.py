@@ -9,7 +9,8 @@ import pytest
 
 import femflex
 from femflex.case import read_case
-from femflex.case.verdicts import judged, judged_diagram
+from femflex.case.verdicts import expects_modes, judged, judged_diagram, judged_modes
+from femflex.pipeline.balanced import case_modes
 from femflex.studies.campbell import case_campbell
 
 CASES = sorted((Path(__file__).resolve().parents[1] / "cases").glob("*.toml"))
@@ -35,6 +36,8 @@ def test_a_shipped_case_meets_its_expectations(path: Path, tmp_path: Path):
         verdicts = judged(case, run)
     if case.campbell is not None:
         verdicts += judged_diagram(case, case_campbell(case))
+    if expects_modes(case):
+        verdicts += judged_modes(case, case_modes(case))
     assert all(verdict.holds for verdict in verdicts), "\n".join(map(str, verdicts))
 
 

@@ -100,7 +100,7 @@ def test_a_rigid_craft_keeps_them_to_ten_digits_for_a_hundred_seconds(tmp_path):
     [
         ("torque = [0, 0, 1e7]", r"base-hub\.omega_z is .* rad/s, beyond 100000 rad/s"),
         (
-            "force = [[0, 0, 0], [0, 1e200, 0]]\ntimes = [0, 1e4]",
+            "force = [[0, 0, 0], [0, 1e30, 0]]\ntimes = [0, 1e4]",
             r"base-hub\.slide\d_rate is .* m/s, beyond 3e\+06",
         ),
     ],

@@ -1,5 +1,6 @@
 """The house in order: formatting, lint, types, and what stands at the top level."""
 
+import ast
 import subprocess
 import sys
 from pathlib import Path
@@ -10,8 +11,8 @@ TOP = Path(__file__).resolve().parents[1]
 KNOWN = {"pyproject.toml", "femflex", "meshes", "tests", "cases", "README.md", "LICENSE", ".gitignore", ".ci"}
 
 
-def tool(*words: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-m", *words], cwd=TOP, capture_output=True, text=True, check=False)
+def tool(*words: str, folder: Path = TOP) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-m", *words], cwd=folder, capture_output=True, text=True, check=False)
 
 
 def test_top_level_holds_what_it_should_and_nothing_else():
@@ -36,3 +37,20 @@ def test_every_test_module_has_a_name_of_its_own():
     """pytest takes modules of one name in two folders for one, and collects neither."""
     names = [path.name for path in (TOP / "tests").rglob("*.py") if path.name != "conftest.py"]
     assert sorted(names) == sorted(set(names))
+
+
+def test_test_modules_take_from_their_own_folder_or_from_the_top_one():
+    """So that any file, any folder and any two of them can be run alone."""
+    tests = TOP / "tests"
+    homes = {path.stem: path.parent for path in tests.rglob("*.py")}
+    for path in tests.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module in homes:
+                assert homes[node.module] in (path.parent, tests), f"{path} takes from {node.module}"
+
+
+@pytest.mark.parametrize("folders", [("view", "studies"), ("studies", "view")], ids="+".join)
+def test_two_folders_with_a_conftest_each_are_collected_together_from_anywhere(folders, tmp_path):
+    words = ["--collect-only", "-q", "-p", "no:cacheprovider", f"--ignore-glob={TOP}/tests/*/test_*.py"]
+    found = tool("pytest", *(str(TOP / "tests" / name) for name in folders), *words, folder=tmp_path)
+    assert found.returncode == pytest.ExitCode.NO_TESTS_COLLECTED, found.stdout

@@ -1,33 +1,256 @@
-"""Kernels on disk are dropped when a source they were compiled from has changed."""
+"""Stored kernels: never out of date, rebuilt when damaged, done without where nothing can be written."""
 
-from femflex.kernel_cache import drop_stale_kernels
+import ast
+import os
+import shutil
+import subprocess
+import sys
+import warnings
+
+import pytest
+
+from femflex import kernel_cache, kernel_digest
+from femflex.cli.verb import verb
+from femflex.warning import CacheWarning
+
+PACKAGE = kernel_digest.PACKAGE
+TOP = PACKAGE.parent
+COMPILED = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT", "0") == "1", reason="the compiler is off")
+
+KERNEL = """
+from femflex.integrate.compiled import REAL, kernel
+from femflex.integrate.callee import FACTOR, scaled
+
+@kernel(REAL(REAL))
+def probe(x):
+    return scaled(x) + FACTOR
+
+@kernel(REAL(REAL))
+def second_probe(x):
+    return scaled(x) - FACTOR
+"""
+CALLEE = """
+from femflex.integrate.compiled import part
+
+FACTOR = 1.0
+
+@part
+def scaled(x):
+    return 2.0 * x
+"""
+CALL = """
+from femflex.integrate.probe import probe, second_probe
+loaded = sum(sum(kernel.stats.cache_hits.values()) for kernel in (probe, second_probe))
+print(probe(3.0), second_probe(3.0), loaded)
+"""
 
 
-def test_kernels_are_dropped_when_a_source_changes_and_kept_otherwise(tmp_path):
-    (tmp_path / "inner.py").write_text("a = 1\n")
-    cache = tmp_path / "__pycache__"
-    drop_stale_kernels(tmp_path)
-    kernel = cache / "entry.f-1.py311.nbi"
-    kernel.write_text("compiled")
-    drop_stale_kernels(tmp_path)
-    assert kernel.exists()
-    (tmp_path / "inner.py").write_text("a = 2\n")
-    drop_stale_kernels(tmp_path)
-    assert not kernel.exists()
+@pytest.fixture
+def package(tmp_path):
+    """A copy of femflex with a kernel whose callee and constant are in another file."""
+    place = tmp_path / "site" / "femflex"
+    shutil.copytree(PACKAGE, place, ignore=shutil.ignore_patterns("__pycache__"))
+    (place / "integrate" / "probe.py").write_text(KERNEL)
+    (place / "integrate" / "callee.py").write_text(CALLEE)
+    return place
 
 
-def test_kernels_go_with_the_numbers_compiled_into_them_and_with_rooms_below(tmp_path):
-    kernels, numbers = tmp_path / "dynamics", tmp_path / "system"
-    (kernels / "joints").mkdir(parents=True)
-    numbers.mkdir()
-    for source in (kernels / "joints" / "laws.py", numbers / "law.py"):
-        source.write_text("a = 1\n")
-        drop_stale_kernels(kernels, numbers)
-        kernel = kernels / "joints" / "__pycache__" / "laws.f-1.py311.nbi"
-        kernel.parent.mkdir(exist_ok=True)
-        kernel.write_text("compiled")
-        drop_stale_kernels(kernels, numbers)
-        assert kernel.exists()
-        source.write_text("a = 2\n")
-        drop_stale_kernels(kernels, numbers)
-        assert not kernel.exists()
+def environment(package, **changes):
+    """Environment of a process that uses this copy and stores kernels there, or as the changes say."""
+    own = {key: value for key, value in os.environ.items() if not key.startswith(("NUMBA_", "XDG_"))}
+    return {**own, "PYTHONPATH": str(package.parent), "HOME": str(package.parent / "home"), **changes}
+
+
+def answer(package, *words, **changes):
+    """What a process of its own prints: the words after python, or the call of both kernels."""
+    done = subprocess.run(
+        [sys.executable, *(words or ("-c", CALL))],
+        env=environment(package, **changes),
+        cwd=package.parent,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return done.stdout.split(), done.stderr
+
+
+def stored_files(folder):
+    return sorted(folder.rglob("*probe*.kernel"))
+
+
+@COMPILED
+@pytest.mark.parametrize("place", ["the package", "NUMBA_CACHE_DIR", "the home folder"])
+def test_an_edited_callee_and_constant_give_the_new_numbers(package, tmp_path, place):
+    changes = {"NUMBA_CACHE_DIR": str(tmp_path / "cache")} if place == "NUMBA_CACHE_DIR" else {}
+    if place == "the home folder":
+        (package / "__pycache__").mkdir()
+        (package / "__pycache__" / "kernels").write_text("in the way")
+    assert answer(package, **changes) == (["7.0", "5.0", "0"], "")
+    assert answer(package, **changes) == (["7.0", "5.0", "2"], "")
+    callee = package / "integrate" / "callee.py"
+    callee.write_text(CALLEE.replace("2.0 * x", "5.0 * x").replace("1.0", "0.5"))
+    assert answer(package, **changes)[0] == ["15.5", "14.5", "0"]
+    expected = {
+        "NUMBA_CACHE_DIR": tmp_path / "cache",
+        "the package": package,
+        "the home folder": tmp_path / "site/home",
+    }
+    assert len(stored_files(expected[place])) == 4 == len(stored_files(tmp_path))
+
+
+def cut(content):
+    return content[: len(content) // 2]
+
+
+def flipped(content):
+    middle = len(content) // 2
+    return content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :]
+
+
+@COMPILED
+@pytest.mark.parametrize("damage", [cut, flipped, lambda content: b"", lambda content: os.urandom(len(content))])
+def test_a_damaged_kernel_is_compiled_again_and_replaced(package, damage):
+    answer(package)
+    first, second = stored_files(package)
+    whole = first.read_bytes()
+    first.write_bytes(damage(whole))
+    assert answer(package) == (["7.0", "5.0", "1"], "")
+    assert answer(package) == (["7.0", "5.0", "2"], "")
+    assert stored_files(package) == [first, second]
+
+
+@COMPILED
+def test_without_a_place_to_write_kernels_are_compiled_with_one_sentence(package, tmp_path):
+    blocked = tmp_path / "blocked"
+    blocked.write_text("a file, so that no folder can be made below it, whoever the user is")
+    (package / "__pycache__").mkdir()
+    (package / "__pycache__" / "kernels").write_text("in the way")
+    places = {"NUMBA_CACHE_DIR": str(blocked), "XDG_CACHE_HOME": str(blocked)}
+    printed, err = answer(package, "-W", "always::UserWarning", "-c", CALL, **places)
+    assert printed == ["7.0", "5.0", "0"]
+    assert err.count("compiled kernels cannot be stored") == 1
+    assert f"{blocked / 'femflex'}, {package / '__pycache__' / 'kernels'}, " in err
+    assert "set NUMBA_CACHE_DIR to a folder that you can write" in err
+
+
+@COMPILED
+def test_a_full_or_missing_first_folder_is_passed_over(package, tmp_path):
+    (tmp_path / "file").write_text("")
+    assert answer(package, NUMBA_CACHE_DIR=str(tmp_path / "file")) == (["7.0", "5.0", "0"], "")
+    assert len(stored_files(package)) == 2  # in the next folder
+    assert answer(package, NUMBA_CACHE_DIR=str(tmp_path / "new")) == (["7.0", "5.0", "2"], "")  # read from there
+
+
+@COMPILED
+def test_processes_that_compile_at_the_same_time_agree(package):
+    command = [sys.executable, "-c", CALL]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    both = [subprocess.Popen(command, env=environment(package), cwd=package.parent, **pipes) for _ in range(3)]
+    for process in both:
+        printed, err = process.communicate(timeout=300)
+        assert (printed.split()[:2], err) == (["7.0", "5.0"], "")
+    assert answer(package)[0] == ["7.0", "5.0", "2"]
+    assert {path.suffix for path in stored_files(package)[0].parent.iterdir()} == {".kernel"}  # no drafts left
+
+
+@COMPILED
+def test_another_processor_has_its_own_kernels(package):
+    assert answer(package)[0][2] == "0"
+    assert answer(package, NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="")[0] == ["7.0", "5.0", "0"]
+    assert answer(package, NUMBA_CPU_NAME="generic", NUMBA_CPU_FEATURES="")[0] == ["7.0", "5.0", "2"]
+    assert answer(package)[0] == ["7.0", "5.0", "2"]
+
+
+def test_only_the_folders_used_last_are_kept(tmp_path):
+    for age in range(12):
+        old = tmp_path / f"version{age}"
+        old.mkdir()
+        os.utime(old, (1e9 - age, 1e9 - age))
+    assert kernel_cache._written(tmp_path / "now" / "a.kernel", b"code")
+    left = {path.name for path in tmp_path.iterdir()}
+    assert left == {"now", *(f"version{age}" for age in range(kernel_cache.KEPT - 1))}
+
+
+def test_the_command_line_prints_the_sentence_once(capsys):
+    @verb("femflex probe")
+    def probe():
+        for _ in range(2):
+            warnings.warn("compiled kernels cannot be stored", CacheWarning, stacklevel=2)
+
+    with warnings.catch_warnings():
+        probe()
+    assert capsys.readouterr().err == "femflex: warning: compiled kernels cannot be stored\n"
+
+
+def digest_of(package, monkeypatch):
+    monkeypatch.setattr(kernel_digest, "PACKAGE", package)
+    kernel_digest.sources_digest.cache_clear()
+    return kernel_digest.sources_digest()
+
+
+def test_the_digest_changes_with_every_source_and_version(package, monkeypatch):
+    kernel_digest.sources_digest()
+    seen = {digest_of(package, monkeypatch)}
+    edited = ["dynamics/lowering/layout.py", "system/joint.py", "integrate/callee.py", "reduction/strain_kernel.py"]
+    for name in [*edited, "dynamics/arithmetic/new.py"]:
+        with open(package / name, "a") as file:
+            file.write("# edited\n")
+        seen.add(digest_of(package, monkeypatch))
+    (package / "dynamics/arithmetic/new.py").rename(package / "dynamics/arithmetic/newer.py")
+    seen.add(digest_of(package, monkeypatch))
+    for library in ("numba", "llvmlite", "np"):
+        monkeypatch.setattr(getattr(kernel_digest, library), "__version__", "0.0")
+        seen.add(digest_of(package, monkeypatch))
+    assert len(seen) == 1 + 5 + 1 + 3
+    (package / "cli" / "run.py").write_text("# holds no kernel\n")
+    assert digest_of(package, monkeypatch) in seen
+    monkeypatch.undo()
+    kernel_digest.sources_digest.cache_clear()
+
+
+def imports_at_module_level(file):
+    """Modules of femflex that a file imports before anything of it is called; those for types alone left out."""
+    todo = list(ast.parse(file.read_text()).body)
+    while todo:
+        node = todo.pop()
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("femflex"):
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            todo.extend(node.orelse)
+        elif not isinstance(node, ast.FunctionDef):
+            todo.extend(child for child in ast.iter_child_nodes(node) if isinstance(child, ast.stmt))
+
+
+def file_of(name):
+    """The file of a module, or of the module that holds a name."""
+    path = PACKAGE.parent.joinpath(*name.split("."))
+    for place in (path, path.parent):
+        if place.with_suffix(".py").is_file():
+            return place.with_suffix(".py")
+        if (place / "__init__.py").is_file():
+            return place / "__init__.py"
+    raise AssertionError(name)
+
+
+def test_kernels_are_compiled_from_sources_in_the_digest_alone():
+    sources = set(kernel_digest.source_files())
+    for file in PACKAGE.rglob("*.py"):
+        text = file.read_text()
+        if "njit" in text or "import kernel\n" in text or "kernel_cache import" in text:
+            assert file in sources, f"{file} compiles functions that the digest does not hold"
+    for file in sources:
+        for name in imports_at_module_level(file):
+            assert file_of(name) in {*sources, PACKAGE / "__init__.py"}, f"{file} imports {name}"
+
+
+@COMPILED
+@pytest.mark.slow
+def test_a_run_without_a_place_to_write_gives_the_answer_and_the_sentence(package, tmp_path, write_case):
+    case, blocked = write_case(), tmp_path / "blocked"
+    blocked.write_text("")
+    (package / "__pycache__").mkdir()
+    (package / "__pycache__" / "kernels").write_text("in the way")
+    places = {"NUMBA_CACHE_DIR": str(blocked), "XDG_CACHE_HOME": str(blocked)}
+    for words in (["check", str(case)], ["run", str(case), "-o", str(tmp_path / "run.h5")]):
+        _, err = answer(package, "-m", "femflex", *words, **places)
+        assert err.count("femflex: warning: compiled kernels cannot be stored") == 1

@@ -37,7 +37,7 @@ def check_invariants(channels, model, tolerance):
 
 
 @pytest.mark.parametrize("name", LARGE)
-@pytest.mark.parametrize("method", [Dop853(rtol=1e-10), Esdirk4(rtol=1e-6)], ids=["dop853", "esdirk4"])
+@pytest.mark.parametrize("method", [Dop853(rtol=1e-11, atol=1e-12), Esdirk4(rtol=1e-6)], ids=["dop853", "esdirk4"])
 def test_a_large_system_keeps_energy_and_momenta(name, method, tmp_path):
     model = model_of(LARGE[name], tmp_path)
     times = np.linspace(0.0, 0.1, 5)
@@ -96,7 +96,7 @@ def test_the_highest_frequency_without_the_matrix_is_that_of_the_matrix(tmp_path
 
 
 def test_bodies_alike_are_built_once(tmp_path):
-    text = large_systems.star(3).replace("functions = { y = 1, z = 1 }", "functions = { y = 2, z = 1 }", 1)
+    text = large_systems.star(3).replace("y = 1, z = 1", "y = 2, z = 1", 1)
     bodies = build_system(parse_case(text, tmp_path / "star.toml")).bodies
     assert bodies["boom1"].moments is bodies["boom2"].moments  # what is said of their strain may differ
     assert bodies["boom0"].n_modes == 3 and bodies["boom1"].n_modes == 2

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body.burden import Bearing
+from femflex.body.enriched import Enrichment
 from femflex.body.foreshortening import Foreshortening
 from femflex.body.marker import Marker
 from femflex.body.moments import MassMoments
@@ -29,8 +30,9 @@ class FlexibleBody:
     damping  (n, n)  elastic damping matrix [1/s for mass-normalised shapes]
     markers  name -> Marker over all shapes; "origin" is always there
     skin     Skin over all shapes, or None for a body that cannot be drawn
-    kinds    one word per shape: vibration, constraint, attachment, free-free, derivative, admissible, nodal; of what
-             follows beside coordinates that stretch: section, remainder (what they do not hold of the stretch)
+    kinds    one word per shape: vibration, constraint, attachment, free-free, derivative, admissible, nodal; of slaved
+             ones also carried (the coordinates' own shapes, `condense`); of what follows beside coordinates that
+             stretch: section, remainder (what they do not hold of the stretch)
     omega    natural frequency of each shape where it means something, else nan [rad/s]
     slaves   (n_s, n, n)  A_s, symmetric: the last n_s shapes follow the first n, y_s = 1/2 delta.A_s delta
              (condensed form, THEORY section 3; sections of beams that turn); none where all are coordinates
@@ -42,6 +44,7 @@ class FlexibleBody:
               [m]: 1 where it rises by more than a displacement [m] that is given; None where that is not known
     hardening  tells what stretching adds to the force on the lowest shape bent by 1 m, over its linear one [1/m^2];
               None where that is not known
+    enrichment  makes the body in a richer set, to judge its own by; None where its structure is not known
     """
 
     moments: MassMoments
@@ -58,6 +61,7 @@ class FlexibleBody:
     buckling: Bearing | None = None
     softening: Callable[[float], tuple[float, float]] | None = None
     hardening: Callable[[], float] | None = None
+    enrichment: Enrichment | None = None
 
     def __post_init__(self) -> None:
         n, n_shapes = self.n_modes, self.n_shapes

@@ -20,6 +20,8 @@ class Marker:
     orientation (3, 3)  C_BM: turns marker components into body components, undeformed
     axis        (3,)    unit vector along the beam whose section it is, where psi delta is (twist, sines of the slopes);
                         zero where psi delta is the rotation vector itself
+    stretch     (3, 4, 3)  static displacement of the place by stretch that no coordinate holds, in fields z_a e_b of
+                        force per mass on the body, z = (1, position) [s^2 | s^2 m]
     """
 
     position: Array
@@ -27,6 +29,7 @@ class Marker:
     psi: Array
     orientation: Array = field(default_factory=lambda: np.eye(3))
     axis: Array = field(default_factory=lambda: np.zeros(3))
+    stretch: Array = field(default_factory=lambda: np.zeros((3, 4, 3)))
 
     @classmethod
     def rigid(cls, position: Array, orientation: Array | None = None, n_modes: int = 0) -> Marker:

@@ -34,6 +34,7 @@ ARRAYS = {  # name -> (description, units); those of rows hold for mass-normalis
     "quadratic": ("quadratic strain, eps = linear g + 1/2 g.quadratic g", "1"),
     "elastic": ("elastic matrix, of every point or of all", "N | N m | N m^2 | N/m | N/m^2"),
     "stress": ("initial stress, of every point or of all", "N | N m | N/m | N/m^2"),
+    "first": ("part of the amplitudes that is of first order in the energy", "1"),
 }
 
 
@@ -47,8 +48,9 @@ class StrainPart:
     rows       (p, g, n)    generalised gradients per shape, in single precision
     linear     (s, g);  quadratic  (s, g, g)
     elastic    (1|p, s, s);  stress  (1|p, s)  the initial one
-    leading    how many shapes, from the first, are of first order; those that follow (condensed bodies) are of second,
-               and products of two of them are left out, as they are of the energy
+    first      (n, n)       the part of first order of the amplitudes; the rest is of second (stretch of condensed
+                            bodies, and shapes that follow), and products of two of the second are left out, as they
+                            are of the energy
     nonlinear  whether the body's strain keeps the quadratic part; else it meets the initial stress alone
     per        points of each element, which follow each other; 1 where every point stands alone
 
@@ -64,7 +66,7 @@ class StrainPart:
     quadratic: Array
     elastic: Array
     stress: Array
-    leading: int
+    first: Array
     nonlinear: bool
     per: int = 1
 
@@ -75,34 +77,34 @@ class StrainPart:
 
     def strains(self, y: Array) -> Array:
         """Strains (t, p, s) at amplitudes (t, n) of all shapes."""
-        linear = self._gradients(y, None) @ self.linear.T
+        linear = self._gradients(y) @ self.linear.T
         return linear + self._quadratic(y) if self.nonlinear else linear
 
     def energy(self, y: Array) -> Array:
         """Strain energy per length, area or volume (t, p), zero at rest: sigma0.eps + 1/2 eps.C eps."""
-        linear, quadratic = self._gradients(y, None) @ self.linear.T, self._quadratic(y)
+        linear, quadratic = self._gradients(y) @ self.linear.T, self._quadratic(y)
         eps = linear + quadratic if self.nonlinear else linear
         stored = np.einsum("tps,tps->tp", eps, np.matmul(eps[:, :, None], self.elastic)[:, :, 0]) / 2
         return np.asarray(stored + np.sum(self.stress * (linear + quadratic), axis=2))
 
-    def mixed(self, X: Array, leading: int) -> StrainPart:
-        """The same over the shapes phi X, X (n, m), of which the first `leading` are of first order."""
-        return replace(self, rows=(self.rows @ X).astype(np.float32), leading=leading)
+    def mixed(self, X: Array, first: Array) -> StrainPart:
+        """The same over the shapes phi X, X (n, m), first (m, m) of which are of first order."""
+        return replace(self, rows=(self.rows @ X).astype(np.float32), first=first)
 
     def over(self, shapes: NDArray[np.int64]) -> StrainPart:
         """The same over those shapes alone."""
-        return replace(self, rows=self.rows[:, :, shapes], leading=int(np.count_nonzero(shapes < self.leading)))
+        return replace(self, rows=self.rows[:, :, shapes], first=self.first[np.ix_(shapes, shapes)])
 
-    def _gradients(self, y: Array, shapes: int | None) -> Array:
+    def _gradients(self, y: Array) -> Array:
         p, g, n = self.rows.shape
-        y = np.asarray(y, float).reshape(-1, n)[:, :shapes]
-        return np.asarray((y @ self.rows.reshape(-1, n)[:, :shapes].T.astype(float)).reshape(len(y), p, g))
+        y = np.asarray(y, float).reshape(-1, n)
+        return np.asarray((y @ self.rows.reshape(-1, n).T.astype(float)).reshape(len(y), p, g))
 
     def _quadratic(self, y: Array) -> Array:
         if not self.quadratic.any():
             return np.zeros((1, 1, len(self.linear)))
-        g = self._gradients(y, self.leading)
-        other = 2 * self._gradients(y, None) - g  # twice what follows: products with it are of third order
+        g = self._gradients(np.asarray(y, float).reshape(-1, len(self.first)) @ self.first.T)
+        other = 2 * self._gradients(y) - g  # twice what is of second order: products with it are of third
         out = np.zeros((*g.shape[:2], len(self.linear)))
         for s, i, j in zip(*np.nonzero(self.quadratic), strict=True):
             out[:, :, s] += self.quadratic[s, i, j] / 2 * g[:, :, i] * other[:, :, j]
@@ -113,8 +115,7 @@ def write_field(group: h5py.Group, field: Sequence[StrainPart]) -> None:
     """Write every part as a group of its own, by number."""
     for number, part in enumerate(field):
         own = group.create_group(f"strain_field/{number}")
-        own.attrs["kind"], own.attrs["nonlinear"], own.attrs["leading"] = part.kind, part.nonlinear, part.leading
-        own.attrs["per"] = part.per
+        own.attrs["kind"], own.attrs["nonlinear"], own.attrs["per"] = part.kind, part.nonlinear, part.per
         for name in ARRAYS:
             own[name] = getattr(part, name)
             own[name].attrs["description"], own[name].attrs["units"] = ARRAYS[name]
@@ -129,10 +130,18 @@ def read_field(group: h5py.Group) -> tuple[StrainPart, ...]:
     return tuple(
         StrainPart(
             kind=str(own.attrs["kind"]),
-            leading=int(own.attrs["leading"]),
             nonlinear=bool(own.attrs["nonlinear"]),
             per=int(own.attrs.get("per", 1)),
-            **{name: own[name][()] for name in ARRAYS},
+            first=_first_order(own),
+            **{name: own[name][()] for name in ARRAYS if name != "first"},
         )
         for own in numbered
     )
+
+
+def _first_order(own: Any) -> Array:
+    """`first` of a part; files of femflex before it have the number of shapes of first order, the first ones."""
+    if "first" in own:
+        return np.asarray(own["first"][()], float)
+    n = own["rows"].shape[2]
+    return np.diag((np.arange(n) < int(own.attrs["leading"])).astype(float))

@@ -10,8 +10,10 @@ from pydantic import BaseModel, ConfigDict, StringConstraints
 from pydantic_core import PydanticCustomError
 
 from femflex.case.values import Angles, Matrix, Quantity, ValueProblem, _Readable, shown
+from femflex.system.names import PATTERN
 
-Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_-]+$")]  # becomes a path in the result file
+Name = Annotated[str, StringConstraints(pattern=rf"^{PATTERN}$")]  # becomes a path in the result file
+NameOrNone = Annotated[str, StringConstraints(pattern=rf"^({PATTERN})?$")]
 
 
 class Table(BaseModel):
@@ -95,7 +97,7 @@ def _orthonormal(rows: Matrix) -> Matrix:
 def _turned(sequence: Any, angles: Any) -> Matrix:
     from femflex.rotations import NAMED_SEQUENCES, dcm_from_angles
 
-    if sequence not in NAMED_SEQUENCES:
+    if not isinstance(sequence, str) or sequence not in NAMED_SEQUENCES:
         raise ValueProblem(f"found sequence {shown(sequence)}; known are {', '.join(NAMED_SEQUENCES)}")
     return _rows(dcm_from_angles(Quantity("rad", (3,)).read(angles), sequence))
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import csv
+import os
 import re
 from pathlib import Path
 
 from femflex.case.units import to_si
+from femflex.case.values import ValueProblem, check_magnitude
 
 
 def column_of(path: Path, column: str, unit: str) -> tuple[list[float], list[float]]:
@@ -14,10 +16,9 @@ def column_of(path: Path, column: str, unit: str) -> tuple[list[float], list[flo
 
     Raises ValueError naming the line and column of what cannot be read.
     """
-    if not path.is_file():
+    if not os.path.isfile(path):  # not of a name too long, either
         raise ValueError(f"found file {path.name!r}, which does not exist beside the case; names are relative to it")
-    with open(path, newline="", encoding="utf-8") as file:
-        rows = [(k, row) for k, row in enumerate(csv.reader(file), start=1) if row and not row[0].startswith("#")]
+    rows = csv_rows(path)
     heads = [re.fullmatch(r"\s*(\w+)\s*(?:[\[(](.*)[\])])?\s*", cell) for cell in (rows[0][1] if rows else [])]
     names = [head[1] if head else "" for head in heads]
     for wanted in ("time", column):
@@ -32,9 +33,32 @@ def column_of(path: Path, column: str, unit: str) -> tuple[list[float], list[flo
     return out[0], out[1]
 
 
-def _number(row: list[str], j: int, line: int, name: str, file: str) -> float:
+def csv_rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Line numbers and cells of the lines of a CSV file that are neither empty nor comments.
+
+    Raises ValueError for a file that is no text.
+    """
     try:
-        return float(row[j])
-    except (ValueError, IndexError):
-        found = row[j].strip() if j < len(row) else ""
-        raise ValueError(f"line {line} of {file} has {found!r} for {name}; expected a number") from None
+        with open(path, newline="", encoding="utf-8-sig") as file:
+            rows = list(enumerate(csv.reader(file), start=1))
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ValueError(f"{path.name} is no CSV file in UTF-8 ({error})") from None
+    return [(k, row) for k, row in rows if row and not row[0].lstrip().startswith("#")]
+
+
+def finite(text: str, name: str, line: int, file: str) -> float:
+    """The finite number in a cell of the column of that name; ValueError with the line for anything else."""
+    try:
+        number = float(text)
+    except ValueError:
+        raise ValueError(f"line {line} of {file} has {text.strip()[:60]!r} for {name}; expected a number") from None
+    try:
+        check_magnitude(number)
+    except ValueProblem as problem:
+        allowed = str(problem).partition("; ")[2]
+        raise ValueError(f"line {line} of {file} has {text.strip()[:60]} for {name}; {allowed}") from None
+    return number
+
+
+def _number(row: list[str], j: int, line: int, name: str, file: str) -> float:
+    return finite(row[j] if j < len(row) else "", name, line, file)

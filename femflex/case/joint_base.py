@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import model_validator
 
-from femflex.case.base import Table, refuse
+from femflex.case.base import NameOrNone, Table, refuse
 from femflex.case.law import Laws, read_laws
 from femflex.case.motion import Motion
 from femflex.case.values import Quantity, ValueProblem
@@ -31,7 +31,7 @@ class JointTable(Table):
     """The body it hangs from; none: the base frame of [attitude]."""
     child_marker: str = "origin"
     parent_marker: str = "origin"
-    name: str = ""
+    name: NameOrNone = ""
     """Left out: "parent-child"."""
     play: Annotated[float, Quantity("m", least=0.0)] = 0.0
     """Of a loop alone: misfit of its markers that is put up with where its rows follow from others, for lengths and

@@ -13,7 +13,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from femflex.case.problems import listed, near
 from femflex.case.units import UnitError
-from femflex.case.values import Quantity, ValueProblem, _Readable, count, shown
+from femflex.case.values import Quantity, ValueProblem, _Readable, count, shown, word
 from femflex.system.latch import Latch
 from femflex.system.law import Friction, Law
 from femflex.system.stop import Stop
@@ -59,9 +59,10 @@ class Laws(_Readable):
         if not isinstance(value, list) or not all(isinstance(entry, Mapping) for entry in value):
             raise ValueProblem(f"found {shown(value)}; expected tables headed [[joints.laws]]")
         for k, table in enumerate(value):
-            kind = table.get("kind")
-            if kind not in KEYS:
-                raise ValueProblem(f"entry {k + 1}: found kind = {kind!r}; {near(str(kind), KEYS)}")
+            try:
+                kind = word(table.get("kind"), KEYS, "kind")
+            except ValueProblem as problem:
+                raise ValueProblem(f"entry {k + 1}: {problem}") from None
             known = (*KEYS[kind], "kind", "coordinate", "name")
             for key in table:
                 if key not in known:
@@ -122,8 +123,7 @@ def _made(table: Mapping[str, Any], coordinates: Mapping[str, str]) -> Law | Lat
     name = table.get("coordinate", names[0] if len(names) == 1 else None)
     if name is None:
         raise ValueProblem(f"key 'coordinate' of the {kind} is missing; the joint has {listed(names)}")
-    if name not in coordinates:
-        raise ValueProblem(f"found coordinate {name!r}, which the joint has not; {near(str(name), names)}")
+    name = word(name, names, "coordinate", ", which the joint does not have")
     unit, freedom = coordinates[name], names.index(name)
     values: dict[str, Any] = {}
     for key, (unit_of, several) in KEYS[kind].items():

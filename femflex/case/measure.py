@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, StrictBool, model_validator
 
 from femflex.case.base import Table, exactly_one, refuse
 from femflex.case.units import to_base
-from femflex.case.values import Count, Quantity, Time, ValueProblem, Whole, _Readable, shown
+from femflex.case.values import Count, Quantity, Time, ValueProblem, Whole, _Readable, check_magnitude, real, shown
 
 OF_BODY = ("mode_frequency", "body_mass")
 OF_CAMPBELL = "campbell_frequency"
+OF_SYSTEM = "system_frequency"
 Reduction = Literal[
     "value",
     "change",
@@ -27,6 +27,7 @@ Reduction = Literal[
     "mode_frequency",
     "body_mass",
     "campbell_frequency",
+    "system_frequency",
 ]
 
 
@@ -53,9 +54,8 @@ class AnyUnit(_Readable):
         elif isinstance(value, bool) or not isinstance(value, (int, float)):
             raise ValueProblem(f"found {shown(value)}; expected a number in SI or a string with a unit")
         else:
-            out = Given(value)
-        if not math.isfinite(out):
-            raise ValueProblem(f"found {float(out)}; the number must be finite")
+            out = Given(real(value))
+        check_magnitude(out)
         return out
 
     def json_schema(self) -> dict[str, Any]:
@@ -83,7 +83,8 @@ class MeasureTable(Table):
 
     of        value (at time `at`; left out, the end), change (end minus start), peak (largest magnitude), maximum,
               minimum, range, mean, rms, drift (largest departure from the start), frequency (Hz; of mean crossings,
-              or with tones > 1 of a fit of so many sinusoids), mode_frequency (Hz) and body_mass (kg) of a body
+              or with tones > 1 of a fit of so many sinusoids), mode_frequency (Hz) and body_mass (kg) of a body,
+              system_frequency (Hz) of the whole craft about its equilibrium
     channel   path in the result file, such as "markers/boom.tip/deflection"
     component name or number (from 0) of the entry; left out, the magnitude of a vector
     """
@@ -106,23 +107,24 @@ class MeasureTable(Table):
     body: str | None = None
     mode: Whole = 1
     branch: str | None = None
-    """Of the Campbell diagram, such as "flap 1"."""
+    """Of the Campbell diagram, such as "flap 1"; of system_frequency: name of the mode, in place of its number."""
     speed: Annotated[float | None, Quantity("rad/s", least=0.0)] = None
     """One of its speeds."""
 
     @model_validator(mode="after")
     def _belongs_together(self) -> MeasureTable:
         of_campbell = self.of == OF_CAMPBELL
-        if [self.branch is not None, self.speed is not None] != [of_campbell] * 2:
+        of_system = self.of == OF_SYSTEM
+        if [self.branch is not None and not of_system, self.speed is not None] != [of_campbell] * 2:
             refuse(f"found of = {self.of!r}; branch and speed go with of = {OF_CAMPBELL!r}, which needs both")
-        if of_campbell and (self.channel is not None or self.body is not None):
-            refuse(f"found of = {OF_CAMPBELL!r} with a channel or a body; it is a quantity of the whole craft")
+        if (of_campbell or of_system) and (self.channel is not None or self.body is not None):
+            refuse(f"found of = {self.of!r} with a channel or a body; it is a quantity of the whole craft")
         if self.of in OF_BODY:
             if self.body is None:
                 refuse(f"found of = {self.of!r} without body; name the body")
             if self.channel is not None:
                 refuse(f"found of = {self.of!r} with a channel; it is a quantity of the body alone")
-        elif self.channel is None and not of_campbell:
+        elif self.channel is None and not (of_campbell or of_system):
             refuse(f"found of = {self.of!r} without channel; name a channel such as 'attitude/angles'")
         if self.at is not None and self.of != "value":
             refuse(f"found at together with of = {self.of!r}; it goes with of = 'value'")

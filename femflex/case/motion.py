@@ -16,14 +16,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from femflex.case.columns import column_of
 from femflex.case.problems import near
 from femflex.case.units import NOUNS, UnitError
-from femflex.case.values import Quantity, ValueProblem, _Readable, shown
+from femflex.case.values import Quantity, ValueProblem, _Readable, shown, word
 from femflex.system.profile import ENDS, Profile
 
 FREE, LOCKED = "free", "locked"
@@ -49,11 +49,14 @@ class Motion:
     """A motion as a case says it: locked at the initial value, or `profile(folder)`.
 
     folder  where the case file is; a motion from a file raises ValueError when it cannot be read
+    files   that its tables are in
+    given   the table of the case that describes it
     """
 
     locked: bool = False
     profile: Callable[[Path], Profile] | None = None
-    file: str | None = None
+    files: tuple[str, ...] = ()
+    given: Any = None
 
 
 class MotionOf(_Readable):
@@ -69,7 +72,7 @@ class MotionOf(_Readable):
         if value == LOCKED:
             return Motion(locked=True)
         if isinstance(value, Mapping):
-            return self._of_kind(dict(value))
+            return replace(self._of_kind(dict(value)), given=dict(value))
         if isinstance(value, str) and not re.match(r"\s*[-+.\d]", value):
             raise ValueProblem(
                 f"found {shown(value)}; a motion is 'locked', 'free', a number, or a table such as "
@@ -78,9 +81,7 @@ class MotionOf(_Readable):
         return self._fixed(Profile.constant(Quantity(self.unit).read(value)))
 
     def _of_kind(self, given: dict[str, Any]) -> Motion:
-        kind = given.pop("kind", None)
-        if kind not in KEYS:
-            raise ValueProblem(f"found kind = {kind!r} of a motion; {near(str(kind), KEYS)}")
+        kind = word(given.pop("kind", None), KEYS, "kind", " of a motion")
         for key in given:
             if key not in KEYS[kind]:
                 raise ValueProblem(f"found key {key!r} in a motion of kind {kind!r}; {near(key, KEYS[kind])}")
@@ -128,8 +129,10 @@ class MotionOf(_Readable):
 
     def _table(self, given: dict[str, Any]) -> Motion:
         degree, ends = given.get("degree", 3), given.get("ends", "not_a_knot")
-        if degree not in (3, 5) or ends not in ENDS:
-            raise ValueProblem(f"found degree {degree!r} and ends {ends!r}; known are 3 and 5, {' and '.join(ENDS)}")
+        if isinstance(degree, bool) or degree not in (3, 5) or not isinstance(ends, str) or ends not in ENDS:
+            raise ValueProblem(
+                f"found degree {shown(degree)} and ends {shown(ends)}; known are 3 and 5, {' and '.join(ENDS)}"
+            )
         inline, filed = ("times" in given, "values" in given), ("file" in given, "column" in given)
         if all(inline) and not any(filed):
             times, values = (
@@ -140,7 +143,8 @@ class MotionOf(_Readable):
             raise ValueProblem(f"found {sorted(given)} in a table; give times and values, or file and column")
         name, column = str(given["file"]), str(given["column"])
         return Motion(
-            profile=lambda folder: Profile.spline(*column_of(folder / name, column, self.unit), degree, ends), file=name
+            profile=lambda folder: Profile.spline(*column_of(folder / name, column, self.unit), degree, ends),
+            files=(name,),
         )
 
     def _sum(self, given: dict[str, Any]) -> Motion:
@@ -158,10 +162,10 @@ class MotionOf(_Readable):
                 first = first + other
             return first
 
-        files = [motion.file for motion in motions if motion is not None and motion.file is not None]
+        files = tuple(name for motion in motions if motion is not None for name in motion.files)
         if not files:
             total(Path())  # told here if they do not fit together
-        return Motion(profile=total, file=files[0] if files else None)
+        return Motion(profile=total, files=files)
 
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of the forms."""

@@ -9,15 +9,24 @@ from pathlib import Path
 from femflex.case.body import FileTable, FlexibleTable, RigidTable
 from femflex.case.case import Case
 from femflex.case.initial import EQUILIBRIUM
+from femflex.case.model_inputs import filed_motions
 from femflex.case.outline import Outline, outline
 from femflex.case.problems import Problem, listed
 from femflex.case.shape import MeshShape
+from femflex.case.values import shown
 
 
 def files(outline: Outline, folder: Path) -> Iterator[Problem]:
     """Files named in the case exist."""
     for where, name in _named_files(outline):
         path = folder / name
+        try:
+            path.stat()
+        except (FileNotFoundError, NotADirectoryError):
+            pass
+        except (OSError, ValueError) as error:  # too long a name, a null character, a folder that may not be entered
+            yield Problem(where, f"found {shown(name)}, which cannot be a file ({_reason(error)}); name a file")
+            continue
         if path.is_dir():
             yield Problem(where, f"found {name!r}, which is a folder; give the name of a file in it")
         elif not path.is_file():
@@ -34,10 +43,15 @@ def files(outline: Outline, folder: Path) -> Iterator[Problem]:
             )
 
 
+def _reason(error: OSError | ValueError) -> str:
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)
+
+
 def input_files(case: Case) -> list[Path]:
     """The case file and all files it names."""
-    named = _named_files(outline(tomllib.loads(case.text)))
-    return [case.path, *(case.path.parent / name for _, name in named)]
+    named = [name for _, name in _named_files(outline(tomllib.loads(case.text)))]
+    named += [name for _, motion in filed_motions(case) for name in motion.files]
+    return [case.path, *(case.path.parent / name for name in named)]
 
 
 def check_no_input(case: Case, output: Path) -> None:

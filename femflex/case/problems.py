@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +17,7 @@ class Problem:
     text: str
 
     def __str__(self) -> str:
-        return f"{self.where}: {self.text}" if self.where else self.text
+        return printable(f"{self.where}: {self.text}" if self.where else self.text)
 
 
 class CaseError(ValueError):
@@ -27,9 +28,19 @@ class CaseError(ValueError):
         super().__init__("\n".join(f"{file}: {problem}" for problem in self.problems))
 
 
+def printable(text: str) -> str:
+    """The text in one line: words of more than 120 characters cut, control characters written as escapes.
+
+    >>> printable("found 'a\\x00b'")
+    "found 'a\\\\x00b'"
+    """
+    cut = re.sub(r"\S{121,}", lambda word: f"{word[0][:60]}...{word[0][-20:]}", text)
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut)
+
+
 def near(name: str, known: Iterable[str]) -> str:
     """Part of a sentence: "did you mean 'mass'?" when a known name is near, else the known names."""
-    names = sorted(known)
+    names, name = sorted(known), name[:100]
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.6)
     if not close:
         folded = {n.lower(): n for n in names}

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,9 @@ from femflex.case.outline import Outline, outline
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.sentences import schema_problems
 from femflex.case.suspicion import warn_of_doubtful_numbers
+
+DEEPEST = 20  # levels of tables and lists; schema and motions (sums of tables) need ten
+DEPTH_ALLOWED = f"a case has at most {DEEPEST} levels, so write it flatter"
 
 
 def read_case(path: str | Path) -> Case:
@@ -34,6 +39,8 @@ def parse_case(text: str, path: Path = Path("case.toml")) -> Case:
     Raises CaseError with all problems of the text.
     """
     raw = _toml(text, path)
+    if deep := too_deep(raw):
+        raise CaseError(path.name, [deep])
     problems: list[Problem] = []
     case = None
     try:
@@ -57,7 +64,10 @@ def _mesh_problems(parts: Outline, folder: Path) -> list[Problem]:
 
     bodies = {name: body for name, body in parts.bodies.items() if isinstance(body, FlexibleTable)}
     return [
-        p for name, body in bodies.items() if (folder / body.mesh).is_file() for p in group_problems(name, body, folder)
+        p
+        for name, body in bodies.items()
+        if os.path.isfile(folder / body.mesh)
+        for p in group_problems(name, body, folder)
     ]
 
 
@@ -78,6 +88,10 @@ def _text(path: Path) -> str:
 def _toml(text: str, path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
+    except RecursionError:
+        raise CaseError(
+            path.name, [Problem("", f"this file nests tables or lists too deeply; {DEPTH_ALLOWED}")]
+        ) from None
     except tomllib.TOMLDecodeError as error:
         match = re.fullmatch(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", str(error))
         told = match[1] if match else str(error)
@@ -88,3 +102,20 @@ def _toml(text: str, path: Path) -> dict[str, Any]:
         raise CaseError(
             path.name, [Problem(where, f"this is not TOML, {told[0].lower()}{told[1:]}: {content!r}{hint}")]
         ) from None
+    except ValueError:  # a whole number of more digits than Python reads
+        raise CaseError(path.name, [Problem("", "this file holds a whole number of thousands of digits")]) from None
+
+
+def too_deep(raw: Mapping[str, Any]) -> Problem | None:
+    """The problem of tables and lists inside one another beyond DEEPEST, found without recursion."""
+    level: list[tuple[str, Any]] = [("", raw)]
+    for _ in range(DEEPEST):
+        level = [
+            (where or str(key), entry)
+            for where, value in level
+            for key, entry in (value.items() if isinstance(value, Mapping) else enumerate(value))
+            if isinstance(entry, Mapping | list)
+        ]
+    return (
+        Problem(level[0][0], f"found tables or lists nested deeper than {DEEPEST}; {DEPTH_ALLOWED}") if level else None
+    )

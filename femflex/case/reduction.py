@@ -7,16 +7,15 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, StrictBool, model_validator
 
 from femflex.case.base import Table, refuse
+from femflex.case.support import SkewSupport, read_support, support_schema
 from femflex.case.values import Count, PositiveLength, Quantity, ValueProblem, Whole, _Readable, shown
-
-DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 class _ClampValue(_Readable):
-    """Group names, or group name -> components held. Reads into a dict; an empty tuple of components holds all six."""
+    """Group names, or group name -> support. Reads into a dict; an empty tuple of components holds all six."""
 
-    def read(self, value: Any) -> dict[str, tuple[str, ...]]:
-        """Group -> components held."""
+    def read(self, value: Any) -> dict[str, tuple[str, ...] | SkewSupport]:
+        """Group -> components held, or a support in axes of its own."""
         if isinstance(value, str):
             value = [value]
         if isinstance(value, list) and all(isinstance(name, str) for name in value):
@@ -25,19 +24,12 @@ class _ClampValue(_Readable):
             raise ValueProblem(
                 f'found {shown(value)}; expected a group name, a list of them, or {{group = ["x", "y", "z"]}}'
             )
-        for group, components in value.items():
-            wrong = [c for c in components if c not in DIRECTIONS] if isinstance(components, list) else [components]
-            if wrong or not components:
-                raise ValueProblem(
-                    f"found {shown(components)} at group {group!r}; held components are of {', '.join(DIRECTIONS)}"
-                )
-        return {group: tuple(components) for group, components in value.items()}
+        return {group: read_support(group, support) for group, support in value.items()}
 
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of the three forms."""
         names = {"type": "array", "items": {"type": "string"}}
-        held = {"type": "array", "items": {"enum": list(DIRECTIONS)}, "minItems": 1}
-        return {"anyOf": [{"type": "string"}, names, {"type": "object", "additionalProperties": held}]}
+        return {"anyOf": [{"type": "string"}, names, {"type": "object", "additionalProperties": support_schema()}]}
 
 
 class _Ratio(_Readable):
@@ -74,7 +66,7 @@ class _KeptDerivatives(_Readable):
 
 
 Derivatives = Annotated[int | str | None, _KeptDerivatives()]
-Clamp = Annotated[dict[str, tuple[str, ...]], _ClampValue()]
+Clamp = Annotated[dict[str, tuple[str, ...] | SkewSupport], _ClampValue()]
 Component = Literal["x", "y", "z", "rx", "ry", "rz"]
 
 
@@ -120,6 +112,11 @@ class Stretchable(Table):
     directions of `attachment` and to the forces and moments of `loads` (both left out: the acceleration that moves the
     body most). For curved panels and arches that snap through: eight of them do it. Wants strain = 'nonlinear'."""
 
+    joints: dict[str, list[Component]] | None = None
+    """Group -> directions of the forces and moments of joints there whose static shapes are added; at a clamped group,
+    of accelerations. Left out: those that change one of the craft's first three elastic frequencies, or one below
+    `band`, by 0.05 %; not at clamps where `attachment` is given, nor elsewhere where `loads` is. {} for none."""
+
     @model_validator(mode="after")
     def _derives(self) -> Stretchable:
         if self.responses and self.deflection is None:
@@ -151,8 +148,9 @@ class CantileverTable(Stretchable):
     condensed with derivatives = 'auto'. Left out: where the case spins steadily, or is foreseen to spin up fast for
     the body, if it is of beams and has five modes at most; not where `attachment` is said."""
     loads: dict[str, list[Component]] = Field(default_factory=dict)
-    """Group -> directions of unit forces and moments there whose static shapes are added. Left out likewise: those of
-    the case's own loads, and where other bodies hang on this one; {} for none."""
+    """Group -> directions of unit forces and moments there whose static shapes are added. Left out: those of the case's
+    own loads that the modes leave 1 % of the work of, and with nonlinear or condensed strain all slow ones of its loads
+    and of where other bodies hang on it; {} for none."""
 
     @model_validator(mode="after")
     def _is_held(self) -> CantileverTable:
@@ -227,3 +225,7 @@ class FunctionsTable(Table):
     """Static shapes of a spin beside the functions: two more along y and z each, one of axial and torsion each, where
     strain is not linear. Of characteristic functions, clamped-free; polynomials hold them. Left out: where the case
     spins steadily, or is foreseen to spin up fast for the body, unless `static` is said."""
+    joints: list[Literal["root", "tip"]] | None = None
+    """Static shapes of an accelerated root and of a force and moment at the tip beside the functions: two more along y
+    and z for each, one of axial and torsion. Of characteristic functions, clamped-free. Left out: those that change one
+    of the craft's first three elastic frequencies, or one below `band`, by 0.05 %, unless `static` is given."""

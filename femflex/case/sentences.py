@@ -13,6 +13,7 @@ from pydantic.fields import FieldInfo
 
 from femflex.case.problems import Problem, item_label, listed, near
 from femflex.case.values import count, shown
+from femflex.system.names import ALLOWED
 
 
 def schema_problems(table: type[BaseModel], raw: Any, error: ValidationError) -> list[Problem]:
@@ -61,7 +62,9 @@ def _sentence(item: Any, place: _Place) -> str:
         return f"key {key!r} is missing; known are {listed(_tags(place, key))}"
     if kind == "union_tag_invalid":
         key = ctx["discriminator"].strip("'")
-        return f"found {key} = {ctx['tag']!r}; {near(str(ctx['tag']), _tags(place, key))}"
+        tag = str(ctx["tag"])
+        told = repr(tag) if len(tag) < 60 else repr(tag[:57]) + "..."
+        return f"found {key} = {told}; {near(tag, _tags(place, key))}"
     if kind == "literal_error":
         known = [text for text in ctx["expected"].split("'") if text.strip(", ") and text.strip() != "or"]
         return f"found {shown(found)}; " + near(str(found), known)
@@ -69,9 +72,12 @@ def _sentence(item: Any, place: _Place) -> str:
         return f"found {count(ctx['actual_length'], 'entry', 'entries')}; expected at least {ctx['min_length']}"
     if kind == "too_long":
         return f"found {count(ctx['actual_length'], 'entry', 'entries')}; expected at most {ctx['max_length']}"
+    if kind == "string_pattern_mismatch" and ".markers." in place.path:
+        return f"found {shown(found)}; expected {_EXPECTED[kind]}. {OF_GROUP}"
     return f"found {shown(found)}; expected {_EXPECTED.get(kind, item['msg'][0].lower() + item['msg'][1:])}"
 
 
+OF_GROUP = "The marker of a mesh group with another name gives that as its group: edge = { group = 'Kante 1' }"
 _EXPECTED = {
     "string_type": "text in quotes",
     "bool_type": "true or false",
@@ -85,7 +91,7 @@ _EXPECTED = {
     "model_type": "a table",
     "model_attributes_type": "a table",
     "float_type": "a number",
-    "string_pattern_mismatch": "a name of letters, digits, - and _",
+    "string_pattern_mismatch": f"a name of {ALLOWED}",
 }
 
 

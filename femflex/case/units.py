@@ -51,6 +51,7 @@ NOUNS = {
 }
 EXAMPLES = {"m": "33 m", "rad": "30 deg", "rad/s": "2 deg/s", "N m^2": "4275.7 N m^2", "s": "2 h", "": "0.3"}
 
+LONGEST = 120  # characters of a number with its unit
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)(.*)", re.DOTALL)
 _UNIT = re.compile(r"[A-Za-zµμΩ°%²³·*/()\s\d^.-]*")
 _EXPONENT = re.compile(r"(?:\^|\*\*)\s*\(?\s*-?\d{1,2}(?:\.\d{1,3})?(?:/\d)?\s*\)?(?!\s*(?:\^|\*\*|\d))")
@@ -100,6 +101,10 @@ def split_quantity(text: str, unit: str = "m") -> tuple[float, str]:
     >>> split_quantity("-1.5e3 N m^2")
     (-1500.0, 'N m^2')
     """
+    if len(text) > LONGEST:
+        raise UnitError(
+            f"found {text[:40]!r}... of {len(text)} characters; a number with its unit has at most {LONGEST}"
+        )
     match = _NUMBER.fullmatch(text)
     if match is None:
         told = "a number, then its unit, such as" if unit else "a number such as"

@@ -6,7 +6,7 @@ Each is a marker for pydantic: it reads what TOML gives, converts to SI and says
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Annotated, Any
@@ -14,9 +14,10 @@ from typing import Annotated, Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from femflex.case.problems import near
 from femflex.case.units import UnitError, example, noun, to_si
 
-Number = tuple[float | None, bool]  # a bound and whether it is itself allowed
+SMALLEST, LARGEST = 1e-30, 1e30  # SI; products of several such numbers are still far from overflow and underflow
 
 
 class ValueProblem(ValueError):
@@ -94,10 +95,9 @@ class Quantity(_Readable):
         elif isinstance(value, bool) or not isinstance(value, (int, float)):
             raise ValueProblem(f"found {shown(value)}; expected {self._wanted(())}")
         else:
-            number = float(value)
+            number = real(value)
         unit = f" {self.unit}" if self.unit else ""
-        if not math.isfinite(number):
-            raise ValueProblem(f"found {number}; the number must be finite")
+        check_magnitude(number, unit)
         if not self.above < number:
             raise ValueProblem(f"found {number:g}{unit}; it must be above {self.above:g}{unit}")
         if not number < self.below:
@@ -199,6 +199,34 @@ class Count(_Readable):
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of a whole number."""
         return {"type": "integer", "minimum": self.least}
+
+
+def real(value: float) -> float:
+    """The number as a float; a whole number beyond the range of floats is infinite."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
+
+
+def check_magnitude(number: float, unit: str = "") -> None:
+    """Raise ValueProblem for a number that is not finite, or beyond what a computation in SI can hold."""
+    if not math.isfinite(number):
+        raise ValueProblem(f"found {number}; the number must be finite")
+    if number and not SMALLEST <= abs(number) <= LARGEST:
+        raise ValueProblem(
+            f"found {number:g}{unit}; it must be zero, or its magnitude between {SMALLEST:g} and {LARGEST:g} in SI"
+        )
+
+
+def word(value: Any, known: Iterable[str], key: str, of: str = "") -> str:
+    """The value of a key that is one of some words; ValueProblem for anything else."""
+    known = tuple(known)
+    if isinstance(value, str) and value in known:
+        return value
+    if isinstance(value, str) or value is None:
+        raise ValueProblem(f"found {key} = {value!r}{of}; {near(str(value), known)}")
+    raise ValueProblem(f"found {key} = {shown(value)}{of}; {near('', known)}")
 
 
 def shown(value: Any) -> str:

@@ -1,4 +1,4 @@
-"""Whether what the case expects of its run and of its Campbell diagram holds."""
+"""Whether what the case expects of its run, its Campbell diagram and its craft's modes holds."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Protocol
 
 from femflex.case.case import Case
 from femflex.case.evaluate import Record, measured, measured_unit
-from femflex.case.measure import OF_CAMPBELL, ExpectTable
+from femflex.case.measure import OF_CAMPBELL, OF_SYSTEM, ExpectTable
 from femflex.case.units import UnitError, to_base
 
 
@@ -17,6 +17,13 @@ class Diagram(Protocol):
 
     def frequency(self, branch: str, speed: float) -> float:
         """Frequency [Hz] of a branch at a speed [rad/s]."""
+
+
+class Modes(Protocol):
+    """What is asked of the modes of the craft (femflex.dynamics.equilibria.system_modes.SystemModes)."""
+
+    def frequency(self, mode: int | str) -> float:
+        """Frequency [Hz] of a mode by its number or name."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +52,24 @@ def judged(case: Case, run: Record) -> list[Verdict]:
     return [
         _judge(name, table, measured(table, run, motion), measured_unit(table, run))
         for name, table in case.expect.answers.items()
-        if table.of != OF_CAMPBELL
+        if table.of not in (OF_CAMPBELL, OF_SYSTEM)
+    ]
+
+
+def expects_modes(case: Case) -> bool:
+    """Whether the case expects anything of the modes of the craft."""
+    return any(table.of == OF_SYSTEM for table in case.expect.answers.values())
+
+
+def judged_modes(case: Case, modes: Modes) -> list[Verdict]:
+    """The verdict on every entry of the case's [expect] table that is about the modes of the craft.
+
+    Raises KeyError for a mode that the craft does not have.
+    """
+    return [
+        _judge(name, table, modes.frequency(table.branch or table.mode), "Hz")
+        for name, table in case.expect.answers.items()
+        if table.of == OF_SYSTEM
     ]
 
 

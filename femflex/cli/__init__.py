@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from typing import NoReturn
 
@@ -14,6 +15,7 @@ def main() -> NoReturn:
     Exit codes: 0 done, 1 a fault of femflex itself, 2 bad input, 3 the numerics failed, 130 interrupted.
     """
     answer_at_once()
+    _check_folder()
     try:
         from femflex.cli.app import app
 
@@ -25,3 +27,12 @@ def main() -> NoReturn:
             leave()
         raise
     sys.exit(0)
+
+
+def _check_folder() -> None:
+    """Leave where the working folder has been removed, in which the libraries fail one after the other."""
+    try:
+        os.getcwd()
+    except OSError:
+        print("femflex: the working folder does not exist any more; change to one that does", file=sys.stderr)
+        sys.exit(2)

@@ -17,6 +17,8 @@ def print_campbell(found: Campbell, scale: float, unit: str) -> None:
     """Print frequencies, damping where there is any, crossings, and what grows."""
     import numpy as np
 
+    from femflex.dynamics.equilibria.small_motions import growth_rule
+
     if found.title:
         print(found.title)
     names, asked = [branch.name for branch in found.branches], np.flatnonzero(found.asked)
@@ -44,7 +46,10 @@ def print_campbell(found: Campbell, scale: float, unit: str) -> None:
             fastest = f"fastest at {found.speeds[k] / scale:.6g} {unit}, by a factor e in {time:.4g} s"
             print(f"unstable    {branch.name} grows from {found.speeds[grows[0]] / scale:.6g} {unit} on, {fastest}")
     if not any(branch.growing.any() for branch in found.branches):
-        print("stability   stable: none of them grows at any of these speeds")
+        print("stability   stable: no motion grows at any of these speeds")
+    print(f"growth      {growth_rule()}")
+    if found.rigid:
+        print(f"rigid       {', '.join(found.rigid)}: neither grow nor decay, and are no branches")
 
 
 def print_crossings(found: Campbell, scale: float, unit: str) -> None:

@@ -63,12 +63,14 @@ def converge(
         from femflex.warning import PhysicsWarning
 
         warnings.simplefilter("once", PhysicsWarning)  # not again at every level
-        read, notes = with_strain_notes(read_case(case))
-        check_studies(read, varied)
-    wanted.begin(notes)
+        read = read_case(case)
+        own, notes = with_strain_notes(read)
+        check_studies(own, varied)
     findings: list[Convergence | StrainStudy] = []
-    for word in varied or ["modes"]:
+    for k, word in enumerate(varied or ["modes"]):
         found, names, stopped = studied(read, word, numbers, tolerance)
+        if k == 0:
+            wanted.begin(notes)  # what cannot be studied is refused before anything is printed
         if found is not None:
             findings.append(found)
             wanted.say(found)

@@ -36,7 +36,7 @@ def equilibrium(
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
 ) -> None:
-    """Find the equilibrium nearest to a case's initial state, damping left out, and say whether it is stable.
+    """Find the equilibrium nearest to a case's initial state, and whether it is stable with the damping of the case.
 
     At rest on the ground, in a spinning frame (steady spin), or in the orbital frame of a circular orbit. A run starts
     from it with [initial] from = "eq.h5", or "equilibrium". Exit code 3: none was found; the last state in balance,
@@ -101,9 +101,24 @@ def print_equilibrium(found: Equilibrium) -> None:
         print(f"loops       closed to {found.gap:.1e} m")
     if found.left is not None:
         print(f"left        an equilibrium that is {found.left.verdict}")
-    print(f"stability   {found.verdict}")
+    print_stability(found)
     if not found.stable:
         print("            --stable leaves it, along the motion that grows")
+
+
+def print_stability(found: Equilibrium) -> None:
+    """Print the verdict, the growth rate and its threshold, and the motions that neither grow nor decay."""
+    print(f"stability   {found.verdict}")
+    if len(found.eigenvalues):
+        from femflex.dynamics.equilibria.small_motions import growth_rule
+
+        print(f"growth      {found.growth:.3g} 1/s at most; {growth_rule()}")
+    if found.share == 1.0 and found.motions.known:
+        counts: dict[str, int] = {}
+        for motion in found.motions.known:
+            counts[motion.name] = counts.get(motion.name, 0) + 1
+        names = [name + f" ({count} directions)" * (count > 1) for name, count in counts.items()]
+        print(f"rigid       {', '.join(names)}: neither grow nor decay")
 
 
 def markers(found: Equilibrium) -> dict[str, dict[str, Any]]:
@@ -157,6 +172,8 @@ def equilibrium_data(found: Equilibrium) -> dict[str, Any]:
         "neutral": list(found.neutral),
         "stable": found.stable,
         "growth": found.growth,
+        "growth_threshold": found.growth_threshold,
+        "rigid": [motion.name for motion in found.motions.known] if found.share == 1.0 else [],
         "left_growth": None if found.left is None else found.left.growth,
         "eigenvalues": [[float(v.real), float(v.imag)] for v in found.eigenvalues],
     }

@@ -1,4 +1,4 @@
-"""`femflex modes`: frequencies, participation and effective masses of a flexible body."""
+"""`femflex modes`: natural modes of a craft, or frequencies and effective masses of its flexible bodies."""
 
 from __future__ import annotations
 
@@ -19,29 +19,48 @@ if TYPE_CHECKING:
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
-@verb("femflex modes cases/orbiter_beam.toml --body beam --picture modes.png")
+@verb("femflex modes cases/orbiter_beam.toml --picture modes.png")
 def modes(
     file: Annotated[Path, typer.Argument(help="Case file (TOML) or body file (HDF5).", show_default=False)],
-    body: Annotated[str | None, typer.Option("--body", help="Name of the body; left out, all flexible ones.")] = None,
+    body: Annotated[str | None, typer.Option("--body", help="Name of one body, for its modes alone.")] = None,
+    all_bodies: Annotated[bool, typer.Option("--bodies", help="Every flexible body alone.")] = False,
     number: Annotated[
-        int | None, typer.Option("-n", "--number", min=1, help="Number of modes instead of the case's.")
+        int | None,
+        typer.Option("-n", "--number", min=1, help="Modes listed of the craft; of a body, instead of the case's."),
+    ] = None,
+    at: Annotated[
+        float | None, typer.Option("--at", help="Time in s of loads and motions that vary; left out, they are.")
     ] = None,
     mac: Annotated[
         Path | None, typer.Option("--mac", help="Body file whose shapes are compared (modal assurance).")
     ] = None,
     picture: Annotated[Path | None, typer.Option("--picture", help="Draw the modes as a montage (PNG).")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing picture.")] = False,
+    movie: Annotated[Path | None, typer.Option("--movie", help="Movie of one mode of the craft (MP4).")] = None,
+    mode: Annotated[int | None, typer.Option("--mode", min=1, help="Number of the mode of the movie.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite existing pictures.")] = False,
     backbone: Annotated[
         str | None,
         typer.Option("--backbone", help='Rising amplitudes, "1 mm, 5 mm": frequency of the lowest mode at each.'),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
 ) -> None:
-    """Print natural frequencies, participation and effective mass per direction with the running sum.
+    """Print the natural modes of a craft about its equilibrium, or those of single bodies.
+
+    Of the craft: frequency, damping ratio, name, and the bodies that hold the kinetic energy. Loads that vary over time
+    are left out without --at, and prescribed motions stay at their initial values. With --body, --bodies, --mac,
+    --backbone or a body file: frequencies, participation and effective mass of each flexible body, per direction with
+    the running sum.
 
     Effective masses are in per cent of the body's mass and of its inertia about the origin of its frame. With nonlinear
     or condensed strain --backbone tells how the lowest frequency changes with the amplitude, the frame held.
     """
+    alone = body is not None or all_bodies or mac is not None or backbone is not None or _is_hdf5(file)
+    if not alone:
+        from femflex.cli.craft_modes import Drawing, craft_modes
+
+        return craft_modes(file, at, number, Drawing(picture, movie, mode, force), as_json)
+    if movie is not None or mode is not None or at is not None:
+        raise ValueError("--movie, --mode and --at are for the modes of a craft; leave --body and its options out")
     amplitudes = None if backbone is None else read_lengths(backbone)
     with Patience("solving for the modes"):
         bodies = flexible_bodies(file, body, number)

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
+from contextlib import ExitStack, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from femflex.cli.progress import Bar, Patience
-from femflex.cli.run_told import say_verdicts, say_what_came_out, say_what_runs
+from femflex.cli.run_told import say_modes_verdicts, say_verdicts, say_what_came_out, say_what_runs
 from femflex.cli.second_run import check_left_out, second_output, second_run
 from femflex.cli.verb import complain, verb
 
 if TYPE_CHECKING:
     from femflex.case import Case
     from femflex.pipeline import Prepared
-    from femflex.results import Run
+    from femflex.results import FileLock, Run
 
 
 @verb("femflex run cases/orbiter_beam.toml -o run.h5")
@@ -41,33 +41,30 @@ def run(
     """
     from femflex import pipeline
     from femflex.case import read_case
+    from femflex.results import FileLock, open_run
 
-    with Patience("reading the case") as told:
-        read = read_case(case)
-        if resume and pipeline.is_finished(read, output):
-            print(f"done        {output} is complete already; there is nothing to resume (--force runs it anew)")
-            return
-        with pipeline.wrong_names_first(read, named(without)):
-            pipeline.check_output(read, output, force=force, resume=resume)
+    with ExitStack() as stack:
+        with Patience("reading the case") as told:
+            read = read_case(case)
+            if resume and pipeline.is_finished(read, output):
+                print(f"done        {output} is complete already; there is nothing to resume (--force runs it anew)")
+                return
+            with pipeline.wrong_names_first(read, named(without)):
+                if not resume:
+                    pipeline.check_output(read, output, force=force, resume=False)
+                if not no_pictures:
+                    check_pictures(read, output, force=force)
+            lock = stack.enter_context(FileLock(output))
+            told(
+                "building bodies and compiling the equations of motion (the first run of an installation takes about a "
+                "minute)"
+            )
+            prepared = pipeline.prepare(read, output, force=force, resume=resume, without=named(without))
             if not no_pictures:
-                check_pictures(read, output, force=force)
-        told(
-            "building bodies and compiling the equations of motion (the first run of an installation takes about a "
-            "minute)"
-        )
-        prepared = pipeline.prepare(read, output, force=force, resume=resume, without=named(without))
-        if not no_pictures:
-            check_left_out(prepared)
-        prepared.load_kernels()
-    say_what_runs(prepared)
-    earlier = None if resume else _identity(output)
-    with Bar("integrating", float(prepared.times[-1])) as bar:
-        try:
-            pipeline.integrate(prepared, output, force=force, resume=resume, progress=bar)
-        except KeyboardInterrupt:
-            raise KeyboardInterrupt(_what_is_kept(output, earlier)) from None
-    from femflex.results import open_run
-
+                check_left_out(prepared)
+            prepared.load_kernels()
+        say_what_runs(prepared)
+        _integrate(prepared, output, force, resume, lock)
     with open_run(output) as done:
         say_what_came_out(done, prepared.system, output)
         missed = say_verdicts(read, done)
@@ -77,11 +74,24 @@ def run(
         from femflex.cli.campbell import leave_beside
 
         missed += leave_beside(read, output, force)
+    missed += [] if without else say_modes_verdicts(read)
     if missed:
         complain(
             f"warning: the run is done, but what the case expects of {', '.join(missed)} does not hold; either "
             f"something has changed, or [expect] has to"
         )
+
+
+def _integrate(prepared: Prepared, output: Path, force: bool, resume: bool, lock: FileLock) -> None:
+    """Run to the end with a progress bar; Ctrl-C says what is kept."""
+    from femflex import pipeline
+
+    earlier = None if resume else _identity(output)
+    with Bar("integrating", float(prepared.times[-1])) as bar:
+        try:
+            pipeline.integrate(prepared, output, force=force, resume=resume, progress=bar, lock=lock)
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(_what_is_kept(output, earlier)) from None
 
 
 def _identity(path: Path) -> tuple[int, int, int] | None:

@@ -173,3 +173,16 @@ def say_verdicts(case: Case, run: Run) -> list[str]:
     for verdict in verdicts:
         print(f"expected    {verdict}")
     return [verdict.name for verdict in verdicts if not verdict.holds]
+
+
+def say_modes_verdicts(case: Case) -> list[str]:
+    """Names of the expectations of the craft's modes that do not hold; prints all of them."""
+    from femflex.case.verdicts import expects_modes, judged_modes
+    from femflex.pipeline.balanced import case_modes
+
+    if not expects_modes(case):
+        return []
+    verdicts = judged_modes(case, case_modes(case))
+    for verdict in verdicts:
+        print(f"expected    {verdict}")
+    return [verdict.name for verdict in verdicts if not verdict.holds]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,6 +13,7 @@ from femflex.cli.strain_told import say_notes, strain_notes
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
+    from femflex.results import FileLock
     from femflex.studies.explain import Explanation
 
 
@@ -53,13 +55,14 @@ def terms(
     if keep and (start is not None or end is not None):
         raise ValueError("--keep keeps the terms of the whole run; leave out --from and --to")
     from femflex.pipeline import rebuilt
-    from femflex.results import open_run
+    from femflex.results import FileLock, open_run
     from femflex.results.place import check_place
     from femflex.studies.explain import chosen, explain
 
     if output is not None:
         check_place(output, force)
-    with open_run(file) as run:
+    lock = FileLock(file) if keep and file.is_file() else None
+    with lock or nullcontext(), open_run(file) as run:
         with Patience("building the model again from the case text") as told:
             model = rebuilt(run, case)
             told("evaluating the terms")
@@ -81,10 +84,10 @@ def terms(
             plot_terms(run, shown.time, parts, chose, output, theme, title, force=force)
             if not json:
                 print(f"picture     {output}{which}")
-    if keep:
-        keep_terms(file, found)
-        if not json:
-            print(f"kept        {file}: {', '.join('terms/' + name for name in found.terms)}")
+        if lock is not None:
+            keep_terms(file, found, lock)
+            if not json:
+                print(f"kept        {file}: {', '.join('terms/' + name for name in found.terms)}")
 
 
 def shortened(found: Explanation, places: list[int], wanted: bool) -> tuple[Explanation, str]:
@@ -99,7 +102,7 @@ def shortened(found: Explanation, places: list[int], wanted: bool) -> tuple[Expl
     ), f", {first:g} to {last:g} s of {found.time[-1]:g} s, where single swings can be seen; --from and --to choose"
 
 
-def keep_terms(file: Path, found: Explanation) -> None:
+def keep_terms(file: Path, found: Explanation, lock: FileLock) -> None:
     """Write the terms into the run."""
     from femflex.results import add_channels
     from femflex.system import Channel
@@ -114,6 +117,7 @@ def keep_terms(file: Path, found: Explanation) -> None:
             )
             for name, rows in found.terms.items()
         },
+        lock,
     )
 
 

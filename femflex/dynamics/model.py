@@ -25,6 +25,7 @@ from femflex.dynamics.motion import equations
 from femflex.dynamics.reports.channels import channels_of, row_length, row_places
 from femflex.dynamics.reports.observe import observe
 from femflex.dynamics.reports.sights import observe_sights
+from femflex.dynamics.reports.static_stretch import add_static_stretch
 from femflex.dynamics.terms.by_source import SWITCHED
 from femflex.rotations import is_extrinsic
 from femflex.system import Channel, System
@@ -141,7 +142,7 @@ class Model:
     def mass_matrix(self, t: float, x: Array) -> Array:
         """M of eq. (9), (n_u, n_u)."""
         h = self.bias(t, x)
-        return np.column_stack([self.residual(t, x, unit) - h for unit in np.eye(self.n_u)])
+        return np.array([self.residual(t, x, unit) - h for unit in np.eye(self.n_u)]).reshape(self.n_u, self.n_u).T
 
     def terms(self, times: Array, states: Array) -> dict[str, Array]:
         """Every term of eq. (9) at times (n_t,) and states (n_t, n_x): name -> (n_t, n_u).
@@ -186,6 +187,7 @@ class Model:
             first = int(records[i]["qe"])
             body = self.system.bodies[name]
             out[f"bodies/{name}/delta"] = body.amplitudes(states[:, first : first + body.n_modes])
+        add_static_stretch(self, times, states, out)
         out |= observe_sights(self.system, times, out) | observe_contacts(self.system, times, out)
         if self.constraints is not None:
             out |= self.constraints.observe(times, states)

@@ -13,6 +13,7 @@ from femflex.fem.line.cut import Segment, cut
 from femflex.fem.point_mass import PointMass
 from femflex.fem.sections.materials import Material
 from femflex.fem.structure import Member, Structure, StructureSkin, build_structure
+from femflex.fem.support import Support, antisymmetry, symmetry
 
 __all__ = [
     "FAMILIES",
@@ -22,8 +23,11 @@ __all__ = [
     "Segment",
     "Structure",
     "StructureSkin",
+    "Support",
+    "antisymmetry",
     "build_structure",
     "cut",
+    "symmetry",
 ]
 
 for _module in walk_packages(__path__, f"{__name__}."):

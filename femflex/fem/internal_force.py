@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,13 +41,46 @@ class InternalForce:
 
     def tangent(self, x: Array) -> sparse.csr_array:
         """d2V/dx2 (n_dof, n_dof), symmetric."""
-        raw = self._T @ np.asarray(x, float)
-        return self._assembler.total([Part(block.dofs, _Matrices(block, raw, tangents)) for block in self._strain])
+        return self._assembled(partial(tangents, raw=self._T @ np.asarray(x, float)))
 
     def geometric_stiffness(self, x: Array) -> sparse.csr_array:
         """What the stress C L g of small displacements x adds to the stiffness, (n_dof, n_dof), symmetric."""
-        raw = self._T @ np.asarray(x, float)
-        return self._assembler.total([Part(block.dofs, _Matrices(block, raw, stressed)) for block in self._strain])
+        return self._assembled(partial(stressed, raw=self._T @ np.asarray(x, float)))
+
+    def initial_stiffness(self) -> sparse.csr_array:
+        """What the initial stress adds to the stiffness at rest, (n_dof, n_dof), symmetric."""
+        return self._assembled(initially_stressed)
+
+    def initial_force(self) -> Array:
+        """What the initial stress leaves unbalanced, (n_dof,): the force at rest."""
+        raw = np.zeros(self._T.shape[0])
+        for block in self._strain:
+            for chunk in element_chunks(len(block.dofs), values_per_element(block)):
+                for part in block.nonlinear(chunk):
+                    if part.stress.any():
+                        forces = initial_forces(part)
+                        raw += np.bincount(part.dofs.ravel(), forces.ravel(), len(raw))
+        return np.asarray(self._T.T @ raw)
+
+    def work_of_stress(self, x: Array, phi: Array) -> Array:
+        """phi^T `geometric_stiffness`(x) phi (k, k) for shapes phi (n_dof, k), without the matrix."""
+        raw, raw_phi = self._T @ np.asarray(x, float), self._T @ phi
+        total = np.zeros((phi.shape[1], phi.shape[1]))
+        for part in self._curving_parts(phi.shape[1]):
+            g = part.gradients(raw_phi, slice(None))
+            inner = bent_by(linear_stress(part, raw) * part.weight[..., None], part.quadratic_map)
+            total += np.matmul(g.swapaxes(2, 3), np.matmul(inner, g)).sum(axis=(0, 1))
+        return total
+
+    def quartic_energy(self, phi: Array) -> Array:
+        """Part of fourth order (k,) of the energy of shapes phi (n_dof, k), int e.C e / 2 with e = g.Q g / 2."""
+        raw = self._T @ phi
+        total = np.zeros(phi.shape[1])
+        for part in self._curving_parts(phi.shape[1]):
+            g = part.gradients(raw, slice(None))
+            eps = np.einsum("sgh,eqgk,eqhk->eqsk", part.quadratic_map, g, g, optimize=True) / 2
+            total += np.einsum("eq,eqsk,eqsk->k", part.weight, eps, np.matmul(part.elastic, eps), optimize=True) / 2
+        return total
 
     def second_derivative(self, a: Array, b: Array) -> Array:
         """How the tangent changes along a times b at rest, (dK/da) b = (dK/db) a: (n_dof, k) for columns a, b alike.
@@ -56,11 +90,21 @@ class InternalForce:
         raw_a, raw_b = self._T @ a, self._T @ b
         out = np.zeros_like(raw_a)
         for block in self._strain:
-            size = values_per_element(block) + 8 * block.linear_map.shape[1] * block.weight.shape[1] * a.shape[1]
-            for chunk in element_chunks(len(block.dofs), size):
-                for part in block.nonlinear(chunk):
-                    np.add.at(out, part.dofs, bent_forces(part, raw_a, raw_b))
+            for part in self._curving_parts(a.shape[1], block):
+                forces = bent_forces(part, raw_a, raw_b).reshape(part.dofs.size, -1)
+                for column, force in zip(out.T, forces.T, strict=True):
+                    column += np.bincount(part.dofs.ravel(), force, len(column))
         return np.asarray(self._T.T @ out)
+
+    def _assembled(self, of: Callable[[StrainBlock], Array]) -> sparse.csr_array:
+        return self._assembler.total([Part(block.dofs, _Matrices(block, of)) for block in self._strain])
+
+    def _curving_parts(self, columns: int, only: StrainBlock | None = None) -> Iterator[StrainBlock]:
+        """Parts of the blocks, or of one, in chunks for so many columns: those whose strain is not all linear."""
+        for block in self._strain if only is None else (only,):
+            size = values_per_element(block) + 8 * block.linear_map.shape[1] * block.weight.shape[1] * columns
+            for chunk in element_chunks(len(block.dofs), size):
+                yield from (part for part in block.nonlinear(chunk) if _curves(part))
 
     def _states(self, x: Array) -> Iterator[tuple[StrainBlock, PointState]]:
         raw = self._T @ np.asarray(x, float)
@@ -150,23 +194,73 @@ def tangents(block: StrainBlock, raw: Array) -> Array:
 
 def stressed(block: StrainBlock, raw: Array) -> Array:
     """Element matrices (e, l, l) of `InternalForce.geometric_stiffness`."""
+    return stress_matrices(block, linear_stress(block, raw) if _curves(block) else np.zeros((1, 1, 1)))
+
+
+def _curves(part: StrainBlock) -> bool:
+    """Whether strain of a part is not all linear, and costs energy; what only carries initial stress costs none."""
+    return bool(part.quadratic_map.any() and part.elastic.any())
+
+
+def initially_stressed(block: StrainBlock) -> Array:
+    """Element matrices (e, l, l) of `InternalForce.initial_stiffness`."""
+    return stress_matrices(block, block.stress)
+
+
+def initial_forces(part: StrainBlock) -> Array:
+    """Element forces (e, l) of `InternalForce.initial_force`."""
+    rows = part.rows(slice(None))
+    push = (part.weight[..., None] * part.stress) @ part.linear_map
+    return np.matmul(push.reshape(len(push), 1, -1), rows.reshape(len(rows), -1, rows.shape[-1]))[:, 0]
+
+
+def linear_stress(block: StrainBlock, raw: Array) -> Array:
+    """Stress (e, q, s) of the linear strain of raw displacements (n_raw,)."""
     g = block.gradients(raw[:, None], slice(None))[..., 0]
-    stress = np.matmul(block.elastic, np.matmul(block.linear_map, g[..., None]))[..., 0]
-    inner = np.einsum("eqs,sgh->eqgh", stress * block.weight[..., None], block.quadratic_map, optimize=True)
-    G = np.broadcast_to(block.rows(slice(None)), (*inner.shape[:3], block.dofs.shape[1]))
-    return np.asarray(np.einsum("eqgl,eqgh,eqhm->elm", G, inner, G, optimize=True))
+    return np.asarray(np.matmul(block.elastic, np.matmul(block.linear_map, g[..., None]))[..., 0])
+
+
+def stress_matrices(block: StrainBlock, stress: Array) -> Array:
+    """Element matrices (e, l, l) int G^T (stress.Q) G of a stress (e|1, q|1, s).
+
+    Only those gradients count that the stress makes products of; where elements are all alike, so are these products.
+    """
+    (e, q), l = block.weight.shape, block.dofs.shape[1]
+    works = stress.any(axis=(0, 1)) & block.quadratic_map.any(axis=(1, 2))
+    total = np.zeros((e, l, l))
+    if not works.any():
+        return total
+    Q = block.quadratic_map[works]
+    used = Q.any(axis=(0, 1)) | Q.any(axis=(0, 2))
+    Q, G = Q[:, used][:, :, used], block.rows(slice(None))[:, :, used]
+    moved = np.flatnonzero(G.any(axis=(0, 1, 2)))
+    G, n = G[..., moved], len(moved)
+    weighted = np.broadcast_to(stress[..., works], (e, q, len(Q))) * block.weight[..., None]
+    if len(G) == 1 and e > 1:
+        products = np.einsum("qgl,sgh,qhm->qslm", G[0], Q, G[0], optimize=True)
+        matrices = (weighted.reshape(e, -1) @ products.reshape(-1, n * n)).reshape(e, n, n)
+    else:
+        inner = np.matmul(bent_by(weighted, Q), G).reshape(e, -1, n)
+        matrices = np.matmul(G.reshape(len(G), -1, n).swapaxes(1, 2), inner)
+    total[:, moved[:, None], moved] = matrices
+    return total
+
+
+def bent_by(stress: Array, Q: Array) -> Array:
+    """stress.Q (e, q, g, g) of stresses (e, q, s)."""
+    return np.asarray((stress.reshape(-1, len(Q)) @ Q.reshape(len(Q), -1)).reshape(*stress.shape[:2], *Q.shape[1:]))
 
 
 class _Matrices:
     """Element matrices by slice of elements, in chunks whose points fit in memory."""
 
-    def __init__(self, block: StrainBlock, raw: Array, of: Callable[[StrainBlock, Array], Array]) -> None:
-        self._block, self._raw, self._of, self._size = block, raw, of, values_per_element(block)
+    def __init__(self, block: StrainBlock, of: Callable[[StrainBlock], Array]) -> None:
+        self._block, self._of, self._size = block, of, values_per_element(block)
 
     def __call__(self, elements: slice) -> Array:
         start, stop, _ = elements.indices(len(self._block.dofs))
         parts = []
         for chunk in element_chunks(stop - start, self._size):
             own = slice(start + chunk.start, start + chunk.stop)
-            parts.append(sum(self._of(part, self._raw) for part in self._block.nonlinear(own)))
+            parts.append(sum(self._of(part) for part in self._block.nonlinear(own)))
         return np.concatenate(parts)

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.assembly import Part
-from femflex.fem.internal_force import InternalForce
-from femflex.fem.structure import Structure
+from femflex.fem.structure import Structure, with_initial_stress
 from femflex.fem.tables import StrainBlock, StressAt
 
 Array = NDArray[np.float64]
@@ -95,5 +94,5 @@ def settled(structure: Structure, x: Array) -> Structure:
     """The structure with the stress of a small displacement x (n_dof,) added to its initial one; the mesh stays."""
     raw = structure.T @ x
     strain = tuple(RelaxedStrain(block, raw) for block in structure.strain)
-    elastic, rest = InternalForce(strain, structure.T), np.zeros(structure.n_dof)
-    return replace(structure, strain=strain, K=elastic.tangent(rest), f0=elastic.force(rest))
+    K, f0 = with_initial_stress(structure.K0, strain, structure.T)
+    return replace(structure, strain=strain, K=K, f0=f0)

@@ -13,11 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from femflex.fem.assembly.numbering import COMPONENTS, Numbering
+from femflex.fem.assembly.conditions import conditions
+from femflex.fem.assembly.numbering import Numbering
+from femflex.fem.assembly.support_dofs import held_columns
 from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.point_mass import PointMass, point_mass_block
 from femflex.fem.sections.materials import Material
+from femflex.fem.support import COMPONENTS, Support, Supports, as_support
 from femflex.fem.tables import InertiaBlock, StrainBlock, mass_and_stiffness
 from femflex.warning import PhysicsWarning
 
@@ -64,6 +67,9 @@ class Structure:
     skin_parts   () -> SkinPart, ...   the drawn surfaces of the members
     places       StrainPlaces, ...     where the points of each strain block lie; None where its family does not tell
     f0           (n_dof,)              elastic force that initial stress leaves unbalanced; K holds its stiffening
+    K0           (n_dof, n_dof)        stiffness without that of initial stress; K itself where there is none
+    known        key -> (object, ...)  what was computed of it and is wanted again (`recalled`); a changed copy starts
+                                       with none
     """
 
     mesh: Mesh
@@ -78,6 +84,27 @@ class Structure:
     numbering: Numbering
     f0: Array
     places: tuple[StrainPlaces | None, ...]
+    K0: sparse.csr_array
+    known: dict[tuple[Any, ...], tuple[Any, ...]] = field(default_factory=dict, init=False, repr=False)
+
+    def recalled(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
+        """What `make` computes of this structure, computed once; its warnings are given every time it is wanted."""
+        if key not in self.known:
+            with warnings.catch_warnings(record=True) as given:
+                warnings.simplefilter("always")
+                value = make()
+            self.known[key] = value, *(one.message for one in given)
+        value, *messages = self.known[key]
+        for message in messages:
+            warnings.warn(message, stacklevel=3)
+        return value
+
+    def forget(self) -> None:
+        """Drop all that is known of it, and of structures made of it: factors take hundreds of MB."""
+        for value, *_ in self.known.values():
+            if isinstance(value, Structure):
+                value.forget()
+        self.known.clear()
 
     @cached_property
     def skin(self) -> StructureSkin | None:
@@ -89,7 +116,7 @@ class Structure:
         """Whether any member has initial stress."""
         return any(block.stress.any() for block in self.strain)
 
-    @property
+    @cached_property
     def internal_force(self) -> InternalForce:
         """The full nonlinear elastic force on the independent dofs."""
         return InternalForce(self.strain, self.T)
@@ -99,52 +126,69 @@ class Structure:
         """Number of independent dofs."""
         return self.T.shape[1]
 
-    def clamped_dofs(self, group: str, components: Sequence[str] = COMPONENTS) -> Index:
-        """Independent dofs (k,), ascending, that a clamp of the group's nodes fixes.
+    def clamped_dofs(self, group: str, components: Sequence[str] | Support = COMPONENTS) -> Index:
+        """Independent dofs (k,), ascending, that are zero where the group's nodes have a support; see `held_dofs`."""
+        return self.held_dofs({group: components})
 
-        components: of "x", "y", "z", "rx", "ry", "rz" (global axes); all six are a clamp, the first three a ball
-        joint. Extra dofs (bubbles, edges, twists) go with them when all the nodes they lie on are in the group.
-        Raises ValueError when the group is unknown or no member gave its nodes such dofs.
+    def held_dofs(self, supports: Supports) -> Index:
+        """Independent dofs (k,), ascending, that are zero under the supports.
+
+        supports: group -> components of "x", "y", "z", "rx", "ry", "rz" (global axes), all six for a clamp, the first
+        three for a ball joint; or a Support with axes of its own. They act on the nodes, and on all that lies between
+        them: sides of plates, twists, bubbles. Raises ValueError when a group is unknown, when no member gave its
+        nodes such dofs, and when a support sets combinations of dofs to zero, which wants `build_structure` to know it.
         """
-        nodes = self.mesh.group_points(group)
-        held = np.zeros(self.T.shape[0], bool)
-        held[self.numbering.raw_dofs_on(nodes, components)] = True
-        columns = self.T.tocsc()
-        free_entries = np.add.reduceat((~held[columns.indices]).astype(int), columns.indptr[:-1])
-        clamped = np.flatnonzero(free_entries == 0)
-        if not clamped.size:
+        for group, value in supports.items():
+            nodes, support = self.mesh.group_points(group), as_support(value)
+            moves = [c for c in support.components if c in COMPONENTS[:3]]
+            given = [self.numbering.translation_of(nodes)] * bool(moves)
+            given += [self.numbering.rotation_of(nodes)] * (len(support.components) > len(moves))
+            if not any((dofs >= 0).any() for dofs in given):
+                raise ValueError(
+                    f"no member moves the {len(nodes)} nodes of group {group!r} in {', '.join(support.components)}; "
+                    "clamp a group that lies on a member"
+                )
+        rows = self.numbering.layout(conditions(self.mesh, supports)).conditions @ self.T
+        held = held_columns(rows)
+        if held is None:
+            groups = [group for group, value in supports.items() if set(as_support(value).components) < set(COMPONENTS)]
             raise ValueError(
-                f"no member moves the {len(nodes)} nodes of group {group!r} in {', '.join(components)}; "
-                "clamp a group that lies on a member"
+                f"the supports of {groups} set combinations of dofs to zero (planes askew, edges of curved shells), "
+                "which this structure does not have as dofs; give build_structure(..., supports=...) the same supports"
             )
-        return clamped
+        return held
 
 
-def build_structure(mesh: Mesh, members: Sequence[Member], point_masses: Sequence[PointMass] = ()) -> Structure:
+def build_structure(
+    mesh: Mesh,
+    members: Sequence[Member],
+    point_masses: Sequence[PointMass] = (),
+    supports: Supports | None = None,
+) -> Structure:
     """The Structure of a mesh with these members and concentrated masses.
 
+    supports: those that mode sets will ask for. They hold nothing here; the dofs lie along their axes, so that
+    `Structure.held_dofs` finds them in planes askew and on edges of curved shells too.
     Members may share nodes and cells; nodes without a member carry no dofs. Raises ValueError on an unknown group or
     family, on cells, sections, materials or options a family cannot use, and on masses at nodes without a member.
     """
     if not members:
         raise ValueError("a structure needs at least one member; found none")
     warn_of_doubled_cells(mesh, members)
-    numbering = Numbering(len(mesh.points))
+    numbering = Numbering(len(mesh.points), members)
     parts = [contribution(mesh, member, numbering) for member in members]
     inertia = tuple(block for part in parts for block in part.inertia)
     inertia += tuple(point_mass_block(mesh, point_mass, numbering) for point_mass in point_masses)
     strain = tuple(block for part in parts for block in part.strain)
-    T = numbering.independent()
+    T = numbering.independent(conditions(mesh, supports or {}))
     translation, rotation = numbering.node_rows(T.shape[0])
-    M, K = mass_and_stiffness(inertia, strain, T)
-    f0 = np.zeros(T.shape[1])
-    if any(block.stress.any() for block in strain):
-        elastic = InternalForce(strain, T)
-        K, f0 = elastic.tangent(f0), elastic.force(f0)
+    M, K0 = mass_and_stiffness(inertia, strain, T)
+    K, f0 = with_initial_stress(K0, strain, T)
     return Structure(
         mesh=mesh,
         M=M,
         K=K,
+        K0=K0,
         T=T,
         inertia=inertia,
         strain=strain,
@@ -155,6 +199,16 @@ def build_structure(mesh: Mesh, members: Sequence[Member], point_masses: Sequenc
         f0=f0,
         places=tuple(place for part in parts for place in part.places or (None,) * len(part.strain)),
     )
+
+
+def with_initial_stress(
+    K0: sparse.csr_array, strain: Sequence[StrainBlock], T: sparse.csr_array
+) -> tuple[sparse.csr_array, Array]:
+    """K0 with the stiffness of initial stress added, and the force (n_dof,) which that leaves unbalanced."""
+    if not any(block.stress.any() for block in strain):
+        return K0, np.zeros(T.shape[1])
+    elastic = InternalForce(strain, T)
+    return (K0 + elastic.initial_stiffness()).tocsr(), elastic.initial_force()
 
 
 def contribution(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
@@ -188,8 +242,9 @@ def warn_of_doubled_cells(mesh: Mesh, members: Sequence[Member]) -> None:
 
 
 def _on_independent(rows: sparse.csr_array, T: sparse.csr_array) -> sparse.csr_array:
-    if T.shape[0] == T.shape[1]:  # nothing was eliminated: T is the identity
-        return rows
+    n = T.shape[0]
+    if T.shape == (n, n) and T.nnz == n and np.array_equal(T.indices, np.arange(n)) and (T.data == 1.0).all():
+        return rows  # T is the identity
     return (rows @ T).tocsr()
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numba
 import numba.types
 
+from femflex.kernel_cache import stored
 from femflex.kernel_linking import KernelCompiler, PartCompiler
 
 types: Any = numba.types  # numba's own annotations do not cover its types and first-class functions
@@ -29,6 +30,6 @@ summing: Any = njit(error_model="numpy", fastmath={"contract", "reassoc"}, **_PA
 
 
 def kernel(signature: Any) -> Any:
-    """Decorator of a kernel: compiled for this one signature, kept on disk, and free of the interpreter's lock."""
-    how = {"fastmath": {"contract"}, "cache": True, "nogil": True, "pipeline_class": KernelCompiler}
-    return njit(signature, error_model="numpy", **how)
+    """Decorator of a kernel: compiled for this one signature, stored on disk, and free of the interpreter's lock."""
+    how = {"fastmath": {"contract"}, "nogil": True, "pipeline_class": KernelCompiler}
+    return stored(signature, error_model="numpy", **how)

@@ -1,7 +1,6 @@
 """Compiled parts shared by the implicit methods: output by cubic Hermite polynomials, Newton's verdict, step sizes.
 
-The vectors kept between calls begin with the four rows x, dx/dt at the end of the last step and at its beginning. As
-in `vectors`, touch the kernels' files after an edit here.
+The vectors kept between calls begin with the four rows x, dx/dt at the end of the last step and at its beginning.
 """
 
 from __future__ import annotations

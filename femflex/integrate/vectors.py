@@ -1,7 +1,4 @@
-"""Compiled small change of the kernels: unit quaternions, finiteness, and what every method notes of its steps.
-
-A kernel that uses these is kept on disk by the date of its own file: after an edit here, touch the kernels' files.
-"""
+"""Compiled small change of the kernels: unit quaternions, finiteness, and what every method notes of its steps."""
 
 from __future__ import annotations
 

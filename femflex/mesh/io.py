@@ -11,9 +11,14 @@ from femflex.mesh import io_abaqus, io_gmsh, io_med, io_nastran, io_vtk
 from femflex.mesh.check import check
 from femflex.mesh.contents import renamed, to_mesh, without_vertices
 from femflex.mesh.formats import WriteOptions, format_of
+from femflex.mesh.memory import limited_memory, require_memory
 from femflex.mesh.mesh import Mesh
+from femflex.reading import reading
 
 __all__ = ["io_abaqus", "io_gmsh", "io_med", "io_nastran", "io_vtk", "read_mesh", "write_mesh"]
+
+COMPRESSED = 20  # a compressed .vtu or .med may hold as much more than its size says
+ADVICE = "The file may be cut short, damaged or of another format; write it again from its source."
 
 
 def read_mesh(path: str | Path, groups: Mapping[str, str] | None = None) -> Mesh:
@@ -27,13 +32,12 @@ def read_mesh(path: str | Path, groups: Mapping[str, str] | None = None) -> Mesh
     if not path.is_file():
         near = sorted(p.name for p in path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
         raise ValueError(f"mesh file {path} does not exist; {path.parent} holds {near or 'no such files'}.")
-    try:
+    need = kind.memory * path.stat().st_size
+    require_memory(need, f"{path.name}: reading it", "take a coarser mesh, or free some memory.")
+    with reading(path, kind.name, ADVICE), limited_memory(COMPRESSED * need):
         contents = kind.read(path)
-    except (ValueError, LookupError, StopIteration, OSError) as error:
-        if path.name in str(error):
-            raise
-        raise ValueError(f"{path.name} could not be read as {kind.name}: {error or type(error).__name__}.") from error
-    mesh = renamed(to_mesh(contents, path.name), groups, contents.titles, path.name)
+        mesh = to_mesh(contents, path.name)
+    mesh = renamed(mesh, groups, contents.titles, path.name)
     check(mesh, path.name)
     return mesh
 

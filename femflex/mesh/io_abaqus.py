@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import re
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from femflex.mesh.abaqus_keywords import Keyword, read_keywords
 from femflex.mesh.contents import Block, Contents
 from femflex.mesh.formats import WriteOptions, load_meshio, meshio_speaking, register
 from femflex.mesh.mesh import Mesh
+from femflex.mesh.numbers import Numbers
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -61,7 +63,7 @@ def read(path: Path) -> Contents:
     blocks = _blocks(raw, elements, sets["ELSET"].members)
     order = {number: k for k, number in enumerate(nodes)}
     point_groups = {
-        group: np.array([order[n] for n in numbers if n in order], np.int64)
+        group: np.array([order[n] for n in numbers.among(order)], np.int64)
         for group, numbers in sets["NSET"].members.items()
     }
     known = tuple(sets["ELSET"].members)
@@ -94,20 +96,25 @@ class _Sets:
 
     def __init__(self, kind: str) -> None:
         self.kind = kind
-        self.members: dict[str, list[int]] = {}
+        self._parts: dict[str, list[int | range]] = {}
         self._spelling: dict[str, str] = {}
 
-    def add(self, name: str, numbers: list[int]) -> None:
-        """Add numbers to a set, new or known; a name of "" is none."""
-        if name:
-            self.members.setdefault(self._spelling.setdefault(name.upper(), name), []).extend(numbers)
+    @property
+    def members(self) -> dict[str, Numbers]:
+        """Numbers of every set."""
+        return {name: Numbers(tuple(parts)) for name, parts in self._parts.items()}
 
-    def named(self, name: str) -> list[int]:
-        """Numbers of a known set."""
+    def add(self, name: str, numbers: Sequence[int | range]) -> None:
+        """Add numbers and ranges to a set, new or known; a name of "" is none."""
+        if name:
+            self._parts.setdefault(self._spelling.setdefault(name.upper(), name), []).extend(numbers)
+
+    def named(self, name: str) -> list[int | range]:
+        """Numbers and ranges of a known set."""
         key = name.rsplit(".", 1)[-1].upper()  # part.set
         if key not in self._spelling:
-            raise ValueError(f"{self.kind} {name!r} is used before it is defined; known are {sorted(self.members)}.")
-        return self.members[self._spelling[key]]
+            raise ValueError(f"{self.kind} {name!r} is used before it is defined; known are {sorted(self._parts)}.")
+        return list(self._parts[self._spelling[key]])
 
 
 def _refuse_assemblies(keywords: list[Keyword], path: Path) -> None:
@@ -155,14 +162,15 @@ def _read_set(keyword: Keyword, sets: dict[str, _Sets], elements: list[Element])
     mine, name = sets[keyword.name], keyword.parameter(keyword.name.lower())
     mine.add(name, [])
     if keyword.name == "NSET" and keyword.parameter("elset"):
-        wanted = set(sets["ELSET"].named(keyword.parameter("elset")))
+        listed = Numbers(tuple(sets["ELSET"].named(keyword.parameter("elset"))))
+        wanted = set(listed.among({number for _, number, _ in elements}))
         mine.add(name, sorted({node for _, number, nodes in elements if number in wanted for node in nodes}))
         return
     for row in keyword.data:
         words = [word for word in row if word]
         if "generate" in keyword.parameters:
             first, last, step = (int(word) for word in [*words, "1"][:3])
-            mine.add(name, list(range(first, last + 1, step)))
+            mine.add(name, [range(first, last + 1, step)])
             continue
         for word in words:
             mine.add(name, [int(word)] if word.lstrip("-").isdigit() else mine.named(word))
@@ -179,12 +187,14 @@ def _through_meshio(nodes: dict[int, list[str]], elements: list[Element], path: 
         return load_meshio().abaqus.read(io.StringIO("\n".join([*lines, ""])))
 
 
-def _blocks(raw: Any, elements: list[Element], members: dict[str, list[int]]) -> list[Block]:
+def _blocks(raw: Any, elements: list[Element], members: dict[str, Numbers]) -> list[Block]:
+    known = {number for _, number, _ in elements}
+    listed = {group: numbers.among(known) for group, numbers in members.items()}
     blocks, start = [], 0
     for part in raw.cells:
         numbers = np.array([number for _, number, _ in elements[start : start + len(part.data)]])
         start += len(part.data)
-        groups = {group: np.flatnonzero(np.isin(numbers, inside)) for group, inside in members.items()}
+        groups = {group: np.flatnonzero(np.isin(numbers, inside)) for group, inside in listed.items()}
         blocks.append(Block(part.type, part.data, {g: rows for g, rows in groups.items() if len(rows)}))
     return blocks
 
@@ -198,4 +208,4 @@ def _set_lines(keyword: str, name: str, numbers: Index) -> str:
     return "\n".join([f"*{keyword}, {keyword}={label}", *rows, ""])
 
 
-register(NAME, (".inp",), read, write)
+register(NAME, (".inp",), read, write, memory=25.0)  # measured: 19

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from femflex.mesh.contents import Block, Contents
 from femflex.mesh.formats import WriteOptions, load_meshio, meshio_speaking, register
+from femflex.mesh.gmsh_counts import check_counts
 from femflex.mesh.gmsh_entities import Entity, entities_of, entities_section, physical_tags, read_entities
 from femflex.mesh.mesh import Mesh
 
@@ -37,6 +38,8 @@ def read(path: Path) -> Contents:
     version, binary, width = _header(data, path)
     if version == "2.2" and binary:
         _refuse_gaps(_section(data, "Nodes", path), path)
+    bodies = _section(data, "Nodes", path), _section(data, "Elements", path)
+    check_counts(*bodies, (version, binary, width), path.name)
     core = b"".join(_section(data, name, path, True) for name in ("MeshFormat", "Nodes", "Elements"))
     with tempfile.TemporaryDirectory() as folder, meshio_speaking(path, NAME, hint=HINT):
         plain = Path(folder) / "plain.msh"

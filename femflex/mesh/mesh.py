@@ -110,8 +110,9 @@ class Mesh:
 
     def refined(self, times: int = 1) -> Mesh:
         """The mesh with every cell divided in two along each edge, `times` times; groups are kept (see refine.py)."""
-        from femflex.mesh.refine import refined
+        from femflex.mesh.refine import check_memory, refined
 
+        check_memory(self, times)
         mesh = self
         for _ in range(times):
             mesh = refined(mesh)

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from femflex.mesh.numbers import Numbers
+
 NAME = "Nastran bulk data"
 WIDTH = {False: 8, True: 16}  # columns of a data field, small and large
 
@@ -16,7 +18,7 @@ class Deck:
     """Cards (name, fields), SETs of case control by number, and names told in comments by what they name."""
 
     cards: list[tuple[str, list[str]]] = field(default_factory=list)
-    sets: dict[int, list[int]] = field(default_factory=dict)
+    sets: dict[int, Numbers] = field(default_factory=dict)
     set_names: dict[int, tuple[str, str]] = field(default_factory=dict)  # number -> (1 nodes | 2 elements, name)
     property_names: dict[int, str] = field(default_factory=dict)
     by_gmsh: bool = False  # Gmsh puts the middle node of a second-order line where CBAR has its orientation point
@@ -36,24 +38,25 @@ def read_deck(path: Path) -> Deck:
     return deck
 
 
-def expanded(words: list[str]) -> list[int]:
+def listed(words: list[str]) -> Numbers:
     """Numbers of a list such as 1, 3, THRU, 7, BY, 2."""
-    numbers: list[int] = []
+    numbers: list[int | range] = []
     rest = [word.upper() for word in reversed(words) if word]
     while rest:
         word = rest.pop()
         if word == "EXCEPT":
-            without = set(expanded(rest[::-1]))
-            return [number for number in numbers if number not in without]
+            return Numbers(tuple(numbers), listed(rest[::-1]))
         if word != "THRU":
             numbers.append(int(word))
             continue
-        last, step = int(rest.pop()), 1
+        first, last, step = numbers[-1], int(rest.pop()), 1
         if rest and rest[-1] == "BY":
             rest.pop()
             step = int(rest.pop())
-        numbers += range(numbers[-1] + step, last + 1, step)
-    return numbers
+        if isinstance(first, range):
+            raise ValueError(f"the list {' '.join(words[:20])} has THRU after a range; a number stands before it")
+        numbers.append(range(first + step, last + 1, step))
+    return Numbers(tuple(numbers))
 
 
 def _lines(path: Path, depth: int) -> Iterator[str]:
@@ -95,7 +98,7 @@ def _case_control(lines: list[str], deck: Deck) -> list[str]:
             text += lines[k]
         words = text.replace(",", " ").split()
         if all(re.fullmatch(r"\d+|THRU|BY|EXCEPT", word, re.I) for word in words):  # not ALL, not real numbers
-            deck.sets[int(found[1])] = expanded(words)
+            deck.sets[int(found[1])] = listed(words)
         k += 1
     return rest
 

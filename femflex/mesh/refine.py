@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.mesh.cells import CELL_TYPES, CellType
+from femflex.mesh.memory import require_memory
 from femflex.mesh.mesh import Mesh
 
 Array = NDArray[np.float64]
@@ -25,6 +26,22 @@ Index = NDArray[np.int64]
 Keys = NDArray[np.uint64]
 
 STEPS = 64  # corner weights of all new points are whole multiples of 1/64
+
+
+WORKING = 8.0  # bytes taken while refining, over those of the refined mesh (measured)
+
+
+def check_memory(mesh: Mesh, times: int) -> None:
+    """Raise ValueError where the mesh refined so often needs more memory than is free; warn of more than a GB."""
+    often, cells, need = min(times, 60), 0.0, 0.0  # 60: beyond any memory, within floats
+    for cell, nodes in mesh.cells.items():
+        count = len(nodes) * 2.0 ** (often * CELL_TYPES[cell].dimension)
+        cells += count
+        need += 8 * nodes.shape[1] * count
+    need += 24 * len(mesh.points) * 2.0 ** (often * mesh.dimension)
+    if times:
+        what = f"a mesh of {sum(map(len, mesh.cells.values()))} cells refined {times} times to {cells:.3g}"
+        require_memory(WORKING * need, what, "refine it less often.")
 
 
 def refined(mesh: Mesh) -> Mesh:

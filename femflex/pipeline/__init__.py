@@ -43,16 +43,20 @@ def run(
               (a complete one is returned as it is)
     without   names of what is switched off, such as "gravity_gradient", a load or "flexibility"; the file says so
     progress  called with the time reached [s] after every block
-    Raises CaseError for a case that cannot be run, FileExistsError for an existing output unless `force`, and
+    Raises CaseError for a case that cannot be run, FileExistsError for an existing output unless `force`,
+    BlockingIOError when another run is writing the output, ValueError when `resume` finds other inputs, and
     IntegrationError when the numerics fail; the file then keeps what was computed and says so.
     """
     from femflex.case import Case, read_case
-    from femflex.results import open_run
+    from femflex.results import FileLock, open_run
 
-    if resume:
-        case = case if isinstance(case, Case) else read_case(case)
-        if is_finished(case, Path(output)):
-            return open_run(output)
-    prepared = prepare(case, output, force=force, resume=resume, without=without)
-    integrate(prepared, output, force=force, resume=resume, progress=progress)
+    case = case if isinstance(case, Case) else read_case(case)
+    if resume and is_finished(case, Path(output)):
+        return open_run(output)
+    if not resume:
+        with wrong_names_first(case, without):
+            check_output(case, Path(output), force, resume)
+    with FileLock(output) as lock:
+        prepared = prepare(case, output, force=force, resume=resume, without=without)
+        integrate(prepared, output, force=force, resume=resume, progress=progress, lock=lock)
     return open_run(output)

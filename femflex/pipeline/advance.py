@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from femflex.dynamics import Model
     from femflex.integrate import Block, IntegrationError
     from femflex.pipeline.prepared import Prepared
-    from femflex.results import RunWriter
+    from femflex.results import FileLock, RunWriter
 
 MOST_MOVED = 200  # initial values that a file's attributes have room for
 
@@ -30,8 +30,12 @@ def integrate(
     force: bool = False,
     resume: bool = False,
     progress: Progress | None = None,
+    lock: FileLock | None = None,
 ) -> None:
-    """Run to the end, block by block into the file. See `femflex.run`."""
+    """Run to the end, block by block into the file. See `femflex.run`.
+
+    lock: of the output, when the caller has taken it already; it is released at the end
+    """
     from femflex.integrate import IntegrationError
     from femflex.results.keeping import undisturbed
 
@@ -39,7 +43,7 @@ def integrate(
     stiffening = Stiffening(model)
     if model.constraints is not None:
         model.constraints.forget_passage()  # a trial of the integrator may have passed here before
-    with _writer(prepared, Path(output), force, resume) as (writer, state, written):
+    with _writer(prepared, Path(output), force, resume, lock) as (writer, state, written):
         last = None
         try:
             for last in prepared.integrator.blocks(model, prepared.times, model.x0, state):
@@ -80,29 +84,39 @@ def integrate(
 
 
 @contextmanager
-def _writer(prepared: Prepared, output: Path, force: bool, resume: bool) -> Iterator[tuple[RunWriter, Any, float]]:
+def _writer(
+    prepared: Prepared, output: Path, force: bool, resume: bool, lock: FileLock | None
+) -> Iterator[tuple[RunWriter, Any, float]]:
     """The writer of a new file or of one to go on with, the integrator's state there, and the time of the last row."""
-    from femflex.results import RunWriter, resume_point
+    from femflex.results import FileLock, RunWriter, resume_point
 
     if resume:
-        point = resume_point(output)
-        with RunWriter.resumed(output, rows=len(prepared.times)) as writer:
-            yield writer, point.state, point.time
+        with lock or FileLock(output) as own:
+            point = resume_point(output)
+            with RunWriter.resumed(output, rows=len(prepared.times), lock=own) as writer:
+                yield writer, point.state, point.time
         return
+    rows, channels, bodies = len(prepared.times), prepared.model.channels, prepared.system.bodies
+    with RunWriter(output, channels, bodies, _attributes(prepared), rows=rows, force=force, lock=lock) as writer:
+        yield writer, None, -1.0
+
+
+def _attributes(prepared: Prepared) -> dict[str, str]:
+    """Attributes of the result file: what was run, and how."""
+    from femflex.pipeline.inputs import inputs_text
+
     case, model = prepared.case, prepared.model
-    attributes = {
+    return {
         "title": case.title,
         "case_text": case.text,
         "case_path": str(case.path),
+        "inputs": inputs_text(case),
         "without": ", ".join(model.omitted),
         "start_moved": ", ".join(map(str, prepared.moved[:MOST_MOVED])),
         "start_taken_up": "; ".join(map(str, prepared.taken_up)),
         "integrator": prepared.integrator.name,
         "frame": f"N inertial; attitude from the {prepared.system.frame.kind} frame",
     }
-    rows = len(prepared.times)
-    with RunWriter(output, model.channels, prepared.system.bodies, attributes, rows=rows, force=force) as writer:
-        yield writer, None, -1.0
 
 
 def _kept(error: IntegrationError, writer: RunWriter, model: Model, written: float) -> IntegrationError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,8 @@ from femflex.pipeline.stiffening import Stiffening
 if TYPE_CHECKING:
     from femflex.case import Case
     from femflex.dynamics.equilibria.equilibrium import Equilibrium
+    from femflex.dynamics.equilibria.system_modes import SystemModes
+    from femflex.system import Part, System
 
 
 def balanced(case: Case, at: float | None = None, stable: bool = False) -> Equilibrium:
@@ -22,19 +25,41 @@ def balanced(case: Case, at: float | None = None, stable: bool = False) -> Equil
 
     Raises CaseError and ValueError for what cannot be in equilibrium, EquilibriumError when none is found.
     """
-    from femflex.case.builders import build_system
     from femflex.dynamics.equilibria.equilibrium import equilibrium
+
+    found = equilibrium(_system_of(case), at, stable)
+    _warn(found)
+    return found
+
+
+def case_modes(case: Case, at: float | None = None, bodies: Mapping[str, Part] | None = None) -> SystemModes:
+    """The modes of the craft of a case about its equilibrium (`femflex.system_modes`), of these bodies where given.
+
+    Warns and raises as `balanced`.
+    """
+    from femflex.dynamics.equilibria.system_modes import system_modes
+
+    found = system_modes(_system_of(case, bodies), at)
+    _warn(found.about)
+    return found
+
+
+def _system_of(case: Case, bodies: Mapping[str, Part] | None = None) -> System:
+    from femflex.case.builders import build_system
 
     if case.initial is not None and case.initial.source == "equilibrium":
         case = case.model_copy(update={"initial": None})  # it is what is sought here
-    found = equilibrium(build_system(case), at, stable)
+    return build_system(case, bodies)
+
+
+def _warn(found: Equilibrium) -> None:
+    """Warn of bodies that are bent, or pulled or pressed along, by more than their strain is good for."""
     for bend in bends(found.model):
         bend.moved(found.x[None])
         bend.warn("is")
     stiffening = Stiffening(found.model)
     stiffening.watch(found.model.observe(np.zeros(1), found.x[None]))
     stiffening.warn("turns at")
-    return found
 
 
 def keep(found: Equilibrium, case: Case, output: str | Path, *, force: bool = False, ended: str = "") -> None:

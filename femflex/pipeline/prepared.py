@@ -72,7 +72,7 @@ def prepare(
     from femflex.case.builders.integrator import chosen_integrator
     from femflex.case.builders.references import duration_of
     from femflex.dynamics import compile_system
-    from femflex.pipeline.resumed import check_same_model
+    from femflex.pipeline.resumed import check_same_model, check_same_times, integrator_of
 
     case = case if isinstance(case, Case) else read_case(case)
     with wrong_names_first(case, without):
@@ -86,7 +86,12 @@ def prepare(
         check_same_model(model, Path(output))
     times = case.run.times(duration_of(case, system))
     warn_of_doubtful_bodies(case, system.bodies, float(times[1] - times[0]))
-    integrator, reason = chosen_integrator(case, model, times)
+    chosen = case
+    if resume:
+        check_same_times(times, Path(output))
+        run = case.run.model_copy(update={"integrator": integrator_of(Path(output))})
+        chosen = case.model_copy(update={"run": run})
+    integrator, reason = chosen_integrator(chosen, model, times)
     return Prepared(case, system, model, integrator, reason, times)
 
 

@@ -25,6 +25,7 @@ def rebuilt(run: Run, case: str | Path | None = None) -> Model:
     from femflex.case.builders import build_system
     from femflex.case.read import parse_case
     from femflex.dynamics import compile_system
+    from femflex.pipeline.inputs import changed_inputs, inputs_of
 
     if not run.case_text:
         raise ValueError(f"{run.path} keeps no case text, so its model cannot be built again")
@@ -34,7 +35,11 @@ def rebuilt(run: Run, case: str | Path | None = None) -> Model:
             f"{run.path} was made from {place}, and that folder is not here; say where the case file is now (--case), "
             f"for the meshes beside it"
         )
-    model = compile_system(build_system(parse_case(run.case_text, place)))
+    read = parse_case(run.case_text, place)
+    begun = inputs_of(run)
+    if begun is not None and (changed := changed_inputs(begun, read)):
+        raise ValueError(f"{run.path} was made with other inputs: {changed}. Undo the change, or run the case anew")
+    model = compile_system(build_system(read))
     if run.without:
         model = model.without(*run.without)
     check_agreement(run, model)

@@ -1,45 +1,60 @@
-"""Whether a run in a file can be gone on with, and if not, what has changed."""
+"""Whether an unfinished run can be resumed with a case, and if not, what has changed."""
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import femflex
+from femflex.pipeline.inputs import changed_inputs, inputs_of
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from femflex.case import Case
     from femflex.dynamics import Model
+    from femflex.results import Run
 
-BESIDE = {"title", "source", "description", "pictures", "expect", "study"}  # do not change what is integrated
-SHOWN = 4  # differences told
+SAME_TIME = 1e-12  # relative: rounding of an output time
 
 
 def is_finished(case: Case, output: Path) -> bool:
-    """Whether the run in the output file is complete, so that there is nothing to go on with.
+    """Whether the run in the output file is complete and as long as the case says, so that nothing is left to resume.
 
-    Raises ValueError when it was begun with a case that differs in what is integrated, saying in what.
+    Raises ValueError when it was begun with other inputs, or by another version of femflex, and says which.
     """
     from femflex.results import open_run
 
     with open_run(output) as run:
-        check_same_case(run.case_text, case.text, output)
-        return run.complete
+        check_same_inputs(run, case)
+        return run.complete and not _is_longer(run, case)
 
 
-def check_same_case(begun: str, now: str, output: Path) -> None:
-    """Raise ValueError when two case texts ask for different runs."""
-    found = list(differences(_integrated(begun), _integrated(now)))
-    if found:
-        more = f", and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
+def check_same_inputs(run: Run, case: Case) -> None:
+    """Raise ValueError when the run cannot be resumed with the case as it is now."""
+    begun = inputs_of(run)
+    if begun is None:
         raise ValueError(
-            f"{output} was begun with another case: {'; '.join(found[:SHOWN])}{more}. Undo the change to resume it, or "
-            f"start anew without --resume"
+            f"{run.path} does not hold digests of the inputs of its run, so they cannot be compared with those of the "
+            f"case; run it anew (without --resume)"
+        )
+    if changed := changed_inputs(begun, case):
+        raise ValueError(
+            f"{run.path} was begun with another case: {changed}. Undo the change to resume it, or start anew without "
+            f"--resume"
+        )
+    if run.versions["femflex"] != femflex.__version__:
+        raise ValueError(
+            f"{run.path} was begun with femflex {run.versions['femflex']}, and this is {femflex.__version__}; resume "
+            f"it with that version, or start anew without --resume"
         )
 
 
 def check_same_model(model: Model, output: Path) -> None:
-    """Raise ValueError when the unfinished run was begun with something else switched off, or with other meshes."""
+    """Raise ValueError when the unfinished run was begun with something else switched off, or with another model."""
     from femflex.pipeline.rebuilt import check_agreement
     from femflex.results import open_run
 
@@ -49,36 +64,49 @@ def check_same_model(model: Model, output: Path) -> None:
             check_agreement(unfinished, model)
 
 
+def check_same_times(times: NDArray[np.float64], output: Path) -> None:
+    """Raise ValueError when the output times do not go on from those in the file."""
+    from femflex.results import open_run
+
+    with open_run(output) as run:
+        there = run.time
+    if len(there) and times[-1] < (1 - SAME_TIME) * there[-1]:
+        raise ValueError(
+            f"{output} holds rows up to {there[-1]:.9g} s, and the case now ends at {times[-1]:.9g} s; give a later "
+            f"end, or start anew without --resume"
+        )
+    same = min(len(there), len(times))
+    differ = np.flatnonzero(np.abs(times[:same] - there[:same]) > SAME_TIME * times[-1])
+    last = len(there) - 1  # of a complete run: its end, which need not be a multiple of the output step
+    if len(differ) and not (differ[0] == last and there[last] < times[last]):
+        k = differ[0]
+        raise ValueError(
+            f"{output} holds a row at {there[k]:.9g} s where the case now asks for {times[k]:.9g} s; the end of a run "
+            f"may change with run.output_step given, but not the times before it"
+        )
+
+
+def integrator_of(output: Path) -> str:
+    """Name of the integrator that the run in the file was begun with."""
+    from femflex.results import open_run
+
+    with open_run(output) as run:
+        return str(run.attributes["integrator"])
+
+
+def _is_longer(run: Run, case: Case) -> bool:
+    """Whether the case asks for a longer run than the complete one in the file."""
+    begun = inputs_of(run) or {"length": {}}
+    for key in ("duration", "orbits"):
+        now = getattr(case.run, key)
+        if now is not None and key in begun["length"]:
+            return bool(now > begun["length"][key])
+    return True
+
+
 def _check_omitted(begun: Sequence[str], now: Sequence[str], output: Path) -> None:
     if set(begun) != set(now):
         first, second = (", ".join(names) or "nothing" for names in (begun, now))
         raise ValueError(
             f"{output} was begun with {first} switched off, not {second}; resume it likewise, or start anew"
         )
-
-
-def differences(begun: Any, now: Any, where: str = "") -> Iterator[str]:
-    """What differs between two tables, by key path."""
-    if isinstance(begun, Mapping) and isinstance(now, Mapping):
-        for key in dict.fromkeys([*begun, *now]):
-            path = f"{where}.{key}" if where else str(key)
-            if key not in now:
-                yield f"{path} is no longer there"
-            elif key not in begun:
-                yield f"{path} is new"
-            else:
-                yield from differences(begun[key], now[key], path)
-    elif isinstance(begun, list) and isinstance(now, list) and len(begun) == len(now):
-        for k, (a, b) in enumerate(zip(begun, now, strict=True)):
-            yield from differences(a, b, f"{where}[{k}]")
-    elif begun != now:
-        yield f"{where} was {_short(begun)}, now {_short(now)}"
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 40 else f"{text[:37]}..."
-
-
-def _integrated(text: str) -> dict[str, Any]:
-    return {key: value for key, value in tomllib.loads(text).items() if key not in BESIDE}

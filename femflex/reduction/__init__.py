@@ -7,16 +7,18 @@ from femflex.reduction.buckling import critical_factor
 from femflex.reduction.condense import condense
 from femflex.reduction.craig_bampton import craig_bampton
 from femflex.reduction.curvature import hardening, rise, softest
-from femflex.reduction.damping import Damping, ModalDamping, RayleighDamping, bending_damping
+from femflex.reduction.damping import Damping, ModalDamping, RayleighDamping, bending_damping, is_added, is_unanswered
 from femflex.reduction.derivatives import with_derivatives
 from femflex.reduction.effective_mass import EffectiveMass, effective_mass, mac, mac_of_bodies
+from femflex.reduction.enrichment import BeamEnrichment, MeshedEnrichment
 from femflex.reduction.foreshortening import foreshortening, foreshortening_of
 from femflex.reduction.initial_stress import relaxed, warn_of_initial_stress
 from femflex.reduction.matrices import body_from_matrices
-from femflex.reduction.modes import cantilever_modes, free_free_modes, with_attachment
+from femflex.reduction.modes import cantilever_modes, free_free_modes, load_vectors
 from femflex.reduction.modeset import ModeSet, rigid_set
 from femflex.reduction.nodal import lumped, nodal, nodal_translations
 from femflex.reduction.reduce import reduce_structure
+from femflex.reduction.residuals import with_attachment
 from femflex.reduction.response_states import with_responses
 from femflex.reduction.segments import chord_modes, reduce_segments
 from femflex.reduction.slow_loads import slow_loads
@@ -27,9 +29,11 @@ from femflex.reduction.third_derivatives import with_sheet_bends, with_third_der
 from femflex.reduction.uniform_beam import BeamFunctions, Taper, UniformBeam
 
 __all__ = [
+    "BeamEnrichment",
     "BeamFunctions",
     "Damping",
     "EffectiveMass",
+    "MeshedEnrichment",
     "ModalDamping",
     "ModeSet",
     "RayleighDamping",
@@ -49,8 +53,11 @@ __all__ = [
     "foreshortening_of",
     "free_free_modes",
     "hardening",
+    "is_added",
+    "is_unanswered",
     "lack_of_stretch",
     "load_body",
+    "load_vectors",
     "lumped",
     "mac",
     "mac_of_bodies",

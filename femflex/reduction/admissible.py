@@ -16,11 +16,12 @@ from femflex.reduction.beam_functions import ends_of, gauss, points_for
 from femflex.reduction.beam_strain import beam_strain
 from femflex.reduction.clamps import Groups, held_dofs, names
 from femflex.reduction.condense import condense
-from femflex.reduction.damping import Damping, ModalDamping, bending_damping
+from femflex.reduction.damping import Damping, ModalDamping, bending_damping, is_added
 from femflex.reduction.modes import TURN
 from femflex.reduction.modeset import ModeSet
 from femflex.reduction.moments import point_moments
 from femflex.reduction.rigid import lifted
+from femflex.reduction.static_stretch import with_stretch_of_slaved
 from femflex.reduction.strain_points import beam_field
 from femflex.reduction.turned_sections import Sections, with_turned_sections
 from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
@@ -61,7 +62,8 @@ def beam_body(
     if strain == "condensed" or (strain == "nonlinear" and not functions.holds_squares):
         functions = functions.with_followers()
     body = _body(beam, functions, damping, orthonormal, strain)
-    return condense(body, range(functions.own, body.n_modes)) if functions.own < body.n_modes else body
+    n = functions.own
+    return with_stretch_of_slaved(condense(body, range(n, body.n_modes)), body, n) if n < body.n_modes else body
 
 
 def _body(
@@ -80,6 +82,9 @@ def _body(
         X, omega = np.hstack([X, followers]), np.concatenate([omega, frequency])
     following = X.shape[1] > functions.own
     follower = "derivative" if strain == "condensed" else "remainder"
+    beside = int(functions.added.sum()) if orthonormal and not functions.added.all() else 0
+    kinds = ("admissible",) * (functions.own - beside) + ("attachment",) * beside
+    kinds += (follower,) * (X.shape[1] - functions.own)
     moments = point_moments(dm, rho, shapes @ X)
     V1 = X.T @ raw @ X
     V1 = (V1 + V1.T) / 2
@@ -87,12 +92,12 @@ def _body(
     body = FlexibleBody(
         moments=moments,
         strain=StrainTensors.linear(V1) if strain == "linear" else beam_strain(beam, functions, X, V1, following),
-        damping=bending_damping(damping or ModalDamping(0.0), moments.elastic_mass(), V1, damped),
+        damping=bending_damping(damping or ModalDamping(0.0), moments.elastic_mass(), V1, damped, is_added(kinds)),
         markers={
             name: _marker(beam, functions, end, X, strain != "linear") for end, name in enumerate(("root", "tip"))
         },
         skin=_skin(beam, functions, X),
-        kinds=("admissible",) * functions.own + (follower,) * (X.shape[1] - functions.own),
+        kinds=kinds,
         omega=omega,
         strain_field=(beam_field(beam, functions, X, strain != "linear", following),),
     )
@@ -111,15 +116,32 @@ def _damped(functions: BeamFunctions, X: Array, strain: str) -> NDArray[np.bool_
 def _own_columns(
     beam: UniformBeam, functions: BeamFunctions, V1: Array, Me: Array, orthonormal: bool
 ) -> tuple[Array, Array]:
-    """Columns (count, own) of the coordinates over the functions, and their frequencies where they are modes."""
-    n = functions.own
+    """Columns (count, own) of the coordinates over the functions, and their frequencies where they are modes.
+
+    Those of static shapes that stand beside the others come last, without mass in common with these.
+    """
+    n, added = functions.own, functions.added
     X = np.zeros((functions.count, n))
     if not orthonormal:
         np.fill_diagonal(X, 1 / np.sqrt(beam.mass_per_length * beam.length))
         return X, np.full(n, np.nan)
-    eigenvalues, modes = dense_modes(V1[:n, :n], Me[:n, :n])
-    X[:n] = canonical(eigenvalues, modes)
-    return X * _tip_signs(beam, functions, X), np.sqrt(eigenvalues)
+    K, M = V1[:n, :n], Me[:n, :n]
+    if added.all():
+        added = np.zeros(n, bool)
+    own, beside = np.eye(n)[:, ~added], np.eye(n)[:, added]
+    columns, found = np.zeros((n, 0)), np.zeros(0)
+    for part in (own, beside) if beside.size else (own,):
+        part = part - columns @ (columns.T @ (M @ part))
+        eigenvalues, modes = dense_modes(part.T @ K @ part, part.T @ M @ part)
+        columns = np.hstack([columns, part @ canonical(eigenvalues, modes)])
+        found = np.append(found, eigenvalues)
+    if len(found) < n:
+        raise ValueError(
+            f"the stiffnesses of the beam, EA = {beam.EA:.4g} N, EIy = {beam.EIy:.4g}, EIz = {beam.EIz:.4g} and GJ = "
+            f"{beam.GJ:.4g} N m^2, are so far apart that {len(found)} of {n} modes can be computed; correct them"
+        )
+    X[:n] = columns
+    return X * _tip_signs(beam, functions, X), np.sqrt(found)
 
 
 def _following_columns(functions: BeamFunctions, V1: Array, Me: Array, own: Array) -> tuple[Array, Array]:

@@ -99,6 +99,10 @@ class BeamBearing:
         answer = np.asarray(np.linalg.solve(self.K, load[:n]), float)
         return hessian(self.body.strain.V2, answer, 3) - np.tensordot(load[n:], self.body.slaves, axes=1)
 
+    def stress_in_basis(self, load: Array) -> Array:
+        """See Elastic."""
+        return np.asarray(self.basis.T @ self.stress(load) @ self.basis)
+
     def moved(self, load: Array) -> float:
         """See Elastic: what the ends move, beside the rigid motions."""
         n = self.body.n_modes

@@ -5,7 +5,7 @@ Every set is a function (xi, derivative) -> (len(xi), n), orthonormal over 0 <= 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import comb
 from typing import Protocol
 
@@ -156,19 +156,21 @@ def _weight(xi: Array, p: int, q: int, derivative: int) -> Array:
 # --- static shapes --------------------------------------------------------------------------------------------------
 
 
-def with_static_bending(functions: FunctionSet, n: int) -> FunctionSet:
-    """Clamped-free functions with the static shapes of a root that accelerates or starts to turn, made orthonormal.
+STATIC_BENDING = (  # of a root that accelerates, w'''' = 1, and that starts to turn, w'''' = xi
+    np.polynomial.Polynomial([0, 0, 1 / 4, -1 / 6, 1 / 24]),
+    np.polynomial.Polynomial([0, 0, 1 / 6, -1 / 12, 0, 1 / 120]),
+)
+STATIC_AXIAL = (np.polynomial.Polynomial([0, 1, -1 / 2]),)  # of a root that accelerates, u'' = -1
+TIP_BENDING = (np.polynomial.Polynomial([0, 0, 1 / 2]), np.polynomial.Polynomial([0, 0, 1 / 2, -1 / 6]))
+TIP_AXIAL = (np.polynomial.Polynomial([0, 1]),)  # and those of a moment and a force at the tip
 
-    w'''' = 1 and w'''' = xi. Truncated modes leave out just these; see modes.with_attachment.
+
+def with_static(functions: FunctionSet, shapes: Sequence[np.polynomial.Polynomial], n: int) -> FunctionSet:
+    """Clamped-free functions with static shapes beside them, made orthonormal; n in all.
+
+    Truncated modes leave out just these; see modes.with_attachment.
     """
-    uniform = np.polynomial.Polynomial([0, 0, 1 / 4, -1 / 6, 1 / 24])
-    linear = np.polynomial.Polynomial([0, 0, 1 / 6, -1 / 12, 0, 1 / 120])
-    return _beside(functions, [uniform, linear], points_for(n))
-
-
-def with_static_axial(functions: FunctionSet, n: int) -> FunctionSet:
-    """Held-free functions with the static shape of a root that accelerates, u'' = -1, made orthonormal."""
-    return _beside(functions, [np.polynomial.Polynomial([0, 1, -1 / 2])], points_for(n))
+    return _beside(functions, list(shapes), points_for(n)) if shapes else functions
 
 
 def _beside(functions: FunctionSet, added: list[np.polynomial.Polynomial], n_points: int) -> FunctionSet:

@@ -52,6 +52,9 @@ class Statics(Protocol):
 class Elastic(Statics, Protocol):
     """The same with what picks the worst instant, and what sways."""
 
+    def stress_in_basis(self, load: Array) -> Array:
+        """`stress` of a load (n_load,) in the shapes of the basis (m, m)."""
+
     def moved(self, load: Array) -> float:
         """How far the static answer to a load (n_load,) moves what moves most [m]."""
 
@@ -121,9 +124,8 @@ class JudgedBearing:
         if count == 1:
             other = int((amounts[:, 0] * np.sign(amounts[largest, 0])).argmin())
             return [largest, other] if amounts[other, 0] * amounts[largest, 0] < 0.0 else [largest]
-        B = self.elastic.basis
         loads = np.hstack([self.elastic.loads(burden.marker) for burden in burdens]) @ patterns.T
-        small = np.stack([B.T @ (self.elastic.stress(load) @ B) for load in loads.T])
+        small = np.stack([self.elastic.stress_in_basis(load) for load in loads.T])
         parts = -np.linalg.eigvalsh(np.einsum("tp,pij->tij", amounts, small))[:, 0]
         worst = int(parts.argmax())
         return [worst] if parts[worst] > UNLIKE * parts[largest] else sorted({worst, largest})

@@ -11,62 +11,85 @@ from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh
 
 from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
-from femflex.fem.tables import assemble_blocks
-from femflex.reduction.clamps import free_dofs
+from femflex.reduction.pivots import negative_pivots
+from femflex.reduction.supported import Supported, supported, unstressed
 from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 CLOSE = 1.25  # times the stress given: below this margin to buckling it is told
-ROUGHLY, RESTARTS = 1e-3, 4  # part of an eigenvalue; of Lanczos' method, some 50 solutions
+FAR = 1e3  # times the stress given, from which on it counts as never
+CLASSED, EXACT = 1e-2, 1e-10  # part of the ratio of stiffness to which it is found, to see that it is far off, and else
+ROUGHLY, VECTORS, RESTARTS = 1e-3, 12, 8  # of the stiffness left; of Lanczos' method, some 60 solutions at most
 SMALL = 400  # dofs up to which a dense solution is cheaper
 
 
-def critical_factor(structure: Structure, held: Index) -> float:
+def critical_factor(structure: Structure, held: Index, enough: float = FAR) -> float:
     """Times the initial stress at which the structure with these dofs held buckles, inf where it never does.
 
-    Also inf where the structure has no stiffness of its own against some motion (a mechanism, a membrane, a tether).
-    Least lambda > 0 with det(K0 + lambda K_sigma) = 0, from K_sigma x = mu K0 x: lambda = -1 / mu.
+    Also inf beyond `enough`, and where the stress buckles a structure that without it has no stiffness against some
+    motion (a mechanism). Least lambda > 0 with det(K0 + lambda K_sigma) = 0.
+
+    Under a stress that it bears, K = K0 + K_sigma is positive, and nu of K0 x = nu K x, largest, gives lambda =
+    nu / (nu - 1): tension, however much it stiffens, leaves nu in 0 to 1. Under more, K_sigma x = mu K0 x, lowest,
+    gives lambda = -1 / mu. (Tension makes mu cluster at zero, where Lanczos' method takes a hundred times as long.)
     """
-    free = free_dofs(structure, held)
-    K0 = assemble_blocks(structure.strain, structure.T)[free][:, free]
-    K_sigma = structure.K[free][:, free] - K0
+    on, without = supported(structure, held), unstressed(structure, held)
     try:
-        lowest = lowest_ratio(K_sigma, K0)
+        if on.K_stiff.shape[0] > SMALL and not negative_pivots(on.factors):
+            return _borne(on, without.K_stiff, enough)
+        lowest = lowest_ratio((on.K_stiff - without.K_stiff).tocsr(), without.K_stiff)
     except (np.linalg.LinAlgError, RuntimeError):
         return np.inf
-    return -1.0 / lowest if lowest < 0 else np.inf
+    return -1.0 / lowest if lowest * enough < -1.0 else np.inf
+
+
+def _borne(on: Supported, K0: sparse.csr_array, enough: float) -> float:
+    """The factor of a structure that bears its stress, on its supports."""
+    least = enough / (enough - 1.0)
+    nu = _largest_ratio(K0, on, min(CLASSED, (least - 1.0) / 4))
+    if nu < least * (1.0 - CLASSED):
+        return np.inf
+    nu = _largest_ratio(K0, on, EXACT)
+    return nu / (nu - 1.0) if nu > least else np.inf
+
+
+def _largest_ratio(K0: sparse.csr_array, on: Supported, tolerance: float) -> float:
+    """Largest nu of K0 x = nu K x, to a part of it."""
+    n = K0.shape[0]
+    solve = LinearOperator((n, n), matvec=on.factors.solve, dtype=float)
+    start = np.random.default_rng(0).standard_normal(n)
+    found = eigsh(K0, 1, on.K_stiff, Minv=solve, which="LA", v0=start, tol=tolerance, return_eigenvectors=False)
+    return float(found[0])
 
 
 def lowest_ratio(K_sigma: sparse.csr_array, K0: sparse.csr_array) -> float:
     """Lowest mu of K_sigma x = mu K0 x."""
-    return _lowest(K_sigma, K0, 0.0, None)[0]
+    if K0.shape[0] <= SMALL:
+        return _dense_lowest(K_sigma, K0)[0]
+    solve = LinearOperator(K0.shape, matvec=factorised(K0).solve, dtype=float)
+    start = np.random.default_rng(0).standard_normal(K0.shape[0])
+    found = eigsh(K_sigma, 1, K0, Minv=solve, which="SA", v0=start, return_eigenvectors=False)
+    return float(found[0])
 
 
 def roughly_lowest(K_sigma: sparse.csr_array, K0: sparse.csr_array, factors: SuperLU) -> tuple[float, Array]:
-    """The same to ROUGHLY and its x (n,), with the factors of K0.
+    """The same and its x (n,), with the factors of K0, 1 + mu to ROUGHLY: a load that hardly counts takes few steps.
 
-    Raises RuntimeError where it takes more than RESTARTS, as it does where it is one of a cluster at zero.
+    Raises RuntimeError where it takes more than RESTARTS, as it may where tension stiffens other motions manifold.
     """
-    return _lowest(K_sigma, K0, ROUGHLY, RESTARTS, factors)
-
-
-def _lowest(
-    K_sigma: sparse.csr_array,
-    K0: sparse.csr_array,
-    tolerance: float,
-    restarts: int | None,
-    factors: SuperLU | None = None,
-) -> tuple[float, Array]:
-    """The lowest mu and its x."""
     if K0.shape[0] <= SMALL:
-        every, vectors = linalg.eigh(K_sigma.toarray(), K0.toarray(), subset_by_index=[0, 0])
-        return float(every[0]), vectors[:, 0]
-    solve = LinearOperator(K0.shape, matvec=(factors or factorised(K0)).solve, dtype=float)
-    start = np.random.default_rng(0).standard_normal(K0.shape[0])
-    found, vectors = eigsh(K_sigma, 1, K0, Minv=solve, which="SA", v0=start, tol=tolerance, maxiter=restarts)
-    return float(found[0]), vectors[:, 0]
+        return _dense_lowest(K_sigma, K0)
+    solve = LinearOperator(K0.shape, matvec=factors.solve, dtype=float)
+    left, start = (K0 + K_sigma).tocsr(), np.random.default_rng(0).standard_normal(K0.shape[0])
+    found, vectors = eigsh(left, 1, K0, Minv=solve, which="SA", v0=start, tol=ROUGHLY, ncv=VECTORS, maxiter=RESTARTS)
+    return float(found[0]) - 1.0, vectors[:, 0]
+
+
+def _dense_lowest(K_sigma: sparse.csr_array, K0: sparse.csr_array) -> tuple[float, Array]:
+    every, vectors = linalg.eigh(K_sigma.toarray(), K0.toarray(), subset_by_index=[0, 0])
+    return float(every[0]), vectors[:, 0]
 
 
 def refuse_buckled(structure: Structure, held: Index) -> None:
@@ -76,7 +99,8 @@ def refuse_buckled(structure: Structure, held: Index) -> None:
     """
     if not structure.stressed:
         return
-    factor = critical_factor(structure, held)
+    key = "critical factor", held.tobytes()
+    factor = structure.recalled(key, lambda: critical_factor(structure, held, CLOSE))
     if factor <= 1.0:
         raise ValueError(
             f"the initial stress buckles the structure: it bears {factor:.4g} times the stress given. Lower the "

@@ -11,11 +11,12 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from femflex.fem.structure import Structure
+from femflex.fem.support import COMPONENTS, Supports
 from femflex.reduction.rigid import independent_columns, rigid_shapes
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-Groups = str | Sequence[str] | Mapping[str, Sequence[str]]  # names; or name -> components held, e.g. ("x", "y", "z")
+Groups = str | Sequence[str] | Supports  # names; or name -> components held, e.g. ("x", "y", "z"), or a Support
 
 
 def names(groups: Groups) -> tuple[str, ...]:
@@ -25,11 +26,7 @@ def names(groups: Groups) -> tuple[str, ...]:
 
 def held_dofs(structure: Structure, clamp: Groups) -> Index:
     """Independent dofs (k,), ascending, that the clamps fix. A mapping names the components held at each group."""
-    if isinstance(clamp, Mapping):
-        parts = [structure.clamped_dofs(group, components) for group, components in clamp.items()]
-    else:
-        parts = [structure.clamped_dofs(group) for group in names(clamp)]
-    return np.unique(np.concatenate([np.zeros(0, np.int64), *parts]))
+    return structure.held_dofs(clamp if isinstance(clamp, Mapping) else dict.fromkeys(names(clamp), COMPONENTS))
 
 
 def free_dofs(structure: Structure, held: Index) -> Index:

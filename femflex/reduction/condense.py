@@ -11,17 +11,24 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, MassMoments, StrainTensors
 from femflex.body.symmetric import packed, packed_size, picked, unpacked
+from femflex.fem.eigen.modes import dense_modes
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 DEPENDENT = 1e-12  # of the largest eigenvalue of V1 over the slaved shapes; below it a combination carries no strain
+CARRIED = 1.0  # frequency of a coordinate over the sum of a pair's, from which on the pair takes it along
+NONE = 1e-8  # of the largest amplitude, by energy: what is carried along less is rounding
 UNCOUPLED = 1e-12  # of the two shapes' stiffness: what couples them below it is rounding
 BALANCED = 1e-9  # initial force on a slaved shape, against its stiffness times a unit amplitude
 
 
 def condense(
-    body: FlexibleBody, slaved: Sequence[int] | Index, quartic: Callable[[Index], Array] | None = None
+    body: FlexibleBody,
+    slaved: Sequence[int] | Index,
+    quartic: Callable[[Index], Array] | None = None,
+    first: Array | None = None,
+    carried: Array | None = None,
 ) -> FlexibleBody:
     """The body with those shapes (numbered from 0) slaved to the others: y = 1/2 delta.A delta.
 
@@ -30,7 +37,11 @@ def condense(
     where the strain energy is least to second order in delta, A_s = -6 V1_ss^-1 V2_s. What is left of V is exact to the
     fourth order, V3 - 1/4 A V1_ss A in place of V3; the stiffness that would hold the slaved shapes is gone, and their
     inertia stays (dynamics.slaves). Sections that follow already go on following the others. quartic: packed V3 over
-    the coordinates that stay, given their numbers, for a body that holds none itself.
+    the coordinates that stay, given their numbers, for a body that holds none itself. first (n, n): the part of these
+    coordinates that is of first order (`first_order_part`), all of it when left out; the slaved shapes follow this part
+    alone, and what the energy has beyond the fourth order goes. carried (n, n, n): the part of V2 over these
+    coordinates (`membrane_cubic`) by which those faster than pairs of others are taken along; they count from there
+    (`carried_along`), and more slaved shapes, kind "carried", hold this.
 
     Raises ValueError when the body has linear strain or slaved shapes already, when no coordinate or no slaved shape
     is left, when shapes depend on each other, or when an initial stress pushes a slaved shape.
@@ -48,25 +59,39 @@ def condense(
     size = np.sqrt(np.outer(np.diag(stiffness), np.diag(V1)[free]))
     if np.any(np.abs(V1_sf) > UNCOUPLED * size):
         X[free, len(free) :] = -np.linalg.lstsq(V1[np.ix_(free, free)], V1_sf.T, rcond=None)[0]
-    strain, slaves = _condensed_strain(body.strain, X, free, quartic)
-    order = np.concatenate([free, slaved, np.arange(n, body.n_shapes)])
-    m = len(body.slaves)
-    whole = np.block([[X, np.zeros((n, m))], [np.zeros((m, n)), np.eye(m)]])
+    first = np.eye(len(free)) if first is None else first
+    moved = np.zeros((len(free),) * 3)
+    if carried is not None:
+        Me = body.moments.elastic_mass()[np.ix_(free, free)]
+        moved = carried_along(V1[np.ix_(free, free)], Me, first.T @ carried @ first)
+    strain, A = _condensed_strain(body.strain, X, free, quartic, first, moved)
+    combined, slaves = _columns(np.diag(strain.V1), A[: len(free)])
+    X, slaves = np.column_stack([X, X[:, : len(free)] @ combined]), np.concatenate([A[len(free) :], slaves])
+    more, m = combined.shape[1], len(body.slaves)
+    whole = np.block([[X, np.zeros((n, m))], [np.zeros((m, n + more)), np.eye(m)]])
+    order, sections = np.concatenate([free, slaved]), np.arange(n, body.n_shapes)
     slaves = np.concatenate([slaves, body.slaves[:, free][:, :, free]]) if m else slaves
     return replace(
         body,
-        **recombined(body, whole, len(free)),
+        **recombined(body, whole, first),
         strain=strain,
         damping=body.damping[np.ix_(free, free)],
-        kinds=tuple(body.kinds[k] for k in order) if body.kinds else (),
-        omega=body.omega[order] if body.omega.size else body.omega,
+        kinds=(*_at(body.kinds, order), *("carried",) * more, *_at(body.kinds, sections)) if body.kinds else (),
+        omega=np.concatenate([body.omega[order], np.full(more, np.nan), body.omega[sections]])
+        if body.omega.size
+        else body.omega,
         slaves=slaves,
     )
 
 
-def recombined(body: FlexibleBody, X: Array, leading: int) -> dict[str, Any]:
-    """Moments, markers, skin and strain field over the shapes phi X, X (n, m); leading as of StrainPart."""
-    Z = np.zeros((1 + X.shape[0], 1 + X.shape[1]))
+def recombined(body: FlexibleBody, X: Array, first: Array) -> dict[str, Any]:
+    """Moments, markers, skin and strain field over the shapes phi X, X (n, m).
+
+    first (k, k): the part of the first k of them that is of first order; the others are of second (StrainPart).
+    """
+    m, k = X.shape[1], len(first)
+    first = np.pad(first, (0, m - k))
+    Z = np.zeros((1 + X.shape[0], 1 + m))
     Z[0, 0], Z[1:, 1:] = 1.0, X
     moments, skin = body.moments, body.skin
     second = np.einsum("AaBb,AC,BD->CaDb", moments.second, Z, Z, optimize=True)
@@ -74,25 +99,84 @@ def recombined(body: FlexibleBody, X: Array, leading: int) -> dict[str, Any]:
         "moments": MassMoments(moments.mass, Z.T @ moments.first, second),
         "markers": {key: replace(m, phi=m.phi @ X, psi=m.psi @ X) for key, m in body.markers.items()},
         "skin": None if skin is None else replace(skin, shapes=np.einsum("kpa,kl->lpa", skin.shapes, X, optimize=True)),
-        "strain_field": tuple(part.mixed(X, leading) for part in body.strain_field),
+        "strain_field": tuple(part.mixed(X, first) for part in body.strain_field),
     }
 
 
+def _at(kinds: tuple[str, ...], shapes: Index) -> tuple[str, ...]:
+    return tuple(kinds[k] for k in shapes)
+
+
 def _condensed_strain(
-    strain: StrainTensors, X: Array, free: Index, quartic: Callable[[Index], Array] | None
+    strain: StrainTensors,
+    X: Array,
+    free: Index,
+    quartic: Callable[[Index], Array] | None,
+    first: Array,
+    moved: Array,
 ) -> tuple[StrainTensors, Array]:
-    """Strain tensors over the free shapes with the last of the shapes phi X relaxed, and A (n_s, n, n)."""
-    size, n, S = len(X), len(free), X[:, len(free) :]
+    """Strain tensors over the free shapes, and A (size, n, n) of all shapes phi X: they are at (delta, 0) + 1/2 d.A d.
+
+    moved (n, n, n): A of the free ones.
+    """
+    size, n = len(X), len(free)
     V2 = unpacked(strain.V2, size, 3)[:, free][:, :, free] if strain.V2.size else np.zeros((size, n, n))
-    stiffness = S.T @ ((strain.V1 + strain.V1.T) / 2) @ S
-    driven = np.tensordot(S.T, V2, axes=1).reshape(size - n, -1)
-    A = np.asarray(-6.0 * np.linalg.solve(stiffness, driven), float).reshape(-1, n, n)
+    V2 = np.tensordot(X.T, V2, axes=1)
+    V1, driven = X.T @ ((strain.V1 + strain.V1.T) / 2) @ X, first.T @ V2 @ first
+    followers = -6.0 * np.linalg.solve(V1[n:, n:], driven[n:].reshape(size - n, -1)).reshape(-1, n, n)
+    unit = np.sqrt(np.maximum(np.abs(np.diag(V1)), DEPENDENT * np.abs(np.diag(V1)).max()))
+    A = np.concatenate([moved, followers])
+    sizes = np.abs(A * unit[:, None, None] / np.outer(unit[:n], unit[:n])).max(axis=(1, 2))
+    A[:n][sizes[:n] <= NONE * sizes.max()] = 0.0
     if quartic is not None:
         V3 = quartic(free)
     else:
         V3 = picked(strain.V3, size, free, 4) if strain.V3.size else np.zeros(packed_size(n, 4))
-    V3 = V3 - packed(0.25 * np.einsum("sij,st,tkl->ijkl", A, stiffness, A, optimize=True))
-    return StrainTensors(strain.V1[np.ix_(free, free)], strain.f0[free], packed(V2[free]), V3), A
+    followed = 0.25 * np.tensordot(V1, A, axes=1) + 3.0 * driven
+    V3 = with_first_order(V3, first) + packed(np.einsum("kij,klm->ijlm", followed, A, optimize=True))
+    V2 = to_fourth_order(V2[:n], first) + 0.5 * np.tensordot(V1[:n, :n], A[:n], axes=1)
+    return StrainTensors(strain.V1[np.ix_(free, free)], strain.f0[free], packed(V2), V3), A
+
+
+def carried_along(V1: Array, Me: Array, driven: Array) -> Array:
+    """A (n, n, n) of coordinates that pairs of others, slower together, take along: -6 V2 / omega^2 in their modes.
+
+    A bent leg of a folded member draws the next one in. Against that, one of the next leg's fast modes would have to
+    bend, and the derivatives the other way: rotations that take each other back, though products of them remain.
+    """
+    square, Q = dense_modes(V1, Me)
+    omega, back = np.sqrt(np.maximum(square, np.finfo(float).tiny)), Q.T @ Me
+    A = -6.0 * np.einsum("kij,ka,ib,jc->abc", driven, Q, Q, Q, optimize=True) / (omega**2)[:, None, None]
+    A *= omega[:, None, None] >= CARRIED * np.add.outer(omega, omega)
+    return np.asarray(np.einsum("abc,ka,bi,cj->kij", A, Q, back, back, optimize=True))
+
+
+def _columns(stiffness: Array, A: Array) -> tuple[Array, Array]:
+    """Combinations (n, k) of shapes of that stiffness, and their A (k, n, n), that make up A (n, n, n)."""
+    unit = np.sqrt(np.maximum(np.abs(stiffness), DEPENDENT * np.abs(stiffness).max(initial=0.0)))
+    scaled = A * unit[:, None, None] / np.outer(unit, unit)
+    U, part, V = np.linalg.svd(scaled.reshape(len(A), -1), full_matrices=False)
+    kept = part > NONE * part.max(initial=0.0)
+    slaves = (part[kept, None] * V[kept]).reshape(-1, *A.shape[1:]) * np.outer(unit, unit)
+    return U[:, kept] / unit[:, None], slaves
+
+
+def to_fourth_order(V2: Array, first: Array) -> Array:
+    """V2 (n, n, n) of a symmetric tensor with at most one index of second order, symmetric again by its mean alone."""
+    with_two = first.T @ V2 @ first  # one index as it is
+    of_first = np.tensordot(first.T, with_two, axes=1)
+    return np.asarray(3.0 * with_two - 2.0 * of_first)
+
+
+def with_first_order(V3: Array, first: Array) -> Array:
+    """Packed V3 with all of its indices of first order."""
+    n = len(first)
+    if np.array_equal(first, np.eye(n)):
+        return V3
+    full = unpacked(V3, n, 4)
+    for _ in range(4):  # the last index goes to the front each time
+        full = np.moveaxis(full @ first, -1, 0)
+    return packed(full)
 
 
 def _check(body: FlexibleBody, slaved: Index) -> None:

@@ -19,7 +19,6 @@ Array = NDArray[np.float64]
 
 REACH = 0.1  # displacement over size up to which it is looked at
 LOOKED_AT = 3  # of the lowest vibration shapes
-FAR = 1e3  # displacement over size at which the quartic energy is read off: there it is all of the energy but rounding
 
 
 def softest(structure: Structure, modes: ModeSet) -> float:
@@ -61,12 +60,7 @@ def held_energy(structure: Structure, modes: ModeSet, phi: Array) -> tuple[Array
     bent = elastic.second_derivative(phi, phi)
     relaxed = np.einsum("in,in->n", bent, static_response(structure, modes, bent))
     along = np.einsum("in,in->n", bent, phi)
-    size = float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
-    quartic = np.zeros_like(k)
-    for number, shape in enumerate(phi.T):
-        far = FAR * size / np.abs(structure.translation @ shape).max()
-        even = (elastic.energy(far * shape) + elastic.energy(-far * shape)) / 2 - k[number] * far**2 / 2
-        quartic[number] = even / far**4 - (relaxed[number] - along[number] ** 2 / k[number]) / 8
+    quartic = elastic.quartic_energy(phi) - (relaxed - along**2 / k) / 8
     return k, along / 6, quartic
 
 

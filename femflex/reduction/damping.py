@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -16,29 +17,67 @@ Array = NDArray[np.float64]
 class Damping(Protocol):
     """What gives a damping matrix from elastic mass and stiffness."""
 
-    def matrix(self, Me: Array, V1: Array) -> Array:
-        """Damping matrix (n, n)."""
+    def matrix(
+        self, Me: Array, V1: Array, added: ArrayLike | None = None, unanswered: ArrayLike | None = None
+    ) -> Array:
+        """Damping matrix (n, n). added (n,): which shapes only stand beside the vibration modes; none if left out.
+
+        unanswered (n,): which of these answer loads that move no mode of the set.
+        """
 
 
-def bending_damping(damping: Damping, Me: Array, V1: Array, damped: ArrayLike) -> Array:
-    """Damping matrix (n, n) on the shapes `damped` (n,) alone.
+UNANSWERED = "unanswered attachment"  # answer to loads that move no mode of the set
+ADDED = ("attachment", UNANSWERED, "response", "third derivative")  # kinds of shapes that stand beside vibration modes
+
+
+def is_added(kinds: Sequence[str]) -> NDArray[np.bool_]:
+    """(n,): which of the shapes only stand beside the vibration modes of a set."""
+    return np.array([kind in ADDED for kind in kinds], bool)
+
+
+def is_unanswered(kinds: Sequence[str]) -> NDArray[np.bool_]:
+    """(n,): which of the shapes answer loads that move no mode of the set."""
+    return np.array([kind == UNANSWERED for kind in kinds], bool)
+
+
+def bending_damping(
+    damping: Damping,
+    Me: Array,
+    V1: Array,
+    damped: ArrayLike,
+    added: ArrayLike | None = None,
+    unanswered: ArrayLike | None = None,
+) -> Array:
+    """Damping matrix (n, n) on the shapes `damped` (n,) alone; those `added` (n,) define no modes.
+
+    unanswered (n,): see Damping; for linear strain alone.
 
     With nonlinear strain the others take back the stretch of bending: they move without being strained, in step with
     the square of the deflection. A fraction of the critical damping of so stiff a shape would then damp bending itself,
     and by far more than the same fraction of bending's own (a panel of 0.6 Hz bent by a tenth of its length: 14 times).
     """
     at = np.flatnonzero(damped)
+    beside, alone = (np.zeros(len(at), bool) if x is None else np.asarray(x, bool)[at] for x in (added, unanswered))
     D = np.zeros_like(V1)
-    D[np.ix_(at, at)] = damping.matrix(Me[np.ix_(at, at)], V1[np.ix_(at, at)])
+    D[np.ix_(at, at)] = damping.matrix(Me[np.ix_(at, at)], V1[np.ix_(at, at)], beside, alone)
     return D
 
 
 @dataclass(frozen=True, eq=False)
 class ModalDamping:
-    """Fraction of critical damping of every mode of the reduced body: one number, or one per mode, ascending.
+    """Fraction of critical damping of the body's vibration modes at rest: one number, or one per mode, ascending.
 
-    With nonlinear strain the modes are those without derivative shapes (`bending_damping`).
-    D = Me X diag(2 zeta omega) X^T Me with the body's own modes V1 X = Me X diag(omega^2).
+    The modes are those of the body confined to its vibration shapes, V1 X = Me X diag(omega^2): without the static
+    shapes added to them and, with nonlinear strain, without derivatives (`bending_damping`). With P = Me X,
+
+        D = P diag(2 zeta omega) P^T + 2 zeta_1 omega_1 (Me - P P^T)
+
+    What added shapes hold outside the modes is damped at the rate of the first mode. They stand for modes that are not
+    in the set, are stiffer than these, and answer quasi-statically: the ratio at their own frequency would damp slow
+    motions (a wire boom at 20 rpm by 3.8 % instead of 0.6 %), and without damping they would ring on for ever.
+    Linear shapes that answer loads which move no mode (twist by a payload, of a set of bending modes) are damped at
+    their own frequency instead: no mode damps what they carry, and of many modes this is the limit.
+    With as many ratios as shapes, added ones among them, each of the modes of all shapes has its own.
     """
 
     ratio: ArrayLike
@@ -50,17 +89,29 @@ class ModalDamping:
                 f"damping ratio is {ratio.tolist()}; it must be zero or positive, and finite (0.005 is half a percent)."
             )
 
-    def matrix(self, Me: Array, V1: Array) -> Array:
+    def matrix(
+        self, Me: Array, V1: Array, added: ArrayLike | None = None, unanswered: ArrayLike | None = None
+    ) -> Array:
         """See Damping. Raises ValueError when there is neither one ratio nor one per mode."""
         n = len(Me)
         ratio: Array = np.asarray(self.ratio, float)
-        if ratio.ndim and ratio.shape != (n,):
-            raise ValueError(f"{ratio.size} damping ratios were given for {n} modes; give one, or one per mode.")
+        beside = np.zeros(n, bool) if added is None else np.asarray(added, bool)
+        if ratio.shape == (n,) or beside.all():
+            beside = np.zeros(n, bool)
+        own = np.flatnonzero(~beside)
+        if ratio.ndim and ratio.shape != (len(own),):
+            raise ValueError(f"{ratio.size} damping ratios were given for {len(own)} modes; give one, or one per mode.")
         if not n or not np.any(ratio):
             return np.zeros((n, n))
-        eigenvalues, X = dense_modes(V1, Me)
-        MX = Me @ X
-        D = (MX * (2 * ratio * np.sqrt(np.maximum(eigenvalues, 0.0)))) @ MX.T
+        eigenvalues, X = dense_modes(V1[np.ix_(own, own)], Me[np.ix_(own, own)])
+        P, rate = Me[:, own] @ X, 2 * ratio * np.sqrt(np.maximum(eigenvalues, 0.0))
+        D = (P * rate) @ P.T
+        if len(own) < n:
+            D += rate[0] * (Me - P @ P.T)
+        if len(own) < n and unanswered is not None:  # M- and K-orthogonal to each other and to the modes
+            k = np.flatnonzero(np.asarray(unanswered, bool))
+            mass = np.diag(Me)[k]
+            D[k, k] += 2 * np.ravel(ratio)[0] * np.sqrt(mass * np.diag(V1)[k]) - rate[0] * mass
         return (D + D.T) / 2
 
 
@@ -77,6 +128,8 @@ class RayleighDamping:
                 f"Rayleigh damping has alpha = {self.alpha}, beta = {self.beta}; both must be zero or positive."
             )
 
-    def matrix(self, Me: Array, V1: Array) -> Array:
-        """See Damping."""
+    def matrix(
+        self, Me: Array, V1: Array, added: ArrayLike | None = None, unanswered: ArrayLike | None = None
+    ) -> Array:
+        """See Damping; the same on all shapes."""
         return self.alpha * Me + self.beta * V1

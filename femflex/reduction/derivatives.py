@@ -29,8 +29,8 @@ from femflex.reduction.statics import static_response
 Array = NDArray[np.float64]
 
 RANK = 1e-12  # share of the largest energy below which a combination of derivatives adds nothing (1e-6 in amplitude)
-FAR = 0.2  # deflection over a sheet's size up to which it is to bend without locking
-LOCKED = 1e-3  # of the bending energy there, by which left out derivatives may stiffen a sheet
+FAR = 0.2  # deflection over the structure's size up to which it is to bend without locking
+LOCKED = 1e-3  # of the bending energy there, by which left out derivatives may stiffen it
 LEFT_OUT = 1e-6  # share of the derivatives' energy that "auto" leaves out
 
 
@@ -117,16 +117,14 @@ def spared(structure: Structure, modes: ModeSet, energy: Array) -> float:
     """The energy that "auto" may leave out of combinations with energies (k,).
 
     What is left out stretches: of shapes of unit energy with amplitude q it stores q^4 / 8 as often, beside q^2 / 2 of
-    bending. Sheets that bend by hundreds of thicknesses, those with third derivatives, keep it to LOCKED of bending.
+    bending. At most LOCKED of bending where the lowest shape is bent by FAR, and at most LEFT_OUT of all energies.
     """
     share = LEFT_OUT * float(energy.sum())
-    if "third derivative" not in modes.kinds:
-        return share
     lowest = modes.phi[:, int(np.argmin(over_mass(structure, modes)))]
     moved = np.linalg.norm((structure.translation @ lowest).reshape(-1, 3), axis=1).max()
     size = float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
-    square = (FAR * size / moved) ** 2 * float(lowest @ (structure.K @ lowest))
-    return min(share, 4 * LOCKED / square)
+    square = (FAR * size) ** 2 * float(lowest @ (structure.K @ lowest))
+    return min(share, 4 * LOCKED * float(moved) ** 2 / square) if moved > 0 else share
 
 
 def number_kept(energy: Array, keep: int | str, leaving: float) -> int:

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from femflex.fem.structure import Structure
-from femflex.reduction.clamps import free_dofs
 from femflex.reduction.modeset import ModeSet
 from femflex.reduction.pivots import factors, negative_pivots
+from femflex.reduction.supported import supported
 
 Array = NDArray[np.float64]
 
@@ -111,10 +111,10 @@ def walk(
     Or until it stores an energy [J]. Where it snaps on the way, the work is taken back again. push (n_dof,): the small
     load; without one, states are taken that are saddles.
     """
-    free = free_dofs(structure, modes.held)
-    K = structure.K[free][:, free]
+    on = supported(structure, modes.held)
+    free, K = on.free, on.K
     held = Held(structure, free, K, load[free], push[free])
-    u = factors(K).solve(held.load)
+    u = on.factors.solve(held.load)
     u *= deflection / largest(structure, held.whole(u))
     most = float(held.load @ u)
     step, walked = float(np.sqrt(u @ (K @ u))) / STEPS, Walked(held, u / most, most / STEPS)

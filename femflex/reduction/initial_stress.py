@@ -6,15 +6,12 @@ import warnings
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
-from femflex.fem.eigen.modes import factorised
 from femflex.fem.relaxed import settled
 from femflex.fem.structure import Structure
-from femflex.fem.tables import assemble_blocks
-from femflex.reduction.clamps import Groups, free_dofs, held_dofs
+from femflex.reduction.clamps import Groups, held_dofs
 from femflex.reduction.modeset import ModeSet
-from femflex.reduction.rigid import independent_columns, rigid_shapes
+from femflex.reduction.supported import unstressed
 from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
@@ -34,25 +31,31 @@ def relaxed(structure: Structure, clamp: Groups = ()) -> Structure:
     """
     if not structure.stressed:
         return structure
-    return settled(structure, relaxation(structure, held_dofs(structure, clamp)))
+    held = held_dofs(structure, clamp)
+    found: Structure = structure.recalled(("relaxed", held.tobytes()), lambda: _relaxed(structure, held))
+    return found
+
+
+def _relaxed(structure: Structure, held: Index) -> Structure:
+    found = settled(structure, relaxation(structure, held))
+    structure.known.pop(("K0", held.tobytes()), None)  # factors that serve no more
+    found.known["at rest", held.tobytes()] = (True,)
+    return found
 
 
 def relaxation(structure: Structure, held: Index) -> Array:
     """Linear static answer (n_dof,) to what the initial stress leaves unbalanced, with these dofs held."""
-    if not held.size:  # internal forces balance each other, so any statically determinate support will do
-        R = rigid_shapes(structure)
-        R = R[:, independent_columns(R)]
-        held = np.sort(linalg.qr(R.T, mode="r", pivoting=True)[1][: R.shape[1]])
-    free = free_dofs(structure, held)
+    on = unstressed(structure, held)
     x = np.zeros(structure.n_dof)
-    K = assemble_blocks(structure.strain, structure.T)[free][:, free]
-    x[free] = factorised(K).solve(-structure.f0[free])
+    x[on.stiff] = on.factors.solve(-structure.f0[on.stiff])  # internal forces balance each other: supports feel none
     return x
 
 
 def warn_if_slack(structure: Structure, modes: ModeSet) -> None:
     """Warn when supports do not hold the initial stress, so that linear strain keeps stiffness that would go."""
     if not (structure.stressed and structure.f0.any() and modes.n_modes):
+        return
+    if ("at rest", modes.held.tobytes()) in structure.known:
         return
     released = float(-structure.f0 @ relaxation(structure, modes.held)) / 2
     share = released / stress_energy(structure)

@@ -1,28 +1,27 @@
-"""Mode sets by eigen-solution: cantilever, free-free, and static shapes to stand beside them."""
+"""Mode sets by eigen-solution: cantilever, free-free; and load vectors of known loads."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
 from femflex.fem.eigen.canonical import canonical, signs
-from femflex.fem.eigen.modes import dense_modes, factorised, lowest_modes
+from femflex.fem.eigen.modes import dense_modes
 from femflex.fem.structure import Structure
 from femflex.reduction.buckling import refuse_buckled
 from femflex.reduction.clamps import Groups, free_dofs, held_dofs, names, refuse_unheld
 from femflex.reduction.markers import marker_rows
 from femflex.reduction.modeset import ModeSet
 from femflex.reduction.rigid import DIRECTIONS, independent_columns, rigid_shapes
+from femflex.reduction.supported import lowest_modes_on, supported
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 DEPENDENT = 1e-13  # least eigenvalue of the mass matrix of unit-mass shapes below which they are dependent
-ANSWERED = 1e-8  # part of a load left over by the modes below which they answer it fully
 TURN = 1e-3  # rotation times size below this part of the largest translation has no say in a shape's sign
 
 
@@ -39,7 +38,7 @@ def fixed_modes(structure: Structure, held: Index, groups: tuple[str, ...], n: i
     """The n lowest vibration modes with these dofs held; groups is what holds them, for the reader."""
     refuse_buckled(structure, held)
     free = free_dofs(structure, held)
-    modes = lowest_modes(structure.K[free][:, free], structure.M[free][:, free], n)
+    modes = lowest_modes_on(structure, held, n)
     if modes.null.shape[1]:
         loose = np.zeros((structure.n_dof, modes.null.shape[1]))
         loose[free] = modes.null
@@ -52,12 +51,14 @@ def fixed_modes(structure: Structure, held: Index, groups: tuple[str, ...], n: i
 
 def condensed(structure: Structure, held: Index, boundary: Index, motions: Array) -> Array:
     """Dof vectors (n_dof, k) that follow boundary motions (n_boundary, k) statically, x_i = -K_ii^-1 K_ib x_b."""
-    interior = free_dofs(structure, np.union1d(held, boundary))
+    inside = supported(structure, np.union1d(held, boundary))
+    interior = inside.free
     phi = np.zeros((structure.n_dof, motions.shape[1]))
     phi[boundary] = motions
     if interior.size and motions.shape[1]:
-        K = structure.K[interior]
-        phi[interior] = -factorised(K[:, interior]).solve(np.ascontiguousarray(K[:, boundary] @ motions))
+        load = np.zeros_like(phi)
+        load[interior] = -structure.K[interior][:, boundary] @ motions
+        phi += inside.answers(load)
     return phi
 
 
@@ -67,7 +68,7 @@ def free_free_modes(structure: Structure, n: int) -> ModeSet:
     The body frame then follows the mean motion: no elastic coordinate moves the centre of mass or carries angular
     momentum to first order. Raises ValueError on a structure that is held, or is a mechanism.
     """
-    modes = lowest_modes(structure.K, structure.M, n, free=True)
+    modes = lowest_modes_on(structure, np.zeros(0, np.int64), n)
     R = rigid_shapes(structure)
     R = R[:, independent_columns(R)]
     n_null, n_rigid = modes.null.shape[1], R.shape[1]
@@ -77,49 +78,6 @@ def free_free_modes(structure: Structure, n: int) -> ModeSet:
     phi = modes.phi - R @ linalg.solve(R.T @ MR, MR.T @ modes.phi, assume_a="pos")
     phi = signed(structure, phi)
     return ModeSet(phi, ("free-free",) * phi.shape[1], modes.omega, note=modes.note)
-
-
-def with_attachment(
-    structure: Structure,
-    modes: ModeSet,
-    directions: Sequence[str] = DIRECTIONS,
-    loads: Mapping[str, Sequence[str]] | None = None,
-    others: Array | None = None,
-) -> ModeSet:
-    """A cantilever set with static shapes added: what the truncated modes leave out of the response to known loads.
-
-    directions  the clamp accelerates in them: loads M R of a body-frame acceleration (inertia attachment). Two such
-                shapes in place of two modes bring hub-and-beam frequencies from 1e-5 to 1e-10 of the exact ones.
-    loads       group -> directions of unit forces and moments there (attachment modes).
-    others      load vectors (n_dof, k) besides
-    The added shapes are M- and K-orthogonal to the modes and to each other; omega is
-    that of the structure confined to them.
-    """
-    if not modes.held.size:
-        raise ValueError("attachment shapes are static and need a clamp; this set has none. Give a cantilever set.")
-    free = free_dofs(structure, modes.held)
-    F = load_vectors(structure, directions, loads or {})[free]
-    F = F if others is None else np.column_stack([F, others[free]])
-    solve = factorised(structure.K[free][:, free]).solve
-    M, phi = structure.M[free][:, free], modes.phi[free]
-    M_phi = M @ phi
-    whole = np.linalg.norm(F, axis=0)
-    F = F - M_phi @ (phi.T @ F)  # the modes answer this part already; solved for the rest alone, it keeps its digits
-    F = F[:, np.linalg.norm(F, axis=0) > ANSWERED * whole]
-    F = F / np.linalg.norm(F, axis=0)
-    x = solve(np.ascontiguousarray(F))
-    x = x - phi @ (M_phi.T @ x)
-    x = x[:, independent_columns(x)]
-    shapes = np.zeros((structure.n_dof, x.shape[1]))
-    shapes[free] = x
-    omega, shapes = ritz(structure, shapes)
-    return replace(
-        modes,
-        phi=np.column_stack([modes.phi, shapes]),
-        kinds=modes.kinds + ("attachment",) * len(omega),
-        omega=np.append(modes.omega, omega),
-        groups=(*modes.groups, *(group for group in loads or {} if group not in modes.groups)),
-    )
 
 
 def ritz(structure: Structure, phi: Array) -> tuple[Array, Array]:
@@ -145,11 +103,8 @@ def signed(structure: Structure, phi: Array) -> Array:
 
 def answers_to_clamps(structure: Structure, modes: ModeSet) -> tuple[Array, Array]:
     """Loads (n_dof, 3) of unit accelerations of the clamps along x, y, z, and the linear answers to them."""
-    free = free_dofs(structure, modes.held)
     loads = load_vectors(structure, "xyz", {})
-    answers = np.zeros_like(loads)
-    answers[free] = factorised(structure.K[free][:, free]).solve(np.ascontiguousarray(loads[free]))
-    return loads, answers
+    return loads, supported(structure, modes.held).answers(loads)
 
 
 def load_vectors(structure: Structure, directions: Sequence[str], loads: Mapping[str, Sequence[str]]) -> Array:

@@ -45,46 +45,34 @@ def lumped(structure: Structure) -> Structure:
     Zienkiewicz, Earthquake Engng Struct. Dyn. 4 (1976) 245), so that masses are positive and the total is kept;
     rotary inertia, and a point mass's inertia and offset, are lost.
     """
-    dofs, points = _translation_dofs(structure)
+    raw = structure.numbering.translation_of(np.arange(len(structure.mesh.points)))
+    node_of_raw = np.full(structure.T.shape[0], -1, np.int64)
+    has = np.flatnonzero(raw[:, 0] >= 0)
+    node_of_raw[raw[has]] = has[:, None]
     share = np.zeros(len(structure.mesh.points))
-    node_of_raw = _node_of_raw(structure, dofs, points)
     for block in structure.inertia:
         np.add.at(share, *_element_shares(block, node_of_raw))
     loaded = np.flatnonzero(share)
-    raw = np.full((len(structure.mesh.points), 3), -1, np.int64)
-    is_translation = np.flatnonzero(node_of_raw[:, 0] >= 0)
-    raw[tuple(node_of_raw[is_translation].T)] = is_translation
     table = DenseInertia(
         raw[loaded], share[loaded, None], structure.mesh.points[loaded][:, None], np.eye(3)[None, None]
     )
     diagonal = np.zeros(structure.n_dof)
-    diagonal[dofs] = share[points // 3]
+    dofs, nodes = _translation_dofs(structure)
+    diagonal[dofs] = share[nodes]
     return replace(structure, M=sparse.diags_array(diagonal).tocsr(), inertia=(table,))
 
 
 def _translation_dofs(structure: Structure) -> tuple[Index, Index]:
-    """Independent dofs that are a node's translation, and the translation row (3 * point + axis) of each."""
+    """Independent dofs that move a node, in any axes, and the node of each."""
     rows = structure.translation.tocoo()
-    order = np.argsort(rows.coords[1])
-    return rows.coords[1][order].astype(np.int64), rows.coords[0][order].astype(np.int64)
-
-
-def _node_of_raw(structure: Structure, dofs: Index, points: Index) -> Index:
-    """(n_raw, 2): node and axis of the raw dofs that are translations, -1 elsewhere."""
-    row_of_dof = np.full(structure.n_dof, -1, np.int64)
-    row_of_dof[dofs] = points
-    T = structure.T.tocoo()
-    found = np.full((structure.T.shape[0], 2), -1, np.int64)
-    is_translation = row_of_dof[T.coords[1]] >= 0
-    raw, row = T.coords[0][is_translation], row_of_dof[T.coords[1][is_translation]]
-    found[raw] = np.stack([row // 3, row % 3], axis=1)
-    return found
+    dofs, first = np.unique(rows.coords[1], return_index=True)
+    return dofs.astype(np.int64), rows.coords[0][first].astype(np.int64) // 3
 
 
 def _element_shares(block: InertiaBlock, node_of_raw: Index) -> tuple[Index, Array]:
     """Nodes and their parts of the mass of every element of a block."""
     diagonal = np.einsum("ell->el", block.mass())
-    nodes = node_of_raw[block.dofs, 0]  # e, l
+    nodes = node_of_raw[block.dofs]  # e, l
     weight = np.where(nodes >= 0, diagonal, 0.0)
     weight *= (block.dm.sum(axis=1) / weight.sum(axis=1))[:, None]
     return nodes[nodes >= 0], weight[nodes >= 0]

@@ -12,14 +12,19 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody, Skin, StrainTensors
 from femflex.fem.structure import Structure
 from femflex.reduction.condense import condense
-from femflex.reduction.damping import Damping, ModalDamping, bending_damping
+from femflex.reduction.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
+from femflex.reduction.folded_beams import warn_of_folded_beams
 from femflex.reduction.following import able_to_follow
+from femflex.reduction.in_plane_turns import warn_of_in_plane_turns
 from femflex.reduction.initial_stress import warn_if_slack
 from femflex.reduction.markers import marker, marker_rows
 from femflex.reduction.modeset import ModeSet
 from femflex.reduction.moments import linear_stiffness, mass_moments
+from femflex.reduction.omitted_shear import warn_of_omitted_shear
+from femflex.reduction.orders import first_order_part, membrane_cubic
 from femflex.reduction.rigid import check_no_rigid_motion, rigid_shapes
 from femflex.reduction.section_axes import section_axis
+from femflex.reduction.static_stretch import with_static_stretch
 from femflex.reduction.strain import cubic_tensors, strain_tensors
 from femflex.reduction.strain_points import strain_field
 from femflex.reduction.turned_sections import sections_of, with_turned_sections
@@ -44,11 +49,15 @@ def reduce_structure(
     (`with_derivatives`, and `stretching` for a check); "condensed" lets the set's derivatives follow (`condense`),
     those that are slower than what drives them apart: they stay coordinates (`able_to_follow`).
     turning: markers whose rotation will be used; a warning tells of those that show none. Left out: all.
-    Warns when linear strain meets an initial stress that the supports do not hold.
+    Warns when linear strain meets an initial stress that the supports do not hold, when thin plates leave out shear
+    that matters, and when plates whose strain is not linear turn in their own planes.
     Raises ValueError when a group is unknown, or the shapes depend on each other or hold a rigid motion.
     """
     if strain == "linear":
         warn_if_slack(structure, modes)
+    else:
+        warn_of_in_plane_turns(structure, modes)
+    warn_of_omitted_shear(structure, modes)
     phi = modes.phi
     check_no_rigid_motion(rigid_shapes(structure), phi, dof_weight(structure))
     places = {**{group: group for group in modes.groups}, **(markers or {})}
@@ -58,7 +67,14 @@ def reduce_structure(
     body = FlexibleBody(
         moments=moments,
         strain=_tensors(structure, phi, V1, strain),
-        damping=bending_damping(damping or ModalDamping(0.0), moments.elastic_mass(), V1, damped),
+        damping=bending_damping(
+            damping or ModalDamping(0.0),
+            moments.elastic_mass(),
+            V1,
+            damped,
+            is_added(modes.kinds),
+            is_unanswered(modes.kinds) if strain == "linear" else None,
+        ),
         markers={
             name: replace(
                 marker(marker_rows(structure, group), phi, name, turning is None or name in turning),
@@ -67,11 +83,11 @@ def reduce_structure(
             for name, group in places.items()
         },
         skin=_skin(structure, phi),
-        kinds=modes.kinds,
+        kinds=modes.kinds if strain == "linear" else tuple("attachment" if k == UNANSWERED else k for k in modes.kinds),
         omega=modes.omega,
         strain_field=strain_field(structure, phi, strain != "linear"),
     )
-    return body if strain == "linear" else _followed(structure, modes, body, strain == "condensed")
+    return body if strain == "linear" else _followed(structure, modes, body, strain == "condensed", places)
 
 
 def _tensors(structure: Structure, phi: Array, V1: Array, strain: Strain) -> StrainTensors:
@@ -81,7 +97,9 @@ def _tensors(structure: Structure, phi: Array, V1: Array, strain: Strain) -> Str
     return strain_tensors(structure, phi) if strain == "nonlinear" else cubic_tensors(structure, phi)
 
 
-def _followed(structure: Structure, modes: ModeSet, body: FlexibleBody, condensed: bool) -> FlexibleBody:
+def _followed(
+    structure: Structure, modes: ModeSet, body: FlexibleBody, condensed: bool, places: dict[str, str]
+) -> FlexibleBody:
     """The body with sections that turn; condensed, without V3 yet: with those derivatives slaved that can follow."""
     slaved = able_to_follow(body, _derivatives(modes)) if condensed else np.zeros(0, np.int64)
     sections = sections_of(structure, modes.phi)
@@ -92,7 +110,12 @@ def _followed(structure: Structure, modes: ModeSet, body: FlexibleBody, condense
         return body
     if not len(slaved):
         return replace(body, strain=strain_tensors(structure, modes.phi))
-    return condense(body, slaved, lambda free: strain_tensors(structure, modes.phi[:, free]).V3)
+    free = np.setdiff1d(np.arange(body.n_modes), slaved)
+    warn_of_folded_beams(structure, len(free))
+    first = first_order_part(structure, modes.phi[:, free])
+    carried = membrane_cubic(structure, modes.phi[:, free])
+    body = condense(body, slaved, lambda free: strain_tensors(structure, modes.phi[:, free]).V3, first, carried)
+    return with_static_stretch(structure, modes, body, free, places)
 
 
 def _derivatives(modes: ModeSet) -> NDArray[np.int64]:

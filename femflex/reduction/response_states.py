@@ -15,11 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.structure import Structure
-from femflex.reduction.clamps import free_dofs
 from femflex.reduction.held_walk import largest, walk
 from femflex.reduction.modes import answers_to_clamps, load_vectors, ritz
 from femflex.reduction.modeset import ModeSet
-from femflex.reduction.pivots import factors
+from femflex.reduction.supported import supported
 
 Array = NDArray[np.float64]
 
@@ -106,9 +105,8 @@ def _outside(structure: Structure, known: Array, shapes: Array) -> Array:
 
 def _both_ways(structure: Structure, modes: ModeSet, load: Array, deflection: float) -> tuple[Array, Array]:
     """States (k, n_dof) under a load either way, the softer first, the other as far: its own, and buckled ones."""
-    free, elastic = free_dofs(structure, modes.held), structure.internal_force
-    u = np.zeros(structure.n_dof)
-    u[free] = factors(structure.K[free][:, free]).solve(load[free])
+    elastic = structure.internal_force
+    u = supported(structure, modes.held).answers(load)
     u *= deflection / largest(structure, u)
     softer = -1.0 if float(elastic.second_derivative(u[:, None], u[:, None])[:, 0] @ u) > 0.0 else 1.0
     push, most = _push(structure, modes, u), np.inf

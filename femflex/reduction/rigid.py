@@ -12,6 +12,7 @@ from femflex.fem.structure import Structure
 
 Array = NDArray[np.float64]
 
+ROUNDING = 1e-13  # force on a dof over the sum of its terms, of all dofs the largest, below which it is none
 RANK = 1e-9  # smallest singular value of unit columns below which they count as dependent
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -32,14 +33,20 @@ def lifted(structure: Structure, translation: Array, rotation: Array) -> Array:
     extra = np.setdiff1d(np.arange(structure.n_dof), nodal)
     if extra.size:
         K = structure.K[extra]
-        x[extra] = -factorised(K[:, extra]).solve(np.ascontiguousarray(K[:, nodal] @ x[nodal]))
+        load, size = K[:, nodal] @ x[nodal], abs(K[:, nodal]) @ np.abs(x[nodal])
+        pulled = np.flatnonzero((np.abs(load) > ROUNDING * size.max(axis=0)).any(axis=0))
+        if pulled.size:  # in a rigid motion of fields that are linear without them, none is
+            x[np.ix_(extra, pulled)] = -factorised(K[:, extra]).solve(np.ascontiguousarray(load[:, pulled]))
     return x
 
 
 def rigid_shapes(structure: Structure, about: Array | None = None) -> Array:
     """Dof vectors (n_dof, 6) of three unit translations and three unit rotations about a point (default: origin)."""
-    r = structure.mesh.points - (np.zeros(3) if about is None else about)
-    return lifted(structure, *rigid_motion(r))
+    R: Array = structure.recalled(("rigid",), lambda: lifted(structure, *rigid_motion(structure.mesh.points)))
+    if about is None:
+        return R.copy()
+    e = np.eye(3)
+    return np.column_stack([R[:, :3], R[:, 3:] - R[:, :3] @ np.cross(e, np.asarray(about, float)).T])
 
 
 def rigid_motion(r: Array) -> tuple[Array, Array]:

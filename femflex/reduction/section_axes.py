@@ -17,7 +17,8 @@ PARALLEL = 1e-9  # sine of the angle between the elements at a node that have on
 def section_axis(structure: Structure, group: str) -> Array:
     """Unit vector (3,) along the beams of a group of one node; zero where they meet at an angle or others join them."""
     nodes = attachable_nodes(structure, group)
-    held = structure.numbering.raw_dofs_on(nodes, ("rx", "ry", "rz"))
+    turns = structure.numbering.rotation_of(nodes).ravel()
+    held = turns[turns >= 0]
     beams = [block for block in structure.inertia if isinstance(block, SectionInertia)]
     if len(nodes) != 1 or not held.size or not beams:
         return np.zeros(3)

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
-from femflex.reduction.clamps import free_dofs
+from femflex.reduction.bent_states import over_mass
 from femflex.reduction.following import FASTER
-from femflex.reduction.modes import ANSWERED, load_vectors
+from femflex.reduction.modes import load_vectors
 from femflex.reduction.modeset import ModeSet
+from femflex.reduction.residuals import residual_vectors
 from femflex.reduction.rigid import DIRECTIONS, independent_columns
-from femflex.reduction.statics import static_response
+from femflex.reduction.statics import static_response, static_solver
 
 Array = NDArray[np.float64]
 
@@ -30,33 +30,36 @@ def slow_loads(
     directions: Sequence[str] = (),
     loads: Mapping[str, Sequence[str]] | None = None,
     fastest: float = FASTEST,
+    least: float = 0.0,
+    linear: bool = False,
 ) -> Array:
-    """Of the accelerations and loads (`with_attachment`) those whose static shapes are slow beside a clamped set.
+    """Of the accelerations and loads (`with_attachment`) those whose static shapes are slow beside a set.
 
     Load vectors (n_dof, k). What the modes leave of the answer to a load has a frequency of its own,
     sqrt(x.K x / x.M x). That of a pull along a slender beam is far above the modes': it would be the one stiff
     coordinate of the body. Forces at a group count as one space, of which the slow part is taken, moments and
     accelerations likewise: the axes in which a mesh is given do not matter. fastest: over the highest of the set.
-    Beside many modes a pull is no faster than that, and is left out as what the set's derivatives hold already
-    (`brought_about`): as a coordinate with condensed strain, a boom with a panel sagged 19 % too little.
+    least: share of a load's static work by which the set must fall short before the shape is worth a coordinate.
+    Beside many modes a pull is no faster than that; unless the strain is linear it is left out as what the set's
+    derivatives hold already (`brought_about`).
     """
-    free = free_dofs(structure, modes.held)
-    K, M, phi = structure.K[free][:, free], structure.M[free][:, free], modes.phi[free]
-    solve, bound = factorised(K).solve, (fastest * modes.omega.max(initial=0.0)) ** 2
+    solve, highest = static_solver(structure, modes), np.nanmax(modes.omega, initial=0.0)
     found = [np.zeros((structure.n_dof, 0))]
     for F in _spaces(structure, directions, loads or {}):
-        rest = F[free] - M @ (phi @ (phi.T @ F[free]))
-        left = np.linalg.norm(rest, axis=0) > ANSWERED * np.linalg.norm(F[free], axis=0)
-        x = solve(np.ascontiguousarray(rest[:, left]))
-        size = np.sqrt(np.einsum("in,in->n", x, M @ x))
-        own = independent_columns(x / size)
-        F, x = (F[:, left] / size)[:, own], (x / size)[:, own]
-        if x.size:
-            stiffness, ways = linalg.eigh(x.T @ (K @ x), x.T @ (M @ x))
-            ways = ways[:, stiffness < bound]
-            shapes = np.zeros((structure.n_dof, ways.shape[1]))
-            shapes[free] = x @ ways
-            found.append(F @ ways[:, ~brought_about(structure, modes, shapes)])
+        x = residual_vectors(structure, modes, F, solve)
+        size = np.sqrt(np.einsum("in,in->n", x, structure.M @ x))
+        F, x = F[:, size > 0.0] / size[size > 0.0], x[:, size > 0.0] / size[size > 0.0]
+        own = independent_columns(x)
+        F, x = F[:, own], x[:, own]
+        if not x.size:
+            continue
+        stiffness, ways = linalg.eigh(x.T @ (structure.K @ x), x.T @ (structure.M @ x))
+        F, x = F @ ways, x @ ways
+        answered = ((modes.phi.T @ F) ** 2 / over_mass(structure, modes)[:, None]).sum(axis=0)
+        kept = (stiffness < (fastest * highest) ** 2) & (stiffness > least * (stiffness + answered))
+        if not linear:
+            kept &= ~brought_about(structure, modes, x)
+        found.append(F[:, kept])
     return np.concatenate(found, axis=1)
 
 

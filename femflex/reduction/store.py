@@ -4,10 +4,10 @@ Layout: attributes `format` "femflex body", `format_version`, `femflex_version`,
 and `units` each:
 
     moments/{mass, first, second}     strain/{V1, f0, V2, V3}     damping     omega     slaves (if any)
-    markers/<name>/{position, phi, psi, orientation, axis}
+    markers/<name>/{position, phi, psi, orientation, axis, stretch}
     skin/{points, shapes}, skin/cells/<meshio cell name>         absent for a body that cannot be drawn
     ignored/{mass, at/<marker>}                                  where linear strain leaves it out
-    strain_field/<k>/{places, weight, rows, linear, quadratic, elastic, stress}      see femflex.body.strain_field
+    strain_field/<k>/{places, weight, rows, linear, quadratic, elastic, stress, first}   see femflex.body.strain_field
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Foreshortening, Marker, MassMoments, Skin, StrainTensors
 from femflex.body.strain_field import read_field, write_field
+from femflex.reading import reading
 
 if TYPE_CHECKING:
     import h5py
@@ -47,9 +48,11 @@ FIELDS = {
     "psi": ("small rotation per elastic coordinate", "kg^-1/2 m^-1"),
     "orientation": ("turns marker components into body components", "1"),
     "axis": ("along the beam whose section it is, where psi holds its twist and the sines of its slopes; else 0", "1"),
+    "stretch": ("static displacement by stretch beside the shapes, per field z_a e_b of force per mass", "s^2 | s^2 m"),
     "points": ("undeformed points of the skin, body frame", "m"),
     "shapes": ("displacement of the skin's points per elastic coordinate: shape, point, axis", "kg^-1/2"),
 }
+MARKER = ("position", "phi", "psi", "orientation", "axis", "stretch")
 
 
 def save_body(path: str | os.PathLike[str], body: FlexibleBody, force: bool = False) -> Path:
@@ -64,16 +67,11 @@ def save_body(path: str | os.PathLike[str], body: FlexibleBody, force: bool = Fa
         raise FileExistsError(f"{target} exists already; give another name, or force to write over it.")
     if not target.parent.is_dir():
         raise FileNotFoundError(f"folder {target.parent} does not exist; make it, or give another path for the body.")
-    handle, beside = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
-    os.close(handle)
-    try:
-        with h5py.File(beside, "w") as file:
-            _write(file, body)
-        _give_default_mode(beside)
-        os.replace(beside, target)
-    except BaseException:
-        Path(beside).unlink(missing_ok=True)
-        raise
+    with h5py.File(target.name, "w", driver="core", backing_store=False) as file:
+        _write(file, body)
+        file.flush()
+        image = file.id.get_file_image()
+    _place(target, image)
     return target
 
 
@@ -93,7 +91,7 @@ def load_body(path: str | os.PathLike[str]) -> FlexibleBody:
         raise ValueError(
             f"{source} is not a femflex body file: it is not HDF5. Make one with `femflex body`."
         ) from error
-    with file:
+    with file, reading(source, "femflex body file", "Make it again with `femflex body`."):
         found = file.attrs.get("format")
         if found != FORMAT:
             raise ValueError(
@@ -125,7 +123,7 @@ def _write(file: h5py.File, body: FlexibleBody) -> None:
     _put_all(file.create_group("strain"), body.strain, "V1", "f0", "V2", "V3")
     markers = file.create_group("markers", track_order=True)
     for name, marker in body.markers.items():
-        _put_all(markers.create_group(_escaped(name)), marker, "position", "phi", "psi", "orientation", "axis")
+        _put_all(markers.create_group(_escaped(name)), marker, *MARKER)
     if body.skin is not None:
         skin = file.create_group("skin")
         _put_all(skin, body.skin, "points", "shapes")
@@ -154,9 +152,7 @@ def _read(file: h5py.File) -> FlexibleBody:
         strain=StrainTensors(*(_get(strain, name) for name in ("V1", "f0", "V2", "V3") if name in strain)),
         damping=_get(file, "damping"),
         markers={
-            _unescaped(name): Marker(
-                **{key: _get(rows, key) for key in ("position", "phi", "psi", "orientation", "axis") if key in rows}
-            )
+            _unescaped(name): Marker(**{key: _get(rows, key) for key in MARKER if key in rows})
             for name, rows in file["markers"].items()
         },
         skin=skin,
@@ -193,6 +189,21 @@ def _escaped(name: str) -> str:
 
 def _unescaped(name: str) -> str:
     return name.replace("%2E", ".").replace("%2F", "/").replace("%25", "%")
+
+
+def _place(target: Path, image: bytes) -> None:
+    """Write a file beside and move it into place; HDF5 itself does not survive a disk that gets full."""
+    handle, beside = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(image)
+        _give_default_mode(beside)
+        os.replace(beside, target)
+    except BaseException as error:
+        Path(beside).unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.errno is not None and error.filename is None:
+            error.filename = str(target)
+        raise
 
 
 def _give_default_mode(path: str) -> None:

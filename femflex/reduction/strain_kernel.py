@@ -2,17 +2,76 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import numba
+import numba.types
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from femflex.kernel_cache import stored
+from femflex.kernel_linking import KernelCompiler, PartCompiler
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+types: Any = numba.types  # numba's own annotations do not cover all of it
+njit: Any = numba.njit
+
 TILE = 256  # points taken at once: what they need stays in cache
+_VECTOR, _INDICES, _BLOCK = types.float64[::1], types.int64[::1], types.float64[:, :, ::1]
+_FILL = types.void(_BLOCK, _BLOCK, _INDICES, _INDICES, _INDICES, _VECTOR)
+_MIX = types.void(_BLOCK, _BLOCK)
+_part = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, pipeline_class=PartCompiler)
 
 
-@njit(cache=True, nogil=True)
+@_part
+def _scale(out: Array, factor: float, a: Array) -> None:
+    for x in range(len(a)):
+        out[x] = factor * a[x]
+
+
+@_part
+def _set_product(out: Array, a: Array, b: Array) -> None:
+    for x in range(len(out)):
+        out[x] = a[x] * b[x]
+
+
+@_part
+def _set_two(out: Array, a: Array, b: Array, c: Array, d: Array) -> None:
+    for x in range(len(out)):
+        out[x] = a[x] * b[x] + c[x] * d[x]
+
+
+@_part
+def _add_product(out: Array, a: Array, b: Array) -> None:
+    for x in range(len(out)):
+        out[x] += a[x] * b[x]
+
+
+@_part
+def _add_three(out: Array, a: Array, b: Array, c: Array, d: Array, e: Array, f: Array) -> None:
+    for x in range(len(out)):
+        out[x] += a[x] * b[x] + c[x] * d[x] + e[x] * f[x]
+
+
+@_part
+def _sum_products(out: Array, left: Array, g: Array, column: Index, j: int, start: int) -> None:
+    """The sum over k of left[k] g[column[k], j, start:], three of them in one pass: loads and stores take the time."""
+    end, k = start + len(out), len(column) % 3
+    if k == 0:
+        out[:] = 0.0
+    elif k == 1:
+        _set_product(out, left[0], g[column[0], j, start:end])
+    else:
+        _set_two(out, left[0], g[column[0], j, start:end], left[1], g[column[1], j, start:end])
+    while k < len(column):
+        a, b, c = g[column[k], j, start:end], g[column[k + 1], j, start:end], g[column[k + 2], j, start:end]
+        _add_three(out, left[k], a, left[k + 1], b, left[k + 2], c)
+        k += 3
+
+
+@stored(_FILL, nogil=True, pipeline_class=KernelCompiler)
 def fill_pairs(out: Array, g: Array, strain: Index, row: Index, column: Index, value: Array) -> None:
     """Fill out (n(n+1)/2, s, p) with a quadratic strain of all pairs of shapes i <= j from gradients g (rows, n, p).
 
@@ -35,23 +94,7 @@ def fill_pairs(out: Array, g: Array, strain: Index, row: Index, column: Index, v
                 at += 1
 
 
-@njit(cache=True, nogil=True)
-def _sum_products(out: Array, left: Array, g: Array, column: Index, j: int, start: int) -> None:
-    """The sum over k of left[k] g[column[k], j, start:], three of them in one pass: loads and stores take the time."""
-    end, k = start + len(out), len(column) % 3
-    if k == 0:
-        out[:] = 0.0
-    elif k == 1:
-        _set_product(out, left[0], g[column[0], j, start:end])
-    else:
-        _set_two(out, left[0], g[column[0], j, start:end], left[1], g[column[1], j, start:end])
-    while k < len(column):
-        a, b, c = g[column[k], j, start:end], g[column[k + 1], j, start:end], g[column[k + 2], j, start:end]
-        _add_three(out, left[k], a, left[k + 1], b, left[k + 2], c)
-        k += 3
-
-
-@njit(cache=True, nogil=True)
+@stored(_MIX, nogil=True, pipeline_class=KernelCompiler)
 def mix_strains(out: Array, root: Array) -> None:
     """Replace strains out (pairs, s, p) by root^T times them, root (s, s, p) lower triangular."""
     for pair in range(out.shape[0]):
@@ -60,33 +103,3 @@ def mix_strains(out: Array, root: Array) -> None:
             own *= root[r, r]
             for q in range(r + 1, out.shape[1]):
                 _add_product(own, root[q, r], out[pair, q])
-
-
-@njit(cache=True, nogil=True)
-def _scale(out: Array, factor: float, a: Array) -> None:
-    for x in range(len(a)):
-        out[x] = factor * a[x]
-
-
-@njit(cache=True, nogil=True)
-def _set_product(out: Array, a: Array, b: Array) -> None:
-    for x in range(len(out)):
-        out[x] = a[x] * b[x]
-
-
-@njit(cache=True, nogil=True)
-def _set_two(out: Array, a: Array, b: Array, c: Array, d: Array) -> None:
-    for x in range(len(out)):
-        out[x] = a[x] * b[x] + c[x] * d[x]
-
-
-@njit(cache=True, nogil=True)
-def _add_product(out: Array, a: Array, b: Array) -> None:
-    for x in range(len(out)):
-        out[x] += a[x] * b[x]
-
-
-@njit(cache=True, nogil=True)
-def _add_three(out: Array, a: Array, b: Array, c: Array, d: Array, e: Array, f: Array) -> None:
-    for x in range(len(out)):
-        out[x] += a[x] * b[x] + c[x] * d[x] + e[x] * f[x]

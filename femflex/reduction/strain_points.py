@@ -59,7 +59,7 @@ def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool)
         quadratic=seen.quadratic_map if whole else np.zeros((s, s, s)),
         elastic=_kept(points.elastic, points.weight.shape, shares),
         stress=_kept(points.stress, points.weight.shape, shares),
-        leading=raw.shape[1],
+        first=np.eye(raw.shape[1]),
         nonlinear=nonlinear,
         per=kept,
     )
@@ -137,6 +137,6 @@ def beam_field(beam: UniformBeam, functions: BeamFunctions, X: Array, nonlinear:
         quadratic=found.quadratic if nonlinear else np.zeros((s, s, s)),
         elastic=found.stiffness[:, :s, None] * np.eye(s),
         stress=np.zeros((1, s)),
-        leading=X.shape[1],
+        first=np.eye(X.shape[1]),
         nonlinear=nonlinear,
     )

@@ -9,18 +9,17 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import SuperLU
 
 from femflex.body.burden import FIELD
-from femflex.fem.eigen.modes import factorised, lowest_modes
+from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
 from femflex.reduction.buckling import roughly_lowest
-from femflex.reduction.clamps import free_dofs
 from femflex.reduction.few_shapes import lowest_of_few
 from femflex.reduction.held_walk import largest
 from femflex.reduction.markers import MarkerRows, marker_rows
 from femflex.reduction.modeset import ModeSet
 from femflex.reduction.rigid import lifted
+from femflex.reduction.supported import Supported, supported
 
 Array = NDArray[np.float64]
 
@@ -36,20 +35,20 @@ class StructureBearing:
     modes: ModeSet
     groups: Mapping[str, str]
 
-    @cached_property
+    @property
+    def on(self) -> Supported:
+        """The structure on its supports: static answers, and every search of what buckles it, have the same factors."""
+        return supported(self.structure, self.modes.held)
+
+    @property
     def free(self) -> NDArray[np.int64]:
         """Dofs without supports."""
-        return free_dofs(self.structure, self.modes.held)
+        return self.on.free
 
-    @cached_property
+    @property
     def K(self) -> sparse.csr_array:
         """Stiffness (n, n), initial stress included."""
-        return self.structure.K[self.free][:, self.free]
-
-    @cached_property
-    def factors(self) -> SuperLU:
-        """Those of K: for static answers and for every search of what buckles it."""
-        return factorised(self.K)
+        return self.on.K
 
     @property
     def kept(self) -> KeptShapes:
@@ -65,8 +64,7 @@ class StructureBearing:
     @property
     def swaying(self) -> tuple[Array, Array, Array]:
         """See Elastic."""
-        M = self.structure.M[self.free][:, self.free]
-        found = lowest_modes(self.K, M, max(1, min(ENOUGH, len(self.free) // 2)))
+        found = self.on.lowest_modes(max(1, min(ENOUGH, len(self.free) // 2)))
         return found.phi, np.diag(found.omega**2), np.eye(len(found.omega))
 
     @property
@@ -83,8 +81,8 @@ class StructureBearing:
     @property
     def slowest(self) -> float:
         """See Elastic."""
-        phi, M = self.basis, self.structure.M[self.free][:, self.free]
-        return float(1.0 / np.einsum("ij,ij->j", phi, M @ phi).max())
+        phi = self.basis
+        return float(1.0 / np.einsum("ij,ij->j", phi, self.on.M @ phi).max())
 
     def knows(self, marker: str | None) -> bool:
         """See Elastic."""
@@ -107,6 +105,12 @@ class StructureBearing:
         """See Elastic."""
         return self.structure.internal_force.geometric_stiffness(self._answer(load))[self.free][:, self.free]
 
+    def stress_in_basis(self, load: Array) -> Array:
+        """See Elastic."""
+        shapes = np.zeros((self.structure.n_dof, self.basis.shape[1]))
+        shapes[self.free] = self.basis
+        return self.structure.internal_force.work_of_stress(self._answer(load), shapes)
+
     def moved(self, load: Array) -> float:
         """See Elastic."""
         return largest(self.structure, self._answer(load))
@@ -115,16 +119,14 @@ class StructureBearing:
         """See Elastic."""
         try:
             K = self.K if held is None else (self.K + STIFF * self.K.diagonal().max() * held).tocsr()
-            mu, x = roughly_lowest(K_sigma, K, self.factors if held is None else factorised(K))
+            mu, x = roughly_lowest(K_sigma, K, self.on.factors if held is None else factorised(K))
         except (np.linalg.LinAlgError, RuntimeError):
             return 0.0, np.zeros(len(self.free))
         return mu, x / np.sqrt(x @ (K @ x))
 
     def _answer(self, load: Array) -> Array:
         """Static displacements (n_dof,)."""
-        x = np.zeros(self.structure.n_dof)
-        x[self.free] = self.factors.solve(np.ascontiguousarray(load[self.free]))
-        return x
+        return self.on.answers(load)
 
     def _rows(self, marker: str) -> MarkerRows:
         return marker_rows(self.structure, self.groups[marker])
@@ -175,8 +177,7 @@ class KeptShapes:
     def stress(self, load: Array) -> Array:
         """See Statics."""
         phi = self.whole.modes.phi
-        G = self.whole.structure.internal_force.geometric_stiffness(phi @ np.linalg.solve(self.K, load))
-        return np.asarray(phi.T @ (G @ phi))
+        return self.whole.structure.internal_force.work_of_stress(phi @ np.linalg.solve(self.K, load), phi)
 
     def lowest(self, K_sigma: Array, held: Array | None) -> tuple[float, Array]:
         """See Statics."""

@@ -111,7 +111,7 @@ def _extended(body: FlexibleBody, sections: Sections, W: Array, S: Array, slaves
     shapes' own inertia, of higher order, is not, and stays positive.
     """
     n, m = body.n_shapes, len(W)
-    parts = recombined(body, np.eye(n, n + m), n)
+    parts = recombined(body, np.eye(n, n + m), np.eye(n))
     moments = parts["moments"]
     second = moments.second.copy()
     moved = np.einsum("abd,pbk,pdc->kac", LEVI_CIVITA, sections.turn, sections.extent, optimize=True)

@@ -11,13 +11,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from femflex.fem.line.chain import element_frames
 from femflex.reduction.beam_functions import (
+    STATIC_AXIAL,
+    STATIC_BENDING,
+    TIP_AXIAL,
+    TIP_BENDING,
     FunctionSet,
     axial_characteristic,
     bending_characteristic,
     ends_of,
     polynomials,
-    with_static_axial,
-    with_static_bending,
+    with_static,
 )
 
 Array = NDArray[np.float64]
@@ -104,6 +107,8 @@ class BeamFunctions:
     followers              axial polynomials that follow bending, after all others (beam_body, strain "condensed")
     static                 the last two of y and z, and the last of axial and torsion, are the static shapes of an
                            accelerated root (characteristic, "clamped-free"): converges far faster beside a light hub
+    tip                    the last two of y and z, and the last of axial and torsion, are the static shapes of a force
+                           and a moment at the tip, after those of `static` (likewise): for what the beam carries there
     """
 
     y: int = 0
@@ -114,6 +119,7 @@ class BeamFunctions:
     ends: str = "clamped-free"
     static: bool = False
     followers: int = 0
+    tip: bool = False
 
     def __post_init__(self) -> None:
         ends_of(self.ends)
@@ -126,13 +132,14 @@ class BeamFunctions:
             raise ValueError(
                 f"beam functions were asked for in numbers {counts} (y, z, axial, torsion); give some, none negative."
             )
-        if self.static and (self.family, self.ends) != ("characteristic", "clamped-free"):
+        if (self.static or self.tip) and (self.family, self.ends) != ("characteristic", "clamped-free"):
             raise ValueError(
                 "static shapes stand beside characteristic functions of clamped-free ends; change family or ends."
             )
-        if self.static and (self.y == 1 or self.z == 1):
+        if any(0 < n < least for n, least in zip(counts, self._beside(), strict=True)):
             raise ValueError(
-                "static shapes of bending come in twos; ask for at least two functions along y and z, or none."
+                "static shapes of bending come in twos; ask for at least two functions along y and z for each of "
+                "static and tip, or none."
             )
 
     @property
@@ -176,20 +183,29 @@ class BeamFunctions:
             found[:, 0, at:] = functions(xi, derivative) / length**derivative
         return found
 
+    def _beside(self) -> tuple[int, int, int, int]:
+        """How many of a field's functions are static shapes beside its own, where it has any."""
+        kinds = int(self.static) + int(self.tip)
+        return 2 * kinds, 2 * kinds, kinds, kinds
+
+    @property
+    def added(self) -> NDArray[np.bool_]:
+        """(own,): which of the functions are static shapes that stand beside the others."""
+        counts = (self.y, self.z, self.axial, self.torsion)
+        return np.concatenate([np.arange(n) >= n - beside for n, beside in zip(counts, self._beside(), strict=True)])
+
     def _bending(self, n: int) -> FunctionSet:
         if self.family == "polynomial":
             root, tip = (BENDING_ORDER[support] for support in ends_of(self.ends))
             return polynomials(root, tip, n)
-        if self.static:
-            return with_static_bending(bending_characteristic(self.ends, n - 2), n)
-        return bending_characteristic(self.ends, n)
+        beside = (*STATIC_BENDING * self.static, *TIP_BENDING * self.tip)
+        return with_static(bending_characteristic(self.ends, n - len(beside)), beside, n)
 
     def _axial(self, n: int) -> FunctionSet:
         if self.family == "polynomial":
             return self._polynomials(n)
-        if self.static:
-            return with_static_axial(axial_characteristic(self.ends, n - 1), n)
-        return axial_characteristic(self.ends, n)
+        beside = (*STATIC_AXIAL * self.static, *TIP_AXIAL * self.tip)
+        return with_static(axial_characteristic(self.ends, n - len(beside)), beside, n)
 
     def _polynomials(self, n: int) -> FunctionSet:
         root, tip = (min(BENDING_ORDER[support], 1) for support in ends_of(self.ends))

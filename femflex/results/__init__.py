@@ -3,7 +3,7 @@
 Layout, version 1 (plain HDF5 1.8 format; any HDF5 reader opens it):
 
     /                     attributes: format, layout, title, case_text, femflex_version, complete, ended,
-                          and what the run adds: case_path, without (what was switched off), integrator, ...
+                          and what the run adds: case_path, without (what was switched off), integrator, inputs, ...
     /progress      (2,)   rows that are valid, and the slot of /resume that belongs to them (-1: none)
     /time          (n,)   [s]
     /q  /u         (n, k) coordinates and quasi-velocities; attribute `names` per column
@@ -28,12 +28,13 @@ consistent at every moment, also while it is written: room for all rows is laid 
 `progress` is written last, and how the run ended goes into room of its own (`ended` is text of fixed length, bytes to
 h5py). What changes the layout (a run that stops early is trimmed, a trimmed one resumed) is written beside as
 `<file>.part` and moved into place. An existing file is refused unless `force` is given, and then replaced only when the
-new run has its first block.
+new run has its first block. While a file is written, `.<file>.lock` beside it keeps other writers away (`lock`).
 """
 
 from femflex.results.adding import add_channels
+from femflex.results.lock import FileLock
 from femflex.results.reader import Run, RunBody, open_run
 from femflex.results.resume import ResumePoint, resume_point
 from femflex.results.writer import RunWriter
 
-__all__ = ["ResumePoint", "Run", "RunBody", "RunWriter", "add_channels", "open_run", "resume_point"]
+__all__ = ["FileLock", "ResumePoint", "Run", "RunBody", "RunWriter", "add_channels", "open_run", "resume_point"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Mapping
+from contextlib import nullcontext
 from pathlib import Path
 
 import h5py
@@ -13,24 +14,35 @@ from numpy.typing import NDArray
 
 from femflex.results.keeping import PARTS
 from femflex.results.layout import create_channel
+from femflex.results.lock import FileLock
+from femflex.results.place import check_space
 from femflex.results.reader import open_run
 from femflex.system.channel import Channel
 
 Array = NDArray[np.float64]
+LAYOUT_BYTES = 20_000  # of a channel, beside its values
 
 
-def add_channels(path: str | Path, channels: Mapping[str, tuple[Channel, Array]]) -> None:
+def add_channels(path: str | Path, channels: Mapping[str, tuple[Channel, Array]], lock: FileLock | None = None) -> None:
     """Add channels with their values (n_t, *shape), one row per instant of the run, or replace those of these names.
 
-    They are written into a copy that is moved into place. Raises ValueError when the rows are not those of the run.
+    They are written into a copy that is moved into place. lock: of the file, when the caller has taken it already.
+    Raises ValueError when the rows are not those of the run, BlockingIOError when a run is writing the file.
     """
     path = Path(path)
+    with nullcontext() if lock is not None else FileLock(path):
+        _add(path, channels)
+
+
+def _add(path: Path, channels: Mapping[str, tuple[Channel, Array]]) -> None:
     with open_run(path) as run:
         count, room = len(run), len(run.file["time"])
     for name, (channel, values) in channels.items():
         if values.shape != (count, *channel.shape):
             raise ValueError(f"channel {name!r} has shape {values.shape}; this run needs {(count, *channel.shape)}")
     part = path.with_name(path.name + ".part")
+    room_for_values = sum(8 * room * max(values[0].size, 1) for _, values in channels.values() if len(values))
+    check_space(part, path.stat().st_size + room_for_values + LAYOUT_BYTES * len(channels))
     PARTS.add(part)
     try:
         shutil.copyfile(path, part)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 import h5py
 import numpy as np
@@ -46,7 +47,7 @@ class Changes:
 
 def skeleton(channels: dict[str, Channel], bodies: dict[str, FlexibleBody], attributes: Mapping[str, Any]) -> h5py.File:
     """A file in memory with everything but rows."""
-    file = h5py.File("skeleton", "w", driver="core", backing_store=False)
+    file = h5py.File(f"skeleton-{uuid4().hex}", "w", driver="core", backing_store=False)
     basic = {"format": FORMAT, "layout": LAYOUT, "femflex_version": femflex.__version__, "title": "", "case_text": ""}
     set_attributes(file, {**basic, **attributes, "complete": False, "ended": ""})
     set_attributes(file.create_group("versions"), _versions())

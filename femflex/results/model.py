@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Skin
 from femflex.body.strain_field import StrainPart, read_field, write_field
+from femflex.system.names import name_problems
 
 Array = NDArray[np.float64]
 
@@ -72,5 +73,5 @@ def read_body(group: h5py.Group) -> RunBody:
 
 
 def _check_name(name: str) -> None:
-    if not name or "/" in name or name in (".", ".."):
-        raise ValueError(f"body name {name!r} cannot be a name in the result file; use letters, digits, - and _")
+    for problem in name_problems("body", [name]):
+        raise ValueError(problem)

@@ -2,8 +2,20 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import shutil
 from pathlib import Path
+
+
+def check_space(path: Path, need: int) -> None:
+    """Raise OSError where the disk of `path` has less room than `need` bytes; HDF5 may crash when a disk gets full."""
+    free = shutil.disk_usage(path.parent).free
+    if need > free:
+        text = f"{path} cannot be written: it takes {need / 1e6:.3g} MB, and {free / 1e6:.3g} MB are free"
+        error = OSError(text)
+        error.errno = errno.ENOSPC
+        raise error
 
 
 def check_place(path: Path, force: bool) -> None:

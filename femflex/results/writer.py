@@ -17,6 +17,7 @@ from femflex.body import FlexibleBody
 from femflex.results.copying import Changes, conclude, skeleton, write_copy
 from femflex.results.keeping import PARTS, held
 from femflex.results.layout import channel_of, channels_of
+from femflex.results.lock import FileLock
 from femflex.results.place import check_place
 from femflex.results.reader import open_file
 from femflex.results.resume import fits, flattened, write_slot
@@ -32,6 +33,7 @@ class RunWriter:
 
     channels    path -> Channel of everything `write_block` will bring; bodies for pictures
     attributes  of the root: title, case_text, integrator, ...: text, numbers or arrays of numbers
+    lock        of the file, when the caller has taken it already; it is released when the writer closes
     rows        instants expected in all, when known: room for them is laid out at once, so that the file never grows;
                 without it the file is copied into twice the room whenever it is full
 
@@ -54,37 +56,46 @@ class RunWriter:
         *,
         rows: int = 0,
         force: bool = False,
+        lock: FileLock | None = None,
     ) -> None:
-        self.path = Path(path)
-        self._part = self.path.with_name(self.path.name + ".part")
-        self._held = ExitStack()
+        self._begin(Path(path), rows)
         check_place(self.path, force)
-        self._expected = rows
-        self._not_finite = ""
-        self._skeleton = skeleton(channels, bodies, attributes or {})
+        self._lock = lock or FileLock(self.path)
+        try:
+            check_place(self.path, force)  # again: another run may have ended meanwhile
+            self._skeleton = skeleton(channels, bodies, attributes or {})
+        except BaseException:
+            self._lock.release()
+            raise
         self._adopt(self._skeleton)
 
+    def _begin(self, path: Path, rows: int) -> None:
+        self.path, self._expected, self._not_finite = path, rows, ""
+        self._part = path.with_name(path.name + ".part")
+        self._held = ExitStack()
+
     @classmethod
-    def resumed(cls, path: str | Path, rows: int = 0) -> Self:
+    def resumed(cls, path: str | Path, rows: int = 0, lock: FileLock | None = None) -> Self:
         """A writer that appends to a run after its last block (see `resume_point` for the integrator's state).
 
-        rows: instants expected in all, with those that are there.
+        rows: instants expected in all, with those that are there; lock: as for a new file.
         """
         writer = cls.__new__(cls)
-        writer.path = Path(path)
-        writer._part = writer.path.with_name(writer.path.name + ".part")
-        writer._held = ExitStack()
-        writer._expected, writer._not_finite = rows, ""
-        writer._skeleton = open_file(writer.path)
-        writer._adopt(writer._skeleton)
-        running = {"complete": False, "ended": ""}
-        capacity = len(writer._data["time"])
-        if rows > capacity:
-            writer._lay_out(Changes(rows, running))
-        else:
-            writer._skeleton.close()
-            writer._go_on_in(writer.path)
-            conclude(writer._opened(), running, {})
+        writer._begin(Path(path), rows)
+        writer._lock = lock or FileLock(writer.path)
+        try:
+            writer._skeleton = open_file(writer.path)
+            writer._adopt(writer._skeleton)
+            running = {"complete": False, "ended": ""}
+            if rows > len(writer._data["time"]):
+                writer._lay_out(Changes(rows, running))
+            else:
+                writer._skeleton.close()
+                writer._go_on_in(writer.path)
+                conclude(writer._opened(), running, {})
+        except BaseException:
+            writer._lock.release()
+            raise
         return writer
 
     def write_block(self, times: Array, arrays: Mapping[str, Array], resume: Any = None) -> None:
@@ -141,13 +152,16 @@ class RunWriter:
 
     def close(self) -> None:
         """Close the file as it stands."""
-        for file in (self._file, self._skeleton):
-            if file is not None:
-                file.close()
-        self._file, self._data = None, {}
-        self._part.unlink(missing_ok=True)
-        PARTS.discard(self._part)
-        self._held.close()
+        try:
+            for file in (self._file, self._skeleton):
+                if file is not None:
+                    file.close()
+            self._file, self._data = None, {}
+            self._part.unlink(missing_ok=True)
+            PARTS.discard(self._part)
+            self._held.close()
+        finally:
+            self._lock.release()
 
     def __enter__(self) -> Self:
         return self

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 from femflex.case import Case
-from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
 from femflex.studies.convergence import Convergence
 from femflex.studies.derivative_ladder import with_derivatives_of
+from femflex.studies.level import with_level
 from femflex.studies.strain_forms import StrainStudy, with_strain_of
 
 
@@ -31,30 +30,11 @@ def with_choice(case: Case, found: Convergence | StrainStudy, names: Sequence[st
     return case.model_copy(
         update={
             "bodies": {
-                name: _with_level(table, found.over, int(level)) if name in names else table
+                name: with_level(table, found.over, int(level)) if name in names else table
                 for name, table in case.bodies.items()
             }
         }
     )
-
-
-def _with_level(table: BodyTable, over: str, level: int) -> BodyTable:
-    """The table with so many modes or segments, or refined so often more."""
-    if isinstance(table, AnalyticTable):
-        given = {key: level for key in ("y", "z", "axial", "torsion") if getattr(table.functions, key)}
-        return table.model_copy(update={"functions": table.functions.model_copy(update=given)})
-    if isinstance(table, FileTable):
-        return table.model_copy(update={"modes": level})
-    assert isinstance(table, FlexibleTable)
-    update: dict[str, Any] = {}
-    if over == "mesh":
-        update = {"refine": table.refine + level}
-    elif over == "segments":
-        cut = [m.model_copy(update={"segments": level}) if m.segments is not None else m for m in table.members]
-        update = {"members": cut}
-    elif table.reduction is not None:
-        update = {"reduction": table.reduction.model_copy(update={"modes": level})}
-    return table.model_copy(update=update)
 
 
 def choice_text(findings: Sequence[Convergence | StrainStudy]) -> str:

@@ -207,7 +207,10 @@ def errors(trend: Trend, values: Array, noise: Array) -> Array:
 
 
 def resolution(over: Over, levels: NDArray[np.int64], counts: NDArray[np.int64]) -> Array:
-    """What errors fall with, (n,): elastic coordinates, segments, or cells along an edge of the case's own."""
-    if over == "segments":
+    """What errors fall with, (n,): elastic coordinates, segments, or cells along an edge of the case's own.
+
+    Modes where static shapes of joints, of which more modes need fewer, keep the coordinates from growing.
+    """
+    if over == "segments" or (over == "modes" and np.any(np.diff(counts) <= 0)):
         return levels.astype(float)
     return np.exp2(levels.astype(float)) if over == "mesh" else counts.astype(float)

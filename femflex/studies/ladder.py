@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -12,14 +12,18 @@ import numpy as np
 from femflex.body import FlexibleBody
 from femflex.case import Case, CaseError
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
-from femflex.case.builders import build_body, build_mesh, build_modes, build_part, build_structure_of
+from femflex.case.builders import build_body, build_each, build_mesh, build_modes, build_part
+from femflex.case.builders.joint_shapes import open_joints
+from femflex.case.builders.shared import shared_structures
+from femflex.case.builders.structure import structure_of
+from femflex.case.measure import OF_BODY
 from femflex.case.reduction import Stretchable
 from femflex.case.run import StudyTable
-from femflex.fem import Structure
 from femflex.fem.eigen.canonical import whole_clusters
 from femflex.fem.eigen.modes import stiffness_ratio
 from femflex.mesh.cells import CELL_TYPES
-from femflex.reduction import load_body
+from femflex.reduction import is_added, load_body
+from femflex.studies.joints_of_level import joints_of, with_joints_of_level, without_joints
 from femflex.system import Segments
 
 COUNTS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128)  # numbers of modes tried when none are named
@@ -30,11 +34,20 @@ VARIED = ("cantilever", "free_free", "craig_bampton")  # reductions that keep a 
 
 @dataclass(frozen=True, eq=False)
 class Built:
-    """The bodies that differ at a level, how many dofs they have, and the relative rounding of a mode's frequency."""
+    """The bodies that differ at a level, how many dofs they have, and the relative rounding of a mode's frequency.
+
+    others: bodies that the study does not vary, with other static shapes of joints than in the case
+    """
 
     bodies: dict[str, Any]
     count: int
     rounding: float = 0.0
+    others: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def added(self) -> int:
+        """How many of the coordinates of all bodies are static shapes beside modes."""
+        return sum(int(is_added(getattr(body, "kinds", ())).sum()) for body in self.bodies.values())
 
     @property
     def derivatives(self) -> int:
@@ -85,26 +98,33 @@ def _derivatives(body: Any) -> tuple[int, int]:
     return kinds[:n].count("derivative"), kinds[n:].count("derivative")
 
 
-def mode_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder:
+def mode_ladder(case: Case, levels: Sequence[int] | None = None, given: Case | None = None) -> Ladder:
     """The ladder over the number of modes; the largest set is made here, and others are cut from it where that is all.
+
+    given: the case before its strains and static shapes were written out. Static shapes of joints that it leaves open
+    are chosen at each level.
 
     Raises ValueError when no body keeps a number of modes, CaseError when a body cannot have so many.
     """
     names = mode_names(case)
+    given = given or case
+    bare = without_joints(case, set(open_joints(given)) & set(names))
+    if _study(case).quantity.of in OF_BODY:  # no joint matters to it
+        case = given = bare
     owns = {_own_count(case, case.bodies[name]) or 0 for name in names}
     own, wanted = max(1, *owns), levels or _study(case).modes
     counts = sorted({*wanted} if wanted else {*(k for k in COUNTS if k < 2 * own), own, 2 * own})
     try:
-        largest = {name: build_body(case, name, modes=counts[-1]) for name in names}
+        largest = build_each(bare, names, modes=counts[-1])
     except CaseError:
         if wanted:
             raise
         counts = [k for k in counts if k <= own]  # the mesh has no more, or the case has damping for so many alone
-        largest = {name: build_body(case, name, modes=own) for name in names}
-    if len(names) == 1 and _truncates(case.bodies[names[0]]):  # the level is what is kept: no close pair is parted
+        largest = build_each(bare, names, modes=own)
+    if len(names) == 1 and _truncates(bare.bodies[names[0]]):  # the level is what is kept: no close pair is parted
         counts = sorted({_kept(largest[names[0]], n) for n in counts})
         owns = {_kept(largest[names[0]], own) if own <= counts[-1] else own}
-    rungs = (Rung(n, float(n) ** 2, partial(_with_modes, case, largest, n, counts[-1])) for n in counts)
+    rungs = (Rung(n, float(n) ** 2, partial(_with_modes, case, given, largest, n, counts[-1])) for n in counts)
     return Ladder(tuple(names), tuple(rungs), owns.pop() if len(owns) == 1 else None)
 
 
@@ -125,14 +145,18 @@ def _kept(body: FlexibleBody, n: int) -> int:
     return whole_clusters(body.omega, n) or body.n_modes
 
 
-def _with_modes(case: Case, largest: dict[str, FlexibleBody], n: int, last: int) -> Built:
+def _with_modes(case: Case, given: Case, largest: dict[str, FlexibleBody], n: int, last: int) -> Built:
+    level = with_joints_of_level(case, given, largest, n)
     bodies = {}
     for name, body in largest.items():
-        if _truncates(case.bodies[name]):
+        if _truncates(level.bodies[name]):
             bodies[name] = body.truncated(_kept(body, n))
         else:
-            bodies[name] = body if n == last else build_body(case, name, modes=n)
-    return Built(bodies, sum(body.n_modes for body in bodies.values()))
+            own = joints_of(level.bodies[name]) in (None, [], {}, joints_of(given.bodies[name]))
+            bodies[name] = body if n == last and own else build_body(level, name, modes=n)
+    changed = [name for name in case.bodies if joints_of(level.bodies[name]) != joints_of(case.bodies[name])]
+    others = {name: build_part(level, name) for name in changed if name not in largest}
+    return Built(bodies, sum(body.n_modes for body in bodies.values()), others=others)
 
 
 def mesh_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder:
@@ -150,8 +174,13 @@ def mesh_ladder(case: Case, levels: Sequence[int] | None = None) -> Ladder:
 
 def _refined(case: Case, names: list[str], r: int) -> Built:
     """Bodies on meshes refined r times; for the frequency of a mode the modes alone, with their rounding."""
+    with shared_structures():
+        return _refined_once(case, names, r)
+
+
+def _refined_once(case: Case, names: list[str], r: int) -> Built:
     quantity = _study(case).quantity
-    structures = {name: _structure(case, name, r) for name in names}
+    structures = {name: structure_of(case, name, _flexible(case, name), r) for name in names}
     count = sum(structure.n_dof for structure in structures.values())
     if quantity.of != "mode_frequency":
         return Built({name: build_part(case, name, refine=r) for name in names}, count)
@@ -163,15 +192,10 @@ def _refined(case: Case, names: list[str], r: int) -> Built:
     return Built({name: Modal(modes.omega)}, count, rounding)
 
 
-def _structure(case: Case, name: str, r: int) -> Structure:
-    table = _flexible(case, name)
-    return build_structure_of(case, name, table, build_mesh(case, name, table, r))
-
-
 def varied(case: Case, can: Callable[[BodyTable], bool], what: str) -> list[str]:
     """Names of the bodies a study varies: that of the quantity, that of [study], or all that can."""
     study = _study(case)
-    named = study.quantity.body if study.quantity.channel is None else study.body
+    named = study.quantity.body if study.quantity.of in OF_BODY else study.body
     names = [name for name in case.bodies if named in (None, name) and can(case.bodies[name])]
     if not names:
         told = ", ".join(f"{name} ({_described(table)})" for name, table in case.bodies.items())
@@ -213,6 +237,8 @@ def _truncates(table: BodyTable) -> bool:
         if r is None or table.strain == "condensed":  # what follows is made for the modes that are kept
             return False
         if isinstance(r, Stretchable) and r.derivatives not in (None, "none", 0):
+            return False
+        if isinstance(r, Stretchable) and r.joints:
             return False
         return r.method == "free_free" or (r.method == "cantilever" and not (r.attachment or r.loads))
     return isinstance(table, FileTable)

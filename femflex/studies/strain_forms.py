@@ -13,7 +13,6 @@ from typing import Any, get_args
 from femflex.case import Case, CaseError
 from femflex.case.body import AnalyticTable, BodyTable, FlexibleTable, Strain
 from femflex.case.builders import build_part, with_own_strain
-from femflex.case.evaluate import measured, measured_unit
 from femflex.case.reduction import Stretchable
 from femflex.integrate import IntegrationError
 from femflex.studies.ladder import Built, Ladder, varied
@@ -164,10 +163,9 @@ def _form(case: Case, names: Sequence[str], strain: Strain) -> StrainForm:
         _ = study.constant
         start = time.perf_counter()
         try:
-            seen = study.seen(built, lambda part: None)
-            value = measured(study.quantity, seen, seen.mean_motion)
+            value, unit, _ = study.value(built, lambda part: None)
         except IntegrationError as error:
             return StrainForm(strain, *counts, problem=f"it runs away at t = {error.t:.4g} s")
         except ValueError as error:
             return StrainForm(strain, *counts, problem=str(error).removeprefix(f"{case.path.name}: "))
-        return StrainForm(strain, *counts, value, time.perf_counter() - start, "", measured_unit(study.quantity, seen))
+        return StrainForm(strain, *counts, value, time.perf_counter() - start, "", unit)

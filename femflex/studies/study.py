@@ -16,10 +16,12 @@ from numpy.typing import NDArray
 
 from femflex.case import Case, CaseError
 from femflex.case.builders import build_part, with_own_strain
+from femflex.case.builders.shared import shared_structures
 from femflex.case.evaluate import measured, measured_unit
-from femflex.case.measure import MeasureTable
+from femflex.case.measure import OF_SYSTEM, MeasureTable
 from femflex.case.run import StudyTable
 from femflex.pipeline import Prepared, prepare
+from femflex.pipeline.balanced import case_modes
 from femflex.pipeline.guard import Runaway
 from femflex.studies.derivative_ladder import derivative_ladder
 from femflex.studies.ladder import Built, Ladder, Rung, mesh_ladder, mode_ladder
@@ -119,7 +121,7 @@ class Study:
         that is not among them. Raises what made the last of them fail when no level has a value, and IntegrationError
         when the numerics fail. Physics warnings are those of the finest level.
         """
-        rungs, found, count = self.ladder.rungs, False, -1
+        rungs, found, size = self.ladder.rungs, False, (-1, 0)
         ends = np.cumsum([rung.weight for rung in rungs])
         for rung, end in zip(rungs, ends, strict=True):
             told = partial(_tell, progress, (end - rung.weight) / ends[-1], rung.weight / ends[-1])
@@ -128,36 +130,46 @@ class Study:
                 if rung is not rungs[-1]:  # of coarse levels it is known that they are coarse
                     warnings.simplefilter("ignore", PhysicsWarning)
                 built = rung.build()
-                if built.count == count:  # a close pair was kept whole, so nothing is new
+                if (built.count, built.added) == size:  # a close pair was kept whole, so nothing is new
                     continue
                 point = self._point(rung, built, told, may_fail=not found and rung is not rungs[-1])
-            found, count = found or not point.problem, built.count
+            found, size = found or not point.problem, (built.count, built.added)
             yield point
 
     def _point(self, rung: Rung, built: Built, progress: Progress, may_fail: bool) -> Point:
         try:
-            seen = self.seen(built, progress)
-            value = measured(self.quantity, seen, seen.mean_motion)
+            value, unit, rtol = self.value(built, progress)
         except ValueError as error:
             if not (may_fail and self._is_coarse(error)):
                 raise
             text = str(error).removeprefix(f"{self.case.path.name}: ")
             return Point(rung.level, built.count, math.nan, math.nan, problem=text)
-        noise = max(built.rounding, STEPS * seen.rtol, EPS) * abs(value)
-        unit = measured_unit(self.quantity, seen)
+        noise = max(built.rounding, STEPS * rtol, EPS) * abs(value)
         return Point(rung.level, built.count, value, noise, unit, "", built.derivatives, built.followers)
+
+    def value(self, built: Built, progress: Progress) -> tuple[float, str, float]:
+        """The quantity with these bodies, its unit, and the relative tolerance of the integration behind it."""
+        if self.quantity.of == OF_SYSTEM:
+            everything = self.constant | built.bodies | built.others
+            modes = case_modes(self.case, bodies={name: everything[name] for name in self.case.bodies})
+            try:
+                return modes.frequency(self.quantity.branch or self.quantity.mode), "Hz", 0.0
+            except KeyError as error:
+                raise ValueError(error.args[0]) from None
+        seen = self.seen(built, progress)
+        return measured(self.quantity, seen, seen.mean_motion), measured_unit(self.quantity, seen), seen.rtol
 
     def _is_coarse(self, error: ValueError) -> bool:
         """Whether the trouble is one that more modes may end."""
         initial = isinstance(error, CaseError) and all(problem.where.endswith(".initial") for problem in error.problems)
-        return self.over == "modes" and (initial or self.quantity.of == "mode_frequency")
+        return self.over == "modes" and (initial or self.quantity.of in ("mode_frequency", OF_SYSTEM))
 
     def seen(self, built: Built, progress: Progress) -> Seen:
         """The run of the case with these bodies, or the bodies alone where that is all the quantity needs."""
         path = self.quantity.channel
         if path is None:
             return Seen(built.bodies)
-        everything = built.bodies | self.constant
+        everything = self.constant | built.bodies | built.others
         bodies = {name: everything[name] for name in self.case.bodies}
         prepared = prepare(self.case, Path(gettempdir()) / "study.h5", force=True, bodies=bodies)  # nothing is written
         motion = None if prepared.system.orbit is None else prepared.system.orbit.mean_motion
@@ -183,8 +195,10 @@ def planned(case: Case, over: Over = "modes", levels: Sequence[int] | None = Non
     if levels is not None and (len(set(levels)) < 2 or min(levels) < least):
         found, what = ", ".join(map(str, levels)) or "none", f"{what}, each at least {least}"
         raise ValueError(f"found levels {found}; give at least two different {what} (an order needs three).")
-    case = with_own_strain(case)
-    return Study(case, over, LADDERS[over](case, levels))
+    with shared_structures():
+        own = with_own_strain(case)
+        ladder = mode_ladder(own, levels, case) if over == "modes" else LADDERS[over](own, levels)
+        return Study(own, over, ladder)
 
 
 def require_known(over: str) -> None:
@@ -222,6 +236,8 @@ def described(quantity: MeasureTable) -> str:
         return f"frequency of mode {q.mode} of {q.body}"
     if q.of == "body_mass":
         return f"mass of {q.body}"
+    if q.of == OF_SYSTEM:
+        return f"frequency of {q.branch or f'mode {q.mode}'} of the craft"
     of = f"frequency {q.tone} of {q.tones}" if q.of == "frequency" and q.tones > 1 else q.of
     component = "" if q.component is None else f" {q.component}"
     when = f" at {q.at:g} s" if q.at is not None else " at the end" if q.of == "value" else ""

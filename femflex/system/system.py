@@ -16,6 +16,7 @@ from femflex.system.environment import Environment
 from femflex.system.joint import Joint
 from femflex.system.kept import keep_problems
 from femflex.system.load import Load
+from femflex.system.names import name_problems, prefix_problems
 from femflex.system.orbit import Frame, Orbit
 from femflex.system.segments import Part, at_segments, expanded
 from femflex.system.sight import Sight
@@ -183,7 +184,7 @@ class System:
         return []
 
     def _name_problems(self) -> list[str]:
-        out = []
+        out = self._illegal_names()
         places = [
             (f"joint {j.label!r}", b, m)
             for j in self.joints
@@ -207,6 +208,22 @@ class System:
                 if np.shape(value) != (n,):
                     out.append(f"{what} of body {body!r} has shape {np.shape(value)}; expected ({n},)")
         return out
+
+    def _illegal_names(self) -> list[str]:
+        names: dict[str, list[str]] = {
+            "body": [*self.bodies, *self.segments],
+            "marker": [m for b in self.bodies.values() for m in b.markers if not m.startswith(".")],  # ends of segments
+            "joint or loop": [joint.label for joint in (*self.joints, *self.loops)],
+            "law": [law.name for joint in (*self.joints, *self.loops) for law in joint.laws if law.name],
+            "load": [load.name for load in self.loads],
+            "constraint": [constraint.name for constraint in self.constraints],
+            "spring": [spring.name for spring in self.springs],
+            "sight": [sight.name for sight in self.sights],
+        }
+        out = [problem for kind, given in names.items() for problem in name_problems(kind, dict.fromkeys(given))]
+        own = [name for parts in self.segments.values() for name in parts]
+        out += prefix_problems("bodies", [*(set(self.bodies) - set(own)), *self.segments])
+        return out + prefix_problems("joints", [joint.label for joint in self.joints])
 
 
 def started(system: System, x: Array) -> System:

@@ -1,7 +1,7 @@
 """Pictures, movies and plots of a run, and pictures of modes; VTK and matplotlib are loaded when first used."""
 
 from femflex.view.look import Look
-from femflex.view.modes import mode_montage, mode_movie
+from femflex.view.modes import craft_montage, craft_movie, mode_montage, mode_movie
 from femflex.view.plot import plot_histories, plot_spectra
 from femflex.view.render import render_movie, render_picture
 from femflex.view.terms import plot_terms
@@ -10,6 +10,8 @@ from femflex.view.window import NoRenderer
 __all__ = [
     "Look",
     "NoRenderer",
+    "craft_montage",
+    "craft_movie",
     "mode_montage",
     "mode_movie",
     "plot_histories",

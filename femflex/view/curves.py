@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.results import Run
+from femflex.view.segments import body_names, body_of_marker
 from femflex.view.units import length_unit
 
 Array = NDArray[np.float64]
@@ -88,9 +89,10 @@ def default_channels(run: Run) -> list[str]:
     """Attitude angles, the largest marker deflection of each body, and the drift of energy or Jacobi integral."""
     chosen = [path for path in ("attitude/angles",) if path in run]
     largest: dict[str, tuple[float, str]] = {}
+    bodies = body_names(run)
     for path in run:
         if path.startswith("markers/") and path.endswith("/deflection"):
-            body, size = path.split("/")[1].split(".")[0], float(np.abs(run[path]).max(initial=0.0))
+            body, size = body_of_marker(path.split("/")[1], bodies), float(np.abs(run[path]).max(initial=0.0))
             if size > largest.get(body, (0.0, ""))[0]:
                 largest[body] = (size, path)
     chosen += [path for _, path in largest.values()]

@@ -1,4 +1,4 @@
-"""Pictures of a body's shapes: a montage of many, or a looping movie of one, each over the undeformed outline."""
+"""Pictures of shapes of a body or a craft: a montage of many, a looping movie of one, over the undeformed outline."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from femflex.view.framing import Margins, View, best_direction, framed
 from femflex.view.movie import Progress, write_movie, write_png
 from femflex.view.output import placed
 from femflex.view.overlay import add_text
-from femflex.view.shape_paint import shape_paint
+from femflex.view.shape_paint import ShapePaint, shape_paint
 from femflex.view.surface import SEEN, breadth, surface_of
 from femflex.view.theme import Theme, theme_of
 from femflex.view.units import Bar
@@ -49,19 +49,83 @@ def mode_montage(
     shapes.
     """
     path, skin = Path(path), _checked(body)
-    if path.suffix.lower() != ".png":
-        raise ValueError(f"a picture is written as .png; {path.name} is not one")
     chosen = list(range(1, min(body.n_modes, MOST) + 1)) if modes is None else list(modes)
     if not chosen:
         raise ValueError("no modes are named to draw; give some, or leave them out for the first")
-    with placed(path, force) as part, _ModeScene(body, skin, theme_of(theme), tile, view, SAMPLES, colour) as scene:
+    drawn = [(_number(body, mode), caption(body, mode)) for mode in chosen]
+    return _montage(skin, drawn, path, title, theme, tile, view, force, shape_paint(body, skin, colour))
+
+
+def craft_montage(
+    skin: Skin,
+    captions: Sequence[str],
+    path: str | Path,
+    title: str = "",
+    theme: str = "light",
+    tile: tuple[int, int] = (420, 300),
+    view: tuple[float, float, float] | None = None,
+    force: bool = False,
+) -> Path:
+    """Path of a PNG picture of modes of a craft, each with its caption, in their largest deflection.
+
+    skin: of the craft, with the real and then the imaginary parts of as many shapes as captions. As `mode_montage`.
+    """
+    return _montage(skin, list(enumerate(captions)), path, title, theme, tile, view, force, None)
+
+
+def craft_movie(
+    skin: Skin,
+    caption: str,
+    path: str | Path,
+    seconds: float = 2.0,
+    cycles: int = 3,
+    fps: float = 25.0,
+    theme: str = "light",
+    size: tuple[int, int] = (960, 640),
+    view: tuple[float, float, float] | None = None,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> Path:
+    """Path of a movie of one mode of a craft, whose parts may move out of phase; loops smoothly.
+
+    skin: of the craft, with two shapes, the real and the imaginary part.
+    """
+    count = _frames(seconds, cycles, fps)
+    with _ModeScene(skin, theme_of(theme), size, view, 1, None) as scene:
+        scene.choose(0, caption, 1)
+        return write_movie(path, _swing(scene, count, cycles), count * cycles, fps, force, progress)
+
+
+def _montage(
+    skin: Skin,
+    drawn: Sequence[tuple[int, str]],
+    path: str | Path,
+    title: str,
+    theme: str,
+    tile: tuple[int, int],
+    view: tuple[float, float, float] | None,
+    force: bool,
+    paint: ShapePaint | None,
+) -> Path:
+    """The picture of shapes of a skin, counted from 0, each with its caption."""
+    path = Path(path)
+    if path.suffix.lower() != ".png":
+        raise ValueError(f"a picture is written as .png; {path.name} is not one")
+    with placed(path, force) as part, _ModeScene(skin, theme_of(theme), tile, view, SAMPLES, paint) as scene:
         tiles = []
-        for mode in chosen:
-            scene.choose(_number(body, mode), caption(body, mode))
+        for number, text in drawn:
+            scene.choose(number, text)
             scene.show(1.0)
             tiles.append(scene.image())
         write_png(part, _arranged(tiles, title, theme_of(theme)))
     return path
+
+
+def _frames(seconds: float, cycles: int, fps: float) -> int:
+    """Pictures of a cycle. Raises ValueError for a movie without length."""
+    if cycles < 1 or not seconds > 0:
+        raise ValueError(f"a movie of {cycles} cycles of {seconds:g} s has no length; give at least one, above 0 s")
+    return max(2, round(seconds * fps))
 
 
 def mode_movie(
@@ -83,10 +147,8 @@ def mode_movie(
     colour: as for `mode_montage`.
     """
     skin, number = _checked(body), _number(body, mode)
-    if cycles < 1 or not seconds > 0:
-        raise ValueError(f"a movie of {cycles} cycles of {seconds:g} s has no length; give at least one, above 0 s")
-    count = max(2, round(seconds * fps))
-    with _ModeScene(body, skin, theme_of(theme), size, view, 1, colour) as scene:
+    count = _frames(seconds, cycles, fps)
+    with _ModeScene(skin, theme_of(theme), size, view, 1, shape_paint(body, skin, colour)) as scene:
         scene.choose(number, caption(body, mode))
         return write_movie(path, _swing(scene, count, cycles), count * cycles, fps, force, progress)
 
@@ -110,12 +172,13 @@ def _hertz(frequency: float) -> str:
 
 
 class _ModeScene:
-    """A window with one body, deformed by one shape at a time over its undeformed outline."""
+    """A window with one body or craft, deformed by one shape at a time over its undeformed outline."""
 
     def __init__(
-        self, body: FlexibleBody, skin: Skin, theme: Theme, size: tuple[int, int], view: Any, samples: int, colour: str
+        self, skin: Skin, theme: Theme, size: tuple[int, int], view: Any, samples: int, paint: ShapePaint | None
     ) -> None:
         self._skin, self._samples, self._unit = skin, samples, np.zeros(len(skin.shapes))
+        self._quadrature = self._unit
         width, height = size[0] * samples, size[1] * samples
         self._plotter = open_window((width, height), theme, shaded=False)  # even, so that tiles join
         self._size = float(np.linalg.norm(np.ptp(skin.points, axis=0))) or 1.0
@@ -123,7 +186,7 @@ class _ModeScene:
         place_camera(self._plotter, place)
         slender = breadth(skin) * place.pixels(size[1]) < SEEN
         surface, pixel = surface_of(skin, "thick" if slender else "sharp"), height / 720 + 0.35 * samples
-        self._paint = shape_paint(body, skin, colour)
+        self._paint = paint
         bar = Bar(1.0, "", AMPLITUDE * self._size, 4)
         if self._paint is not None:
             bar = Bar(1.0, "", 1.0, 4, self._paint.signed)
@@ -133,18 +196,21 @@ class _ModeScene:
             self._plotter.renderer, "", (0.5, 0.045), 0.03 * height + 9 * samples, theme.text, "center bottom"
         )
 
-    def choose(self, number: int, text: str) -> None:
-        """Turn to shape `number`, counted from 0."""
+    def choose(self, number: int, text: str, quadrature: int | None = None) -> None:
+        """Turn to shape `number`, counted from 0, and to one that moves a quarter of a cycle later, if any."""
         largest = np.linalg.norm(self._skin.shapes[number], axis=1).max()
         self._unit = np.zeros(len(self._skin.shapes))
         self._unit[number] = AMPLITUDE * self._size / largest if largest else 0.0
+        self._quadrature = np.zeros(len(self._skin.shapes))
+        if quadrature is not None:
+            self._quadrature[quadrature] = self._unit[number]
         if self._paint is not None:
             self._paint.choose(self._unit)
         self._caption.SetInput(text)
 
-    def show(self, amplitude: float) -> None:
-        """Deform by the chosen shape, with amplitude in [-1, 1]."""
-        self._body.show(np.zeros(3), np.eye(3), amplitude * self._unit, 1.0)
+    def show(self, amplitude: float, quadrature: float = 0.0) -> None:
+        """Deform by the chosen shape, with amplitude in [-1, 1], and by that in quadrature."""
+        self._body.show(np.zeros(3), np.eye(3), amplitude * self._unit + quadrature * self._quadrature, 1.0)
 
     def image(self) -> Image:
         """The picture, (height, width, 3)."""
@@ -168,7 +234,8 @@ class _ModeScene:
 
 def _swing(scene: _ModeScene, count: int, cycles: int) -> Iterator[Image]:
     for k in range(count * cycles):
-        scene.show(math.sin(2 * math.pi * k / count))
+        angle = 2 * math.pi * k / count
+        scene.show(math.sin(angle), math.cos(angle))
         yield scene.image()
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.results import Run, RunBody
-from femflex.view.segments import whole_of, widened_coordinates
+from femflex.view.segments import body_of_marker, whole_of, widened_coordinates
 
 Array = NDArray[np.float64]
 
@@ -108,7 +108,7 @@ def motion(
         if marker not in traced_markers(run):
             lines[marker] = np.einsum("tji,tj->ti", C_NV, at(f"{marker}/place") - place)
             continue
-        C_VB = turned[marker.split(".")[0]]
+        C_VB = turned[body_of_marker(marker, turned)]
         lines[marker] = np.einsum("tji,tj->ti", C_NV, at(f"markers/{marker}/position") - place)
         lines[marker] += (scale - 1.0) * np.einsum("tij,tj->ti", C_VB, at(f"markers/{marker}/deflection"))
     sights = {}

@@ -28,8 +28,10 @@ def placed(path: str | Path, force: bool = False) -> Iterator[Path]:
         if part.exists() and part.stat().st_size:
             os.replace(part, path)
         raise
-    except BaseException:
+    except BaseException as error:
         part.unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.errno and error.filename in (None, str(part)):
+            error.filename = str(path)  # a full disk names no file
         raise
     else:
         os.replace(part, path)

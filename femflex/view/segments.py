@@ -7,7 +7,7 @@ coloured and magnified by how far it is from the straight one, not by what remai
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,9 +24,19 @@ def whole_of(name: str, names: Collection[str]) -> str | None:
     return stem if dot and number.isdigit() and stem in names else None
 
 
+def body_of_marker(marker: str, names: Iterable[str]) -> str:
+    """Name of the body of a marker "body.marker", of these; no other of them but its segments begins like it."""
+    return min((name for name in names if marker.startswith(f"{name}.")), key=len)
+
+
+def body_names(run: Run) -> set[str]:
+    """Names of the bodies of a run, and of their segments."""
+    return {path.split("/")[1] for path in run if path.startswith("bodies/") and path.endswith("/position")}
+
+
 def cut_bodies(run: Run) -> set[str]:
     """Names of the bodies of a run that are cut into segments."""
-    names = {path.split("/")[1] for path in run if path.startswith("bodies/") and path.endswith("/position")}
+    names = body_names(run)
     return {whole for name in names if (whole := whole_of(name, names)) is not None}
 
 

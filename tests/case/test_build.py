@@ -143,6 +143,15 @@ def test_initial_displacements_are_reached(craft: str, write_case: Callable[...,
         np.testing.assert_allclose(seen["markers/boom.tip/deflection"], expected, atol=1e-12)
 
 
+def test_an_initial_displacement_is_along_the_axes_of_its_marker(craft: str, write_case: Callable[..., Path]):
+    """A quarter turn about x: the marker's y is the body's z, its z the body's -y."""
+    turned = 'markers.tip = { group = "TIP", orientation = [[1, 0, 0], [0, 0, -1], [0, 1, 0]] }'
+    text = craft.replace('markers.tip = { group = "TIP" }', turned)
+    text = text.replace('displacement = [0, "10 mm", 0]', 'displacement = [0, "3 mm", "4 mm"]')
+    deflection = observed(read_case(write_case(text)))["markers/boom.tip/deflection"]
+    np.testing.assert_allclose(deflection, [0, -0.004, 0.003], atol=1e-12)
+
+
 def test_a_static_initial_shape_stores_the_energy_of_the_textbook(craft: str, write_case: Callable[..., Path]):
     text = craft.replace('"10 mm", 0]', '"10 mm", 0], shape = "static"').replace("modes = 4", "modes = 24")
     r, t = 0.03, 0.002
@@ -429,7 +438,7 @@ def test_a_mesh_in_millimetres_is_scaled(craft: str, write_case: Callable[..., P
         ('{ method = "cantilever", clamp = { ROOT = ["x", "y", "z", "rx", "ry", "rz"] }, modes = 4 }', 4),
         ('{ method = "cantilever", clamp = "ROOT", modes = 4, attachment = ["y", "z"] }', 6),
         ('{ method = "craig_bampton", interfaces = ["ROOT"], modes = 4 }', 4),
-        ('{ method = "craig_bampton", clamp = "ROOT", interfaces = ["TIP"], modes = 2, interface = "nodal" }', 8),
+        ('{ method = "craig_bampton", clamp = "ROOT", interfaces = ["TIP"], modes = 2, interface = "nodal" }', 10),
         ('{ method = "nodal", clamp = "ROOT" }', None),
         ('{ method = "lumped", clamp = "ROOT" }', 9),
     ],
@@ -466,7 +475,7 @@ def test_a_mesh_taken_as_rigid_has_its_mass_and_no_modes(craft: str, write_case:
 
 
 def test_doubtful_bodies_are_warned_of_with_both_numbers(craft: str, write_case: Callable[..., Path]):
-    one = read_case(write_case(craft.replace("modes = 4", "modes = 1")))
+    one = read_case(write_case(craft.replace("modes = 4", "modes = 1, joints = {}")))
     bodies = {"boom": build_body(one, "boom")}
     assert bodies["boom"].n_modes == 2  # the pair of a round boom is kept whole
     with pytest.warns(
@@ -502,3 +511,16 @@ def test_a_held_attitude_is_reported_as_it_is_held(tmp_path):
     model = compile_system(build_system(read_case(case)))
     angles = model.observe(np.zeros(1), model.x0[None])["attitude/angles"][0]
     assert np.degrees(angles) == pytest.approx([10, -5, 30], abs=1e-12)  # pitch, roll, yaw
+
+
+@pytest.mark.parametrize(
+    ("axes", "right"),
+    [("'y', '-z', '-x'", True), ("'-y', '-z', 'x'", True), ("'x', 'z', '-y'", True), ("'y', 'z', '-x'", False)],
+)
+def test_nominal_axes_form_a_right_handed_set_with_any_signs(axes: str, right: bool):
+    text = HUB + ORBIT + f"[attitude]\nnominal_axes = [{axes}]\n"
+    if right:
+        assert parse_case(text).attitude.nominal_axes is not None
+    else:
+        with pytest.raises(ValueError, match="must form a right-handed set"):
+            parse_case(text)

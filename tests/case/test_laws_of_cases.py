@@ -53,7 +53,7 @@ def test_the_coordinate_says_the_unit_and_the_freedom():
         ("kind = 'stop'\nupper = '1 m'\nstiffness = 1", "upper: found '1 m', which is a length; expected an angle"),
         ("kind = 'friction'\nforce = -1\nvelocity = 1", "the limit must not be negative"),
         ("kind = 'latch'\nat = 0\n", "starts at 0, where it latches"),
-        ("kind = 'latch'\nat = 1\ncoordinate = 'slide'", "found coordinate 'slide', which the joint has not"),
+        ("kind = 'latch'\nat = 1\ncoordinate = 'slide'", "found coordinate = 'slide', which the joint does not have"),
         ("kind = 'spring'\nat = [0, 1]\nforce = [0]", "found 2 places and 1 force in a spring; give as many of both"),
         ("kind = 'spring'\nat = [1, 0]\nforce = [0, 1]", "a tabulated spring must ascend"),
         ("kind = 'damper'\nrate = [0, 1]\nforce = [0, -1]", "drives the joint; it must resist"),

@@ -120,6 +120,28 @@ def test_expectations_hold_in_the_units_they_are_given_in():
     assert "does not hold" in str(verdicts["drift"]) and "expected below 1e-06" in str(verdicts["drift"])
 
 
+@pytest.mark.parametrize(
+    "size", ['perigee_altitude = "1000 km"', "semi_major_axis = 9222671.25"], ids=["by perigee", "by half axis"]
+)
+def test_a_frequency_per_orbit_is_counted_in_the_mean_motion_of_an_ellipse(size: str):
+    """Perigee at 6378.137 + 1000 km, e = 0.2: a = 7378.137 / 0.8 km, n = sqrt(mu / a^3)."""
+    n = math.sqrt(3.986004418e14 / (7378137.0 / 0.8) ** 3)
+    orbit = f'[orbit]\nkind = "specified"\neccentricity = 0.2\n{size}\n'
+    measure = 'of = "frequency", channel = "attitude/angles", component = "pitch", per_orbit = true'
+    table = f"pitch = {{ {measure}, value = {1.58 / n}, relative_tolerance = 1e-6 }}\n"
+    text = EXPECTATIONS.split("[expect]")[0] + orbit + "[expect]\n" + table
+    (verdict,) = judged(parse_case(text), Signals())
+    assert verdict.holds and verdict.found == pytest.approx(1.58 / n, rel=1e-8)
+
+
+@pytest.mark.parametrize(("value", "holds"), [(0.5, False), (0.8, True), (1.5, True), (2.5, False)])
+def test_a_relative_tolerance_is_a_part_of_the_expected_value(value: float, holds: bool):
+    """1 Hz was found: 0.5 and 2.5 times 1 +- 0.55 leave it out, 0.8 and 1.5 times that hold it."""
+    table = f'rate = {{ of = "mode_frequency", body = "boom", value = "{value} Hz", relative_tolerance = 0.55 }}'
+    (verdict,) = judged(parse_case(EXPECTATIONS.split("[expect]")[0] + "[expect]\n" + table), Signals())
+    assert verdict.holds is holds
+
+
 def test_an_expectation_in_another_dimension_is_refused():
     text = EXPECTATIONS.replace('"5.7296 deg", tolerance = "0.01 deg"', '"5 m", tolerance = "1 m"')
     with pytest.raises(ValueError, match=r"expect.peak.value: found a number in m; the quantity is in rad"):

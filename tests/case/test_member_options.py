@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from pathlib import Path
 
+import jsonschema
 import pytest
 
 from femflex.case import CaseError, read_case
@@ -65,7 +66,6 @@ def test_the_schema_lists_the_options_of_every_family():
 
 
 def test_options_that_are_refused_do_not_fit_the_schema_either(craft: str):
-    jsonschema = pytest.importorskip("jsonschema")
     check = jsonschema.Draft202012Validator(json_schema())
     assert check.is_valid(tomllib.loads(boom(craft, 'prestress = "500 N", order = 6')))
     assert not check.is_valid(tomllib.loads(boom(craft, "ordr = 6")))

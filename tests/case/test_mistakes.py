@@ -56,6 +56,16 @@ IN_THE_TEXT = [
     ("mass = 200", "mass = true", "true (a truth value)", "a number in kg"),
     ("mass = 200", "mass = [200]", "[200] (a list)"),
     ("mass = 200", "mass = 2024-01-01", "2024-01-01 (a date)"),
+    ("mass = 200", "mass = 1e300", "bodies.hub.mass", "found 1e+300 kg", "between 1e-30 and 1e+30"),
+    ("mass = 200", "mass = 1e-300", "found 1e-300 kg", "must be zero, or"),
+    ("mass = 200", "mass = 1" + 400 * "0", "found inf; the number must be finite"),
+    ("mass = 200", "mass = 1" + 5000 * "0", "a whole number of thousands of digits"),
+    ("mass = 200", "mass = '" + 5000 * "x" + "'", "bodies.hub.mass", "of 5000 characters"),
+    ('"70 GPa"', "1e300", "materials.aluminium.E", "found 1e+300 Pa"),
+    ("", "[expect]\na = { channel = 'q', value = 1e300 }\n", "expect.a.value", "found 1e+300"),
+    ("", "a = " + 5000 * "[" + 5000 * "]", "nests tables or lists too deeply", "at most 20 levels"),
+    ("", "[a" + 3000 * ".a" + "]", "a: found tables or lists nested deeper than 20"),
+    ("mass = 200", "mass = " + 30 * "[" + 30 * "]", "bodies: found tables or lists nested deeper than 20"),
     ("mass = 200", "mass = nan", "bodies.hub.mass", "found nan", "finite"),
     ('duration = "10 s"', "duration = inf", "run.duration", "found inf"),
     ('duration = "10 s"', "duration = '1e400 s'", "run.duration", "found inf"),
@@ -64,6 +74,21 @@ IN_THE_TEXT = [
     ("modes = 4", "modes = 4.5", "bodies.boom.reduction.modes", "4.5", "a whole number"),
     ("modes = 4", "modes = true", "bodies.boom.reduction.modes", "a truth value", "a whole number"),
     ("", "[pictures]\nmovie = 'yes'\n", "pictures.movie", "true or false"),
+    # names
+    ("[bodies.hub]", '[bodies."h\u00fcb"]', "found 'h\u00fcb' (text)", "letters, digits, - and _ (ASCII)"),
+    ("markers.left =", 'markers."." =', "bodies.hub.markers.'.'", "points only inside"),
+    ("markers.tip =", 'markers."Ober Kante" =', "letters, digits", "gives that as its group: edge = {"),
+    ('kind = "weld"', 'kind = "weld"\nname = "."', "joints[.].name", "points only inside"),
+    ('kind = "weld"', 'kind = "weld"\nname = "a\\u0000b"', "joints[a\\x00b].name", "letters, digits"),
+    ('kind = "weld"', 'kind = "weld"\nname = "a/b"', "joints[a/b].name", "letters, digits"),
+    ('kind = "weld"', 'kind = "weld"\nname = "a."', "joints[a.].name", "letters, digits"),
+    ('kind = "weld"', 'kind = "weld"\nname = ["a"]', "['a'] (a list)", "text in quotes"),
+    (
+        "",
+        "[bodies.'hub.far']\n" + HIT + "[[joints]]\nkind = 'weld'\nparent = 'hub'\nchild = 'hub.far'\n",
+        "'hub' and 'hub.far' of two of the bodies",
+        "rename one of them",
+    ),
     # impossible numbers
     ("mass = 200", "mass = -200", "found -200 kg", "above 0 kg"),
     ("mass = 200", "mass = 0", "found 0 kg", "above 0 kg"),
@@ -144,6 +169,26 @@ IN_THE_TEXT = [
     ('clamp = "ROOT"', "clamp = []", "no group to clamp", "'free_free'"),
     ('clamp = "ROOT"', 'clamp = {ROOT=["x","y","z"]}', "bodies.boom", "3 rigid motions"),
     ('clamp = "ROOT"', 'clamp = {ROOT=["u"]}', "bodies.boom.reduction.clamp", "x, y, z, rx, ry, rz"),
+    ('clamp = "ROOT"', "clamp = {ROOT = {symmetry = [0, 0, 0]}}", "bodies.boom.reduction.clamp", "not all zero"),
+    (
+        'clamp = "ROOT"',
+        "clamp = {ROOT = {symmetry = [0, 1]}}",
+        "bodies.boom.reduction.clamp",
+        "symmetry at group 'ROOT'",
+    ),
+    ('clamp = "ROOT"', "clamp = {ROOT = {mirror = [0, 1, 0]}}", "bodies.boom.reduction.clamp", "a support is"),
+    (
+        'clamp = "ROOT"',
+        'clamp = {ROOT = {components = ["x"], axes = [[1, 0, 0], [1, 1, 0], [0, 0, 1]]}}',
+        "bodies.boom.reduction.clamp",
+        "not at right angles",
+    ),
+    (
+        'clamp = "ROOT"',
+        'clamp = {ROOT = {components = ["x"], axes = 3}}',
+        "bodies.boom.reduction.clamp",
+        "three directions at right angles",
+    ),
     ('clamp = "ROOT"', "clamp = 3", "bodies.boom.reduction.clamp", "expected a group name"),
     ("modes = 4", "modes = 400", "400 modes", "at most 33"),
     ("modes = 4", "modes = 0", "bodies.boom.reduction.modes", "at least 1"),
@@ -159,6 +204,9 @@ IN_THE_TEXT = [
     ('"2 mm"', "{s=[0,2,1], values=[0.001,0.002,0.003]}", "arc lengths [0.0, 2.0, 1.0] m", "increase"),
     ('"2 mm"', "{s=[0,2], values=[0.001,0.002]}", "covers s = 0 to 2 m", "extend the table"),
     ('"2 mm"', "{s=[0,3], values=[0.001,nan]}", "sections.tube.thickness", "found nan"),
+    ('"2 mm"', '{formula="0.002/(s - s)"}', "is inf at s = 0.0130467 m", "finite along the whole member"),
+    ('"2 mm"', '{formula="sqrt(s, s)"}', "thickness of Tube: formula 'sqrt(s, s)'", "takes 1 argument; found 2"),
+    ('"2 mm"', '{formula="' + 5000 * "s+" + 's"}', "10001 characters; at most 2000", "a table instead"),
     ('"2 mm"', '{formula="0.002 * __import__(1)"}', "'__import__(1)'", "it may use"),
     ('"2 mm"', "{s=[0,3]}", "keys ['s']", "formula"),
     # markers
@@ -315,6 +363,9 @@ def test_an_orbiting_root_may_not_slide(craft: str, write_case: Callable[..., Pa
         ("time,tz\n0,1\n1\n", ("line 3", "1 entry", "2 columns")),
         ("time,tz\n0,1\n1,x\n", ("line 3", "'x' for tz")),
         ("time,tz\n0,1\n1,nan\n", ("line 3", "nan for tz", "finite")),
+        ("time,tz\n0,1\n1,1e300\n", ("line 3", "1e300 for tz", "between 1e-30 and 1e+30")),
+        ("time,tz\n0,1\n1,\udcff\n", ("push.csv is no CSV file in UTF-8",)),
+        ("time,tz\n0," + 200_000 * "9" + "\n", ("push.csv is no CSV file", "field larger than field limit")),
         ("time,tz\n1,1\n0,1\n", ("line 3", "time 0 s after 1 s")),
         ("time,torque\n0,1\n1,1\n", ("column 'torque'", "known are")),
         ("time,tz [N]\n0,1\n1,1\n", ("column 'tz'", "a force", "expected a torque")),
@@ -327,7 +378,7 @@ def test_a_mistake_in_a_load_table_is_answered(
     table: str, fragments: tuple[str, ...], craft: str, write_case: Callable[..., Path]
 ):
     path = write_case(craft.replace(TORQUE, "table = 'push.csv'"))
-    path.with_name("push.csv").write_text(table)
+    path.with_name("push.csv").write_text(table, encoding="utf-8", errors="surrogateescape")
     with pytest.raises(CaseError) as caught:
         build_system(read_case(path))
     assert str(caught.value).startswith("craft.toml: loads[push]: ")

@@ -108,6 +108,24 @@ def test_a_motion_from_a_file_has_its_units(tmp_path: Path):
     assert joint(text, tmp_path).held[0](2.5)[0] == pytest.approx(np.radians(62.5))
 
 
+@pytest.mark.parametrize("head", ["time [ms],azimuth [deg]", "azimuth [deg],time (ms)"])
+def test_a_motion_from_a_file_has_the_unit_of_its_times(head: str, tmp_path: Path):
+    """10 deg/s^2 over times in milliseconds: a cubic through it, its rate and its acceleration are known in SI."""
+    rows = [(f"{1000 * k}", f"{5 * k * k}") for k in range(6)]
+    lines = [",".join(row if head.startswith("time") else row[::-1]) for row in rows]
+    (tmp_path / "track.csv").write_text("\n".join([head, *lines]) + "\n")
+    text = "kind = 'revolute'\nmotion.angle = { kind = 'table', file = 'track.csv', column = 'azimuth' }\n"
+    found = joint(text, tmp_path).held[0](2.5)
+    np.testing.assert_allclose(found, np.radians([31.25, 25.0, 10.0]), rtol=1e-12)
+
+
+def test_times_of_a_motion_table_may_have_units_of_their_own():
+    times = "[0, '0.01 min', '1.2 s', '1800 ms', '4 s']"
+    values = "[0, '3.6 mm', '14.4 mm', '32.4 mm', '16 cm']"  # 10 mm/s^2 t^2
+    found = joint(f"kind = 'prismatic'\nmotion.position = {{ kind = 'table', times = {times}, values = {values} }}\n")
+    np.testing.assert_allclose(found.held[0](3.0), [0.09, 0.06, 0.02], rtol=1e-12)
+
+
 MISTAKES = [
     (
         "kind = 'revolute'\nangle = 1\nmotion.angle = " + STEP,

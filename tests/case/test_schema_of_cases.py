@@ -5,11 +5,11 @@ from __future__ import annotations
 import tomllib
 from pathlib import Path
 
+import jsonschema
 import pytest
 
 from femflex.case.schema import json_schema
 
-jsonschema = pytest.importorskip("jsonschema")
 CASES = sorted((Path(__file__).resolve().parents[2] / "cases").glob("*.toml"))
 
 

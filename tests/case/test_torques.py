@@ -122,6 +122,15 @@ def test_a_torque_that_would_bend_nothing_is_refused(bar, marker: str, torque: s
         build_system(read_case(bar(marker, torque, f'frame = "{frame}"\n{times}')))
 
 
+def test_a_torque_in_the_axes_of_a_turned_marker_is_judged_in_those_of_the_body(bar):
+    """x, y and z of the marker are y, z and x of the body: of (2, 3, 4) N m the 3 are about the line of nodes."""
+    path = bar("edge", "[2, 3, 4]", 'frame = "marker"\n')
+    turned = "edge = { orientation = [[0, 0, 1], [1, 0, 0], [0, 1, 0]] } }"
+    path.write_text(path.read_text().replace("edge = {} }", turned))
+    with pytest.raises(CaseError, match=r"found 3 N m at marker 'edge' .* shows no rotation about \[0, 0, 1\]:"):
+        build_system(read_case(path))
+
+
 def test_a_torque_across_a_line_of_nodes_acts(bar):
     with pytest.warns(PhysicsWarning, match="marker 'edge' shows no rotation about 1 of 3 axes"):
         build_system(read_case(bar("edge", "[0, 2, 0]")))

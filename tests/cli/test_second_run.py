@@ -23,7 +23,7 @@ def spin_up(tmp_path: Path) -> Path:
     for old, new in (
         ('duration = "20 s"', 'duration = "14 s"'),
         ("samples = 1001", "samples = 141"),
-        ("y = 4, axial = 3", "y = 2"),
+        ("y = 6, axial = 3", "y = 2"),
         ('times = ["6.76 s"]\n', ""),
         ('traces = ["beam.tip"]\n', ""),
     ):

@@ -37,7 +37,7 @@ WHY = "strain is condensed: turning at 2 rad/s may raise the first frequency by 
 VERBS = {
     "check": [],
     "equilibrium": [],
-    "modes": [],
+    "modes": ["--bodies"],
     "campbell": ["--speeds", "0, 2", "--modes", "2"],
     "converge": ["--levels", "1,2"],
 }

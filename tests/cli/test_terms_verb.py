@@ -77,6 +77,22 @@ def test_json_says_the_same_in_numbers(full):
     assert push["peak"] == pytest.approx(-1.0) and push["rms"] == pytest.approx(1.0)  # 1 N m until 2 s
 
 
+def test_the_largest_term_comes_first_and_inertia_is_followed_by_its_parts(full):
+    words = ("terms", full, "--coordinate", "boom.delta1")
+    sizes = json.loads(told(*words, "--json")[1])["coordinates"]["boom.delta1_rate"]["terms"]
+    rows = [line for line in told(*words)[1].splitlines() if line.split() and line.split()[0] in sizes]
+    names = [line.split()[0] for line in rows]
+    assert "inertia" in names and "elastic" in names
+    parts = [name for name in names if name.startswith("inertia/")]
+    assert parts and names[names.index("inertia") + 1 :][: len(parts)] == parts
+    for falling in (parts, [name for name in names if name not in parts]):
+        rms = [sizes[name]["rms"] for name in falling]
+        assert rms == sorted(rms, reverse=True)
+    largest = max(sizes[name]["rms"] for name in names if name not in parts)
+    for line, name in zip(rows, names, strict=True):
+        assert float(line.split()[-1].rstrip("%")) == pytest.approx(100 * sizes[name]["rms"] / largest, abs=0.06)
+
+
 def test_the_picture_is_written_once(full, tmp_path):
     code, said, _ = told("terms", full, "-o", tmp_path / "a.svg", "--theme", "dark", "--whole", "--coordinate", "all")
     assert code == 0 and "picture" in said and (tmp_path / "a.svg").stat().st_size > 10_000
@@ -159,7 +175,8 @@ def test_meshes_that_changed_or_went_away_are_noticed(folder, full, tmp_path):
     assert code == 2 and "boom.inp" in wrong
     (tmp_path / "boom.inp").write_text((folder / "boom.inp").read_text().replace("4, 3.0", "4, 3.5"))
     code, _, wrong = told("terms", full, "--case", there)
-    assert code == 2 and "is not the one that made it: its meshes, or femflex, have changed since" in wrong
+    assert code == 2
+    assert f"{full} was made with other inputs: the contents of boom.inp (bodies.boom.mesh) have changed. Undo" in wrong
 
 
 def test_an_unfinished_run_is_resumed_with_the_same_things_switched_off(folder, calm, tmp_path):
@@ -168,6 +185,9 @@ def test_an_unfinished_run_is_resumed_with_the_same_things_switched_off(folder, 
         file.attrs["complete"] = False
     code, _, wrong = told("run", folder / "craft.toml", "-o", tmp_path / "run.h5", "--resume")
     assert code == 2 and "was begun with loads/push, damping switched off, not nothing; resume it likewise" in wrong
+    names = "push,coriolis_centrifugal"  # as many, of which one is another
+    code, _, wrong = told("run", folder / "craft.toml", "-o", tmp_path / "run.h5", "--resume", "--without", names)
+    assert code == 2 and "with loads/push, damping switched off, not loads/push, coriolis_centrifugal;" in wrong
 
 
 def test_a_run_without_case_text_has_no_terms(full, tmp_path):

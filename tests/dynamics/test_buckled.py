@@ -119,6 +119,14 @@ def test_one_body_that_can_stretch_buckles_as_far_as_the_elastica_to_a_slope_of_
 
 
 def test_a_condensed_body_shortens_to_second_order_and_stays_behind():
-    ratio, w, _ = column(20)
-    found = pressed([-ratio * EULER, 0, 0], "condensed", stable=True)
-    assert found.stable and 0.5 * w < np.hypot(*tip(found)[1:]) / LENGTH < 0.8 * w
+    """Of v = w (1 - cos kx), k = pi / 2L: bending EI/2 v''^2 (1 + v'^2), but the load's work P v'^2 / 2 alone.
+
+    Its balance is (wk)^2 = 2 (P / P_cr - 1), about half the elastica's w, and the end comes (wk)^2 / 4 along.
+    """
+    for angle, error in ((20, 0.01), (30, 0.01)):
+        ratio, _, _ = column(angle)
+        found = pressed([-ratio * EULER, 0, 0], "condensed", stable=True)
+        moved = tip(found) / LENGTH
+        assert found.stable and not found.left.stable
+        assert np.hypot(*moved[1:]) == pytest.approx(np.sqrt(2 * (ratio - 1)) / (np.pi / 2), rel=error)
+        assert -moved[0] == pytest.approx((ratio - 1) / 2, rel=3 * error)

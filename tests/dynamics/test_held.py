@@ -103,7 +103,7 @@ def crane(motion=(), torque=0.0, n=2):
     )
     loads = tuple(
         Load(name, body, frame="inertial", torque=np.array([0, 0, sign * torque]))
-        for name, body, sign in (("on arm", "arm", 1.0), ("on hub", "hub", -1.0))
+        for name, body, sign in (("on_arm", "arm", 1.0), ("on_hub", "hub", -1.0))
     )
     root = turns("hub", motion=(None, 0.0, 0.0), sequence="zxy")  # plane motion: one axis throughout
     hinge = revolute("arm", "hub", parent_marker="side", motion=motion, name="hinge")

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from mechanisms import bar, flexible_four_bar, four_bar, sleigh
 from random_loops import random_loops
-from random_systems import random_tree
+from random_systems import random_body, random_tree
 from scipy.spatial.transform import Rotation
 
 from femflex.body import Marker, rigid_body
 from femflex.dynamics import compile_system
 from femflex.integrate import Dop853
-from femflex.system import Load, Profile, Spring, System, free, revolute, weld
+from femflex.system import Friction, Load, Profile, Spring, System, cylindrical, free, prismatic, revolute, weld
 
 
 def turned(out, body):
@@ -96,6 +96,50 @@ def test_each_body_moves_as_the_forces_in_its_joints_say(body):
     dp, dL = (rates_of(model, model.x0, lambda x, i=i: momenta(model, x, body)[i]) for i in (0, 1))
     assert force == pytest.approx(dp, abs=1e-6)
     assert torque == pytest.approx(dL, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_torque_in_a_joint_is_about_its_marker_where_that_has_bent_to(seed):
+    """Momentum and angular momentum about the moving centre of mass of a flexible body that one hinge holds."""
+    rng = np.random.default_rng(seed)
+    body, _ = random_body(rng, 3)
+    hinge = revolute("body", axis=rng.normal(size=3), child_marker="b", stiffness=[2.0], damping=[0.1], name="hinge")
+    model = compile_system(System({"body": body}, (hinge,), reactions=True))
+    x = rng.normal(size=model.n_x)
+
+    def seen(key):
+        return lambda state: model.observe(np.zeros(1), state[None])[key][0]
+
+    force, torque = seen("joints/hinge/force")(x), seen("joints/hinge/torque")(x)
+    arm = seen("markers/body.b/position")(x) - seen("monitors/center_of_mass")(x)
+    dp, dL = (rates_of(model, x, seen(f"monitors/{key}")) for key in ("momentum", "angular_momentum"))
+    assert np.linalg.norm(seen("markers/body.b/deflection")(x)) > 0.1
+    assert force == pytest.approx(dp, abs=1e-6 * np.abs(dp).max())
+    assert torque + np.cross(arm, force) == pytest.approx(dL, abs=1e-6 * np.abs(dL).max())
+
+
+def test_channels_of_joints_have_the_units_of_what_they_are():
+    """Of slides N, m, m/s and J; of turns N m, rad, rad/s and J; of whatever a joint carries N and N m."""
+    body = bar(1.0)
+    drag = Friction(limit=0.1)
+    system = System(
+        {name: body for name in ("slider", "arm", "both", "hand")},
+        (
+            prismatic("slider", motion=(Profile.constant(0.0),), name="rail"),
+            revolute("arm", "slider", motion=(0.3,), name="elbow"),
+            cylindrical("both", "arm", motion=(0.1, 0.2), name="screw"),
+            cylindrical("hand", "both", laws=(drag, replace(drag, freedom=1)), name="wrist"),
+        ),
+        reactions=True,
+    )
+    units = {path: channel.unit for path, channel in compile_system(system).channels.items()}
+    for name in ("rail", "elbow", "screw", "wrist"):
+        assert (units[f"joints/{name}/force"], units[f"joints/{name}/torque"]) == ("N", "N m")
+    assert [units[f"joints/{name}/drive"] for name in ("rail", "elbow", "screw")] == ["N", "N m", "N, N m"]
+    assert [units[path] for path in sorted(units) if path.startswith("laws/wrist")] == ["N", "N m"]
+    assert units["monitors/drive_power"] == units["monitors/dissipation"] == "W"
+    assert units["q"].split(", ") == ["m", "rad", "m", "rad", "m", "rad"]
+    assert units["u"].split(", ") == ["m/s", "rad/s"] * 3
 
 
 def test_torque_along_a_free_axis_is_that_of_its_spring_and_damper():

@@ -55,7 +55,7 @@ def test_the_passage_is_noted_with_its_time():
 @pytest.mark.parametrize("rows", [11, 2001])
 def test_all_passages_are_counted_and_the_first_are_told_with_their_times(rows):
     model = compile_system(parallelogram())
-    Dop853().solve(model, np.linspace(0.0, 20.0, rows), model.x0)
+    Dop853(max_step=0.1).solve(model, np.linspace(0.0, 20.0, rows), model.x0)  # 0.3 rad: short beside half a turn
     found = passage(model.constraints)
     assert found.count == 19
     assert found.first == pytest.approx([(k * np.pi - 1.0) / RATE for k in (1, 2, 3)], abs=0.06)  # of steps of 0.1 s
@@ -64,9 +64,11 @@ def test_all_passages_are_counted_and_the_first_are_told_with_their_times(rows):
         warn_of_passage(model)
 
 
-def test_long_steps_never_count_too_many():
+@pytest.mark.parametrize("method", [Dop853(), Esdirk4()], ids=lambda method: method.name)
+def test_long_steps_never_count_too_many(method):
+    """Near a singular configuration the step size follows from rounding, and so does which long steps come after it."""
     model = compile_system(parallelogram())
-    Esdirk4().solve(model, np.linspace(0.0, 20.0, 11), model.x0)  # of half a turn and more
+    method.solve(model, np.linspace(0.0, 20.0, 11), model.x0)  # of nearly half a turn and more
     assert 5 <= passage(model.constraints).count <= 19
 
 

@@ -13,7 +13,7 @@ from femflex.dynamics import compile_system
 from femflex.integrate import integrator
 from femflex.reduction import UniformBeam, beam_body
 from femflex.reduction.admissible import BeamFunctions
-from femflex.system import Frame, Orbit, System, free, revolute, weld
+from femflex.system import Frame, Load, Orbit, System, free, revolute, weld
 
 SWITCHED = ("coriolis_centrifugal", "gyroscopic", "specified_motion", "gravity_gradient")
 
@@ -168,8 +168,10 @@ def test_names_that_cannot_be_switched_off_are_answered():
 
 @pytest.mark.parametrize("strain", ["condensed", "nonlinear"])
 def test_without_nonlinear_strain_a_beam_is_the_linear_one(strain):
-    def model(which, **functions):
-        return compile_system(System({"beam": KANE.body(which, y=3, **functions)}, (KANE.joint(),)))
+    pull = Load("pull", "beam", "tip", frame="marker", force=[300.0, 20.0, 0.0], torque=[0.0, 0.0, 50.0])
+
+    def model(which, **functions):  # a force that turns with the tip asks how far the tip is turned
+        return compile_system(System({"beam": KANE.body(which, y=3, **functions)}, (KANE.joint(),), loads=(pull,)))
 
     axial = 3 if strain == "nonlinear" else 0
     curved, linear = model(strain, axial=axial), model("linear", axial=axial)

@@ -12,7 +12,7 @@ from femflex.fem import Member, build_structure
 from femflex.fem.plate import rectangles as plate_bfs
 from femflex.fem.plate import triangles as plate
 from femflex.fem.sections import Rectangle
-from femflex.fem.sections.laminates import isotropic
+from femflex.fem.sections.laminates import isotropic, orthotropic
 from femflex.mesh import line, rectangle
 
 
@@ -102,6 +102,39 @@ def test_a_plate_under_constant_slopes_has_the_energy_of_its_membrane_strain(fam
     eps += np.array([*(slope**2 / 2), slope[0] * slope[1]])
     expected = 1.2 * 0.9 * (force @ eps + eps @ section.A @ eps / 2)
     assert structure.internal_force.energy(x) == pytest.approx(expected, rel=1e-11)
+
+
+@pytest.mark.parametrize("given", [(3e-4, -1e-4, 2e-4), 3e-4], ids=["three strains", "one"])
+@pytest.mark.parametrize("family", ["plate", "plate_bfs"])
+def test_prestress_and_heat_along_a_skew_axis_pull_as_their_tensor_does(family, given):
+    """Virtual work of f0 on a homogeneous gradient H is N : H times the area, N turned by the axis as a tensor is."""
+    angle, force = 0.6, np.array([2e6, -1e6, 5e5])
+    heat = np.array(given if np.ndim(given) else [given, given, 0.0])  # one strain is the same in all directions
+    section = orthotropic(2e-3, 140e9, 10e9, 5e9, 0.3, 1600.0)
+    mesh = rectangle(1.2, 0.9, 3, 2, "triangle" if family == "plate" else "quad")
+    axis = np.array([np.cos(angle), np.sin(angle), 0.0])
+    options = {"axis": axis, "prestress": force, "thermal_strain": given}
+    structure = build_structure(mesh, [Member("surface", family, section, None, options)])
+    off = 0.3 * 10e9 / (1 - 0.09 / 14)  # of Hooke's law in plane stress, along and across the fibres
+    xx, yy, xy = force - 2e-3 * np.array(
+        [
+            140e9 / (1 - 0.09 / 14) * heat[0] + off * heat[1],
+            off * heat[0] + 10e9 / (1 - 0.09 / 14) * heat[1],
+            5e9 * heat[2],
+        ]
+    )
+    turn = np.array([axis[:2], [-axis[1], axis[0]]])  # rows: along and across the axis
+    N = turn.T @ np.array([[xx, xy], [xy, yy]]) @ turn
+    for k in range(4):
+        H = np.zeros(4)
+        H[k] = 1.0
+        H = H.reshape(2, 2)
+        x = displaced(
+            structure,
+            lambda p, H=H: np.column_stack([p[:, :2] @ H.T, np.zeros(len(p))]),
+            lambda p, H=H: np.broadcast_to([0.0, 0.0, (H[1, 0] - H[0, 1]) / 2], (len(p), 3)),
+        )
+        assert structure.f0 @ x == pytest.approx(1.2 * 0.9 * np.sum(N * H), abs=1e-9 * np.abs(N).max())
 
 
 def test_a_hot_beam_free_to_stretch_finds_the_length_at_which_it_pushes_no_more():

@@ -84,6 +84,45 @@ def test_shear_stiffness_of_a_stack_follows_from_the_stresses_of_bending():
     assert 1 / section.S[0, 0] == pytest.approx(flexibility, rel=2e-3)  # nu12 couples the two directions slightly
 
 
+@pytest.mark.parametrize("angle", [0.5, -0.8, 2.0])
+def test_a_skew_ply_answers_as_the_turned_tensor_of_its_own_axes(angle):
+    """Stresses of single strains in x and y: strain into the axes of the fibres as a tensor, Hooke's law, and back."""
+    along = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])  # rows: fibres, across them
+    nu21 = CARBON.nu12 * CARBON.E2 / CARBON.E1
+    for k, strain in enumerate([[[1, 0], [0, 0]], [[0, 0], [0, 1]], [[0, 0.5], [0.5, 0]]]):
+        (e1, half), (_, e2) = along @ np.array(strain, float) @ along.T
+        s1 = (CARBON.E1 * e1 + CARBON.nu12 * CARBON.E2 * e2) / (1 - CARBON.nu12 * nu21)
+        s2 = (CARBON.nu12 * CARBON.E2 * e1 + CARBON.E2 * e2) / (1 - CARBON.nu12 * nu21)
+        s12 = CARBON.G12 * 2 * half
+        stress = along.T @ np.array([[s1, s12], [s12, s2]]) @ along
+        found = CARBON.plane_stress(angle)[:, k]
+        assert found == pytest.approx([stress[0, 0], stress[1, 1], stress[0, 1]], rel=1e-12)
+    shear = along.T @ np.diag([CARBON.G13, CARBON.G23]) @ along
+    assert CARBON.transverse_shear(angle) == pytest.approx(shear, rel=1e-12)
+    section = layup([Ply(CARBON, 1e-3, angle)])
+    assert section.A == pytest.approx(1e-3 * CARBON.plane_stress(angle), rel=1e-12)
+    assert isotropic(1e-3, METAL).turned(angle).A == pytest.approx(isotropic(1e-3, METAL).A, rel=1e-9, abs=1e-3)
+
+
+def test_shear_stiffness_of_skew_plies_follows_from_the_stresses_of_bending():
+    """As for the cross-ply, with both shear stresses: d(sigma)/dx + d(tau)/dz = 0 for forces along x, d/dy along y."""
+    angles = [0.4, -0.9, 0.4]
+    section = layup([Ply(CARBON, 1e-3, angle) for angle in angles])
+    edges = np.linspace(-1.5e-3, 1.5e-3, 6001)
+    z, dz = (edges[1:] + edges[:-1]) / 2, np.diff(edges)
+    ply = np.minimum(((z + 1.5e-3) / 1e-3).astype(int), 2)
+    Q = np.array([CARBON.plane_stress(angle) for angle in angles])[ply]
+    soft = np.array([np.linalg.inv(CARBON.transverse_shear(angle)) for angle in angles])[ply]
+    D = np.einsum("p,pij->ij", z**2 * dz, Q)
+    tau = []
+    for moment, rows in (([1, 0, 0], [0, 2]), ([0, 1, 0], [2, 1])):  # sigma_xx, sigma_xy; then sigma_xy, sigma_yy
+        change = (Q @ np.linalg.solve(D, moment))[:, rows] * z[:, None]
+        tau.append(np.cumsum(change * dz[:, None], axis=0) - change * dz[:, None] / 2)
+    flexibility = [[np.einsum("pa,pab,pb,p->", a, soft, b, dz) for b in tau] for a in tau]
+    assert section.S == pytest.approx(np.linalg.inv(flexibility), rel=1e-4)
+    assert abs(section.S[0, 1]) > 0.02 * section.S[0, 0]  # the two directions do act on each other
+
+
 def test_load_that_is_no_structure_adds_mass_alone():
     plain = isotropic(0.004, METAL)
     loaded = plain.loaded(3.5)

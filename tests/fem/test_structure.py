@@ -8,6 +8,7 @@ from scipy import sparse
 
 from femflex.fem import FAMILIES, Material, Member, PointMass, build_structure
 from femflex.fem.assembly import Part, assembled
+from femflex.fem.assembly.conditions import conditions
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, SkinPart, family
 from femflex.fem.sections import Circle, Rectangle
@@ -53,7 +54,7 @@ def test_a_clamp_fixes_nodes_and_the_bubbles_between_them():
     assert len(structure.clamped_dofs("side")) == 2 * 6 + 5
     assert len(structure.clamped_dofs("all")) == structure.n_dof
     ball = structure.clamped_dofs("side", ["x", "y", "z"])
-    assert len(ball) == 2 * 3 + 5
+    assert len(ball) == 2 * 3 + 4  # its bubble of torsion is a turn
     assert len(structure.clamped_dofs("root", ["rx"])) == 1
     moved = np.abs(structure.translation.toarray()[:, structure.clamped_dofs("root", ["y"])]).sum(axis=1)
     assert np.flatnonzero(moved).tolist() == [1]
@@ -185,15 +186,20 @@ def test_extra_dofs_are_held_when_all_their_nodes_are():
     numbering = Numbering(4)
     numbering.translation(np.arange(4))
     numbering.rotation(np.arange(2))
-    free = numbering.extra(2)
-    edge = numbering.extra(2, nodes=np.array([[0, 1], [1, 2]]))
-    twist = numbering.extra(1, nodes=np.array([0]), kind="rotation")
-    assert set(numbering.raw_dofs_on(np.array([0, 1]))) >= {edge[0], twist[0]}
-    assert edge[1] not in numbering.raw_dofs_on(np.array([0, 1]))
-    assert not set(free) & set(numbering.raw_dofs_on(np.arange(4)))
-    ball = numbering.raw_dofs_on(np.array([0, 1]), "xyz")
-    assert edge[0] in ball
-    assert twist[0] not in ball
+    free, edge, twist = numbering.extra(2), numbering.extra(2), numbering.extra(1)
+    numbering.attach(edge[:, None], np.array([[0, 1], [1, 2]]))
+    numbering.attach(twist[:, None], np.array([[0]]), kind="rotation")
+    mesh = line([[0, 0, 0], [3.0, 0, 0]], 3).with_groups(points={"two": [0, 1], "all": [0, 1, 2, 3]})
+
+    def held(group, components="x y z rx ry rz"):
+        supports = conditions(mesh, {group: components.split()})
+        return set(np.flatnonzero(numbering.layout(supports).held))
+
+    assert held("two") >= {edge[0], twist[0]}
+    assert edge[1] not in held("two")
+    assert not set(free) & held("all")
+    assert edge[0] in held("two", "x y z")
+    assert twist[0] not in held("two", "x y z")
     assert numbering.n_raw == 12 + 6 + 5
     assert numbering.rotation_of(np.array([1, 3])).tolist()[1] == [-1, -1, -1]
 

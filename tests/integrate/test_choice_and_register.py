@@ -52,23 +52,30 @@ def test_what_is_asked_for_is_taken():
 
 
 @pytest.mark.parametrize("method", ["dop853", "esdirk4"])
-def test_the_calls_foretold_are_about_those_spent(method):
-    """A slow swing beside a stiff mode, undamped: what the first 120 steps say holds for thousands."""
+def test_the_calls_foretold_are_those_spent(method):
+    """A slow swing beside a stiff mode, undamped: exact for a run of less than 120 steps; for thousands those of the
+
+    first sixty that count are a sample of a swing that is not periodic: 2 and 4 % off.
+    """
     model = chain(np.ones(2), np.array([1.0, 2e5, 0.0]), np.array([0.0, 500.0, 0.0]))
     x0 = np.array([1.0, 1.0, 0.0, 0.0])
-    for end in (0.02, 60.0):
+    for end, error in ((0.02, 1e-12), (60.0, 0.12)):
         forecast = foretold(integrator(method, rtol=1e-9), model, end, x0)
         steps = integrator(method, rtol=1e-9).solve(model, np.array([0.0, end]), x0).steps
-        assert forecast.calls == pytest.approx(steps.evaluations, rel=0.2)
-        assert forecast.step == pytest.approx(end / steps.accepted, rel=0.2)
+        assert forecast.calls == pytest.approx(steps.evaluations, rel=error)
+        assert forecast.step == pytest.approx(end / steps.accepted, rel=error)
     assert steps.accepted > 300
+    end = {"dop853": 1.5, "esdirk4": 6.0}[method]  # two thirds of it are left when the trial ends
+    forecast = foretold(integrator(method, rtol=1e-9), model, end, x0)
+    steps = integrator(method, rtol=1e-9).solve(model, np.array([0.0, end]), x0).steps
+    assert forecast.calls == pytest.approx(steps.evaluations, rel=0.1)
 
 
 def test_a_forecast_goes_on_beyond_breaks():
     times = (0.001, 0.002, 0.5)
     forecast = foretold(Dop853(), pulse(*times[:2]), 3.0, np.zeros(2))
     steps = Dop853().solve(pulse(*times[:2]), np.array([0.0, 3.0]), np.zeros(2)).steps
-    assert forecast.calls == pytest.approx(steps.evaluations, rel=0.2)
+    assert forecast.calls == steps.evaluations and forecast.step == 3.0 / steps.accepted
 
 
 def test_every_registered_integrator_has_its_own_name_and_follows_the_protocol():

@@ -125,6 +125,46 @@ def test_an_event_that_leaves_nothing_to_go_on_with_ends_the_run(left):
     assert error.states[-1] == pytest.approx([0.5, -np.sqrt(0.75)], abs=1e-9)
 
 
+class Wall:
+    """A wall at x = 0.5 that throws back with half the speed, and notes when."""
+
+    def __init__(self):
+        self.times = []
+
+    def values(self, t, x):
+        return np.array([x[0] - 0.5 if x[1] < 0.0 else 1.0])
+
+    def rates(self, t, x):
+        return np.array([x[1]])
+
+    def happen(self, together, t, x):
+        self.times.append(t)
+        x[1] *= -0.5
+
+
+def walled():
+    class Eventful(Compiled):
+        events = Wall()
+
+    return Eventful(2, oscillator().rate, np.array([1.0]))
+
+
+def test_a_row_at_the_very_time_of_an_event_is_the_state_after_it_once():
+    """From 1 at rest the wall is met at pi / 3 with the speed sqrt(3) / 2; the rows just before and after say so."""
+    method = integrator("dop853")
+    first = walled()
+    method.solve(first, np.array([0.0, 2.0]), START)
+    at = first.events.times[0]
+    assert at == pytest.approx(np.pi / 3, abs=1e-11)
+    times = np.array([0.0, np.nextafter(at, 0.0), at, np.nextafter(at, 3.0), 2.0])
+    again = walled()
+    found = method.solve(again, times, START)
+    assert again.events.times == first.events.times and np.array_equal(found.times, times)
+    speed = np.sqrt(0.75)
+    assert found.states[1:4, 0] == pytest.approx(0.5, abs=1e-11)
+    assert found.states[1:4, 1] == pytest.approx([-speed, speed / 2, speed / 2], abs=1e-9)
+
+
 @pytest.mark.parametrize("place", [head.T, head.H, head.HEAD])
 def test_a_damaged_state_is_not_gone_on_with(place):
     method = integrator("dop853")

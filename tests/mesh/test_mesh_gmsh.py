@@ -279,3 +279,46 @@ def test_parametric_coordinates_and_old_versions_are_refused_with_advice(tmp_pat
     gmsh.write(str(path))
     with pytest.raises(ValueError, match=r"disk.msh is of Gmsh format 4.0; 2.2 and 4.1 are read"):
         read_mesh(path)
+
+
+STRIP_22 = """$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+3
+2 1 "sheet"
+2 2 "odd"
+1 3 "rim"
+$EndPhysicalNames
+$Nodes
+10
+{nodes}
+$EndNodes
+$Elements
+8
+1 3 2 1 1 4 5 10 9
+2 3 2 2 1 4 5 10 9
+3 3 2 1 1 1 2 7 6
+4 1 2 3 2 9 10
+5 3 2 1 1 3 4 9 8
+6 3 2 2 1 2 3 8 7
+7 3 2 1 1 2 3 8 7
+8 1 2 3 2 6 7
+$EndElements
+"""
+
+
+def test_cells_out_of_order_in_two_groups_of_format_22_stay_with_their_groups(tmp_path):
+    """Four squares side by side, named by their number from the left, neither in the order of the file nor sorted."""
+    nodes = "\n".join(f"{k + 1} {k % 5}.0 {k // 5}.0 0.0" for k in range(10))
+    (tmp_path / "strip.msh").write_text(STRIP_22.format(nodes=nodes))
+    mesh = read_mesh(tmp_path / "strip.msh")
+    places = mesh.points[mesh.cells["quad"]].mean(axis=1)[:, 0]
+    assert places.tolist() == [3.5, 0.5, 2.5, 1.5]  # each once, in the order of the file
+
+    def middles(group, cell):
+        return sorted(mesh.points[mesh.group_cells(group)[cell]].mean(axis=1)[:, 0].tolist())
+
+    assert middles("sheet", "quad") == [0.5, 1.5, 2.5, 3.5]
+    assert middles("odd", "quad") == [1.5, 3.5]
+    assert middles("rim", "line") == [0.5, 3.5]

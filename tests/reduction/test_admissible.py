@@ -23,13 +23,14 @@ from femflex.reduction import (
 )
 from femflex.reduction.beam_functions import (
     CONDITIONS,
+    STATIC_AXIAL,
+    STATIC_BENDING,
     axial_characteristic,
     bending_characteristic,
     bending_roots,
     gauss,
     polynomials,
-    with_static_axial,
-    with_static_bending,
+    with_static,
 )
 
 ENDS = [
@@ -114,8 +115,8 @@ def test_polynomials_of_a_held_bar_begin_with_uniform_strain():
         axial_characteristic("clamped-free", 6),
         axial_characteristic("free-free", 6),
         polynomials(2, 0, 9),
-        with_static_bending(bending_characteristic("clamped-free", 4), 6),
-        with_static_axial(axial_characteristic("clamped-free", 4), 5),
+        with_static(bending_characteristic("clamped-free", 4), STATIC_BENDING, 6),
+        with_static(axial_characteristic("clamped-free", 4), STATIC_AXIAL, 5),
     ],
 )
 def test_derivatives_agree_with_differences(functions):
@@ -127,7 +128,7 @@ def test_derivatives_agree_with_differences(functions):
 
 
 def test_static_shapes_complete_the_answer_to_a_root_that_accelerates_or_turns():
-    f = with_static_bending(bending_characteristic("clamped-free", 4), 6)
+    f = with_static(bending_characteristic("clamped-free", 4), STATIC_BENDING, 6)
     gram = (f(XI, 0) * WEIGHT[:, None]).T @ f(XI, 0)
     assert np.abs(gram - np.eye(6)).max() < 1e-9  # the static rest is a difference of 1e6 times its size
     K = (f(XI, 2) * WEIGHT[:, None]).T @ f(XI, 2)

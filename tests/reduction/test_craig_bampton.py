@@ -81,6 +81,22 @@ def test_beside_a_clamp_every_interface_keeps_its_six_motions():
     assert np.abs(top.translation @ modes.phi[:, 6:]).max() == 0.0
 
 
+@pytest.mark.parametrize("interface", ["rigid", "nodal"])
+@pytest.mark.parametrize("orthonormal", [True, False])
+def test_clamped_feet_stay_where_they_are_and_the_rest_vibrates_as_the_full_model_does(interface, orthonormal):
+    structure = frame()
+    modes = craig_bampton(structure, "top", 30, clamp="feet", interface=interface, orthonormal=orthonormal)
+    for foot in ("left", "right"):
+        rows = marker_rows(structure, foot)
+        assert np.abs(rows.translation @ modes.phi).max() == 0.0 and np.abs(rows.rotation @ modes.phi).max() == 0.0
+    K, M = (modes.phi.T @ (A @ modes.phi) for A in (structure.K, structure.M))
+    found = np.sqrt(eigh(K, M, eigvals_only=True)[:6])
+    exact = dense_frequencies(structure, structure.clamped_dofs("feet"), 6)
+    assert np.all(found > exact * (1 - 1e-9)) and found == pytest.approx(exact, rel=2e-4)
+    if orthonormal:
+        assert modes.omega[:6] == pytest.approx(found, rel=1e-9)
+
+
 def test_orthonormal_or_not_the_frequencies_are_the_same():
     structure = frame()
     plain = craig_bampton(structure, "top", 7, clamp="feet", orthonormal=False)
@@ -98,6 +114,10 @@ def test_without_modes_it_is_static_condensation():
     assert shapes.n_modes == 12
     residual = (structure.K @ shapes.phi)[inner]
     assert np.abs(residual).max() < 1e-9 * np.abs(structure.K).max()  # interior forces vanish
+    assert np.abs(shapes.phi[structure.clamped_dofs("top")]).max() == 0.0
+    unit = [marker_rows(structure, foot) for foot in ("left", "right")]
+    moved = np.concatenate([part @ shapes.phi for rows in unit for part in (rows.translation, rows.rotation)])
+    assert moved == pytest.approx(np.eye(12), abs=1e-12)  # one motion of one foot each
 
 
 def test_a_rigid_interface_of_several_nodes_moves_as_one_piece():

@@ -100,6 +100,10 @@ def test_about_the_line_of_its_nodes_a_marker_takes_their_own_rotation():
     arm = mesh.points[3] - mesh.points[1]
     assert (rows.rotation @ x)[0] == pytest.approx((theta[1, 0] + theta[3, 0]) / 2)
     assert (rows.rotation @ x)[1:] == pytest.approx(np.cross(arm, u[3] - u[1])[1:] / (arm @ arm))
+    alone = structure.rotation.copy().tolil()
+    alone[3 * 3 : 3 * 3 + 3] = 0.0  # as a node of a solid has none
+    rows = marker_rows(replace(structure, rotation=alone.tocsr()), "pair")
+    assert (rows.rotation @ x)[0] == pytest.approx(theta[1, 0])
 
 
 def test_a_marker_whose_nodes_cannot_turn_is_warned_of(boom):

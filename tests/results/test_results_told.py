@@ -57,7 +57,7 @@ def test_wrong_blocks_are_refused_and_nothing_is_written(tmp_path):
 def test_names_and_attributes_that_cannot_be_kept_are_refused(tmp_path):
     with pytest.raises(ValueError, match="attribute 'solver' is None; a result file keeps text, numbers and arrays"):
         RunWriter(tmp_path / "run.h5", CHANNELS, known_bodies(), {"solver": None})
-    with pytest.raises(ValueError, match="body name 'left/panel' cannot be a name in the result file"):
+    with pytest.raises(ValueError, match="found the name 'left/panel' of a body; a name holds letters"):
         RunWriter(tmp_path / "run.h5", CHANNELS, {"left/panel": known_bodies()["hub"]})
 
 

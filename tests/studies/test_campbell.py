@@ -11,7 +11,9 @@ from mechanisms import four_bar
 from rotating_beams import Rotating
 
 from femflex.body import Marker, rigid_body
+from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.studies.campbell import campbell
+from femflex.studies.campbell.crossings import crossings
 from femflex.system import System, revolute, weld
 
 
@@ -63,6 +65,51 @@ def test_crossings_with_multiples_of_the_spin_are_where_the_exact_frequency_is_t
         assert c.frequency == pytest.approx(c.order * c.speed / (2 * np.pi), rel=1e-12)
         exact = Rotating(c.speed, hub=0.1, lag=9.0).exact(np.array([2 * np.pi * c.frequency]))
         assert exact == pytest.approx([c.order * c.speed], rel=2e-5)
+
+
+@pytest.mark.parametrize("count", [4, 9])
+def test_a_crossing_at_a_sampled_speed_is_told_once_with_its_neighbours(count):
+    """A branch of omega^2 = 4 + 0.25 Omega^2 meets n Omega at 2 / sqrt(n^2 - 0.25), here at speeds that were taken.
+
+    With few speeds, between which squares are straight lines, and with more, which a spline takes.
+    """
+    orders = [1, 2, 4]  # whose squares multiply without rounding: the sample lies on the line to the last digit
+    exact = {n: 2.0 / np.sqrt(n**2 - 0.25) for n in orders}
+    for n in orders:
+        others, sample = np.linspace(0.1, 3.0, count), 2 * np.pi * (n * exact[n] / (2 * np.pi)) / n
+        for kept in (others, others[others > sample], others[others < sample]):  # inside, first, last
+            speeds = np.sort([*kept, sample])
+            frequencies = np.sqrt(4.0 + 0.25 * speeds**2) / (2 * np.pi)
+            frequencies[speeds == sample] = n * exact[n] / (2 * np.pi)
+            found = crossings("flap 1", speeds, frequencies, orders)
+            inside = [m for m in reversed(orders) if m == n or speeds[0] < exact[m] < speeds[-1]]
+            assert [one.order for one in found] == inside
+            assert [one.speed for one in found] == pytest.approx([exact[m] for m in inside], rel=1e-9)
+            assert [one.frequency for one in found] == pytest.approx([m * exact[m] / (2 * np.pi) for m in inside])
+
+
+def test_a_crossing_at_the_fastest_speed_is_found_on_any_curve():
+    """There a spline is off by rounding, and may have no change of sign."""
+    rng = np.random.default_rng(0)
+    for order in [1, 2, 4] * 20:
+        omega = rng.uniform(1.0, 3.0)
+        frequency = omega / (2 * np.pi)
+        last = 2 * np.pi * frequency / order
+        speeds = np.sort([*rng.uniform(0.05, 0.99, 8) * last, last])
+        bent = omega**2 + 0.05 * (np.sin(3 * speeds**2) - np.sin(3 * last**2))
+        frequencies = np.where(speeds == last, frequency, np.sqrt(bent) / (2 * np.pi))
+        (found,) = crossings("flap 1", speeds, frequencies, [order])
+        assert found.speed == pytest.approx(last, rel=1e-12)
+
+
+def test_crossings_are_as_many_as_the_exact_frequencies_say(blade):
+    """Every branch rises from above n Omega at rest; where it is below at the fastest, it has crossed once."""
+    fastest = blade.speeds[-1]
+    for branch in blade.branches:
+        exact = Rotating(fastest, hub=0.1, lag=9.0).exact(2 * np.pi * branch.frequencies[-1:])[0]
+        for order in blade.orders:
+            met = [c for c in blade.crossings if (c.branch, c.order) == (branch.name, order)]
+            assert len(met) == (exact < order * fastest)
 
 
 def test_a_round_blade_whose_flap_and_lag_are_one_at_rest_is_told_apart():
@@ -176,3 +223,16 @@ mesh = "{mesh}"
 members = [{{ group = "panel", family = "plate", section = "sheet", material = "al" }}]
 reduction = {{ method = "cantilever", clamp = "root", modes = 4 }}
 """
+
+
+def test_motions_of_every_kind_have_the_name_of_their_kind():
+    """A strip at rest: bending in both planes, stretch and twist of a clamped-free rod, pi/2 sqrt(stiffness / mass)."""
+    strip = UniformBeam(1.0, EA=9e4, EIy=4.0, EIz=60.0, GJ=2.0, mass_per_length=1.0, ry=0.005, rz=0.05)
+    body = beam_body(strip, BeamFunctions(y=2, z=2, axial=2, torsion=2, family="polynomial"))
+    found = campbell(System({"strip": body}, (weld("strip"),)), [0.0, 0.5], modes=8)
+    assert {"flap 1", "lag 1", "stretch 1", "torsion 1"} <= {branch.name for branch in found.branches}
+    omega = {name: 2 * np.pi * found.branch(name).frequencies[0] for name in ("flap 1", "lag 1")}
+    assert omega == pytest.approx({"flap 1": 3.516 * 2.0, "lag 1": 3.516 * np.sqrt(60.0)}, rel=0.02)
+    rods = {"stretch 1": np.sqrt(9e4), "torsion 1": np.sqrt(2.0 / (0.005**2 + 0.05**2))}
+    for name, speed in rods.items():
+        assert 2 * np.pi * found.branch(name).frequencies[0] == pytest.approx(np.pi / 2 * speed, rel=0.02)

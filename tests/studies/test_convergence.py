@@ -20,6 +20,7 @@ ROOTS = (1.8751040687119611, 4.6940911329741746, 7.8547574382376126)  # of cosh 
 
 QUANTITY = 'quantity = { of = "value", channel = "markers/beam.tip/deflection", component = "y" }'
 FIRST_MODE = 'quantity = { of = "mode_frequency", body = "beam", mode = 1 }'
+PLAIN = ("modes = 4 }", "modes = 4, joints = {} }")  # without the static shapes of joints that few modes get
 NODAL = ('method = "cantilever", clamp = "ROOT", modes = 4', 'method = "nodal", clamp = "ROOT"')
 
 Built = Callable[..., Case]
@@ -84,7 +85,7 @@ def value_of_run(case: Case) -> float:
 
 def test_the_verdict_names_the_number_of_modes_the_unreduced_run_asks_for(built: Built):
     exact = value_of_run(built(NODAL))
-    study = planned(built(), "modes", [1, 2, 3, 4, 5, 6, 8, 10])
+    study = planned(built(PLAIN), "modes", [1, 2, 3, 4, 5, 6, 8, 10])
     points = list(study.points())
     recommended = []
     for tolerance in (3e-2, 1e-3):
@@ -103,10 +104,18 @@ def test_a_level_gives_what_the_case_itself_gives_with_so_many_modes(built: Buil
         assert value == pytest.approx(value_of_run(built(("modes = 4", f"modes = {modes}"))), rel=1e-8)
 
 
+def test_joints_that_a_case_gives_are_those_of_every_level(built: Built):
+    given = ("modes = 4 }", 'modes = 4, joints = { ROOT = ["y", "rz"] } }')
+    found = convergence(built(given), "modes", [2, 4])
+    assert found.counts.tolist() == [4, 6]
+    assert found.values[0] == pytest.approx(value_of_run(built(given, ("modes = 4,", "modes = 2,"))), rel=1e-8)
+
+
 def test_static_shapes_are_made_anew_for_each_level_and_converge_faster(built: Built):
     exact = value_of_run(built(NODAL))
-    plain = convergence(built(), "modes", [2, 4, 6])
-    attached = convergence(built(("modes = 4 }", 'modes = 4, attachment = ["y"] }')), "modes", [2, 4, 6])
+    plain = convergence(built(PLAIN), "modes", [2, 4, 6])
+    given = ("modes = 4 }", 'modes = 4, joints = {}, attachment = ["y"] }')
+    attached = convergence(built(given), "modes", [2, 4, 6])
     assert plain.counts.tolist() == [2, 4, 6] and attached.counts.tolist() == [3, 5, 7]
     off = np.abs(attached.values / exact - 1) / np.abs(plain.values / exact - 1)
     print(off, plain.values, attached.values, exact)
@@ -124,7 +133,7 @@ def test_the_usual_ladder_goes_to_twice_the_modes_of_the_case(built: Built):
 
 
 def test_close_pairs_are_not_parted(built: Built):
-    case = built((f"EIz = {2 * EI}", f"EIz = {EI}"))
+    case = built((f"EIz = {2 * EI}", f"EIz = {EI}"), PLAIN)
     assert [rung.level for rung in planned(case).ladder.rungs] == [2, 4, 6, 8]
     found = convergence(case, "modes", [1, 2, 3])
     assert found.levels.tolist() == found.counts.tolist() == [2, 4]
@@ -142,7 +151,7 @@ def test_modes_of_a_fixed_body_do_not_change_with_their_number(built: Built):
 
 def test_levels_too_coarse_for_the_initial_state_are_left_out(built: Built):
     initial = '[bodies.beam.initial]\nmarker = "tip"\ndisplacement = [0, 0.01, 0]\n\n[[joints]]'
-    found = convergence(built(("[[joints]]", initial)), "modes", [1, 2, 4, 6])
+    found = convergence(built(("[[joints]]", initial), PLAIN), "modes", [1, 2, 4, 6])
     assert found.levels.tolist() == [2, 4, 6]  # the first mode bends the other way
     (text,) = found.left_out
     assert text.startswith("1: bodies.beam.initial: marker 'tip' is to move by [0, 0.01, 0] m, but its 1 modes")
@@ -154,7 +163,7 @@ def test_a_frequency_of_the_whole_craft_converges_to_that_of_the_coupled_beam(bu
     long = ('duration = "4 s"', 'duration = "40 s"')
     gentle = ("torque = [[0, 0, 0], [0, 4, 8]", "torque = [[0, 0, 0], [0, 0.04, 0.08]")  # spin would shift it by 2e-3
     short = ("times = [0, 1, 2]", "times = [0, 0.2, 0.4]")  # two seconds would hardly excite a mode at one hertz
-    found = convergence(built((QUANTITY, ring), long, gentle, short), "modes", [2, 4, 6, 8])
+    found = convergence(built((QUANTITY, ring), long, gentle, short, PLAIN), "modes", [2, 4, 6, 8])
     assert found.unit == "Hz"
     assert found.estimate == pytest.approx(coupled_frequency(2 * EI), rel=1e-4)
 

@@ -15,7 +15,7 @@ from femflex.studies.verdict import level_text
 
 QUANTITY = 'of = "value", channel = "markers/beam.tip/deflection", component = "y"'
 FAR = [
-    ("modes = 4 }", 'modes = 3, derivatives = "auto" }\nstrain = "nonlinear"'),
+    ("modes = 4 }", 'modes = 3, joints = {}, derivatives = "auto" }\nstrain = "nonlinear"'),
     ("torque = [[0, 0, 0], [0, 4, 8], [0, 0, 0]]", "torque = [[0, 0, 0], [0, 0, 20], [0, 0, 0]]"),
     ('duration = "4 s"\noutput_step = "0.05 s"\nrtol = 1e-10', 'duration = "2 s"\noutput_step = "0.02 s"\nrtol = 1e-6'),
     ('of = "value", channel', 'of = "peak", channel'),
@@ -74,7 +74,7 @@ def test_linear_bodies_have_no_derivatives_to_vary(built: Callable[..., Case]):
 
 
 def test_shapes_that_follow_are_counted_apart_from_coordinates(built: Callable[..., Case], capsys):
-    case = built(*FAR[1:], ("modes = 4 }", 'modes = 3, derivatives = "auto" }\nstrain = "condensed"'))
+    case = built(*FAR[1:], ("modes = 4 }", 'modes = 3, joints = {}, derivatives = "auto" }\nstrain = "condensed"'))
     found = convergence(case, "derivatives", [0, 1, 2, 3])
     assert found.levels.tolist() == found.followers.tolist() == [1, 2, 3]  # with none there is nothing to condense
     assert found.counts.tolist() == [4, 5, 6] and not found.derivatives.any()

@@ -52,7 +52,7 @@ def test_polynomials_converge_to_the_beam_and_the_verdict_covers_their_error(bui
 
 
 def test_interfaces_are_kept_at_every_level(built: Built):
-    fixed = 'method = "craig_bampton", clamp = "ROOT", interfaces = ["TIP"], modes = 2'
+    fixed = 'method = "craig_bampton", clamp = "ROOT", interfaces = ["TIP"], modes = 2, joints = {}'
     found = convergence(built(FREQUENCY, (CANTILEVER, fixed)), "modes", [1, 2, 4, 6])
     assert found.counts.tolist() == [7, 8, 10, 12]  # six of the tip
     assert np.all(np.diff(found.values) <= 1e-12) and found.values[0] > EXACT  # Rayleigh and Ritz
@@ -60,11 +60,12 @@ def test_interfaces_are_kept_at_every_level(built: Built):
 
 
 def test_modes_of_a_body_file_are_cut_up_to_what_it_holds(built: Built):
-    case = built(FREQUENCY)
+    plain = ("modes = 4 }", "modes = 4, joints = {} }")
+    case = built(FREQUENCY, plain)
     save_body(case.path.parent / "beam.h5", build_body(case, "beam", modes=6))
     filed = built((MESHED, 'kind = "file"\nfile = "beam.h5"\n'))
     assert [rung.level for rung in planned(filed).ladder.rungs] == [1, 2, 3, 4, 6]
-    direct, cut = convergence(built(), "modes", [2, 4, 6]), convergence(filed, "modes", [2, 4, 6])
+    direct, cut = convergence(built(plain), "modes", [2, 4, 6]), convergence(filed, "modes", [2, 4, 6])
     np.testing.assert_allclose(cut.values, direct.values, rtol=1e-9)
 
 
@@ -75,11 +76,12 @@ def test_damping_given_for_each_mode_limits_the_ladder(built: Built):
 
 def test_two_bodies_are_varied_together_or_one_alone(built: Built):
     joint = '\n[[joints]]\nkind = "weld"\nparent = "hub"\nchild = "other"\nchild_marker = "ROOT"\n\n[[loads]]'
-    other = ("[[joints]]", f"[bodies.other]\n{MESHED.replace('modes = 4', 'modes = 3')}\n[[joints]]")
-    both = built(other, ("\n[[loads]]", joint))
+    plain = ("modes = 4 }", "modes = 4, joints = {} }")
+    other = ("[[joints]]", f"[bodies.other]\n{MESHED.replace('modes = 4', 'modes = 3, joints = {}')}\n[[joints]]")
+    both = built(other, ("\n[[loads]]", joint), plain)
     found = convergence(both, "modes", [1, 2, 3])
     assert found.levels.tolist() == [1, 2, 3] and found.counts.tolist() == [2, 4, 6] and found.own is None
-    one = built(other, ("\n[[loads]]", joint), ("[study]", '[study]\nbody = "other"'))
+    one = built(other, ("\n[[loads]]", joint), plain, ("[study]", '[study]\nbody = "other"'))
     assert convergence(one, "modes", [1, 2, 3]).counts.tolist() == [1, 2, 3]
     assert planned(one, "mesh").ladder.varied == ("other",)
     assert planned(both, "mesh").ladder.varied == ("beam", "other")

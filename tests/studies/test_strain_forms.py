@@ -22,7 +22,7 @@ from femflex.view.side_by_side import plot_studies
 Built = Callable[..., Case]
 SPUN = [  # 0.3 of a turn a second about z, faster than the beam's first flap
     *FAR[1:],
-    ("modes = 4 }", 'modes = 3, derivatives = "auto" }\nstrain = "linear"'),
+    ("modes = 4 }", 'modes = 3, joints = {}, derivatives = "auto" }\nstrain = "linear"'),
 ]
 
 

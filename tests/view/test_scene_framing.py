@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from made_runs import box_skin, flexible
+from scipy.optimize import brentq
 
 from femflex.body import Skin, rigid_body
 from femflex.results import RunWriter, open_run
 from femflex.system import Channel
-from femflex.view.framing import VIEW_ANGLE, Margins, framed
+from femflex.view.framing import VIEW_ANGLE, Margins, best_direction, framed
 from femflex.view.look import Look
 from femflex.view.motion import motion
 from femflex.view.plan import planned
@@ -25,7 +28,7 @@ def on_screen(points, view, aspect):
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_everything_framed_lies_between_the_margins_and_touches_two(seed):
+def test_everything_framed_lies_between_the_margins_touches_two_and_is_centred(seed):
     rng = np.random.default_rng(seed)
     cloud = rng.standard_normal((200, 3)) * rng.uniform(0.1, 30, 3) + rng.uniform(-100, 100, 3)
     margins, aspect = Margins(0.03, 0.14, 0.12, 0.1), 16 / 9
@@ -33,10 +36,34 @@ def test_everything_framed_lies_between_the_margins_and_touches_two(seed):
     seen = on_screen(cloud, view, aspect)
     low, high = np.array([margins.left, margins.bottom]), 1 - np.array([margins.right, margins.top])
     assert np.all(seen > low - 1e-9) and np.all(seen < high + 1e-9)
-    slack = np.minimum(seen.min(axis=0) - low, high - seen.max(axis=0))
-    assert slack.min() == pytest.approx(0, abs=1e-9)  # one direction is used to the full
+    slack = np.array([seen.min(axis=0) - low, high - seen.max(axis=0)])
+    full = int(np.argmin(slack.sum(axis=0)))
+    assert slack[:, full] == pytest.approx(0, abs=1e-9)  # one direction is used to the full, from rim to rim
+    other = 1 - full
+    room = []
+    for side, rim in ((1, low), (-1, high)):  # how far the camera could move across either way
+
+        def gap(d, side=side, rim=rim):
+            step = side * d * view.axes[other]
+            there = on_screen(cloud, replace(view, place=view.place + step, focus=view.focus + step), aspect)
+            return (side * there[:, other]).min() - side * rim[other]
+
+        room.append(brentq(gap, 0.0, 1e4))
+    assert room[0] == pytest.approx(room[1], rel=1e-6, abs=1e-9)
     depth = (cloud - view.place) @ view.axes[2]
     assert view.near < depth.min() and depth.max() < view.far
+    assert view.axes @ view.axes.T == pytest.approx(np.eye(3), abs=1e-12)
+    assert view.pixels(1000) * np.linalg.norm(view.focus - view.place) * np.tan(VIEW_ANGLE / 2) == pytest.approx(500)
+
+
+@pytest.mark.parametrize(("thin", "most"), [(0, np.cos(np.pi / 6)), (1, np.cos(np.pi / 6)), (2, None)])
+def test_a_flat_cloud_is_seen_from_where_it_is_broadest(thin, most):
+    """From 24 degrees above, and from that of eight directions around that is nearest to its normal: 30 degrees off."""
+    cloud = np.random.default_rng(2).standard_normal((500, 3)) * np.where(np.arange(3) == thin, 0.01, 5.0)
+    towards = best_direction(cloud, np.array([0.0, 0.0, 1.0]))
+    assert np.linalg.norm(towards) == pytest.approx(1.0) and towards[2] == pytest.approx(np.sin(np.deg2rad(24)))
+    if most is not None:
+        assert abs(towards[thin]) == pytest.approx(np.cos(np.deg2rad(24)) * most)
 
 
 def test_a_single_point_and_a_view_along_the_vertical_are_framed_too():
@@ -83,14 +110,17 @@ def test_a_body_is_drawn_where_a_pinhole_camera_sees_it(tmp_path):
     assert np.linalg.norm(centre - expected) < 1.5  # pixels
 
 
-def test_nothing_drawn_reaches_the_rim_at_any_time(tmp_path, run):
+def test_nothing_drawn_reaches_the_margins_at_any_time_and_all_together_fills_what_is_between(tmp_path, run):
     look = {"size": (320, 180), "triads": False, "title": "", "scale": 2.0, "samples": 1}
+    drawn = np.zeros((180, 320), bool)
     for k, t in enumerate(np.linspace(0, 20, 9)):
         image = read(render_picture(run, tmp_path / f"{k}.png", time=float(t), **look))
-        rim = np.ones(image.shape[:2], bool)
-        rim[7:-7, 12:-12] = False
-        rim[:, 250:] = False  # clock, colour bar and scale are there
-        assert np.all(image[rim] == 255) and not np.all(image == 255)
+        drawn |= np.any(image[:, :, :3] != 255, axis=2)
+    drawn[:, 250:] = False  # clock, colour bar and scale are there
+    rows, columns = np.nonzero(drawn)
+    top, bottom, left = 0.12 * 180, 180 - 0.12 * 180, 0.04 * 320
+    assert top - 1 < rows.min() < top + 9 and bottom - 9 < rows.max() < bottom + 1  # nine of all times: nearly full
+    assert columns.min() > left - 1
 
 
 def test_a_camera_does_not_move_between_pictures_of_a_run(run):
@@ -179,3 +209,33 @@ def test_a_wandering_craft_is_followed(tmp_path):
         assert planned(run, Look()).camera == "follow"
         followed, fixed = motion(run, times, "follow"), motion(run, times, "fixed")
     assert np.allclose(followed.position["cube"], 0) and np.ptp(fixed.position["cube"]) == 30
+
+
+def test_the_following_camera_moves_with_the_centre_of_mass_that_a_run_reports(tmp_path):
+    times = np.linspace(0, 10, 21)
+    centre = times[:, None] * [3.0, 0, 0]
+    round_it = np.column_stack([np.cos(times), np.sin(times), 0 * times])
+    arrays = {
+        "bodies/cube/position": centre + round_it,
+        "bodies/cube/attitude": np.tile([1.0, 0, 0, 0], (21, 1)),
+        "monitors/center_of_mass": centre,
+    }
+    channels = {path: Channel("m", path, value.shape[1:]) for path, value in arrays.items()}
+    with RunWriter(tmp_path / "run.h5", channels, {"cube": rigid_body(1.0, np.eye(3))}) as writer:
+        writer.write_block(times, arrays)
+    with open_run(tmp_path / "run.h5") as run:
+        assert np.allclose(motion(run, times, "follow").position["cube"], round_it, atol=1e-12)
+
+
+def test_between_rows_a_turn_goes_the_short_way_whatever_the_sign_of_its_euler_parameters(tmp_path):
+    times = np.linspace(0, 2, 5)
+    half = 0.2 * times
+    turns = np.column_stack([np.cos(half), 0 * half, 0 * half, np.sin(half)])
+    arrays = {"bodies/cube/position": np.zeros((5, 3)), "bodies/cube/attitude": turns * [[1], [-1], [1], [-1], [-1]]}
+    channels = {path: Channel("m", path, value.shape[1:]) for path, value in arrays.items()}
+    with RunWriter(tmp_path / "run.h5", channels, {"cube": rigid_body(1.0, np.eye(3))}) as writer:
+        writer.write_block(times, arrays)
+    with open_run(tmp_path / "run.h5") as run:
+        between = np.linspace(0.05, 1.95, 20)
+        found = motion(run, between).attitude["cube"]
+    assert np.arctan2(found[:, 1, 0], found[:, 0, 0]) == pytest.approx(0.4 * between, abs=1e-4)

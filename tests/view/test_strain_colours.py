@@ -11,6 +11,7 @@ from PIL import Image
 
 import femflex.view.scene
 from femflex import System, compile_system, rigid_body, system
+from femflex.body.strain_field import StrainPart
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import Tube
 from femflex.mesh import Mesh, line, rectangle
@@ -22,6 +23,7 @@ from femflex.reduction import (
     load_body,
     reduce_structure,
     save_body,
+    with_attachment,
 )
 from femflex.results import RunWriter, open_run
 from femflex.view import mode_montage, render_movie, render_picture
@@ -89,6 +91,45 @@ def test_the_bar_holds_the_whole_run(swinging):
     bent = planned(swinging, Look(colour="strain:curvature_z"), 1.0)
     assert bent.bar.limits == (-bent.bar.top, bent.bar.top)
     assert bent.bar.top >= np.abs(part.strains(y)[:, :, 1]).max() * bent.bar.factor
+
+
+@pytest.mark.parametrize("sign", [1, -1], ids=["stretched", "pressed"])
+def test_the_bar_of_a_field_of_one_sign_holds_it(sign, tmp_path):
+    """A plate pulled or pressed along itself: strains of one sign but for a fiftieth, and energy of a prestress."""
+    mesh = rectangle(1.0, 0.5, 4, 2, "triangle")
+    structure = build_structure(mesh, [Member("surface", "plate", 0.004, METAL)])
+    modes = with_attachment(structure, cantilever_modes(structure, "left", 1), [], {"right": ["x"]})
+    body = reduce_structure(structure, modes, {"root": "left"})
+    pull = np.zeros(body.n_modes)
+    pull[-1] = sign * np.sign(body.strain_field[0].strains(np.eye(body.n_modes)[-1:])[0, :, 0].sum())
+    path = write(tmp_path / "pulled.h5", body, np.outer([0.0, 1.0, 0.5], pull))
+    with open_run(path) as run:
+        (part,) = run.bodies()["boom"].strain_field
+        strains = part.strains(run["bodies/boom/delta"])[:, :, 0]
+        assert (sign * strains).max() > 20 * -(sign * strains).min()  # nearly all of one sign
+        bar = planned(run, Look(colour="strain:membrane_xx"), 1.0).bar
+        assert bar.signed and bar.limits == (-bar.top, bar.top)
+        assert np.abs(strains).max() <= bar.top / bar.factor <= 1.3 * np.abs(strains).max()
+
+
+def test_the_bar_of_an_energy_that_is_mainly_negative_holds_it(swinging, monkeypatch):
+    """An energy density below zero, as a prestress gives where it is let go: a bar with two signs."""
+    (part,) = swinging.bodies()["boom"].strain_field
+    largest = part.energy(swinging["bodies/boom/delta"]).max()
+    real = StrainPart.energy
+    monkeypatch.setattr(StrainPart, "energy", lambda self, y: -real(self, y))
+    bar = planned(swinging, Look(colour="energy"), 1.0).bar
+    assert bar.signed and largest <= bar.top / bar.factor <= 1.3 * largest
+
+
+@pytest.mark.parametrize(("part", "signed"), [(0.1, True), (1e-2, True), (1e-4, False)])
+def test_an_energy_has_a_bar_with_two_signs_from_a_thousandth_below_zero_on(swinging, monkeypatch, part, signed):
+    real = StrainPart.energy
+    monkeypatch.setattr(StrainPart, "energy", lambda self, y: real(self, y) * np.where(y[:, :1] > 0.35, 1.0, -part))
+    (field,) = swinging.bodies()["boom"].strain_field
+    largest = field.energy(swinging["bodies/boom/delta"])
+    assert planned(swinging, Look(colour="energy"), 1.0).bar.signed == signed
+    assert (largest.min() < -1e-3 * largest.max()) == signed
 
 
 def test_a_picture_says_that_its_bar_is_that_of_the_whole_run(swinging, tmp_path, monkeypatch):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
@@ -16,8 +17,9 @@ from femflex.case.builders.curved import of_curved, of_responses, softening_of
 from femflex.case.builders.functions import functions_of
 from femflex.case.builders.segments import build_segments
 from femflex.case.builders.shapes import rigid_skin
+from femflex.case.builders.shared import shared
 from femflex.case.builders.sheet import of_sheet
-from femflex.case.builders.structure import PLACE, build_mesh, build_modes, build_structure_of
+from femflex.case.builders.structure import PLACE, build_mesh, build_modes, structure_of
 from femflex.case.builders.torques import check_torques, has_torque
 from femflex.case.case import Case
 from femflex.case.load import LoadTable
@@ -25,6 +27,8 @@ from femflex.case.problems import CaseError, Problem, near
 from femflex.case.reduction import DampingTable, LumpedTable, Stretchable
 from femflex.fem.structure import Structure
 from femflex.reduction import (
+    BeamEnrichment,
+    MeshedEnrichment,
     ModalDamping,
     RayleighDamping,
     UniformBeam,
@@ -33,6 +37,8 @@ from femflex.reduction import (
     foreshortening,
     foreshortening_of,
     hardening,
+    is_added,
+    is_unanswered,
     lack_of_stretch,
     load_body,
     reduce_structure,
@@ -55,11 +61,8 @@ def build_bodies(case: Case, modes: int | None = None, refine: int = 0) -> dict[
     bodies: dict[str, Part] = {}
     alike: dict[str, Part] = {}
     problems: list[Problem] = []
-    for name, table in case.bodies.items():
-        beside = [str(sorted(turning_markers(case, name)))]  # decide what is warned of
-        if isinstance(table, FlexibleTable):
-            beside.append(str(acting(case, name, table, marker_groups(table))))
-        key = f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {beside}"
+    for name in case.bodies:
+        key = _content(case, name)
         if key in alike:
             bodies[name] = alike[key]
             continue
@@ -81,6 +84,28 @@ def build_part(case: Case, name: str, modes: int | None = None, refine: int = 0,
     """
     if name not in case.bodies:
         raise CaseError(case.path.name, [Problem("bodies", f"found no body {name!r}; {near(name, case.bodies)}")])
+    made = shared()
+    if made is None:
+        return _part(case, name, modes, refine, segments)
+    rest = case.model_copy(update={"bodies": {}, "initial": None})
+    key = f"{case.path} {name} {modes} {refine} {segments} {_content(case, name)} {rest!r}"
+    return made.part(key, lambda: _part(case, name, modes, refine, segments))
+
+
+def _content(case: Case, name: str) -> str:
+    """What decides how a body is built and what is warned of: its table but for its initial state, and what acts."""
+    table = case.bodies[name]
+    if isinstance(table, FlexibleTable) and isinstance(table.reduction, Stretchable) and table.reduction.joints == {}:
+        open_ = table.reduction.model_copy(update={"joints": None})  # which builds the same
+        table = table.model_copy(update={"reduction": open_})
+    beside = [str(sorted(turning_markers(case, name)))]
+    if isinstance(table, FlexibleTable):
+        beside.append(str(acting(case, name, table, marker_groups(table))))
+    return f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {beside}"
+
+
+def _part(case: Case, name: str, modes: int | None, refine: int, segments: int | None) -> Part:
+    """`build_part`, anew."""
     table = case.bodies[name]
     try:
         if isinstance(table, FlexibleTable) and table.cut is not None:
@@ -101,11 +126,12 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
     if isinstance(table, FileTable):
         return _from_file(case, name, table, modes)
     assert isinstance(table, FlexibleTable)
-    given = build_structure_of(case, name, table, build_mesh(case, name, table, refine))
+    given = structure_of(case, name, table, refine)
     added = acting(case, name, table, marker_groups(table))
     structure, modeset = build_modes(given, table, modes, name, added)
     body = _meshed(case, name, table, structure, modeset)
-    return replace(body, note="; ".join(filter(None, (told(added, modeset), body.note))))
+    joints = getattr(table.reduction, "joints", None) or {}
+    return replace(body, note="; ".join(filter(None, (told(added, modeset, joints), body.note))))
 
 
 def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, modeset: ModeSet) -> FlexibleBody:
@@ -136,7 +162,21 @@ def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, m
         note = "; ".join(filter(None, (curved, of_sheet(structure, modeset, r))))
     bearing, softening = bearing_of_meshed(groups, structure, modeset), softening_of(structure, modeset)
     hardens = partial(hardening, structure, modeset) if strain == "linear" and modeset.n_modes <= MANY else None
-    return replace(body, note=note, ignored=ignored, buckling=bearing, softening=softening, hardening=hardens)
+    judged = isinstance(r, Stretchable) and 0 < modeset.n_modes <= MANY
+    return replace(
+        body,
+        note=note,
+        ignored=ignored,
+        buckling=bearing,
+        softening=softening,
+        hardening=hardens,
+        enrichment=MeshedEnrichment(structure, modeset, _places(groups, modeset)) if judged else None,
+    )
+
+
+def _places(groups: Mapping[str, str], modeset: ModeSet) -> dict[str, str]:
+    """The mesh group of every marker of a body on this set."""
+    return {**{group: group for group in modeset.groups}, **groups}
 
 
 def _warn_of_stiffness(name: str, structure: Structure, modeset: ModeSet, body: FlexibleBody) -> None:
@@ -202,7 +242,10 @@ def _analytic(case: Case, name: str, table: AnalyticTable, modes: int | None) ->
         bending = replace(chosen, axial=0, torsion=0)
         ignored = foreshortening_of(beam_body(beam, bending, strain="condensed"))
     body = beam_body(beam, chosen, _damping(table.damping), strain=strain)
-    return replace(body, note=note, ignored=ignored, buckling=bearing_of_analytic(beam, chosen, table))
+    enrichment = BeamEnrichment(beam, chosen)
+    return replace(
+        body, note=note, ignored=ignored, buckling=bearing_of_analytic(beam, chosen, table), enrichment=enrichment
+    )
 
 
 def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> FlexibleBody:
@@ -222,9 +265,11 @@ def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> Fl
         body = body.truncated(n)
     damping = _damping(table.damping)
     if damping is not None:
-        damped = [body.strain.is_linear or kind != "derivative" for kind in body.kinds or ("",) * body.n_modes]
+        kinds = (body.kinds or ("",) * body.n_modes)[: body.n_modes]
+        damped = [body.strain.is_linear or kind != "derivative" for kind in kinds]
         Me = body.without_slaves().moments.elastic_mass()
-        body = replace(body, damping=bending_damping(damping, Me, body.strain.V1, damped[: body.n_modes]))
+        alone = is_unanswered(kinds) if body.strain.is_linear else None
+        body = replace(body, damping=bending_damping(damping, Me, body.strain.V1, damped, is_added(kinds), alone))
     if body.ignored is not None:
         remedy = f"make {table.file} anew (femflex body) from a case that gives it strain = 'condensed'"
         body = replace(body, ignored=replace(body.ignored, remedy=remedy))

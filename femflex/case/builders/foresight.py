@@ -6,7 +6,7 @@ reach and the way that a craft gives; it has no fast vibration, and so costs a s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +19,8 @@ from femflex.dynamics.equilibria.elastic_answer import elastic_answer, elastic_p
 from femflex.dynamics.joints.drive_report import specified_states
 from femflex.dynamics.terms.without import stiffened
 from femflex.integrate import Dop853, IntegrationError
+from femflex.integrate.driver import collected
+from femflex.integrate.outcome import Block
 from femflex.system import System
 
 Array = NDArray[np.float64]
@@ -147,15 +149,34 @@ def _moved(rigid: Model, times: Array) -> tuple[Motion, str]:
     resume = None
     for part in np.array_split(times, PARTS):
         try:
-            done = method.solve(rigid, part, rigid.x0, state=resume)
+            done = collected(_affordable(method.blocks(rigid, part, rigid.x0, resume)), None, rigid.n_x)
+        except TooDear:
+            reached = found[-1][0][-1] if found else times[0]
+            return _joined(found or [(times[:1], rigid.x0[None])]), _dear(reached)
         except IntegrationError as error:
             found.append((error.times, error.states))
             return _joined(found), f"up to t = {error.t:.4g} s alone, where the bodies fail to move on as rigid ones"
         found.append((done.times, done.states))
         resume = done.resume
         if done.steps.evaluations > MOST_RATES and part[-1] < times[-1]:
-            return _joined(found), f"up to t = {part[-1]:.4g} s alone, for what more would cost"
+            return _joined(found), _dear(part[-1])
     return _joined(found), ""
+
+
+class TooDear(Exception):
+    """One part of the motion takes more rates than the whole may."""
+
+
+def _affordable(blocks: Iterator[Block]) -> Iterator[Block]:
+    """The blocks, until they have taken ten times what all parts may, as a spin of 1e9 rad/s does."""
+    for block in blocks:
+        if block.steps.evaluations > 10 * MOST_RATES:
+            raise TooDear
+        yield block
+
+
+def _dear(reached: float) -> str:
+    return f"up to t = {reached:.4g} s alone, for what more would cost"
 
 
 def _joined(parts: Sequence[Motion]) -> Motion:

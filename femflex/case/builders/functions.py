@@ -7,6 +7,8 @@ Polynomials hold these shapes themselves, from the fourth on.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from femflex.case.body import AnalyticTable
 from femflex.case.builders.acting import load_directions, spins
 from femflex.case.case import Case
@@ -23,16 +25,29 @@ def functions_of(case: Case, name: str, table: AnalyticTable, modes: int | None)
     counts = {key: getattr(f, key) for key in ("y", "z", "axial", "torsion")}
     if modes is not None:
         counts = {key: modes if count else 0 for key, count in counts.items()}
-    static, note = f.static, ""
+    static, tip, notes = f.static, False, []
+    ends = f.joints or [] if (f.family, f.ends) == ("characteristic", "clamped-free") else []
+    if ends:
+        static, tip = static or "root" in ends, "tip" in ends
+        more = int(tip) + int("root" in ends and not f.static)
+        counts = {key: n and n + more * (STATIC if key in "yz" else 1) for key, n in counts.items()}
+        notes.append(_joined(counts, ends, more, "root" in ends and _is_spun(case, table)))
     if (table.strain or "linear") != "linear" and (f.y or f.z):
         spun = _spun(case, f)
-        if spun and _can_be_static(f):
+        if spun and _can_be_static(f) and not static:
             counts = {key: n and n + (STATIC if key in "yz" else 1) for key, n in counts.items()}
-            static, note = True, _added(counts)
+            static = True
+            notes.append(_added(counts))
         elif spun and f.family == "polynomial":
-            note = _few(min(n for key, n in counts.items() if key in "yz" and n))
-        note = "; ".join(filter(None, (note, _missing(case, name, f))))
-    return BeamFunctions(**counts, family=f.family, ends=f.ends, static=static), note
+            notes.append(_few(min(n for key, n in counts.items() if key in "yz" and n)))
+        notes.append(_missing(case, name, f))
+    functions = BeamFunctions(**counts, family=f.family, ends=f.ends, static=static, tip=tip)
+    return functions, "; ".join(filter(None, notes))
+
+
+def _is_spun(case: Case, table: AnalyticTable) -> bool:
+    """Whether static shapes of a spin are wanted."""
+    return (table.strain or "linear") != "linear" and _spun(case, table.functions)
 
 
 def _spun(case: Case, f: FunctionsTable) -> bool:
@@ -51,6 +66,13 @@ def _added(counts: dict[str, int]) -> str:
         f"{n} static shapes of what acts on it (its spin) beside its functions (spin = false in its functions would "
         "leave them out)"
     )
+
+
+def _joined(counts: dict[str, int], ends: Sequence[str], more: int, spun: bool) -> str:
+    """What is said of the static shapes of joints; spun: those of the root are those of its spin too."""
+    n = more * sum((STATIC if key in "yz" else 1) for key, count in counts.items() if count)
+    cause = f"{'what acts on it (its spin) and of ' * spun}its joints ({', '.join(ends)})"
+    return f"{n} static shapes of {cause} beside its functions (joints = [] in its functions would leave them out)"
 
 
 def _few(n: int) -> str:

@@ -10,9 +10,13 @@ import numpy as np
 
 from femflex.body import FlexibleBody
 from femflex.case.body import FlexibleTable
+from femflex.case.builders.structure import support_of
 from femflex.case.case import Case
-from femflex.case.reduction import DIRECTIONS, CantileverTable
+from femflex.case.reduction import CantileverTable
+from femflex.case.support import DIRECTIONS
 from femflex.warning import PhysicsWarning
+
+DUST = 1e-9  # of a marker's largest motion in the shapes, below which a component of it is rounding
 
 
 def warn_of_bodies_held_elsewhere(case: Case, bodies: Mapping[str, FlexibleBody]) -> None:
@@ -61,8 +65,12 @@ def warn_of_supports_carried_along(case: Case, bodies: Mapping[str, FlexibleBody
         marker = body.markers.get(joint.child_marker)
         if not clamp.get(group) or not others or marker is None:
             continue
-        moved = np.abs(np.vstack([marker.phi, marker.psi])).max(axis=1, initial=0.0)
-        free = [d for d, m in zip(DIRECTIONS, moved, strict=True) if d not in clamp[group] and m > 0.0]
+        support = support_of(clamp[group])
+        axes = np.asarray(support.axes)
+        rows = np.vstack([axes @ marker.phi, axes @ marker.psi])
+        size = np.repeat([np.abs(part).max(initial=0.0) for part in (marker.phi, marker.psi)], 3)
+        moves = np.abs(rows).max(axis=1, initial=0.0) > DUST * size
+        free = [d for d, moved in zip(DIRECTIONS, moves, strict=True) if d not in support.components and moved]
         if free:
             supports, to = ", ".join(map(repr, others)), joint.parent or "the base frame"
             warnings.warn(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.case.case import Case
+from femflex.case.columns import csv_rows, finite
 from femflex.case.load import LoadTable
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.units import UnitError, to_si
@@ -52,10 +52,7 @@ def read_load_table(path: Path) -> tuple[Array, Array, Array]:
 
     Raises ValueError naming the line and column of what cannot be read.
     """
-    with open(path, newline="", encoding="utf-8") as file:
-        rows = [
-            (k, row) for k, row in enumerate(csv.reader(file), start=1) if row and not row[0].lstrip().startswith("#")
-        ]
+    rows = csv_rows(path)
     if not rows:
         raise ValueError(f"{path.name} is empty; its first line names the columns, such as time [s],tz [N m]")
     names, factors = _head(rows[0][1], path.name)
@@ -100,13 +97,4 @@ def _row(cells: list[str], names: list[str], line: int, file: str) -> list[float
         raise ValueError(
             f"line {line} of {file} has {count(len(cells), 'entry', 'entries')}; its head names {len(names)} columns"
         )
-    out = []
-    for cell, name in zip(cells, names, strict=True):
-        try:
-            number = float(cell)
-        except ValueError:
-            raise ValueError(f"line {line} of {file} has {cell.strip()!r} for {name}; expected a number") from None
-        if not np.isfinite(number):
-            raise ValueError(f"line {line} of {file} has {cell.strip()} for {name}; numbers must be finite")
-        out.append(number)
-    return out
+    return [finite(cell, name, line, file) for cell, name in zip(cells, names, strict=True)]

@@ -7,6 +7,7 @@ from typing import Any
 
 from femflex.case import section as tables
 from femflex.case.base import Table
+from femflex.case.problems import near
 from femflex.fem.sections import Box, Circle, GivenSection, ISection, Rectangle, StiffnessSection, Tube
 from femflex.fem.sections.laminates import Lamina, PlateSection, Ply, layup
 from femflex.fem.sections.materials import Material
@@ -61,6 +62,11 @@ def _plate(
 
 
 def _ply(table: tables.PlyTable, materials: Mapping[str, tables.Material]) -> Ply:
+    if table.material not in materials:
+        raise ValueError(
+            f"found material = {table.material!r} of a layer, which is not in [materials]; "
+            f"{near(table.material, materials)}"
+        )
     return Ply(_lamina(build_material(materials[table.material])), table.thickness, table.angle)
 
 

@@ -9,11 +9,13 @@ from dataclasses import replace
 from femflex.body import FlexibleBody
 from femflex.case.builders.body import build_part
 from femflex.case.builders.choice import undecided, with_strains
+from femflex.case.builders.joint_shapes import open_joints
+from femflex.case.builders.shared import shared_structures
 from femflex.case.builders.system import decided_system
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem
 from femflex.system import Segments
-from femflex.warning import PhysicsWarning
+from femflex.warning import PhysicsWarning, TruncationWarning
 
 
 def build_body(case: Case, name: str, modes: int | None = None) -> FlexibleBody:
@@ -30,9 +32,13 @@ def build_each(case: Case, names: Iterable[str], modes: int | None = None) -> di
     What a body says of its strain is taken; for what it does not say the whole system is built, and looked at. Where
     that cannot be built the body is linear, and its note says so. Raises CaseError with what is wrong with a body.
     """
-    names = list(names)
-    silent = set(undecided(case)) & set(names)
-    decided, notes = _decided(case) if silent else (case, {})
+    with shared_structures():
+        return _each(case, list(names), modes)
+
+
+def _each(case: Case, names: list[str], modes: int | None) -> dict[str, FlexibleBody]:
+    silent = {*undecided(case), *open_joints(case)} & set(names)
+    decided, notes = _decided(case, warning=True) if silent else (case, {})
     found = {}
     for name in names:
         part = build_part(decided, name, modes)
@@ -42,7 +48,7 @@ def build_each(case: Case, names: Iterable[str], modes: int | None = None) -> di
                 "segments, in a copy of the case, to see the whole"
             )
             raise CaseError(case.path.name, [Problem(f"bodies.{name}", text)])
-        found[name] = replace(part, note=notes[name]) if name in silent else part
+        found[name] = replace(part, note=notes[name]) if name in notes else part
     return found
 
 
@@ -56,19 +62,27 @@ def with_own_strain(case: Case) -> Case:
 
 def with_strain_notes(case: Case) -> tuple[Case, dict[str, str]]:
     """The same, and why each of these bodies has that strain."""
-    return _decided(case) if undecided(case) else (case, {})
+    return _decided(case) if undecided(case) or open_joints(case) else (case, {})
 
 
-def _decided(case: Case) -> tuple[Case, dict[str, str]]:
-    """The case with strains written out, and the notes on them by body."""
+def _decided(case: Case, warning: bool = False) -> tuple[Case, dict[str, str]]:
+    """The case with strains and static shapes written out, and the notes on its bodies.
+
+    warning: warn of sets that are too small for the craft's frequencies.
+    """
     names = undecided(case)
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(record=True) as given:
             warnings.simplefilter("ignore", PhysicsWarning)  # told where the bodies are built
-            decided, system = decided_system(case)
+            warnings.simplefilter("always", TruncationWarning)
+            decided, system = decided_system(case, warning=False)
     except CaseError as error:
         first = error.problems[0]
         note = f"strain is linear: its system cannot be built to see what it calls for ({first.where}: {first.text})"
         return case, dict.fromkeys(names, note)
+    for one in given:
+        if warning and one.category is TruncationWarning:
+            warnings.warn(str(one.message), TruncationWarning, stacklevel=4)
     forms = {name: system.bodies[name].strain_form for name in names}
-    return with_strains(decided, forms), {name: system.bodies[name].note for name in names}
+    silent = {*names, *open_joints(case)}
+    return with_strains(decided, forms), {name: system.bodies[name].note for name in silent}

@@ -11,6 +11,7 @@ import numpy as np
 from femflex.case.body import FlexibleTable, MemberTable
 from femflex.case.builders.acting import Acting
 from femflex.case.builders.sections import build_material, build_section
+from femflex.case.builders.shared import shared
 from femflex.case.builders.sheet import with_own_bends
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem, near
@@ -22,15 +23,18 @@ from femflex.case.reduction import (
     NodalTable,
     Stretchable,
 )
+from femflex.case.support import DIRECTIONS, SkewSupport
 from femflex.fem import FAMILIES, Member, PointMass, Structure, build_structure
 from femflex.fem.option import OPTIONS as FAMILY_OPTIONS
 from femflex.fem.sections.laminates import Lamina
+from femflex.fem.support import Support, antisymmetry, symmetry
 from femflex.mesh import Mesh, read_mesh
 from femflex.reduction import (
     ModeSet,
     cantilever_modes,
     craig_bampton,
     free_free_modes,
+    load_vectors,
     lumped,
     nodal,
     nodal_translations,
@@ -66,6 +70,21 @@ def build_mesh(case: Case, name: str, table: FlexibleTable, refine: int = 0) -> 
     return mesh.refined(times) if times else mesh
 
 
+def structure_of(case: Case, name: str, table: FlexibleTable, refine: int = 0) -> Structure:
+    """The Structure of a body on its own mesh, refined `refine` times more: one where `shared_structures` has it."""
+    made = shared()
+    if made is None:
+        return build_structure_of(case, name, table, build_mesh(case, name, table, refine))
+    said = {"mesh", "mesh_unit", "groups", "refine", "members", "point_masses", "markers"}
+    parts = [table.model_dump_json(include=said), *case.materials.items(), *case.sections.items()]
+    key = f"{case.path} {refine} {_far(table)} {supports_of(getattr(table.reduction, 'clamp', {}))} {parts}"
+    new = key not in made.structures
+    found = made.structure(key, lambda: build_structure_of(case, name, table, build_mesh(case, name, table, refine)))
+    if not new and (problems := list(mesh_problems(name, table, found.mesh))):
+        raise CaseError(case.path.name, problems)
+    return found
+
+
 def group_problems(name: str, table: FlexibleTable, folder: Path) -> list[Problem]:
     """What the body asks of its mesh and the mesh does not have, or why the mesh cannot be read."""
     try:
@@ -82,14 +101,19 @@ def _file_mesh(folder: Path, table: FlexibleTable) -> Mesh:
 
 
 def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) -> Structure:
-    """The Structure of a body's members and point masses on its mesh."""
-    return build_structure(mesh, members_of(case, name, table), point_masses_of(table))
+    """The Structure of a body's members and point masses on its mesh, its dofs laid along the axes of its clamps."""
+    supports = supports_of(getattr(table.reduction, "clamp", {}))
+    return build_structure(mesh, members_of(case, name, table), point_masses_of(table), supports)
 
 
 def members_of(case: Case, name: str, table: FlexibleTable) -> list[Member]:
     """The members of a body; those of a whole one with nonlinear strain are to bend far, where they do not say."""
-    far = {"far_bends": True} if table.strain == "nonlinear" and table.cut is None else {}
-    return [_member(case, name, member, far) for member in table.members]
+    return [_member(case, name, member, _far(table)) for member in table.members]
+
+
+def _far(table: FlexibleTable) -> dict[str, bool]:
+    """Options that members of a body have where they do not say otherwise."""
+    return {"far_bends": True} if table.strain == "nonlinear" and table.cut is None else {}
 
 
 def point_masses_of(table: FlexibleTable) -> list[PointMass]:
@@ -159,23 +183,42 @@ def _vibrating(structure: Structure, r: Stretchable, modes: int | None, acting: 
     """The set of a reduction that keeps a number of modes, before its derivatives."""
     assert isinstance(r, CantileverTable | FreeFreeTable | CraigBamptonTable)
     n = r.modes if modes is None else modes
+    clamp = {} if isinstance(r, FreeFreeTable) else r.clamp
     if isinstance(r, FreeFreeTable):
-        return free_free_modes(structure, n)
-    clamp = clamp_of(r.clamp)
-    if isinstance(r, CraigBamptonTable):
-        return craig_bampton(structure, r.interfaces, n, clamp, r.interface)
-    found = cantilever_modes(structure, clamp, n)
-    slow = slow_loads(structure, found, acting.base, acting.loads) if acting else None
-    if r.attachment or r.loads or (slow is not None and slow.size):
-        return with_attachment(structure, found, r.attachment, r.loads, slow)
-    return found
+        found = free_free_modes(structure, n)
+    elif isinstance(r, CraigBamptonTable):
+        found = craig_bampton(structure, r.interfaces, n, clamp_of(clamp), r.interface)
+    else:
+        found = cantilever_modes(structure, clamp_of(clamp), n)
+    F = np.zeros((structure.n_dof, 0))
+    if acting:
+        linear = acting.least > 0.0
+        F = slow_loads(structure, found, acting.base, acting.loads, least=acting.least, linear=linear)
+    if r.joints:
+        roots = [way for group, ways in r.joints.items() if group in clamp for way in ways]
+        seats = {group: ways for group, ways in r.joints.items() if group not in clamp}
+        F = np.column_stack([F, load_vectors(structure, roots, seats)])
+    attachment, loads = getattr(r, "attachment", []), getattr(r, "loads", {})
+    return with_attachment(structure, found, attachment, loads, F) if attachment or loads or F.size else found
 
 
-def clamp_of(groups: dict[str, tuple[str, ...]]) -> list[str] | dict[str, tuple[str, ...]]:
-    """Group names where all components are held, else group -> components."""
-    if not any(groups.values()):
-        return list(groups)
-    return {group: components or ("x", "y", "z", "rx", "ry", "rz") for group, components in groups.items()}
+def clamp_of(groups: Mapping[str, tuple[str, ...] | SkewSupport]) -> list[str] | dict[str, Support]:
+    """Group names where all components are held, else group -> support."""
+    return supports_of(groups) if any(groups.values()) else list(groups)
+
+
+def supports_of(groups: Mapping[str, tuple[str, ...] | SkewSupport]) -> dict[str, Support]:
+    """Group -> support of a clamp."""
+    return {group: support_of(value) for group, value in groups.items()}
+
+
+def support_of(value: tuple[str, ...] | SkewSupport) -> Support:
+    """The support of a group in a clamp; an empty tuple of components holds all six."""
+    if not isinstance(value, SkewSupport):
+        return Support(value or DIRECTIONS)
+    if value.kind == "axes":
+        return Support(value.components, value.vectors)
+    return (symmetry if value.kind == "symmetry" else antisymmetry)(value.vectors[0])
 
 
 def _member(case: Case, name: str, table: MemberTable, left_out: Mapping[str, object]) -> Member:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -15,10 +16,20 @@ from femflex.case.builders.choice import choices, undecided, with_strains
 from femflex.case.builders.closed import build_constraint, build_loops, build_spring
 from femflex.case.builders.foresight import Carried, ahead, foreseen
 from femflex.case.builders.initial import initial_shape
+from femflex.case.builders.joint_shapes import (
+    RicherCraft,
+    has_joint_shapes,
+    open_joints,
+    richer_craft,
+    warn_of_truncation,
+    with_joint_shapes,
+    with_lacks,
+)
 from femflex.case.builders.joints import build_joints, root_joint
 from femflex.case.builders.loads import build_loads
 from femflex.case.builders.near_buckling import is_judged, nearest, warn_of_buckling, with_doubts
 from femflex.case.builders.references import channel_problems, duration_of, motion_problems, size_problems
+from femflex.case.builders.shared import shared_structures
 from femflex.case.builders.snapping import responding
 from femflex.case.builders.spun import spun_up, with_spin_shapes
 from femflex.case.builders.start import placed
@@ -27,6 +38,7 @@ from femflex.case.case import Case
 from femflex.case.orbit import OrbitTable
 from femflex.case.problems import CaseError, Problem
 from femflex.system import Environment, Frame, Load, Orbit, Part, Sight, System, assembled
+from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
 
@@ -40,14 +52,62 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
     return decided_system(case, bodies)[1]
 
 
-def decided_system(case: Case, bodies: Mapping[str, Part] | None = None) -> tuple[Case, System]:
-    """The System of `build_system`, and the case with the strain and the responses of its bodies written out."""
-    names = undecided(case) if bodies is None else []
+def decided_system(
+    case: Case, bodies: Mapping[str, Part] | None = None, *, warning: bool = True
+) -> tuple[Case, System]:
+    """The System of `build_system`, and the case with the strain and the responses of its bodies written out.
+
+    warning: warn of bodies that come near to buckling, too; without it these are only sought where strain is chosen.
+    """
+    with shared_structures():
+        return _decided_system(case, bodies, warning)
+
+
+def _decided_system(case: Case, bodies: Mapping[str, Part] | None, warning: bool) -> tuple[Case, System]:
+    if bodies is not None:
+        return _said(case, _bodies_and_loads(case, bodies)[0], False, warning)
+    case, parts, richer = _joined(case)
+    names = undecided(case)
     if not names:
-        return _said(case, bodies)
-    linear = with_strains(case, dict.fromkeys(names, "linear"))
+        case, system = _said(case, parts, True, warning)
+    else:
+        case, system = _chosen(case, parts, names)
+    warn_of_truncation(case, system, richer)
+    return case, _light(with_lacks(case, system, richer))
+
+
+def with_own_joints(case: Case) -> Case:
+    """The case with the static shapes of joints written out that its bodies get in its system.
+
+    Raises CaseError where that cannot be built.
+    """
+    if not open_joints(case):
+        return case
+    with shared_structures():
+        return _joined(case)[0]
+
+
+def _joined(case: Case) -> tuple[Case, dict[str, Part], RicherCraft]:
+    """The case with the static shapes of joints written out, its bodies, and its craft in richer sets.
+
+    Bodies that do not say their strain are linear.
+    """
+    linear = with_strains(case, dict.fromkeys(undecided(case), "linear"))
     parts = _bodies_and_loads(linear, None)[0]
-    system = system_of(linear, parts)
+    richer = richer_craft(system_of(linear.model_copy(update={"initial": None}), parts))
+    open_, case = open_joints(case), with_joint_shapes(case, richer)
+    changed = {name: case.bodies[name] for name in open_ if has_joint_shapes(case.bodies[name])}
+    if changed:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", PhysicsWarning)  # given when the bodies were built first
+            asked = case.model_copy(update={"bodies": changed})
+            parts |= build_bodies(with_strains(asked, dict.fromkeys(undecided(asked), "linear")))
+    return case, parts, richer
+
+
+def _chosen(case: Case, parts: dict[str, Part], names: list[str]) -> tuple[Case, System]:
+    """The case with the strain of these bodies chosen, and its system."""
+    system = system_of(with_strains(case, dict.fromkeys(names, "linear")), parts)
     view = foreseen(system, duration_of(case, system))
     near = nearest(view.rigid, system)
     case, spinning = _spun(case, system, view.rigid)
@@ -67,19 +127,23 @@ def decided_system(case: Case, bodies: Mapping[str, Part] | None = None) -> tupl
         found[name] = noted.setdefault((id(body), note), replace(body, note=note))
     system = with_doubts(replace(system, bodies=found), view.rigid, view.short)
     warn_of_buckling(system, near)
-    return case, _light(system)
+    return case, system
 
 
-def _said(case: Case, bodies: Mapping[str, Part] | None) -> tuple[Case, System]:
-    """The case and its system with these bodies, or with its own, all of which say their strain."""
-    parts = _bodies_and_loads(case, bodies)[0]
+def _said(case: Case, parts: dict[str, Part], own: bool, warning: bool) -> tuple[Case, System]:
+    """The case and its system with these bodies, all of which say their strain; own: they are the case's.
+
+    warning: warn of those that come near to buckling.
+    """
     system = system_of(case, parts)
     rigid, why = ahead(system, duration_of(case, system)) if is_judged(system) else (None, "")
-    if bodies is None:
+    if own:
         case, spinning = _spun(case, system, rigid)
         system = system_of(case, parts | spinning) if spinning else system
-    warn_of_buckling(system, nearest(rigid, system))
-    return case, _light(with_doubts(system, rigid, why))
+    if warning:
+        warn_of_buckling(system, nearest(rigid, system))
+    system = with_doubts(system, rigid, why)
+    return case, system if own else _light(system)
 
 
 def _spun(case: Case, system: System, rigid: Carried | None) -> tuple[Case, dict[str, Part]]:
@@ -96,7 +160,10 @@ def _spun(case: Case, system: System, rigid: Carried | None) -> tuple[Case, dict
 
 def _light(system: System) -> System:
     """The system without the structures by which its bodies were judged."""
-    light = {id(body): replace(body, buckling=None, softening=None, hardening=None) for body in system.bodies.values()}
+    light = {
+        id(body): replace(body, buckling=None, softening=None, hardening=None, enrichment=None)
+        for body in system.bodies.values()
+    }
     return replace(system, bodies={name: light[id(body)] for name, body in system.bodies.items()})
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numba
 
+from femflex.kernel_cache import stored
 from femflex.kernel_linking import KernelCompiler, PartCompiler
 
 njit: Any = numba.njit  # numba's own annotations do not cover all of it
@@ -26,5 +27,5 @@ inner = njit(  # a part
 
 
 def kernel(signature: Any) -> Any:
-    """Decorator of a kernel: compiled for this one signature and kept on disk."""
-    return njit(signature, error_model="numpy", cache=True, pipeline_class=KernelCompiler)
+    """Decorator of a kernel: compiled for this one signature and stored on disk."""
+    return stored(signature, error_model="numpy", pipeline_class=KernelCompiler)

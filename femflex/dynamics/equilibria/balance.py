@@ -38,7 +38,11 @@ ROUNDS = 8  # of bringing that to rest, each with its stiffness before the step
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """Where Newton's method came to at a share of the outer forces, and what is left over along which coordinate."""
+    """Where Newton's method came to at a share of the outer forces, and what is left over along which coordinate.
+
+    neutral     names of the coordinates that nothing resists
+    directions  (n_u, len(neutral)) increments along which nothing does
+    """
 
     q: Array
     balanced: bool
@@ -46,11 +50,29 @@ class Balance:
     residual: float
     worst: int
     neutral: tuple[str, ...]
+    directions: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """A step of Newton's method, in usual sizes of the coordinates.
+
+    move        (n_u,)
+    neutral     names of the coordinates along which the neutral directions lead most
+    directions  (n_u, len(neutral)) along which nothing resists
+    stiffest    largest stiffness of the coordinates that have none of their own [J]
+    """
+
+    move: Array
+    neutral: tuple[str, ...]
+    directions: Array
+    stiffest: float
 
 
 def balance(problem: Steady, q: Array, share: float) -> Balance:
     """Newton's method with shortened steps from the coordinates q (n_q,), under a share of the outer forces."""
-    neutral: tuple[str, ...] = ()
+    none = np.zeros((len(problem.sizes), 0))
+    step = Step(np.zeros(len(problem.sizes)), (), none, 0.0)
     residual, worst, balanced = np.inf, 0, False
     least = FADED * max(problem.largest(q, share), share * problem.energy_of_spin)
     for k in range(TRIES):
@@ -60,24 +82,24 @@ def balance(problem: Steady, q: Array, share: float) -> Balance:
         size = max(problem.largest(q, share), least, float(np.abs(lambdas @ A).max(initial=0.0)))
         K = problem.stiffness(q, share, lambdas)
         try:
-            move, neutral, held = newton_step(problem, K, g, size, A)
+            step = newton_step(problem, K, g, size, A)
         except np.linalg.LinAlgError:
             break
-        residual = _ratio(g, max(size, held))
-        longest = float(np.abs(move).max(initial=0.0))
+        residual, directions = _ratio(g, max(size, step.stiffest)), problem.sizes[:, None] * step.directions
+        longest = float(np.abs(step.move).max(initial=0.0))
         balanced = residual <= BALANCED
         if balanced and longest <= SETTLED:
-            return Balance(q, True, k, residual, worst, neutral)
+            return Balance(q, True, k, residual, worst, step.neutral, directions)
 
         def merit(left: Array, K: Array = K, size: float = size, A: Array = A) -> float:
             # bending and closing loops stretch stiff shapes a little: large forces, which the next step takes away
-            return float(np.linalg.norm(newton_step(problem, K, left, size, A)[0]))
+            return float(np.linalg.norm(newton_step(problem, K, left, size, A).move))
 
-        move = move * min(1.0, LONGEST / max(longest, 1e-300))
+        move = step.move * min(1.0, LONGEST / max(longest, 1e-300))
         q, moved = _along(problem, q, move, share, merit, stiff_answers(problem, q, share, A, K))
         if not moved:  # the forces are at their rounding, or do not fall at all
-            return Balance(q, balanced, k + 1, residual, worst, neutral)
-    return Balance(q, False, TRIES, residual, worst, neutral)
+            return Balance(q, balanced, k + 1, residual, worst, step.neutral, directions)
+    return Balance(q, False, TRIES, residual, worst, step.neutral, problem.sizes[:, None] * step.directions)
 
 
 def unbalanced(problem: Steady, q: Array, share: float, A: Array) -> tuple[Array, Array]:
@@ -88,12 +110,8 @@ def unbalanced(problem: Steady, q: Array, share: float, A: Array) -> tuple[Array
     return g - lambdas @ A, lambdas
 
 
-def newton_step(problem: Steady, K: Array, g: Array, size: float, A: Array) -> tuple[Array, tuple[str, ...], float]:
-    """The step (n_u,) in usual sizes that balances g, least along neutral directions; A (n_rows, n_u) of the loops.
-
-    With it the names of the coordinates along which these lead most, and the largest stiffness of the others that have
-    none of their own [J].
-    """
+def newton_step(problem: Steady, K: Array, g: Array, size: float, A: Array) -> Step:
+    """The step that balances g (n_u,), least along neutral directions; A (n_rows, n_u) of the loops."""
     E, R = problem.directions(A)
     relaxed = np.linalg.solve(E.T @ K @ E, np.column_stack([E.T @ K @ R, E.T @ g]))
     S = R.T @ K @ R - R.T @ K @ E @ relaxed[:, :-1]
@@ -107,7 +125,8 @@ def newton_step(problem: Steady, K: Array, g: Array, size: float, A: Array) -> t
         raise np.linalg.LinAlgError("the step is not finite")
     names = [name.removesuffix("_rate") for name, _ in problem.full.system.velocity_names()]
     neutral = tuple(names[int(np.argmax(np.abs(R @ row)))] for row in Vt[~kept])
-    return move, neutral, float(sigma[kept].max(initial=0.0))
+    directions = (R - E @ relaxed[:, :-1]) @ Vt[~kept].T
+    return Step(move, neutral, directions, float(sigma[kept].max(initial=0.0)))
 
 
 def stiff_answers(problem: Steady, q: Array, share: float, A: Array, K: Array) -> Array:

@@ -9,16 +9,17 @@ remain along them.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.equilibria.balance import BALANCED, Balance, balance
+from femflex.dynamics.equilibria.frequency import damped
 from femflex.dynamics.equilibria.leaving import LEVEL, below
-from femflex.dynamics.equilibria.linearised import linearised
+from femflex.dynamics.equilibria.small_motions import SmallMotions, growth_threshold, small_motions
 from femflex.dynamics.equilibria.steady import Steady, steady
-from femflex.dynamics.equilibria.vibration import GROWING
-from femflex.dynamics.model import Model
+from femflex.dynamics.model import Model, compile_system
 from femflex.system import System
 
 Array = NDArray[np.float64]
@@ -40,7 +41,8 @@ class Equilibrium:
     residual     largest force left, over the largest of elastic and outer forces (times usual sizes of the motions)
     iterations   of Newton's method, all shares together
     neutral      coordinates that nothing resists, each with those it goes along with
-    eigenvalues  of small motions about x, damping left out [1/s]; empty when not found
+    directions   (n_u, len(neutral)) increments along which nothing resists
+    moving       the system at rest with its damping
     left         the unstable equilibrium that was left for this one, None where there was none
     """
 
@@ -50,7 +52,8 @@ class Equilibrium:
     residual: float
     iterations: int
     neutral: tuple[str, ...]
-    eigenvalues: NDArray[np.complex128]
+    directions: Array
+    moving: System
     left: Equilibrium | None = None
 
     @property
@@ -64,32 +67,50 @@ class Equilibrium:
         tied = self.model.constraints
         return 0.0 if tied is None else float(np.abs(tied.residuals(0.0, self.x)[0]).max())
 
+    @cached_property
+    def motions(self) -> SmallMotions:
+        """The small motions about the equilibrium, with damping."""
+        model = compile_system(self.moving) if damped(self.moving) else self.model
+        return small_motions(model, self.x, self.directions)
+
+    @property
+    def eigenvalues(self) -> NDArray[np.complex128]:
+        """Of the small motions with damping [1/s], drift and neutral ones apart; empty when none was found."""
+        return self.motions.spectrum if self.share == 1.0 else np.zeros(0, complex)
+
     @property
     def growth(self) -> float:
-        """Largest real part of the eigenvalues [1/s], of those that are not neutral."""
-        return float(self._moving().real.max(initial=0.0))
+        """Largest real part of the eigenvalues [1/s]."""
+        return float(self.eigenvalues.real.max(initial=0.0))
+
+    @property
+    def growth_threshold(self) -> float:
+        """Real part [1/s] above which the fastest growing motion, or else the slowest of all, counts as growing."""
+        values = self.eigenvalues
+        if not len(values):
+            return 0.0
+        return float(self._thresholds[int(np.argmax(values.real))])
 
     @property
     def stable(self) -> bool:
         """Whether no small motion grows; beside an equilibrium that was left, some much slower growth is none."""
-        moving = self._moving()
-        least = self._level
-        return not bool((moving.real > np.maximum(GROWING * np.abs(moving), least)).any())
+        return not bool((self.eigenvalues.real > self._thresholds).any())
 
     @property
     def verdict(self) -> str:
         """Stability in words, with the number behind it."""
-        if not len(self.eigenvalues):
-            return "not known" if self.share < 1.0 else "nothing is free to move"
-        moving = self._moving()
+        values = self.eigenvalues
+        if self.share < 1.0:
+            return "not known"
+        held = f", neutral along {', '.join(self.neutral)}" if self.neutral else ""
+        if not len(values):
+            return f"stable: no small motion grows{held}" if held else "nothing is free to move"
         if not self.stable:
-            fastest = moving[np.argmax(moving.real)]
+            fastest = values[np.argmax(values.real - self._thresholds)]
             how = "monotonously" if abs(fastest.imag) < abs(fastest.real) * 1e-3 else "in swings"
             return f"unstable: a small motion grows {how} by a factor e in {1.0 / fastest.real:.4g} s"
-        least = self._level
-        slowest = np.abs(moving.imag)[np.abs(moving.imag) > least].min(initial=np.inf)
+        slowest = np.abs(values.imag)[np.abs(values.imag) > self._level].min(initial=np.inf)
         told = f"; its slowest vibration has {slowest / (2 * np.pi):.6g} Hz" if np.isfinite(slowest) else ""
-        held = f", neutral along {', '.join(self.neutral)}" if self.neutral else ""
         return f"stable: no small motion grows{told}{held}"
 
     @property
@@ -97,8 +118,12 @@ class Equilibrium:
         """Rate below which motion is taken for none [1/s]."""
         return LEVEL * self.left.growth if self.left is not None else 0.0
 
-    def _moving(self) -> NDArray[np.complex128]:
-        return self.eigenvalues[2 * len(self.neutral) :]
+    @property
+    def _thresholds(self) -> Array:
+        """Real part above which each of the eigenvalues grows [1/s]."""
+        values = self.eigenvalues
+        rate = self.motions.rate if len(values) else 0.0
+        return np.maximum(growth_threshold(values, rate), self._level)
 
 
 class EquilibriumError(RuntimeError):
@@ -110,7 +135,7 @@ class EquilibriumError(RuntimeError):
 
 
 def equilibrium(system: System, at: float | None = None, stable: bool = False) -> Equilibrium:
-    """The equilibrium nearest to the system's initial coordinates: at rest in its base frame, damping ignored.
+    """The equilibrium nearest to the system's initial coordinates: at rest in its base frame.
 
     On the ground, in a uniformly spinning frame, or in the orbital frame of a circular orbit; loads are constant, or
     those at the time `at` [s]. stable: an unstable one is left along the motion that grows, for one that is stable
@@ -175,7 +200,8 @@ def _told(problem: Steady, found: Balance, count: int, left: Equilibrium | None 
         residual=found.residual,
         iterations=count,
         neutral=found.neutral,
-        eigenvalues=linearised(model, 0.0, x).eigenvalues(),
+        directions=found.directions,
+        moving=problem.damped,
         left=left,
     )
 
@@ -190,7 +216,8 @@ def _failed(problem: Steady, q: Array, share: float, count: int, tried: Balance)
         residual=tried.residual,
         iterations=count,
         neutral=tried.neutral,
-        eigenvalues=np.zeros(0, complex),
+        directions=tried.directions,
+        moving=problem.damped,
     )
     along = f"; nothing resists {', '.join(tried.neutral)}" if tried.neutral else ""
     return EquilibriumError(

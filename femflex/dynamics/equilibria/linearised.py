@@ -17,6 +17,7 @@ from femflex.body import FlexibleBody
 from femflex.dynamics.equilibria.closed_motion import carried, independent, refuse_rolling, slack_of_loops
 from femflex.dynamics.lowering.layout import BALL_NONE, body_records
 from femflex.dynamics.model import Model
+from femflex.system import System
 
 Array = NDArray[np.float64]
 
@@ -177,7 +178,8 @@ def usual_sizes(model: Model) -> Array:
             turn = max(float(np.linalg.norm(marker.psi[:, k])) for marker in body.markers.values())
             if body.skin is not None and len(body.skin.points):
                 reach = max(reach, float(np.linalg.norm(body.skin.shapes[k], axis=1).max()) / spans[name])
-            sizes[int(record["ue"]) + k] = 1.0 / max(reach, turn, 1e-300)
+            still = 1.0 / (spans[name] * np.sqrt(body.moments.mass))  # a shape that moves no marker, of a body undrawn
+            sizes[int(record["ue"]) + k] = 1.0 / (max(reach, turn) or still)
     return sizes
 
 
@@ -187,3 +189,11 @@ def span_of(body: FlexibleBody) -> float:
     if body.skin is not None and len(body.skin.points):
         points = np.concatenate([points, body.skin.points])
     return float(np.linalg.norm(np.ptp(points, axis=0))) or 1.0
+
+
+def frame_rate(system: System) -> float:
+    """Rate of the base frame [rad/s]: of its spin, or of the orbit."""
+    frame, orbit = system.frame, system.orbit
+    if frame.kind == "spinning":
+        return float(np.linalg.norm(frame.rate))
+    return orbit.mean_motion if orbit is not None and frame.kind == "orbital" else 0.0

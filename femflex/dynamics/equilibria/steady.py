@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.equilibria.closed_motion import closing_directions, slack_of_loops
 from femflex.dynamics.equilibria.frozen import frozen, undamped
-from femflex.dynamics.equilibria.linearised import held_freedoms, linear_stiffness, stiffness, usual_sizes
+from femflex.dynamics.equilibria.linearised import frame_rate, held_freedoms, linear_stiffness, stiffness, usual_sizes
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model, compile_system
 from femflex.system import Environment, Frame, System
@@ -25,13 +25,15 @@ CHANGED = 1e-9  # relative change of the forces over time that is still rounding
 class Steady:
     """A system at rest in its base frame, its outer forces scaled by a share between 0 and 1.
 
-    full     the model under all its forces: loads, weight, centrifugal, gravity gradient
+    damped   the system at rest with its damping
+    full     the model under all its forces but damping: loads, weight, centrifugal, gravity gradient
     inner    the same bodies and joints without any: elastic and spring forces alone
     sizes    (n_u,) usual size of each coordinate; forces times sizes are energies [J]
     elastic  (n_u,) which coordinates have a stiffness of their own
     held     (n_u,) which are locked or specified, and so are not sought
     """
 
+    damped: System
     full: Model
     inner: Model
     sizes: Array
@@ -117,7 +119,8 @@ def steady(system: System, at: float | None = None) -> Steady:
     Raises ValueError with what changes over time there: loads, an eccentric orbit, forces of a frame that turns
     relative to the base frame.
     """
-    rest = undamped(frozen(system, at))
+    still = frozen(system, at)
+    rest = undamped(still)
     full = compile_system(rest)
     inner = compile_system(replace(rest, loads=(), orbit=None, frame=Frame(), environment=Environment()))
     elastic, held = np.zeros(full.n_u, bool), held_freedoms(full)
@@ -125,7 +128,7 @@ def steady(system: System, at: float | None = None) -> Steady:
         joint = system.joint_of(name)
         elastic[int(record["u"]) : int(record["u"]) + joint.n_u] = joint.stiffness > 0
         elastic[int(record["ue"]) : int(record["ue"]) + system.bodies[name].n_modes] = True
-    found = Steady(full, inner, usual_sizes(full), elastic, held)
+    found = Steady(still, full, inner, usual_sizes(full), elastic, held)
     _check_constant(found)
     return found
 
@@ -134,7 +137,9 @@ def _check_constant(found: Steady) -> None:
     """Raise ValueError when the forces at rest depend on time for a reason not named before."""
     x = np.concatenate([found.full.x0[: found.full.n_q], np.zeros(found.full.n_u)])
     now, later = (np.where(found.held, 0.0, found.full.bias(t, x)) * found.sizes for t in (0.0, 12345.678))
-    size = max(np.abs(part).max(initial=0.0) for part in (*found.forces(x[: found.full.n_q]), now))
+    inertia = float((np.diag(found.full.mass_matrix(0.0, x)) * found.sizes**2).max(initial=0.0))
+    turning = inertia * frame_rate(found.full.system) ** 2  # whose rounding is left where forces cancel
+    size = max(turning, *(np.abs(part).max(initial=0.0) for part in (*found.forces(x[: found.full.n_q]), now)))
     change = float(np.abs(later - now).max(initial=0.0))
     if change > CHANGED * size:
         raise ValueError(

@@ -13,6 +13,7 @@ from femflex.dynamics.lowering.lower import reported_markers
 from femflex.dynamics.reports import monitors
 from femflex.dynamics.reports import observe as seen
 from femflex.dynamics.reports.sights import sight_channels
+from femflex.dynamics.reports.static_stretch import stretching_markers
 from femflex.rotations import is_extrinsic, is_symmetric, letters_of
 from femflex.system import Channel, System
 from femflex.system.segments import marker_label
@@ -125,12 +126,16 @@ def channels_of(system: System) -> dict[str, Channel]:
             f"bodies/{name}/position": Channel("m", f"origin of {name}, undeformed, {where}", (3,), XYZ, "inertial"),
             f"bodies/{name}/attitude": Channel("1", f"Euler parameters of {name}, undeformed, C_NB", (4,), EULER),
         }
+    stretching = stretching_markers(system)
     for body, marker in reported_markers(system):
         label = marker_label(system.segments, body, marker)
+        shown = (
+            "elastic displacement, static stretch included," if (body, marker) in stretching else "elastic displacement"
+        )
         out |= {
             f"markers/{label}/position": Channel("m", f"position of {label} {where}", (3,), XYZ, "inertial"),
             f"markers/{label}/velocity": Channel("m/s", f"velocity of {label} {where}", (3,), XYZ, "inertial"),
-            f"markers/{label}/deflection": Channel("m", f"elastic displacement of {label}", (3,), XYZ, "body"),
+            f"markers/{label}/deflection": Channel("m", f"{shown} of {label}", (3,), XYZ, "body"),
         }
     out |= ball_channels(system) | lock_channels(system)
     for load in system.loads:

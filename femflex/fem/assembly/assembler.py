@@ -39,6 +39,7 @@ class Assembler:
         self._T = T.copy()
         self._T.eliminate_zeros()
         self._number = renumbering(self._T)
+        self._empty = np.diff(self._T.indptr) == 0  # raw dofs that nothing moves
         self._known: list[Connections] = []
         self._patterns: list[Pattern] = []
 
@@ -49,7 +50,8 @@ class Assembler:
         """
         n_raw, n_dof = self._T.shape
         direct, reduced = sparse.csr_array((n_dof, n_dof)), sparse.csr_array((n_raw, n_raw))
-        for part in parts:
+        for given in parts:
+            part = self._moved(given)
             renumbered = self._number[part.dofs]
             if (renumbered >= 0).all():
                 direct = _added(direct, self._sum(Part(renumbered, part.values), n_dof))
@@ -62,6 +64,14 @@ class Assembler:
             direct = direct.copy()  # its pattern may belong to another matrix too
             direct.eliminate_zeros()
         return direct
+
+    def _moved(self, part: Part) -> Part:
+        """The part without columns of dofs that nothing moves, such as rotation of a flat plate about its normal."""
+        still = self._empty[part.dofs].all(axis=0)
+        if part.dofs.ndim == 3 or not still.any():
+            return part
+        kept = np.flatnonzero(~still)
+        return Part(part.dofs[:, kept], lambda elements: part.values(elements)[:, kept[:, None], kept])
 
     def _sum(self, part: Part, n: int) -> sparse.csr_array:
         """Sparse sum (n, n) of the part's element matrices, indices sorted."""

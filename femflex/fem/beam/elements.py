@@ -25,9 +25,11 @@ Index = NDArray[np.int64]
 class BeamElements:
     """Geometry and dofs of a member's elements.
 
-    origin (e, 3), length (e,), frame (e, 3, 3) rows x, y, z; dofs (e, n_local); arc: arc length along the member
+    nodes (e, 2), origin (e, 3), length (e,), frame (e, 3, 3) rows x, y, z; dofs (e, n_local); arc: arc length along
+    the member
     """
 
+    nodes: Index
     origin: Array
     length: Array
     frame: Array

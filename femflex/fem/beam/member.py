@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.assembly.numbering import Numbering
+from femflex.fem.beam.corners import corner_nodes
 from femflex.fem.beam.elements import BeamElements, stations
 from femflex.fem.beam.shapes import NODAL, BeamOrder
 from femflex.fem.beam.skin import swept_outline
@@ -88,7 +89,8 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     blocks = _inertia(elements, member, 2 * highest + varying, options["rotary_inertia"])
     # u' is of the size of v'^2, so that its square is the highest power of it that matters
     degree = max(4 * (order.bending - 1), 2 * (order.axial - 1), 4 * (order.torsion - 1)) + varying
-    strain = beam_strain(elements, member, degree, options)
+    corners = np.isin(elements.nodes, corner_nodes(mesh, numbering.members))
+    strain = beam_strain(elements, member, degree, options, corners)
     axis = elements.places(stations(elements, member, degree)[0], np.zeros((*strain.weight.shape, 1, 3)))[:, :, 0]
     places = StrainPlaces("line", axis)
     return Contribution((blocks,), (strain,), partial(swept_outline, elements, member.section), (places,))
@@ -104,10 +106,23 @@ def _elements(mesh: Mesh, member: Member, numbering: Numbering, options: dict[st
         arc = ArcLength(np.zeros((len(nodes), 2)), np.ones(len(nodes)))
     order = BeamOrder(options["order"], options["axial_order"], options["torsion_order"])
     nodal = [numbering.translation(nodes.ravel()), numbering.rotation(nodes.ravel())]
-    n_bubbles = order.n_local - NODAL
-    bubbles = numbering.extra(len(nodes) * n_bubbles, np.repeat(nodes, n_bubbles, axis=0)).reshape(len(nodes), -1)
+    bubbles = _bubbles(numbering, nodes, frame, order)
     dofs = np.concatenate([np.concatenate(nodal, axis=1).reshape(-1, NODAL), bubbles], axis=1)
-    return BeamElements(start, length, frame, dofs, arc, order)
+    return BeamElements(nodes, start, length, frame, dofs, arc, order)
+
+
+def _bubbles(numbering: Numbering, nodes: Index, frame: Array, order: BeamOrder) -> Index:
+    """Raw dofs (e, n) of the bubbles of elements between nodes (e, 2): of u, theta, v and w, as `BeamOrder` counts."""
+    dofs = numbering.extra(len(nodes) * (order.n_local - NODAL)).reshape(len(nodes), -1)
+    u, theta = np.arange(order.axial - 1), order.axial - 1 + np.arange(order.torsion - 1)
+    v = order.axial + order.torsion - 2 + np.arange(order.bending - 3)
+    for k in u:
+        numbering.attach(dofs[:, [k]], nodes, frame[:, :1])
+    for k in theta:
+        numbering.attach(dofs[:, [k]], nodes, frame[:, :1], kind="rotation")
+    for k in v:
+        numbering.attach(dofs[:, [k, k + len(v)]], nodes, frame[:, 1:])
+    return dofs
 
 
 def _inertia(elements: BeamElements, member: Member, degree: int, rotary: bool) -> SectionInertia:

@@ -48,6 +48,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.fem.beam.corners import corner_gradients, corner_products
 from femflex.fem.beam.elements import BeamElements, stations
 from femflex.fem.tables import DenseStrain, StrainBlock, StressAt, of
 
@@ -92,12 +93,14 @@ class BeamStrain(DenseStrain):
         stress = np.concatenate([np.broadcast_to(own.stress, stiffness.shape), 0.0 * fourth], axis=2)
         elastic = np.concatenate([stiffness, fourth], axis=2)[..., None] * np.eye(stiffness.shape[2] + len(FOURTH))
         linear = np.concatenate([own.linear_map, np.zeros((len(FOURTH), own.linear_map.shape[1]))])
-        quadratic = np.concatenate([own.quadratic_map, product_maps(FOURTH)])
+        products = _widened(product_maps(FOURTH), own.quadratic_map.shape[1])
+        quadratic = np.concatenate([own.quadratic_map, products])
         return replace(own, elastic=elastic, linear_map=linear, quadratic_map=quadratic, stress=stress)
 
     def nonlinear(self, elements: slice, stress: StressAt | None = None) -> tuple[StrainBlock, ...]:
         """See StrainBlock; what adds energy at fourth order and what takes it away stand apart."""
-        own, fourth, maps = self._named(elements), of(self.fourth, elements), product_maps(FOURTH)
+        own, fourth = self._named(elements), of(self.fourth, elements)
+        maps = _widened(product_maps(FOURTH), own.quadratic_map.shape[1])
         parts = (
             replace(
                 own,
@@ -118,10 +121,13 @@ class BeamStrain(DenseStrain):
         )
 
 
-def beam_strain(elements: BeamElements, member: Member, degree: int, options: dict[str, Any]) -> BeamStrain:
+def beam_strain(
+    elements: BeamElements, member: Member, degree: int, options: dict[str, Any], corners: NDArray[np.bool_]
+) -> BeamStrain:
     """Strains (eps, kappa_z, kappa_y, r kappa_x), r^2 = I_p / A, of the gradients that `strain_maps` lists.
 
     The twist is carried as r theta' with stiffness GJ / r^2, so that its share of the axial strain is a constant too.
+    corners (e, 2): ends where beams meet at an angle (`femflex.fem.beam.corners`).
     """
     xi, weight, r = stations(elements, member, degree)
     value, first, second = (elements.rows(xi, derivative) for derivative in range(3))
@@ -134,7 +140,24 @@ def beam_strain(elements: BeamElements, member: Member, degree: int, options: di
     stress[:, :, 0] = options["prestress"] - r.EA * options["thermal_strain"]
     found = fourth_order(r.EIy, r.EIz, r.polar2, bool(options["far_bends"]))
     fourth = np.broadcast_to(found, (*weight.shape, len(FOURTH)))
-    return BeamStrain(elements.dofs, weight, elastic, *strain_maps(), G, stress, fourth)
+    linear, quadratic = strain_maps()
+    if corners.any():
+        products = corner_products(G.shape[2])
+        G = np.concatenate([G, corner_gradients(elements, xi, corners)], axis=2)
+        linear, quadratic = (_widened(table, G.shape[2]) for table in (linear, quadratic))
+        set_products(quadratic, products)
+    return BeamStrain(elements.dofs, weight, elastic, linear, quadratic, G, stress, fourth)
+
+
+def _widened(table: Array, n: int) -> Array:
+    """The table (s, g[, g]) with zeros for gradients up to n."""
+    return np.pad(table, [(0, 0), *([(0, n - table.shape[1])] * (table.ndim - 1))])
+
+
+def set_products(quadratic: Array, products: Sequence[tuple[int, int, int, float]]) -> None:
+    """Set in the quadratic map (s, g, g) strains' products of two gradients, with their factors."""
+    for strain, row, column, value in products:
+        quadratic[strain, [row, column], [column, row]] = value
 
 
 def fourth_order(EIy: Array | float, EIz: Array | float, polar2: Array | float, far_bends: bool = False) -> Array:
@@ -160,6 +183,5 @@ def strain_maps() -> tuple[Array, Array]:
     linear, quadratic = np.zeros((4, 9)), np.zeros((4, 9, 9))
     linear[[0, 1, 2, 3], [0, 4, 5, 3]] = 1.0, 1.0, -1.0, 1.0
     quadratic[0, range(4), range(4)] = 1.0
-    for strain, row, column, value in PRODUCTS:
-        quadratic[strain, [row, column], [column, row]] = value
+    set_products(quadratic, PRODUCTS)
     return linear, quadratic

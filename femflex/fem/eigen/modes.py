@@ -15,12 +15,29 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from femflex.fem.eigen.canonical import canonical, whole_clusters
-from femflex.fem.eigen.shift_invert import ShiftInverted, SingularError, dense_modes, factorised, orthonormal
+from femflex.fem.eigen.shift_invert import (
+    DENSE_DOFS,
+    ShiftInverted,
+    SingularError,
+    Solve,
+    dense_modes,
+    factorised,
+    orthonormal,
+)
 from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
 
-__all__ = ["Modes", "check_residual", "dense_modes", "factorised", "lowest_modes", "orthonormal", "stiffness_ratio"]
+__all__ = [
+    "Modes",
+    "check_residual",
+    "dense_modes",
+    "factorised",
+    "lowest_modes",
+    "orthonormal",
+    "stiffness_ratio",
+    "without_stiffness",
+]
 
 NO_STIFFNESS = 1e-15  # strain energy over the size of its summands; rounding leaves about 1e-17 of a rigid motion
 NO_ENERGY = 1e-21  # eigenvalue over a dof's own below which a shape lies in dofs that have no stiffness at all
@@ -46,10 +63,13 @@ class Modes:
     note: str = ""
 
 
-def lowest_modes(K: sparse.csr_array, M: sparse.csr_array, n: int, free: bool = False) -> Modes:
+def lowest_modes(
+    K: sparse.csr_array, M: sparse.csr_array, n: int, free: bool = False, solve: Solve | None = None
+) -> Modes:
     """The n lowest elastic modes of (K, M), or a few more where n would part a close pair.
 
     free: K is known to be singular, which saves the attempt to factorise it.
+    solve: b -> K^-1 b by factors that exist already, b and the answer M-orthogonal to what K has no stiffness against.
     Raises ValueError when n is not positive, or exceeds the dofs that carry mass.
     """
     n_dof = K.shape[0]
@@ -59,9 +79,9 @@ def lowest_modes(K: sparse.csr_array, M: sparse.csr_array, n: int, free: bool = 
         raise ValueError(
             f"{n} modes were asked for, but only {n_dof} degrees of freedom are free to move; ask for at most {n_dof}."
         )
-    if not free:
+    if not free or (solve is not None and n_dof > DENSE_DOFS):
         try:
-            found = _elastic_modes(K, M, n, n_null=0, shift=0.0)
+            found = _elastic_modes(K, M, n, n_null=0, shift=0.0, solve=solve)
             if found.null.shape[1] == 0:
                 return found
         except SingularError:
@@ -85,13 +105,20 @@ def stiffness_ratio(K: sparse.csr_array, phi: Array) -> Array:
     return np.einsum("in,in->n", phi, K @ phi) / np.maximum(summands, np.finfo(float).tiny)
 
 
-def check_residual(K: sparse.csr_array, M: sparse.csr_array, omega: Array, phi: Array, shift: float = 0.0) -> None:
+def check_residual(
+    K: sparse.csr_array,
+    M: sparse.csr_array,
+    omega: Array,
+    phi: Array,
+    shift: float = 0.0,
+    solve: Solve | None = None,
+) -> None:
     """Raise RuntimeError when a mode does not satisfy K phi = omega^2 M phi to rounding.
 
     Where stiffnesses lie many orders apart (bending of a slender beam beside its stretch) rounding in the stiff ones
     leaves more than RESIDUAL of the summands, and means nothing. Such modes are held to the same bound in the energy
     that is left, which bounds the relative error of omega^2: sqrt(r.A^-1 r / phi.A phi), r = K phi - omega^2 M phi,
-    A = K + shift M.
+    A = K + shift M; solve: b -> A^-1 b, where factors exist already.
     """
     size = np.abs(phi)
     summands = (abs(K) @ size + (abs(M) @ size) * omega**2).max(axis=0)
@@ -99,7 +126,8 @@ def check_residual(K: sparse.csr_array, M: sparse.csr_array, omega: Array, phi: 
     residual = np.abs(rest).max(axis=0) / summands
     if (doubtful := np.flatnonzero(residual > RESIDUAL)).size:
         A = K + shift * M if shift else K
-        left = np.einsum("in,in->n", rest[:, doubtful], factorised(A).solve(np.ascontiguousarray(rest[:, doubtful])))
+        solve = solve or factorised(A).solve
+        left = np.einsum("in,in->n", rest[:, doubtful], solve(np.ascontiguousarray(rest[:, doubtful])))
         stored = np.einsum("in,in->n", phi[:, doubtful], A @ phi[:, doubtful])
         residual[doubtful] = np.sqrt(np.abs(left) / stored)
     worst = int(np.argmax(residual))
@@ -124,15 +152,17 @@ def warn_if_rounded(K: sparse.csr_array, omega: Array, phi: Array) -> None:
         )
 
 
-def _elastic_modes(K: sparse.csr_array, M: sparse.csr_array, n: int, n_null: int, shift: float) -> Modes:
+def _elastic_modes(
+    K: sparse.csr_array, M: sparse.csr_array, n: int, n_null: int, shift: float, solve: Solve | None = None
+) -> Modes:
     """n elastic modes above the n_null motions without stiffness, a close pair at the end kept whole."""
-    solver = ShiftInverted(K, M, shift)
+    solver = ShiftInverted(K, M, shift, solve)
     extra = max(4, n // 5)
     while True:
         theta, phi = solver.largest(min(n_null + n + extra, K.shape[0]), surely=n_null + n)
         exhausted = len(theta) < n_null + n + extra
         eigenvalues, phi = _sorted(theta, orthonormal(M, phi), shift)
-        is_null = _without_stiffness(K, M, phi)
+        is_null = without_stiffness(K, M, phi)
         null, phi, eigenvalues = phi[:, is_null], phi[:, ~is_null], np.maximum(eigenvalues[~is_null], 0.0)
         if null.shape[1] > n_null and shift == 0.0:
             return Modes(np.zeros(0), phi[:, :0], null)
@@ -150,7 +180,7 @@ def _elastic_modes(K: sparse.csr_array, M: sparse.csr_array, n: int, n_null: int
             break
         extra *= 2
     phi = canonical(eigenvalues[:m], phi[:, :m])
-    check_residual(K, M, omega[:m], phi, shift)
+    check_residual(K, M, omega[:m], phi, shift, solver.solve)
     warn_if_rounded(K, omega[:m], phi)
     return Modes(omega[:m], phi, canonical(np.zeros(null.shape[1]), null), _cluster_note(n, omega[:m]))
 
@@ -182,7 +212,7 @@ def _null_count(K: sparse.csr_array, M: sparse.csr_array) -> tuple[int, float]:
     raise ValueError("some motions have neither stiffness nor mass; give every member both.")
 
 
-def _without_stiffness(K: sparse.csr_array, M: sparse.csr_array, phi: Array) -> NDArray[np.bool_]:
+def without_stiffness(K: sparse.csr_array, M: sparse.csr_array, phi: Array) -> NDArray[np.bool_]:
     """Which columns of phi (n_dof, n) store no strain energy, neither beside its summands nor at all."""
     energy, mass = (np.einsum("in,in->n", phi, A @ phi) for A in (K, M))
     return (stiffness_ratio(K, phi) < NO_STIFFNESS) | (energy < NO_ENERGY * _typical_eigenvalue(K, M) * mass)
@@ -201,7 +231,7 @@ def _probed(K: sparse.csr_array, M: sparse.csr_array, shift: float) -> tuple[int
     while True:
         theta, phi = solver.largest(min(count, K.shape[0]), tolerance=1e-4)
         eigenvalues, phi = _sorted(theta, phi, shift)
-        elastic = ~_without_stiffness(K, M, phi)
+        elastic = ~without_stiffness(K, M, phi)
         if elastic.any():
             return int((~elastic).sum()), float(eigenvalues[elastic][0])
         if len(theta) < count:

@@ -71,15 +71,18 @@ class SingularError(Exception):
 
 
 class ShiftInverted:
-    """(K + shift M)^-1 M, factorised once, and its largest eigenvalues theta = 1 / (omega^2 + shift)."""
+    """(K + shift M)^-1 M, factorised once, and its largest eigenvalues theta = 1 / (omega^2 + shift).
 
-    def __init__(self, K: sparse.csr_array, M: sparse.csr_array, shift: float) -> None:
+    solve: b -> (K + shift M)^-1 b, where factors exist already; not used where all is solved densely.
+    """
+
+    def __init__(self, K: sparse.csr_array, M: sparse.csr_array, shift: float, solve: Solve | None = None) -> None:
         self._M, self._A = M, (K + shift * M if shift else K)
         self._n = K.shape[0]
-        self._solve: Solve | None = None
+        self.solve: Solve | None = None
         if self._n > DENSE_DOFS:
             try:
-                self._solve = factorised(self._A).solve
+                self.solve = solve or factorised(self._A).solve
             except RuntimeError as error:
                 raise SingularError from error
 
@@ -88,10 +91,10 @@ class ShiftInverted:
 
         surely: how many of them must be the largest, none missed. tolerance: relative, of the Lanczos search.
         """
-        if self._solve is None or count > self._n // 4:
+        if self.solve is None or count > self._n // 4:
             theta, phi = _inverse_modes(self._A.toarray(), self._M.toarray(), count)
         else:
-            theta, phi = self._eigsh(count, self._solve, seed=0, tolerance=tolerance)
+            theta, phi = self._eigsh(count, self.solve, seed=0, tolerance=tolerance)
             theta, phi = self.completed(theta, phi, surely)
         keep = np.abs(theta) > NO_MASS * np.abs(theta).max()
         return theta[keep], phi[:, keep]
@@ -101,7 +104,7 @@ class ShiftInverted:
 
         A second search, M-orthogonal to all that was found, must not find anything among the first `surely`.
         """
-        solve = self._solve
+        solve = self.solve
         while surely and solve is not None:
             phi = orthonormal(self._M, phi)
             basis, M_basis = np.asfortranarray(phi), np.asfortranarray(self._M @ phi)

@@ -7,6 +7,8 @@ slopes, and the normal stays normal: beta = -grad w, no transverse shear.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.polynomial import polynomial
 from numpy.typing import NDArray
@@ -23,14 +25,23 @@ def hermite(s: float, value: bool) -> Array:
 
 
 def deflection(xi: Array, eta: Array, order: tuple[int, int]) -> Array:
-    """Derivative (q, 16), order times by xi and eta, of w over the dofs (w, w,eta, w,xi, w,xi eta) of each corner."""
+    """Derivative (q, 16), order times by xi and eta, of w over the dofs (w, w,eta, w,xi, w,xi eta) of each corner.
+
+    Read only: the points are those of a few rules, and the table of each is wanted for every chunk of elements.
+    """
+    return _deflection(xi.tobytes(), eta.tobytes(), order)
+
+
+@lru_cache(maxsize=64)
+def _deflection(xi_bytes: bytes, eta_bytes: bytes, order: tuple[int, int]) -> Array:
+    xi, eta = np.frombuffer(xi_bytes), np.frombuffer(eta_bytes)
     columns = []
     for s, t in zip(XI, ETA, strict=True):
         for by_xi, by_eta in ((True, True), (True, False), (False, True), (False, False)):
             along = polynomial.polyder(hermite(s, by_xi), order[0])
             across = polynomial.polyder(hermite(t, by_eta), order[1])
             columns.append(polynomial.polyval(xi, along) * polynomial.polyval(eta, across))
-    return np.stack(columns, axis=1)
+    return _read_only(np.stack(columns, axis=1))
 
 
 def dof_scale(a: Array, b: Array) -> Array:
@@ -57,9 +68,22 @@ def inplane_shapes(xi: Array, eta: Array) -> Array:
 
 def inplane_gradients(xi: Array, eta: Array, a: Array, b: Array) -> Array:
     """Their derivatives by x and y (e, q, 2, 9) on rectangles with half lengths a, b (e,)."""
+    dx, dy = _inplane_derivatives(xi.tobytes(), eta.tobytes())
+    return np.stack([dx / a[:, None, None], dy / b[:, None, None]], axis=2)
+
+
+@lru_cache(maxsize=64)
+def _inplane_derivatives(xi_bytes: bytes, eta_bytes: bytes) -> tuple[Array, Array]:
+    """Derivatives (q, 9) of the in-plane shape functions by xi and eta, read only."""
+    xi, eta = np.frombuffer(xi_bytes), np.frombuffer(eta_bytes)
     dx = np.stack([f.deriv()(xi) * g(eta) for f, g in _INPLANE], axis=1)
     dy = np.stack([f(xi) * g.deriv()(eta) for f, g in _INPLANE], axis=1)
-    return np.stack([dx / a[:, None, None], dy / b[:, None, None]], axis=2)
+    return _read_only(dx), _read_only(dy)
+
+
+def _read_only(table: Array) -> Array:
+    table.setflags(write=False)
+    return table
 
 
 def _scaled(reference: list[Array], rows: list[Array], a: Array, b: Array) -> Array:

@@ -17,9 +17,10 @@ from femflex.fem.plate.blocks import LocalDofs, PlateInertia, mass_points
 from femflex.fem.plate.dof_map import flat_map, member_section
 from femflex.fem.plate.elastic import OPTIONS, initial_stress, section_stiffness
 from femflex.fem.plate.frames import DUST, oriented, plane_normals, shared_axes
+from femflex.fem.plate.second_order import warn_of_curved_sides
 from femflex.fem.plate.sides import side_table
 from femflex.fem.plate.skin import plate_skin
-from femflex.fem.plate.strain import PlateStrain
+from femflex.fem.plate.strain import PlateStrain, ThinPlates
 from femflex.fem.tables import of
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ CELLS = ("quad", "quad8", "quad9")
 SQUARENESS = 1e-6  # cosine of a corner, and misfit of the fourth corner to the size, that pass for a rectangle
 # A direction that no usual mesh line halves the angle to: the element's x axis is the side nearer to it.
 REFERENCE = np.array([0.8137, 0.4519, 0.3658])
+REMEDY = "choose family 'plate' on triangles, whose element 'dkmt' shears"
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # exact for the square of the bicubic deflection
 _TIED = np.polynomial.legendre.leggauss(2)  # along an axis the in-plane field has linear gradients
 _QUARTIC = np.polynomial.legendre.leggauss(7)  # exact for the fourth power of its slopes, degree 12 along an axis
@@ -59,14 +61,19 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     section = member_section(member)
     cells = member_cells(mesh, member, CELLS)
     corners = np.concatenate([nodes[:, :4] for nodes in cells.values()])
-    corners, axes, a, b = rectangles(mesh.points, corners, f"plate_bfs on group {member.group!r}")
+    where = f"plate_bfs on group {member.group!r}"
+    warn_of_curved_sides(mesh.points, cells, where)
+    corners, axes, a, b = rectangles(mesh.points, corners, where)
     stiffness = section_stiffness(section, options["axis"], axes)
     normals = np.broadcast_to(axes[:, 2], (len(corners), 3))
     table = side_table(mesh, numbering)
     twists = table.twists(corners.ravel(), np.repeat(normals, 4, axis=0), numbering)
     table.tie_folds(twists.reshape(-1, 4), corners, numbering)
-    bubbles = numbering.extra(2 * len(corners))
-    own = np.concatenate([twists.reshape(-1, 4), bubbles.reshape(-1, 2)], axis=1)
+    plane = np.broadcast_to(axes[:, :2], (len(corners), 2, 3))
+    table.attach_twists(twists.reshape(-1, 4), corners, plane, numbering)
+    bubbles = numbering.extra(2 * len(corners)).reshape(-1, 2)
+    numbering.attach(bubbles, corners, plane)
+    own = np.concatenate([twists.reshape(-1, 4), bubbles], axis=1)
     dof_map = flat_map(mesh, corners, axes, numbering, own)
     xi, eta = (grid.ravel() for grid in np.meshgrid(_POINTS, _POINTS, indexing="ij"))
     area = (a * b)[:, None] * np.outer(_WEIGHTS, _WEIGHTS).ravel()
@@ -77,9 +84,13 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     rows = rectangle_fields.deflection_and_rotation(xi, eta, a[one], b[one])
     elastic = stiffness.matrix(shears=False)
     stress = initial_stress(section, options, axes, elastic.shape[2])
+    kappa = partial(of, rectangle_fields.curvatures(rectangle_fields.XI, rectangle_fields.ETA, a[one], b[one]))
+    dN = np.stack([rectangle_fields.XI / a[:, None], rectangle_fields.ETA / b[:, None]], axis=1) / 4
+    thin = ThinPlates(where, corners, axes, 4 * a * b, dN, kappa, stiffness.S, REMEDY)
+    strain = replace(rectangle_strain(a, b, elastic, stress, dof_map, (_POINTS, _WEIGHTS)), thin=thin)
     return Contribution(
         inertia=(PlateInertia(dm, rho, dof_map, axes, heights, place, partial(of, rows.swapaxes(1, 2).copy())),),
-        strain=(rectangle_strain(a, b, elastic, stress, dof_map, (_POINTS, _WEIGHTS)),),
+        strain=(strain,),
         skin=partial(plate_skin, mesh.points, corners, axes, section.thickness, dof_map),
         places=(StrainPlaces("plate", middle, _places(mesh.points[corners], _TIED[0])),),
     )

@@ -53,10 +53,11 @@ class SideTable:
         self._twists: list[tuple[Index, Array]] = []  # per slot: raw dof (n_nodes,) and normal (n_nodes, 3)
         self._turning: dict[tuple[int, int], tuple[int, float]] = {}  # (node, fold) -> its first twist, and sign
 
-    def sides(self, keys: Index, numbering: Numbering, axes: Array, along: Array) -> Index:
+    def sides(self, keys: Index, numbering: Numbering, axes: Array, along: Array, spans: Array) -> Index:
         """Raw dofs (k, 2) of sides by key (k,); new sides get theirs from the numbering.
 
-        axes (k, 2, 3) are those of the plane, along (k, 3) those of the sides: what the dofs move along.
+        axes (k, 2, 3) are those of the plane, along (k, 3) those of the sides: what the dofs move along; spans (k, 3)
+        lead from the lower node to the upper.
         """
         fresh, first = np.unique(keys, return_index=True)
         new = ~np.isin(fresh, self._keys)
@@ -66,9 +67,10 @@ class SideTable:
         dofs = np.empty((len(fresh), 2), np.int64)
         for rows, count in ((np.flatnonzero(~fold), 2), (np.flatnonzero(fold), 1)):
             if len(rows):
-                way = axes[first[rows]].reshape(-1, 3) if count == 2 else along[first[rows]]
-                given = numbering.extra(count * len(rows), np.repeat(pairs[rows], count, axis=0), directions=way)
-                dofs[rows] = given.reshape(-1, count)
+                way = axes[first[rows]] if count == 2 else along[first[rows], None]
+                given = numbering.extra(count * len(rows)).reshape(-1, count)
+                numbering.attach(given, pairs[rows], way, spans=spans[first[rows]])
+                dofs[rows] = given
         all_keys = np.concatenate([self._keys, fresh])
         order = np.argsort(all_keys, kind="stable")
         self._keys, self._dofs = all_keys[order], np.concatenate([self._dofs, dofs])[order]
@@ -85,12 +87,20 @@ class SideTable:
             open_, first = np.unique(nodes[found < 0], return_index=True)
             rows = np.flatnonzero(found < 0)[first[dof[open_] < 0]]
             if len(rows):
-                dof[nodes[rows]] = numbering.extra(len(rows), nodes[rows, None], kind="rotation")
+                dof[nodes[rows]] = numbering.extra(len(rows))
+                numbering.attach(dof[nodes[rows], None], nodes[rows, None], kind="rotation")
                 normal[nodes[rows]] = normals[rows]
             same = np.linalg.norm(np.cross(normal[nodes], normals), axis=1) < PLANE_TOLERANCE
             found = np.where((found < 0) & same, dof[nodes], found)
             slot += 1
         return found
+
+    def attach_twists(self, twists: Index, corners: Index, axes: Array, numbering: Numbering) -> None:
+        """Says that twists (e, 4) are how plates turn about their sides, along which axes (e, 2, 3) lie by turns."""
+        for side in range(4):
+            ends = [side, (side + 1) % 4]
+            pairs, about = np.repeat(corners[:, ends], 2, axis=0), np.repeat(axes[:, side % 2], 2, axis=0)
+            numbering.attach(twists[:, ends].reshape(-1, 1), pairs, about[:, None], kind="rotation")
 
     def tie_folds(self, twists: Index, corners: Index, numbering: Numbering) -> None:
         """Ties twists (e, 4) that meet on a fold; corners (e, 4), first and third side along the element's x axis."""
@@ -124,7 +134,7 @@ def element_sides(mesh: Mesh, corners: Index, axes: Array, numbering: Numbering)
     vectors = (mesh.points[pairs[:, :, 1]] - mesh.points[pairs[:, :, 0]]).reshape(-1, 3)
     along = oriented(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))
     plane = np.repeat(np.broadcast_to(axes[:, :2], (len(corners), 2, 3)), corners.shape[1], axis=0)
-    dofs = table.sides(keys.ravel(), numbering, plane, along).reshape(*keys.shape, 2)
+    dofs = table.sides(keys.ravel(), numbering, plane, along, vectors).reshape(*keys.shape, 2)
     return Sides(dofs, np.isin(keys, table.folds), along.reshape(*keys.shape, 3))
 
 

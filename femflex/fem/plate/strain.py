@@ -37,6 +37,30 @@ Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
+class ThinPlates:
+    """Elements that leave out transverse shear, and what it takes to estimate what that does.
+
+    where    the member
+    corners  (e, c)       nodes
+    axes     (1|e, 3, 3)  rows e1, e2, normal
+    area     (e,)
+    dN       (e, 2, c)    shape functions of the corners by x and y, in the middle
+    kappa    elements -> (1|e, c, 3, b)  curvature at the corners
+    S        (1|e, 2, 2)  shear stiffness of the section in the elements' axes
+    remedy   what to do instead
+    """
+
+    where: str
+    corners: Index
+    axes: Array
+    area: Array
+    dN: Array
+    kappa: Callable[[slice], Array]
+    S: Array
+    remedy: str
+
+
+@dataclass(frozen=True, eq=False)
 class PlateStrain:
     """Points of strain of plates.
 
@@ -51,6 +75,7 @@ class PlateStrain:
                                             then what its linear part lacks there
     stress    (1|e, 1, s)                   initial membrane forces, moments and shear forces
     linear    whether squares of the slopes are left out
+    thin      what is known of plates that leave out transverse shear; None of others
 
     Squares of the slopes are of higher degree than the in-plane field can cancel: over enough points for their own
     squares, plates that bend without stretching would be far too stiff (membrane locking; a strip of 5000 thicknesses
@@ -68,6 +93,7 @@ class PlateStrain:
     tied: Callable[[slice], tuple[PlateStrain, ...]]
     stress: Array
     linear: bool = False
+    thin: ThinPlates | None = None
 
     @property
     def dofs(self) -> Index:
@@ -124,6 +150,12 @@ class PlateStrain:
         fine = self.fine(elements)
         initial = fine.stress if stress is None else stress(fine)
         return (*parts, replace(fine, elastic=0.0 * fine.elastic, stress=initial)) if initial.any() else parts
+
+    def corner_moments(self, phi: Array) -> Array:
+        """Moments (e, c, 3, n) [N m/m] at the corners of thin plates, per column of phi (n_raw, n)."""
+        assert self.thin is not None
+        local = self.map.local(phi, EVERY)[:, None, 2 * self.dP.shape[3] :]
+        return np.matmul(self.elastic[:, :, 3:6, 3:6], np.matmul(self.thin.kappa(EVERY), local))
 
     def membrane_stiffness(self, elements: slice = EVERY) -> Array:
         """Stiffness matrices (e, 2 m, 2 m) of the in-plane dofs."""

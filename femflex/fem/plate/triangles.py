@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
@@ -17,8 +18,9 @@ from femflex.fem.plate.blocks import LocalDofs, PlateInertia, mass_points
 from femflex.fem.plate.dof_map import flat_map, member_section
 from femflex.fem.plate.elastic import OPTIONS, initial_stress, section_stiffness
 from femflex.fem.plate.frames import plane_frames, plane_normals, shared_axes
+from femflex.fem.plate.second_order import warn_of_curved_sides
 from femflex.fem.plate.skin import plate_skin
-from femflex.fem.plate.strain import PlateStrain
+from femflex.fem.plate.strain import PlateStrain, ThinPlates
 from femflex.fem.plate.triangle_fields import Triangles, inplane_gradients, inplane_shapes, triangles
 from femflex.fem.sections.laminates import PlateSection
 from femflex.fem.tables import of
@@ -54,8 +56,9 @@ def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     sides to the shortest half wave wanted give 5e-4; the first three frequencies of a square cantilever are within
     4e-4 with 16 sides. Rectangles need far fewer elements by the plate_bfs family.
 
-    Sides are straight: second-order triangles are used by their corners, and their middle nodes carry no dofs. Raises
-    ValueError on other cells, sections or options, and on triangles without area.
+    Sides are straight: second-order triangles are used by their corners, and their middle nodes carry no dofs; where
+    they lie off the straight sides, a warning says how far. Raises ValueError on other cells, sections or options, and
+    on triangles without area.
     """
     options = member_options(member)
     element = options["element"]
@@ -65,6 +68,7 @@ def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     cells = member_cells(mesh, member, CELLS)
     corners = np.concatenate([nodes[:, :3] for nodes in cells.values()])
     where = f"plate on group {member.group!r}"
+    warn_of_curved_sides(mesh.points, cells, where)
     normals = plane_normals(mesh.points[corners], where)
     corners = _counterclockwise(mesh.points, corners, normals)
     axes = shared_axes(plane_frames(normals))
@@ -76,9 +80,15 @@ def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     elastic = stiffness.matrix(shears)
     stress = initial_stress(section, options, axes, elastic.shape[2])
     dof_map = flat_map(mesh, corners, axes, numbering)
+    strain = triangle_strain(elastic, stress, fields, dof_map, LINEAR)
+    if not shears:
+        kappa = partial(fields.strains, np.eye(3), False)
+        remedy = "choose element = 'dkmt'"
+        thin = ThinPlates(where, corners, axes, fields.area, fields.dL, kappa, stiffness.S, remedy)
+        strain = replace(strain, thin=thin)
     return Contribution(
         inertia=(triangle_inertia(x, axes, section, fields, dof_map),),
-        strain=(triangle_strain(elastic, stress, fields, dof_map, LINEAR),),
+        strain=(strain,),
         skin=partial(plate_skin, mesh.points, corners, axes, section.thickness, dof_map),
         places=(StrainPlaces("plate", np.matmul(area_points(LINEAR)[0], x)),),
     )

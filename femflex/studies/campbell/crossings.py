@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,8 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 Array = NDArray[np.float64]
+
+ROUNDING = 1e-12  # of a squared frequency: a sample so near to a multiple of the spin is a crossing itself
 
 
 @dataclass(frozen=True)
@@ -40,11 +43,8 @@ def crossings(branch: str, speeds: Array, frequencies: Array, orders: list[int])
 
 
 def _meetings(branch: str, order: int, z: Array, y: Array, curve: object) -> list[Crossing]:
-    gap = y - order**2 * z
-    out = []
-    for k in np.flatnonzero(gap[:-1] * gap[1:] <= 0):
-        if gap[k] == 0 and k > 0:  # told at the end of the interval before
-            continue
-        at = z[k] if gap[k] == 0 else brentq(lambda s: float(curve(s)) - order**2 * s, z[k], z[k + 1])  # type: ignore[operator]
-        out.append(Crossing(branch, order, float(np.sqrt(at)), order * float(np.sqrt(at)) / (2 * np.pi)))
-    return out
+    gap = np.where(np.abs(y - order**2 * z) > ROUNDING * y, y - order**2 * z, 0.0)
+    squares = [float(s) for s in z[gap == 0]]
+    for k in np.flatnonzero(gap[:-1] * gap[1:] < 0):
+        squares.append(brentq(lambda s: float(curve(s)) - order**2 * s, z[k], z[k + 1]))  # type: ignore[operator]
+    return [Crossing(branch, order, math.sqrt(s), order * math.sqrt(s) / (2 * math.pi)) for s in squares]

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from femflex.studies.campbell.character import WORDS
+from femflex.dynamics.equilibria.character import WOBBLE, numbered
+from femflex.dynamics.equilibria.small_motions import GROWING
 from femflex.studies.campbell.crossings import Crossing, crossings
 from femflex.studies.campbell.matching import Match
 from femflex.studies.campbell.sweep import Spin, spins
@@ -72,6 +73,7 @@ class Campbell:
     orders     multiples of the speed that are looked at
     crossings  of branches with them
     complete   False when it was broken off
+    rigid      names of the motions that neither grow nor decay and are no branches: drift, tilt of the spin axis
     """
 
     title: str
@@ -81,6 +83,7 @@ class Campbell:
     orders: tuple[int, ...]
     crossings: tuple[Crossing, ...]
     complete: bool = True
+    rigid: tuple[str, ...] = ()
 
     def branch(self, name: str) -> Branch:
         """The branch of that name. Raises KeyError with the known names."""
@@ -117,6 +120,8 @@ class Campbell:
                 for one in self.branches
             ],
             "crossings": [vars(crossing) for crossing in self.crossings],
+            "rigid": list(self.rigid),
+            "growth_threshold": GROWING,
             "complete": self.complete,
         }
 
@@ -152,38 +157,52 @@ def assembled_diagram(
     steps = [spin for spin, _ in found]
     speeds = np.array([spin.speed for spin in steps])
     places = followed(found)
-    places = places[((places >= 0) & (places < modes)).any(axis=1)]
+    grows = np.array(
+        [any(k >= 0 and s.vibration.growing[k] for s, k in zip(steps, row, strict=True)) for row in places]
+    )
+    places = places[((places >= 0) & (places < modes)).any(axis=1) | grows]
     branches = tuple(sorted((_branch(steps, row) for row in places), key=_start))
     named = tuple(_named(branches))
     met = [one for branch in named for one in crossings(branch.name, speeds, branch.frequencies, list(orders))]
     asked = np.array([spin.asked for spin in steps])
-    return Campbell(title, speeds, asked, named, tuple(orders), tuple(sorted(met, key=lambda c: c.speed)), complete)
+    rigid = tuple(dict.fromkeys(motion.name for motion in steps[-1].vibration.known))
+    return Campbell(
+        title, speeds, asked, named, tuple(orders), tuple(sorted(met, key=lambda c: c.speed)), complete, rigid
+    )
 
 
 def followed(found: Sequence[tuple[Spin, Match | None]]) -> NDArray[np.int64]:
-    """Place (n_branches, n_spins) of every branch among the vibrations of each spin; -1 where it is lost."""
-    first = len(found[0][0].vibration.eigenvalues)
-    places = np.full((first, len(found)), -1, np.int64)
-    places[:, 0] = np.arange(first)
-    for k, (_, link) in enumerate(found[1:], start=1):
+    """Place (n_branches, n_spins) of every branch among the vibrations of each spin; -1 where it is not there.
+
+    A branch ends where no shape continues it, and begins where a shape continues none: the wobble of a free craft and
+    the motions of free joints are drift at rest, and oscillate in the spin.
+    """
+    rows = [[k] for k in range(len(found[0][0].vibration.eigenvalues))]
+    for k, (spin, link) in enumerate(found[1:], start=1):
         assert link is not None
-        before = places[:, k - 1]
-        places[:, k] = np.where(before >= 0, link.to[before], -1)
-    return places
+        for row in rows:
+            row.append(int(link.to[row[-1]]) if row[-1] >= 0 else -1)
+        taken = {row[-1] for row in rows}
+        rows += [[-1] * k + [new] for new in range(len(spin.vibration.eigenvalues)) if new not in taken]
+    return np.array(rows, np.int64).reshape(len(rows), len(found))
 
 
 def _branch(steps: Sequence[Spin], row: NDArray[np.int64]) -> Branch:
     """The branch at those places, yet without a name."""
-    there = [(s.vibration, s.shares, k) for s, k in zip(steps, row, strict=True)]
-    values = np.array([v.eigenvalues[k] if k >= 0 else complex(np.nan, np.nan) for v, _, k in there])
-    words = tuple(WORDS[int(np.argmax(share[k]))] if k >= 0 else "" for _, share, k in there)
-    growing = np.array([bool(k >= 0 and v.growing[k]) for v, _, k in there])
+    there = list(zip(steps, row, strict=True))
+    values = np.array([s.vibration.eigenvalues[k] if k >= 0 else complex(np.nan, np.nan) for s, k in there])
+    words = tuple(s.words[k] if k >= 0 else "" for s, k in there)
+    growing = np.array([bool(k >= 0 and s.vibration.growing[k]) for s, k in there])
+    if steps[0].speed == 0 and row[0] < 0 and words[1:2] == (WOBBLE,):
+        values[0], words = 0.0, (WOBBLE, *words[1:])  # in proportion to the speed
     return Branch("", values, words, growing)
 
 
-def _start(branch: Branch) -> tuple[float, float]:
-    """Frequencies at the first speeds, by which branches are put in order."""
-    return tuple(round(float(v), 9) for v in np.nan_to_num(np.abs(branch.eigenvalues[:2])))  # type: ignore[return-value]
+def _start(branch: Branch) -> tuple[bool, tuple[float, ...]]:
+    """Place of its beginning, and frequencies at the first speeds there, by which branches are put in order."""
+    begun = np.flatnonzero(np.isfinite(branch.eigenvalues.imag))
+    values = np.abs(branch.eigenvalues[begun[0] : begun[0] + 2]) if len(begun) else np.zeros(0)
+    return (int(begun[0]) if len(begun) else 0) > 0, tuple(round(float(v), 9) for v in np.nan_to_num(values))
 
 
 def _named(branches: Sequence[Branch]) -> list[Branch]:
@@ -191,11 +210,8 @@ def _named(branches: Sequence[Branch]) -> list[Branch]:
 
     At the very first speed flap and lag may be one frequency and any mixture; the second tells.
     """
-    counts: dict[str, int] = {}
-    out = []
+    words = []
     for branch in branches:
-        word = branch.characters[min(1, len(branch.characters) - 1)] or branch.characters[0]
-        counts[word] = counts.get(word, 0) + 1
-        name = f"{word} {counts[word]}"
-        out.append(Branch(name, branch.eigenvalues, branch.characters, branch.growing))
-    return out
+        there = [word for word in branch.characters[: 2 + branch.characters.count("")] if word]
+        words.append(there[min(1, len(there) - 1)])
+    return [replace(branch, name=name) for branch, name in zip(branches, numbered(words), strict=True)]

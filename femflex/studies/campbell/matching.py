@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from femflex.dynamics.equilibria.vibration import Vibrations
+from femflex.dynamics.equilibria.small_motions import SmallMotions
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -29,7 +29,7 @@ class Match:
     worst: float
 
 
-def match(first: Vibrations, last: Vibrations, count: int) -> Match:
+def match(first: SmallMotions, last: SmallMotions, count: int) -> Match:
     """The assignment that makes shapes most alike; the `count` lowest of both count for `worst`."""
     single, alike = likeness(first, last)
     a, b = np.abs(first.eigenvalues), np.abs(last.eigenvalues)
@@ -41,7 +41,7 @@ def match(first: Vibrations, last: Vibrations, count: int) -> Match:
     return Match(to, float(alike[rows, columns][counted].min(initial=1.0)))
 
 
-def likeness(first: Vibrations, last: Vibrations) -> tuple[Array, Array]:
+def likeness(first: SmallMotions, last: SmallMotions) -> tuple[Array, Array]:
     """|conj(phi_i) . M phi_j|^2 (n_first, n_last) of shapes of mass 1: the modal assurance criterion over the mass.
 
     Of single shapes, and with mixtures allowed: shapes of one frequency, such as flap and lag of a round blade at
@@ -53,7 +53,7 @@ def likeness(first: Vibrations, last: Vibrations) -> tuple[Array, Array]:
     return single, np.minimum(mixed, 1.0)
 
 
-def _within(vibration: Vibrations, cross: NDArray[np.complex128], single: Array) -> Array:
+def _within(vibration: SmallMotions, cross: NDArray[np.complex128], single: Array) -> Array:
     """Likeness (n, other) to the space of all shapes of the frequency of each."""
     size = np.abs(vibration.eigenvalues)
     near = np.abs(vibration.eigenvalues[:, None] - vibration.eigenvalues)

@@ -8,12 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics import compile_system
+from femflex.dynamics.equilibria.character import character
 from femflex.dynamics.equilibria.equilibrium import EquilibriumError, equilibrium
 from femflex.dynamics.equilibria.frozen import frozen
-from femflex.dynamics.equilibria.linearised import held_freedoms, linearised
-from femflex.dynamics.equilibria.vibration import Vibrations, vibrations
-from femflex.studies.campbell.character import shares
+from femflex.dynamics.equilibria.small_motions import SmallMotions
 from femflex.studies.campbell.matching import Match, match
 from femflex.system import Frame, System, started
 
@@ -34,15 +32,15 @@ class Spin:
     speed      [rad/s]
     asked      whether it is one of the speeds that were asked for, or one in between
     x          (n_x,) the equilibrium
-    vibration  of the system with its damping
-    shares     (n, len(WORDS)) of the motion of each vibration, see `character`
+    vibration  the small motions, with damping
+    words      (n,) what each of them is, see `character`
     """
 
     speed: float
     asked: bool
     x: Array
-    vibration: Vibrations
-    shares: Array
+    vibration: SmallMotions
+    words: tuple[str, ...]
 
 
 def spins(
@@ -64,6 +62,10 @@ def spins(
             f"{', '.join(repr(loop.label) for loop in system.loops)} close loops, and the shapes of a Campbell diagram "
             "are followed for trees of bodies alone; open the loops, or take femflex equilibrium at single speeds"
         )
+    if not any(body.n_modes for body in system.bodies.values()) and all(
+        joint.n_u == len(joint.held) for joint in system.joints
+    ):
+        raise ValueError(NOTHING)
     still = frozen(replace(system, frame=frame_of(axis, speeds[0])), at)
     before: Spin | None = None
     for speed in speeds:
@@ -82,18 +84,14 @@ def spin(system: System, axis: Array, speed: float, near: Array | None = None, a
     spun = replace(system, frame=frame_of(axis, speed))
     if near is not None:
         spun = started(spun, near)
-    model = compile_system(spun)
-    if held_freedoms(model).all():
-        raise ValueError(NOTHING)
     try:
         rest = equilibrium(spun)
     except EquilibriumError as error:
         raise EquilibriumError(f"at a spin of {speed:.6g} rad/s {error}", error.last) from None
-    linear = linearised(model, 0.0, rest.x)
-    found = vibrations(linear, len(rest.neutral))
-    if not len(found.eigenvalues):
+    motions = rest.motions
+    if speed > 0 and not len(motions.eigenvalues):
         raise ValueError(NOTHING)
-    return Spin(speed, asked, rest.x, found, shares(model, rest.x, found, axis, linear.names))
+    return Spin(speed, asked, rest.x, motions, character(rest.model, motions, axis).words)
 
 
 def frame_of(axis: Array, speed: float) -> Frame:

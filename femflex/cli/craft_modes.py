@@ -1,0 +1,123 @@
+"""The natural modes of a craft about its equilibrium, on the screen, as JSON, as a montage and as a movie."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from femflex.cli.progress import Bar, Patience
+from femflex.cli.strain_told import say_notes, strain_data, strain_notes
+from femflex.cli.tables import print_json, print_table
+
+if TYPE_CHECKING:
+    from femflex.case import Case
+    from femflex.dynamics.equilibria.system_modes import SystemModes
+
+SHOWN = 24  # modes printed
+DRAWN = 12  # modes of the montage
+CARRIES = 0.05  # share of the kinetic energy from which a body is named
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """Pictures to make of the modes of a craft."""
+
+    picture: Path | None
+    movie: Path | None
+    mode: int | None
+    force: bool
+
+    def check(self) -> None:
+        """Raise before any work what would fail after it."""
+        from femflex.results.place import check_place
+
+        if self.mode is not None and self.movie is None:
+            raise ValueError("--mode names the mode of a movie; give --movie mode.mp4 with it")
+        for path, suffix, what in ((self.picture, ".png", "picture"), (self.movie, ".mp4", "movie")):
+            if path is None:
+                continue
+            if path.suffix.lower() != suffix:
+                raise ValueError(f"a {what} is written as {suffix}; {path.name} is not one")
+            check_place(path, self.force)
+
+    def make(self, modes: SystemModes, title: str) -> list[tuple[str, Path]]:
+        """The files written, each with its kind."""
+        from femflex.view import craft_montage, craft_movie
+
+        out = []
+        moving = [k + 1 for k, known in enumerate(modes.known) if not known]
+        if self.picture is not None:
+            chosen = moving[:DRAWN]
+            if not chosen:
+                raise ValueError("the craft has rigid-body modes alone, which are not drawn")
+            captions = [caption(modes, k) for k in chosen]
+            out.append(("picture", craft_montage(modes.skin(chosen), captions, self.picture, title, force=self.force)))
+        if self.movie is not None:
+            mode = self.mode or (moving[0] if moving else 1)
+            if not 1 <= mode <= len(modes.names):
+                raise ValueError(f"--mode is {mode}; the modes of the craft are 1 to {len(modes.names)}")
+            with Bar("drawing", 1.0, unit="") as bar:
+                path = craft_movie(
+                    modes.skin([mode]), caption(modes, mode), self.movie, force=self.force,
+                    progress=lambda done, count: bar(done / count),
+                )  # fmt: skip
+            out.append(("movie", path))
+        return out
+
+
+def caption(modes: SystemModes, mode: int) -> str:
+    """Number, name and frequency of a mode."""
+    frequency = float(modes.frequencies[mode - 1])
+    growing = " · grows" if modes.growing[mode - 1] else ""
+    return f"{mode} · {modes.names[mode - 1]} · {frequency:.4g} Hz{growing}"
+
+
+def craft_modes(file: Path, at: float | None, number: int | None, drawing: Drawing, as_json: bool) -> None:
+    """Find, print and draw the modes of the craft of a case."""
+    drawing.check()
+    with Patience("building bodies and solving for the modes"):
+        from femflex.case import read_case
+        from femflex.pipeline.balanced import case_modes
+
+        case = read_case(file)
+        modes = case_modes(case, at)
+    files = drawing.make(modes, case.title or file.stem)
+    if as_json:
+        print_json(modes.to_dict() | {"bodies": strain_data(modes.about.model.system)})
+        return
+    print_modes(case, file, modes, number)
+    for kind, path in files:
+        print(f"{kind:11} {path}")
+
+
+def print_modes(case: Case, file: Path, modes: SystemModes, number: int | None) -> None:
+    """Print the table of modes, what they are about, stability, and what the case expects of them."""
+    from femflex.case.verdicts import judged_modes
+    from femflex.cli.equilibrium import frame_text, print_stability
+
+    print(case.title or file.name)
+    say_notes(strain_notes(modes.about.model.system))
+    shown = len(modes.names) if number is None and len(modes.names) <= SHOWN else min(number or SHOWN, len(modes.names))
+    rows = [
+        [
+            str(k + 1), modes.names[k], f"{modes.frequencies[k]:.6g}", f"{modes.eigenvalues[k].imag:.6g}",
+            f"{modes.damping_ratios[k]:.4g}" + "*" * bool(modes.growing[k]), carriers(modes, k),
+        ]
+        for k in range(shown)
+    ]  # fmt: skip
+    print_table(["mode", "name", "Hz", "rad/s", "damping ratio", "kinetic energy"], rows)
+    if shown < len(modes.names):
+        print(f"and {len(modes.names) - shown} modes above, which -n and --json list\n")
+    print(f"about       {frame_text(modes.about)}")
+    if modes.left_out:
+        print(f"left out    {', '.join(modes.left_out)}; --at takes the values at a time")
+    print_stability(modes.about)
+    for verdict in judged_modes(case, modes):
+        print(f"expected    {verdict}")
+
+
+def carriers(modes: SystemModes, k: int) -> str:
+    """The bodies that hold the kinetic energy of a mode, in per cent."""
+    shares = sorted(((float(share[k]), body) for body, share in modes.energy.items()), reverse=True)
+    return ", ".join(f"{body} {100 * share:.0f} %" for share, body in shares if share >= CARRIES)

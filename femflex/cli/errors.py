@@ -1,0 +1,79 @@
+"""What an error means to the user: bad input, failed numerics, or a fault of femflex itself.
+
+A user's mistake is an error that femflex raises: its innermost frame belongs to a module of femflex (known by its name,
+so that links, archives and the working folder do not matter) and stands at a `raise`. A built-in error that a function
+of Python or of a library raised on the way is a fault.
+"""
+
+from __future__ import annotations
+
+import dis
+import errno
+from types import TracebackType
+
+FAULT, BAD_INPUT, FAILED = 1, 2, 3
+FULL = {errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG}  # the disk, not the user
+NUMERICAL = {"LinAlgError", "ArpackError", "ArpackNoConvergence", "IntegrationError"}
+PACKAGE = __name__.partition(".")[0]
+RAISE = dis.opmap["RAISE_VARARGS"]
+
+
+def meaning(error: Exception) -> tuple[int, list[str]]:
+    """Exit code and sentences of an error."""
+    text = str(error.args[0]) if isinstance(error, KeyError) and error.args else str(error)
+    kind = type(error).__name__
+    if kind == "CaseError":
+        return BAD_INPUT, text.splitlines()
+    if isinstance(error, MemoryError):
+        ours = text if raised_by_femflex(error) else ""
+        return FAILED, [
+            ours or "there is not enough memory for this; take a coarser mesh, fewer modes or fewer rows of output"
+        ]
+    if isinstance(error, OSError):
+        return FAILED if error.errno in FULL else BAD_INPUT, [_os_text(error)]
+    if kind in NUMERICAL:
+        return FAILED, [text if raised_by_femflex(error) else f"the numerics failed: {text}"]
+    if raised_by_femflex(error):
+        if isinstance(error, ArithmeticError | RuntimeError):
+            return FAILED, [text]
+        if isinstance(error, ValueError | KeyError):
+            return BAD_INPUT, [text]
+    return FAULT, [
+        f"this is a fault of femflex itself: {kind} in {_place(error)}: {text}",
+        "please report it with the case and the lines that FEMFLEX_TRACEBACK=1 in the environment prints",
+    ]
+
+
+def raised_by_femflex(error: BaseException) -> bool:
+    """Whether a `raise` of femflex raised it, and not a library or Python itself."""
+    last = _innermost(error.__traceback__)
+    if last is None or not _ours(last):
+        return False
+    return last.tb_frame.f_code.co_code[last.tb_lasti] == RAISE
+
+
+def _innermost(trace: TracebackType | None) -> TracebackType | None:
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    return trace
+
+
+def _ours(trace: TracebackType) -> bool:
+    return str(trace.tb_frame.f_globals.get("__name__", "")).partition(".")[0] == PACKAGE
+
+
+def _place(error: BaseException) -> str:
+    """Module and line of femflex nearest to where the error was raised."""
+    place, trace = PACKAGE, error.__traceback__
+    while trace is not None:
+        if _ours(trace):
+            place = f"{trace.tb_frame.f_globals['__name__']}, line {trace.tb_lineno}"
+        trace = trace.tb_next
+    return place
+
+
+def _os_text(error: OSError) -> str:
+    hint = " (--force)" if isinstance(error, FileExistsError) else ""
+    if error.filename is not None and error.strerror:
+        return f"{error.filename}: {error.strerror[0].lower()}{error.strerror[1:]}{hint}"
+    return f"{error}{hint}"

@@ -1,0 +1,201 @@
+"""Name and energies of a small motion: rigid motion of the craft, motion of a joint, or how its bodies deform.
+
+Rigid motions of the craft are the wobble of a free spin (seen from inertial space: nutation) and librations in orbit.
+Everything else is named by the bodies, looked at in slices along their longest direction. The mean motion of a slice is
+flap along the spin axis, lag across it and stretch along the body; turning about the body's line is torsion, and what
+is left bends the slice (chordwise). Where nothing spins flap and lag are both bending.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody
+from femflex.dynamics.equilibria.body_motions import BodyMotion
+from femflex.dynamics.equilibria.linearised import held_freedoms, linear_stiffness
+from femflex.dynamics.equilibria.rigid_motions import rigid_fields
+from femflex.dynamics.equilibria.small_motions import SmallMotions
+from femflex.dynamics.lowering.layout import body_records
+from femflex.dynamics.model import Model
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+WAYS = ("flap", "lag", "stretch", "torsion", "chordwise")
+WOBBLE, JOINT = "wobble", "joint"
+LIBRATIONS = ("libration pitch", "libration yaw", "libration roll")  # about x0, y0, z0 of the orbital frame
+RIGID = (WOBBLE, *LIBRATIONS)
+SLICES = 16
+MOST = 400  # points of a body that are looked at
+ALONG = 0.9  # cosine between spin axis and body from which on it spins about its own line
+MOVES = 1e-3  # share of a vibration's mass that must be seen to move; less is a turn about the line itself
+HALF = 0.5  # share of the kinetic energy in rigid motions, or of the stiffness in strain, that decides
+
+
+@dataclass(frozen=True, eq=False)
+class Character:
+    """Words (n,) for n motions, and the share of the kinetic energy (n,) of each body in each of them, by name."""
+
+    words: tuple[str, ...]
+    energy: dict[str, Array]
+
+
+def character(model: Model, motions: SmallMotions, axis: Array | None = None) -> Character:
+    """What each of the small motions is; axis (3,): of the spin, where there is one, base frame components."""
+    kinetic = {
+        name: motions.bodies[name].kinetic(model.system.bodies[name], motions.shapes) for name in model.system.order
+    }
+    total = np.maximum(np.sum(list(kinetic.values()), axis=0), 1e-300)
+    moving = ~held_freedoms(model)
+    elastic = elastic_coordinates(model)
+    K = linear_stiffness(model)[0] * np.outer(elastic, elastic)
+    strain = np.einsum("uk,uv,vk->k", motions.shapes.conj(), K, motions.shapes, optimize=True).real
+    strained = strain >= HALF * np.abs(motions.eigenvalues) ** 2
+    words = _ways(model, motions, axis, strained)
+    _name_joints(motions, words, np.eye(model.n_u)[:, moving & ~elastic], axis, strained)
+    _name_rigid(model, motions, words)
+    return Character(tuple(words), {name: energy / total for name, energy in kinetic.items()})
+
+
+def numbered(words: Sequence[str]) -> tuple[str, ...]:
+    """Words with their number among those alike, "flap 1"; rigid motions without one where there is one alone."""
+    counts: dict[str, int] = {}
+    out = []
+    for word in words:
+        counts[word] = counts.get(word, 0) + 1
+        out.append(word if word in RIGID and words.count(word) == 1 else f"{word} {counts[word]}")
+    return tuple(out)
+
+
+def _ways(model: Model, motions: SmallMotions, axis: Array | None, strained: NDArray[np.bool_]) -> list[str]:
+    """The word for each motion by how the slices of the bodies move, weighted by their mass.
+
+    Where strain is what resists (strained), the rigid bodies, which only go along, do not count.
+    """
+    total = np.zeros((motions.shapes.shape[1], len(WAYS)))
+    for name, body in model.system.bodies.items():
+        points, moved = moved_points(body, motions.bodies[name])
+        shares = _slice_shares(points, np.einsum("pau,uk->kpa", moved, motions.shapes), axis)
+        total += body.moments.mass * shares * (1.0 if body.n_modes else ~strained[:, None])
+    total[total.sum(axis=1) < MOVES, WAYS.index("torsion")] += 1.0
+    words = [WAYS[k] for k in np.argmax(total, axis=1)]
+    if axis is not None:
+        return words
+    bent = total[:, :2].sum(axis=1) >= total[:, 2:].max(axis=1)
+    return ["bending" if flag else word for flag, word in zip(bent, words, strict=True)]
+
+
+def _name_joints(
+    motions: SmallMotions, words: list[str], J: Array, axis: Array | None, strained: NDArray[np.bool_]
+) -> None:
+    """Call motions of joints, of coordinates J (n_u, m), so where nothing spins; in a spin they flap and lag."""
+    if axis is not None or not J.shape[1]:
+        return
+    for k in np.flatnonzero((_share_within(J, motions) >= HALF) & ~strained):
+        words[k] = JOINT
+
+
+def elastic_coordinates(model: Model) -> NDArray[np.bool_]:
+    """(n_u,) which coordinates are amplitudes of shapes."""
+    out = np.zeros(model.n_u, bool)
+    for name, record in zip(model.system.order, body_records(model.table)[1:], strict=True):
+        first = int(record["ue"])
+        out[first : first + model.system.bodies[name].n_modes] = True
+    return out
+
+
+def _name_rigid(model: Model, motions: SmallMotions, words: list[str]) -> None:
+    """Call the motion that is most of all a turn of the free spinning craft wobble, and those in orbit librations."""
+    free = any(known.name.startswith("tilt") for known in motions.known)
+    in_orbit = model.system.frame.kind == "orbital" and model.system.orbit is not None
+    fields, there = rigid_fields(model, motions.bodies, np.eye(3))
+    if not words or not (free or in_orbit) or not there[3:].all():
+        return
+    rigid = _share_within(fields[:, there], motions)
+    if free:
+        most = int(np.argmax(rigid))
+        words[most] = WOBBLE if rigid[most] >= HALF else words[most]
+        return
+    P = fields[:, 3:]
+    inertia = P.T @ motions.M @ P
+    turns = np.abs(np.linalg.solve(inertia, P.T @ motions.M @ motions.shapes)) ** 2 * np.diag(inertia)[:, None]
+    for k in np.flatnonzero(rigid >= HALF):
+        words[k] = LIBRATIONS[int(np.argmax(turns[:, k]))]
+
+
+def _share_within(fields: Array, motions: SmallMotions) -> Array:
+    """Share (n,) of the kinetic energy of each motion that lies within fields (n_u, m)."""
+    push = fields.T @ motions.M @ motions.shapes
+    amplitudes = np.linalg.lstsq(fields.T @ motions.M @ fields, push, rcond=None)[0]
+    return np.asarray(np.einsum("mk,mk->k", push.conj(), amplitudes).real)
+
+
+def moved_points(body: FlexibleBody, motion: BodyMotion) -> tuple[Array, Array]:
+    """Points (p, 3) of a body in the base frame, and how they move along the coordinates (p, 3, n_u)."""
+    rest, shapes = points_of(body)
+    arms = (rest + np.einsum("spa,s->pa", shapes, motion.delta)) @ motion.attitude.T
+    moved = motion.slide + np.cross(motion.turn.T[None], arms[:, None]).swapaxes(1, 2)
+    moved = moved + np.einsum("ab,spb,su->pau", motion.attitude, shapes, motion.shape, optimize=True)
+    return motion.position + arms, moved
+
+
+def points_of(body: FlexibleBody) -> tuple[Array, Array]:
+    """Points (p, 3) of a body and how its shapes move them (n_shapes, p, 3).
+
+    Six points of the same inertia for a rigid body; some of the skin of a flexible one, or its markers.
+    """
+    if not body.n_shapes:
+        return _inertia_points(body), np.zeros((0, 6, 3))
+    if body.skin is not None and len(body.skin.points):
+        some = slice(None, None, max(1, len(body.skin.points) // MOST))
+        return body.skin.points[some], body.skin.shapes[:, some]
+    markers = list(body.markers.values())
+    return np.stack([m.position for m in markers]), np.stack([m.phi.T for m in markers], axis=1)
+
+
+def _inertia_points(body: FlexibleBody) -> Array:
+    """Six points (6, 3) of a sixth of a rigid body's mass each that have its inertia."""
+    centre = body.moments.center_of_mass()
+    spread = body.moments.second[0, :, 0, :] / body.moments.mass - np.outer(centre, centre)
+    square, axes = np.linalg.eigh(spread)
+    arms = (np.sqrt(3.0 * np.maximum(square, 0.0)) * axes).T
+    return np.concatenate([centre + arms, centre - arms])
+
+
+def _slice_shares(points: Array, motion: Complex, axis: Array | None) -> Array:
+    """Mean square (n, 5) of the motion (n, p, 3) of a body's points in each of the ways."""
+    centred = points - points.mean(axis=0)
+    line = np.linalg.svd(centred, full_matrices=False)[2][0] if len(points) > 1 else np.eye(3)[0]
+    if len(points) == 1 or not np.abs(centred).max() > 0:  # a point has no line: what is not flap is lag
+        line = np.zeros(3)
+    axis = np.eye(3)[int(np.argmin(np.abs(line)))] if axis is None else axis / np.linalg.norm(axis)
+    flap = axis - line * (line @ axis)
+    flap = np.zeros(3) if np.linalg.norm(flap) < np.sqrt(1 - ALONG**2) else flap / np.linalg.norm(flap)
+    place = centred @ line
+    width = np.ptp(place) or 1.0
+    index = np.minimum((SLICES * (place - place.min()) / width).astype(int), SLICES - 1)
+    out = np.zeros((len(motion), len(WAYS)))
+    for k in np.unique(index):
+        here = index == k
+        u, arm = motion[:, here], centred[here] - centred[here].mean(axis=0)
+        arm = arm - np.outer(arm @ line, line)
+        out += here.sum() * np.stack(_mean_squares(u, arm, line, flap), axis=1)
+    return out / len(points)
+
+
+def _mean_squares(u: Complex, arm: Array, line: Array, flap: Array) -> list[Array]:
+    """Mean square (n,) of the motion u (n, p, 3) of one slice: WAYS in turn."""
+    mean = u.mean(axis=1)
+    size = np.sum(np.abs(mean) ** 2, axis=1)
+    up, along = np.abs(mean @ flap) ** 2, np.abs(mean @ line) ** 2
+    turn = np.cross(line, arm)
+    inertia = float(np.sum(turn**2))
+    theta = np.einsum("npa,pa->n", u, turn) / inertia if inertia > 0 else np.zeros(len(u))
+    left = u - mean[:, None] - theta[:, None, None] * turn
+    left = left - np.einsum("npa,a->np", left, line)[:, :, None] * line  # turned slices of a bent body
+    twisted = np.abs(theta) ** 2 * inertia / len(arm)
+    return [up, size - up - along, along, twisted, np.sum(np.abs(left) ** 2, axis=(1, 2)) / len(arm)]

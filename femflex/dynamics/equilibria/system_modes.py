@@ -1,0 +1,159 @@
+"""Natural modes of a whole craft about its equilibrium: frequencies, damping, names, shapes, and stability."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import Skin
+from femflex.dynamics.equilibria.character import character, numbered
+from femflex.dynamics.equilibria.craft_shape import craft_skin
+from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumError, equilibrium
+from femflex.system import Joint, Profile, System
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+SAME = 1e-9  # damping ratio that is rounding of the eigenvalues
+
+
+@dataclass(frozen=True, eq=False)
+class SystemModes:
+    """Modes of a craft about an equilibrium, rigid-body modes first, the others by rising frequency.
+
+    eigenvalues (n,)     [1/s], of a conjugate pair the one above the real axis
+    names       (n,)     such as "translation x", "wobble", "bending 1"
+    known       (n,)     whether the mode is a known motion that neither grows nor decays (drift, tilt of the spin axis)
+    energy      body -> (n,) share of the kinetic energy
+    shapes      (n_u, n) increments of the coordinates
+    about       the equilibrium
+    left_out    loads that are left out, prescribed motions that stay at their initial values
+    """
+
+    eigenvalues: Complex
+    names: tuple[str, ...]
+    known: NDArray[np.bool_]
+    growing: NDArray[np.bool_]
+    energy: dict[str, Array]
+    shapes: Complex
+    about: Equilibrium
+    left_out: tuple[str, ...] = ()
+
+    @property
+    def frequencies(self) -> Array:
+        """(n,) [Hz] in the base frame; 0 where it does not oscillate."""
+        return np.asarray(self.eigenvalues.imag) / (2 * np.pi)
+
+    @property
+    def damping_ratios(self) -> Array:
+        """(n,) part of critical; below 0 grows, 1 and -1 do not oscillate; 0 for known motions."""
+        size = np.abs(self.eigenvalues)
+        ratios = -self.eigenvalues.real / np.where(size > 0, size, 1.0)
+        return np.where(np.abs(ratios) < SAME, 0.0, ratios)
+
+    @property
+    def stable(self) -> bool:
+        """Whether no mode grows."""
+        return self.about.stable
+
+    def frequency(self, mode: int | str) -> float:
+        """Frequency [Hz] of a mode by its name or its number from 1, rigid-body modes counted.
+
+        Raises KeyError for one that is not there.
+        """
+        if isinstance(mode, str):
+            if mode not in self.names:
+                raise KeyError(f"the craft has no mode {mode!r}; it has {', '.join(self.names[:20])}")
+            return float(self.frequencies[self.names.index(mode)])
+        if not 1 <= mode <= len(self.names):
+            raise KeyError(f"the craft has no mode {mode}; its modes are 1 to {len(self.names)}")
+        return float(self.frequencies[mode - 1])
+
+    def skin(self, modes: Sequence[int]) -> Skin:
+        """The craft in its equilibrium, with the real and then the imaginary parts of these modes, counted from 1."""
+        chosen = self.shapes[:, [mode - 1 for mode in modes]]
+        return craft_skin(self.about.model.system, self.about.motions.bodies, chosen)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything in plain numbers, lists and text."""
+        return {
+            "modes": [
+                {
+                    "name": name,
+                    "frequency_hz": float(self.frequencies[k]),
+                    "omega_rad_s": float(self.eigenvalues[k].imag),
+                    "damping_ratio": float(self.damping_ratios[k]),
+                    "growth_per_s": float(self.eigenvalues[k].real),
+                    "rigid": bool(self.known[k]),
+                    "stable": not bool(self.growing[k]),
+                    "kinetic_energy": {body: float(share[k]) for body, share in self.energy.items()},
+                }
+                for k, name in enumerate(self.names)
+            ],
+            "stable": self.stable,
+            "verdict": self.about.verdict,
+            "growth_threshold": self.about.growth_threshold,
+            "left_out": list(self.left_out),
+        }
+
+
+def system_modes(system: System, at: float | None = None) -> SystemModes:
+    """The modes of a system about the equilibrium nearest to its initial coordinates, with damping.
+
+    at: time [s] at which loads and prescribed motions are taken. Left out, loads given as tables over time do not act,
+    and prescribed motions stay at their initial values; where no equilibrium is found under the loads that remain, as
+    of a free craft that is pushed, these do not act either. Raises as `equilibrium`.
+    """
+    if at is not None:
+        return modes_about(equilibrium(system, at))
+    still, left_out = without_variation(system)
+    try:
+        return modes_about(equilibrium(still), left_out)
+    except EquilibriumError:
+        if not still.loads:
+            raise
+    pushed = tuple(f"load {load.name!r} (no equilibrium under it)" for load in still.loads)
+    return modes_about(equilibrium(replace(still, loads=())), left_out + pushed)
+
+
+def without_variation(system: System) -> tuple[System, tuple[str, ...]]:
+    """The system without loads over time, prescribed motions at their initial values; and the names of both."""
+    varying = [load for load in system.loads if load.times is not None]
+    moving = [joint for joint in system.joints if any(profile.moves for profile in joint.held.values())]
+    names = [f"load {load.name!r}" for load in varying] + [f"motion of {joint.label!r}" for joint in moving]
+    still = replace(system, loads=tuple(load for load in system.loads if load not in varying))
+    joints = tuple(_at_start(joint) if joint in moving else joint for joint in system.joints)
+    return replace(still, joints=joints), tuple(names)
+
+
+def _at_start(joint: Joint) -> Joint:
+    """The joint with its prescribed coordinates locked at their initial values."""
+    motion: list[Profile | float | None] = list(joint.motion)
+    for k, profile in joint.held.items():
+        motion[k] = float(profile(0.0)[0])
+    return replace(joint, motion=tuple(motion), u0=0.0 * joint.u0)
+
+
+def modes_about(about: Equilibrium, left_out: tuple[str, ...] = ()) -> SystemModes:
+    """The modes about an equilibrium found already."""
+    model, motions = about.model, about.motions
+    spinning = model.system.frame.kind == "spinning" and bool(np.any(model.system.frame.rate))
+    found = character(model, motions, model.system.frame.rate if spinning else None)
+    rigid = np.array([one.shape for one in motions.known], complex).reshape(-1, model.n_u).T
+    kinetic = {name: motions.bodies[name].kinetic(model.system.bodies[name], rigid) for name in model.system.order}
+    total = np.maximum(np.sum(list(kinetic.values()), axis=0), 1e-300)
+    count = len(motions.known)
+    return SystemModes(
+        eigenvalues=np.concatenate([[one.eigenvalue for one in motions.known], motions.eigenvalues]),
+        names=tuple(one.name for one in motions.known) + numbered(found.words),
+        known=np.arange(count + len(found.words)) < count,
+        growing=np.concatenate([np.zeros(count, bool), motions.growing]),
+        energy={name: np.concatenate([kinetic[name] / total, found.energy[name]]) for name in model.system.order},
+        shapes=np.hstack([rigid, motions.shapes]),
+        about=about,
+        left_out=left_out,
+    )

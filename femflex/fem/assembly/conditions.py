@@ -1,0 +1,81 @@
+"""Support conditions of node groups, and which nodes, sides and element interiors each acts on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.support import Supports, as_support
+from femflex.mesh.cells import CELL_TYPES, EDGES
+
+if TYPE_CHECKING:
+    from femflex.mesh import Mesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+SAME = 1e-6  # squared sine of the angle below which two directions of supports at a node are one
+
+
+@dataclass(frozen=True, eq=False)
+class Condition:
+    """One support: nodes (k,), edges (n,) as keys (ascending; None where the group is of points), and the directions
+    in which displacement and rotation are zero, as projectors (3, 3)."""
+
+    nodes: Index
+    edges: Index | None
+    moves: Array
+    turns: Array
+    n_points: int
+
+    def contains(self, nodes: Index) -> NDArray[np.bool_]:
+        """Which of the sides or interiors with corners `nodes` (n, m) lie on the group.
+
+        All their nodes must. Of a group of cells, so must the edges between: two nodes of a boundary that turns a
+        corner may be joined by a side inside.
+        """
+        on = np.zeros(self.n_points, bool)
+        on[self.nodes] = True
+        found = np.all(on[nodes], axis=1)
+        if self.edges is not None and nodes.shape[1] > 1:
+            after = np.roll(nodes, -1, axis=1) if nodes.shape[1] > 2 else nodes[:, ::-1]
+            found = found & np.all(np.isin(edge_keys(nodes, after, self.n_points), self.edges), axis=1)
+        return np.asarray(found)
+
+
+def conditions(mesh: Mesh, supports: Supports) -> tuple[Condition, ...]:
+    """The conditions of supports of the mesh's groups; ValueError on unknown groups or components."""
+    found = []
+    for group, value in supports.items():
+        moves, turns = as_support(value).projectors()
+        found.append(Condition(mesh.group_points(group), _edges(mesh, group), moves, turns, len(mesh.points)))
+    return tuple(found)
+
+
+def directions_of(sums: Array) -> Array:
+    """Projectors (n, 3, 3) on the ranges of sums of projectors (n, 3, 3)."""
+    value, vectors = np.linalg.eigh(sums)
+    return np.asarray(np.einsum("nik,nk,njk->nij", vectors, np.where(value > SAME, 1.0, 0.0), vectors))
+
+
+def edge_keys(a: Index, b: Index, n_points: int) -> Index:
+    """Keys lower * n_points + upper of pairs of nodes."""
+    return np.minimum(a, b) * n_points + np.maximum(a, b)
+
+
+def _edges(mesh: Mesh, group: str) -> Index | None:
+    """Keys of the edges of a group's cells, halves of second-order ones too; None for a group of points."""
+    if group in mesh.point_groups or not mesh.cell_groups.get(group):
+        return None
+    keys = []
+    for name, cells in mesh.group_cells(group).items():
+        cell = CELL_TYPES[name]
+        if cell.dimension == 0:
+            return None
+        for k, (i, j) in enumerate(EDGES[cell.shape]):
+            ends = [(i, j)] if cell.order == 1 else [(i, j), (i, cell.n_corners + k), (j, cell.n_corners + k)]
+            keys += [edge_keys(cells[:, a], cells[:, b], len(mesh.points)) for a, b in ends]
+    return np.unique(np.concatenate(keys))

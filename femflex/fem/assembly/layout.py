@@ -1,0 +1,216 @@
+"""Axes along which dofs are counted, so that every support condition is that some of them are zero.
+
+A node on a support has its translations and rotations along the support's axes. A node that flat plates of one plane
+share has no stiffness about its normal m and turns in the plane alone. On a plane of symmetry or antisymmetry (zero
+rotations are those across the zero displacements) the plate meets its mirror image at a fold, whose nodes turn about m
+too: left are all directions in the plane that an allowed rotation has a part in. Elsewhere a plate hardly turns about
+m, and left are those that make less than 45 degrees with an allowed one.
+
+Dofs of no single node are components along directions D of a vector b (or a turn) that fades at the nodes. Displaced
+in no direction H, a side has H D b = 0. A side of plates deflects between its nodes too, by m (m.r) with
+r = (theta_1 - theta_2) x (x_2 - x_1) / 8. Where the support lets nodes turn only so that H r = 0 (a plane of symmetry
+or antisymmetry), the side stays on it: H (D b + m (m.r)) = 0, which is what the fold between the plate and its mirror
+image does (`femflex.fem.plate.sides`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from femflex.fem.assembly.conditions import Condition, directions_of
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+ACROSS = 1e-12  # squared cosine below which a direction counts as across those of a support
+ALIGNED = 1e-9  # off-diagonal part of a projector below which axes stay as they are
+ALLOWED = 0.5  # squared cosine with a rotation that a support allows, above which a flat node turns
+MIRRORED = 1e-6  # likewise on a plane of symmetry; a fold that is flatter is none
+STAYS = 1e-6  # part of a side's bulge r that a support may leave along its own directions
+
+
+@dataclass(frozen=True, eq=False)
+class Extras:
+    """Dofs (n, k) that fade at the nodes (n, m) they lie between, and what they are components of.
+
+    kind        "translation": displacements; "rotation": turns
+    directions  (n, k, 3) unit vectors that they act along; None: along all, so that only a full support holds them
+    spans       (n, 3) from the first node to the second, of sides of plates; None for others
+    """
+
+    dofs: Index
+    nodes: Index
+    kind: Literal["translation", "rotation"]
+    directions: Array | None
+    spans: Array | None
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """raw = E z: raw dofs from dofs z along the axes of supports, and which z the supports hold.
+
+    E, inverse  (n_raw, n_raw)  z = inverse raw, for those z that are used
+    held        (n_raw,)        z that are zero
+    """
+
+    E: sparse.csr_array
+    inverse: sparse.csr_array
+    held: Flags
+
+    @property
+    def conditions(self) -> sparse.csr_array:
+        """Rows (k, n_raw): the supports say that rows @ raw = 0."""
+        return self.inverse[np.flatnonzero(self.held)]
+
+
+class _Blocks:
+    """An identity (n, n) some of whose rows are replaced, as triplets."""
+
+    def __init__(self, n: int) -> None:
+        self._n, self._plain = n, np.ones(n, bool)
+        self._triplets: list[tuple[Index, Index, Array]] = []
+
+    def replace(self, rows: Index, columns: Index, values: Array) -> None:
+        """Rows (n, r) are values (n, r, c) on columns (n, c), and nothing else."""
+        self._plain[rows.ravel()] = False
+        self.add(rows, columns, values)
+
+    def add(self, rows: Index, columns: Index, values: Array) -> None:
+        """Adds values (n, r, c) to rows (n, r), columns (n, c)."""
+        row, column = np.broadcast_to(rows[:, :, None], values.shape), np.broadcast_to(columns[:, None], values.shape)
+        self._triplets.append((row.ravel(), column.ravel(), values.ravel()))
+
+    def matrix(self) -> sparse.csr_array:
+        """The matrix."""
+        one = np.flatnonzero(self._plain)
+        triplets = [(one, one, np.ones(len(one))), *self._triplets]
+        rows, columns, values = (np.concatenate(part) for part in zip(*triplets, strict=True))
+        found = sparse.coo_array((values, (rows, columns)), shape=(self._n, self._n)).tocsr()
+        found.eliminate_zeros()  # a dof counts as a rotation about an axis only when it has a part in it
+        return found
+
+
+def layout(
+    n_raw: int,
+    translation: Index,
+    rotation: Index,
+    flat: tuple[Index, Array],
+    extras: Sequence[Extras],
+    supports: Sequence[Condition] = (),
+) -> Layout:
+    """The layout of raw dofs under supports.
+
+    translation, rotation  (n_nodes, 3) raw dofs of the nodes, -1 where none
+    flat                   nodes (k,) of one plane, and two axes in it and its normal (k, 3, 3) as rows
+    """
+    held = np.zeros(n_raw, bool)
+    nodal, nodal_inverse, sides, sides_inverse = (_Blocks(n_raw) for _ in range(4))
+    moves, turns = (np.zeros((len(translation), 3, 3)) for _ in range(2))
+    on = np.zeros(len(translation), bool)
+    for support in supports:
+        moves[support.nodes] += support.moves
+        turns[support.nodes] += support.turns
+        on[support.nodes] = True
+    for table, sums in ((translation, moves), (rotation, turns)):
+        nodes = np.flatnonzero(on & (table[:, 0] >= 0))
+        if table is rotation:
+            nodes = np.setdiff1d(nodes, flat[0])
+        F, zero = _frames(directions_of(sums[nodes]))
+        _lay(nodal, nodal_inverse, table[nodes], F)
+        held[table[nodes][zero]] = True
+    F, zero = _flat_frames(flat[1], directions_of(moves[flat[0]]), directions_of(turns[flat[0]]), on[flat[0]])
+    _lay(nodal, nodal_inverse, rotation[flat[0]], F)
+    held[rotation[flat[0]][zero]] = True
+    if supports:
+        for e in extras:
+            _lay_extras(sides, sides_inverse, held, e, rotation, supports)
+    return Layout((sides.matrix() @ nodal.matrix()).tocsr(), (nodal_inverse.matrix() @ sides_inverse.matrix()), held)
+
+
+def _lay(blocks: _Blocks, inverse: _Blocks, dofs: Index, F: Array) -> None:
+    """Vectors on raw dofs (n, 3) are counted along the rows of F (n, 3, 3)."""
+    if len(dofs):
+        blocks.replace(dofs, dofs, F.swapaxes(1, 2))
+        inverse.replace(dofs, dofs, F)
+
+
+def _frames(zero: Array) -> tuple[Array, Flags]:
+    """Axes (n, k, k) as rows of which some, (n, k), span the range of projectors (n, k, k); as they are if they can."""
+    value, vectors = np.linalg.eigh(zero)
+    k = zero.shape[1]
+    aligned = np.abs(zero * (1 - np.eye(k))).max(axis=(1, 2), initial=0.0) < ALIGNED
+    F = np.where(aligned[:, None, None], np.eye(k), vectors.swapaxes(1, 2))
+    return F, np.where(aligned[:, None], np.einsum("nkk->nk", zero), value) > 0.5
+
+
+def _flat_frames(axes: Array, moves: Array, turns: Array, on: Flags) -> tuple[Array, Flags]:
+    """Axes (n, 3, 3) of flat nodes as rows, the last of no use, and which are held, by supports of these projectors."""
+    F = axes.copy()
+    F[:, 2] = 0.0
+    zero = np.zeros((len(axes), 3), bool)
+    if on.any():
+        plane = axes[on, :2]
+        allowed = np.matmul(plane @ (np.eye(3) - turns[on]), plane.swapaxes(1, 2))
+        value, vectors = np.linalg.eigh(allowed)
+        mirror = np.abs(moves[on] + turns[on] - np.eye(3)).max(axis=(1, 2)) < ALIGNED
+        least = np.where(mirror, MIRRORED, ALLOWED)[:, None]
+        ways = np.einsum("nik,nk,njk->nij", vectors, np.where(value > least, 0.0, 1.0), vectors)
+        own, zero[on, :2] = _frames(ways)
+        F[on, :2] = own @ plane
+    return F, zero
+
+
+def _lay_extras(
+    blocks: _Blocks, inverse: _Blocks, held: Flags, e: Extras, rotation: Index, supports: Sequence[Condition]
+) -> None:
+    """Lay dofs of no single node along what supports hold, and tell which are held."""
+    moves, turns = (np.zeros((len(e.dofs), 3, 3)) for _ in range(2))
+    for support in supports:
+        lies = support.contains(e.nodes)
+        moves[lies] += support.moves
+        turns[lies] += support.turns
+    at = np.flatnonzero(moves.any(axis=(1, 2)) | turns.any(axis=(1, 2)))
+    if not len(at):
+        return
+    moves, turns = directions_of(moves[at]), directions_of(turns[at])
+    dofs = e.dofs[at]
+    if e.directions is None:
+        everything = moves if e.kind == "translation" else np.minimum(moves, turns)
+        held[dofs[np.trace(everything, axis1=1, axis2=2) > 2.5].ravel()] = True
+        return
+    D, H = e.directions[at], moves if e.kind == "translation" else turns
+    gram = np.matmul(D @ H, D.swapaxes(1, 2))
+    value, vectors = np.linalg.eigh(gram)
+    F, zero = _frames(np.einsum("nik,nk,njk->nij", vectors, np.where(value > ACROSS, 1.0, 0.0), vectors))
+    held[dofs[zero]] = True
+    if dofs.shape[1] == 1:  # has no other axes; a twist may lie on several sides
+        return
+    blocks.replace(dofs, dofs, F.swapaxes(1, 2))
+    inverse.replace(dofs, dofs, F)
+    if e.spans is not None:
+        bulge = _bulge(D, moves, turns, e.spans[at])
+        for node, sign in ((0, 1.0), (1, -1.0)):
+            columns = rotation[e.nodes[at, node]]
+            blocks.add(dofs, columns, sign * bulge)
+            inverse.add(dofs, columns, -sign * F @ bulge)
+
+
+def _bulge(D: Array, moves: Array, turns: Array, span: Array) -> Array:
+    """How b (n, 2) of sides follows the rotation (n, 2, 3) of the first node, minus the second, to stay on a support.
+
+    Zero where the rotations that the support allows take the side off it.
+    """
+    normal = np.cross(D[:, 0], D[:, 1])
+    across = np.cross(np.eye(3), -(span / np.linalg.norm(span, axis=1, keepdims=True))[:, None])  # theta -> theta x t
+    off = np.abs(moves @ across @ (np.eye(3) - turns)).max(axis=(1, 2))
+    HD = D @ moves
+    b = -np.linalg.pinv(HD @ D.swapaxes(1, 2), rcond=ACROSS, hermitian=True) @ (HD @ normal[:, :, None])
+    lever = np.cross(span, normal) / 8  # m . (theta x span) / 8 = lever . theta
+    return np.where(off[:, None, None] < STAYS, b * lever[:, None, :], 0.0)

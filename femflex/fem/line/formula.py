@@ -1,0 +1,150 @@
+"""Formulas of the arc length: read into a list of operations of known arity, and evaluated by these alone."""
+
+from __future__ import annotations
+
+import ast
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Operation = Callable[..., Any]
+
+LONGEST = 2000  # characters; what is longer is a table
+NAMES = ("s", "L", "pi")
+OPERATORS: dict[type[ast.operator] | type[ast.unaryop], Operation] = {
+    ast.Add: lambda a, b: a + b,
+    ast.Sub: lambda a, b: a - b,
+    ast.Mult: lambda a, b: a * b,
+    ast.Div: lambda a, b: a / b,
+    ast.Pow: lambda a, b: a**b,
+    ast.USub: lambda a: -a,
+    ast.UAdd: lambda a: a,
+}
+OF_ONE: dict[str, Operation] = {
+    name: getattr(np, name)
+    for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "arctan", "sqrt", "exp", "log", "abs")
+}
+OF_SEVERAL: dict[str, Operation] = {  # two or more
+    "min": lambda *values: np.minimum.reduce(np.broadcast_arrays(*values)),
+    "max": lambda *values: np.maximum.reduce(np.broadcast_arrays(*values)),
+}
+
+
+@dataclass(frozen=True)
+class Step:
+    """One operation on the last `arity` values; `node` is the part of the formula whose value it gives."""
+
+    node: ast.expr
+    operation: Operation
+    arity: int
+
+
+def formula(text: str, s: Array, length: Array | float) -> Array:
+    """Value of an arithmetic formula of the arc lengths s [m], the whole arc length L [m] and pi, in the shape of s.
+
+    Raises ValueError on what is not arithmetic, on a wrong number of arguments, and where a part of the formula is not
+    finite at some s: a division by zero, an overflow, the root of a negative number.
+    """
+    names = {"s": s, "L": np.asarray(length, float), "pi": np.float64(np.pi)}
+    values: list[Any] = []
+    with np.errstate(all="ignore"):  # what is not finite is reported below
+        for step in _steps(text):
+            first = len(values) - step.arity
+            found = np.asarray(step.operation(names, *values[first:]), float)
+            _check_finite(text, step.node, found, s)
+            values[first:] = [found]
+    return np.array(np.broadcast_to(values[0], s.shape))
+
+
+def _steps(text: str) -> list[Step]:
+    """The operations of a formula, each after those of its operands; without recursion, however deep it nests."""
+    steps: list[Step] = []
+    nodes: list[ast.expr] = [_tree(text)]
+    while nodes:
+        node = nodes.pop()
+        operation, operands = _operation(node, text)
+        steps.append(Step(node, operation, len(operands)))
+        nodes += operands
+    return steps[::-1]
+
+
+def _tree(text: str) -> ast.expr:
+    if len(text) > LONGEST:
+        raise ValueError(
+            f"formula {_shown(text)} has {len(text)} characters; at most {LONGEST} are read. Give a table instead."
+        )
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of Python's grammar
+            return ast.parse(text.strip(), mode="eval").body
+    except (RecursionError, MemoryError):
+        raise ValueError(f"formula {_shown(text)} nests too deeply; write it with fewer parentheses.") from None
+    except SyntaxError as error:
+        at = f" at character {error.offset}" if error.offset else ""
+        raise ValueError(f"formula {_shown(text)} cannot be read: {error.msg}{at}") from None
+    except ValueError as error:  # a null character
+        raise ValueError(f"formula {_shown(text)} cannot be read: {error}") from None
+
+
+def _operation(node: ast.expr, text: str) -> tuple[Operation, list[ast.expr]]:
+    """What a node does with the values of its operands; the first argument is the dictionary of names."""
+    match node:
+        case ast.Constant(value=bool()):
+            pass
+        case ast.Constant(value=int() | float() as number):
+            return lambda names: _float(number), []
+        case ast.Name(id=name) if name in NAMES:
+            return lambda names: names[name], []
+        case ast.UnaryOp(op=op, operand=operand) if type(op) in OPERATORS:
+            return _nameless(OPERATORS[type(op)]), [operand]
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATORS:
+            return _nameless(OPERATORS[type(op)]), [left, right]
+        case ast.Call(func=ast.Name(id=name), args=args, keywords=[]) if name in OF_ONE or name in OF_SEVERAL:
+            _check_arity(name, len(args), text)
+            return _nameless(OF_ONE[name] if name in OF_ONE else OF_SEVERAL[name]), args
+    raise ValueError(
+        f"formula {_shown(text)} holds {_part(text, node)}; it may use the names {sorted(NAMES)}, numbers, "
+        f"+ - * / ** and {', '.join([*OF_ONE, *OF_SEVERAL])}"
+    )
+
+
+def _nameless(operation: Operation) -> Operation:
+    return lambda names, *values: operation(*values)
+
+
+def _float(number: float) -> float:
+    try:
+        return float(number)
+    except OverflowError:  # a whole number above 1.8e308
+        return np.inf
+
+
+def _check_arity(name: str, found: int, text: str) -> None:
+    if name in OF_ONE and found != 1:
+        raise ValueError(f"formula {_shown(text)}: {name} takes 1 argument; found {found}")
+    if name in OF_SEVERAL and found < 2:
+        raise ValueError(f"formula {_shown(text)}: {name} takes 2 arguments or more; found {found}")
+
+
+def _check_finite(text: str, node: ast.expr, found: Array, s: Array) -> None:
+    bad = np.broadcast_to(~np.isfinite(found), s.shape)
+    if bad.any():
+        what, at = np.broadcast_to(found, s.shape)[bad].flat[0], s[bad].flat[0]
+        raise ValueError(
+            f"formula {_shown(text)}: {_part(text, node)} is {what} at s = {at:.6g} m; it must be finite along the "
+            "whole member"
+        )
+
+
+def _part(text: str, node: ast.expr) -> str:
+    return _shown(ast.get_source_segment(text.strip(), node) or text)
+
+
+def _shown(text: str) -> str:
+    """A formula in quotes, cut where it is long."""
+    return repr(text if len(text) <= 80 else text[:77] + "...")

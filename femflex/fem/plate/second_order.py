@@ -1,0 +1,48 @@
+"""Warning where second-order cells, which plates use by their corners, have curved sides."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.mesh.cells import CELL_TYPES, EDGES
+from femflex.warning import PhysicsWarning
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+STRAIGHT = 1e-4  # distance of a middle node from the straight side, over its length, that passes for rounding
+
+
+def warn_of_curved_sides(points: Array, cells: Mapping[str, Index], where: str) -> None:
+    """Warn when middle nodes of cells lie off the straight sides that replace theirs, with the largest distance."""
+    found = [_off_sides(points, nodes, name) for name, nodes in cells.items() if CELL_TYPES[name].order == 2]
+    if not found:
+        return
+    distance, length = (np.concatenate(part) for part in zip(*found, strict=True))
+    curved = distance > STRAIGHT * length
+    if not curved.any():
+        return
+    worst = int(np.argmax(distance / length))
+    warnings.warn(
+        f"{where}: {int(curved.sum())} of {len(curved)} sides of its second-order cells are curved, and the elements "
+        f"have straight ones between the corners: the worst middle node lies {distance[worst]:.3g} m off a side of "
+        f"{length[worst]:.3g} m ({distance[worst] / length[worst]:.2%}; at most {STRAIGHT:.2%} counts as straight). "
+        "Refine the mesh: refine = 1 makes corners of the middle nodes and divides the distance by 4",
+        PhysicsWarning,
+        stacklevel=5,
+    )
+
+
+def _off_sides(points: Array, nodes: Index, name: str) -> tuple[Array, Array]:
+    """Distances (k,) of the middle nodes of cells (e, n) from the straight lines between corners, and their lengths."""
+    cell = CELL_TYPES[name]
+    first, last = (points[nodes[:, [edge[end] for edge in EDGES[cell.shape]]]] for end in (0, 1))
+    middle = points[nodes[:, cell.n_corners : cell.n_corners + len(EDGES[cell.shape])]]
+    along, out = last - first, middle - first
+    length = np.linalg.norm(along, axis=2)
+    safe = np.where(length > 0, length, 1.0)
+    return (np.linalg.norm(np.cross(along, out), axis=2) / safe).ravel(), safe.ravel()

@@ -1,0 +1,79 @@
+"""Supports of node groups: which components of displacement and rotation are zero, in global or in own axes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+Rows = tuple[tuple[float, float, float], ...]
+
+COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")  # of a node: three translations, three rotations
+GLOBAL: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+SQUARE = 1e-6  # cosine between two axes of a support that passes for rounding
+
+
+@dataclass(frozen=True)
+class Support:
+    """Components of a group's nodes that are zero, along own axes.
+
+    components  of "x", "y", "z", "rx", "ry", "rz", along the rows of `axes`
+    axes        (3, 3) rows: directions of the support's x, y and z axes in global components, at right angles
+    """
+
+    components: tuple[str, ...]
+    axes: Rows = GLOBAL
+
+    def __post_init__(self) -> None:
+        unknown = [c for c in self.components if c not in COMPONENTS]
+        if unknown:
+            raise ValueError(f"components {unknown} are not of a node; name some of {list(COMPONENTS)}")
+        rows = np.asarray(self.axes, float)
+        if rows.shape != (3, 3) or not np.isfinite(rows).all() or not np.linalg.norm(rows, axis=1).all():
+            raise ValueError(
+                f"axes of a support are {self.axes!r}; give three directions of three components, not zero"
+            )
+        unit = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+        if np.abs(unit @ unit.T - np.eye(3)).max() > SQUARE:
+            raise ValueError(f"axes of a support, {rows.tolist()}, are not at right angles; give orthogonal directions")
+        object.__setattr__(self, "axes", tuple(tuple(float(value) for value in row) for row in unit))
+
+    def projectors(self) -> tuple[Array, Array]:
+        """Projectors (3, 3) on the directions of displacement, and of rotation, that are zero."""
+        rows, zero = np.asarray(self.axes), np.array([c in self.components for c in COMPONENTS])
+        moves, turns = rows[zero[:3]], rows[zero[3:]]
+        return moves.T @ moves, turns.T @ turns
+
+
+Supports = Mapping[str, Sequence[str] | Support]  # group -> components along global axes, or a Support
+
+
+def symmetry(normal: ArrayLike) -> Support:
+    """Support of a plane of symmetry with this normal (3,): no displacement along it, no rotation about the plane's
+    own axes."""
+    return Support(("x", "ry", "rz"), _axes_with(normal))
+
+
+def antisymmetry(normal: ArrayLike) -> Support:
+    """Support of a plane of antisymmetry with this normal (3,): no displacement in the plane, no rotation about it."""
+    return Support(("y", "z", "rx"), _axes_with(normal))
+
+
+def as_support(value: Sequence[str] | Support) -> Support:
+    """The Support of components along global axes, or the one given."""
+    return value if isinstance(value, Support) else Support(tuple(value))
+
+
+def _axes_with(normal: ArrayLike) -> Rows:
+    """Axes whose x lies along the normal (3,)."""
+    given = np.asarray(normal, float)
+    if given.shape != (3,) or not np.isfinite(given).all() or not given.any():
+        raise ValueError(f"the normal of a plane is {normal!r}; give three components, not all zero")
+    x = given / np.linalg.norm(given)
+    y = np.cross(np.eye(3)[np.argmin(np.abs(x))], x)
+    y /= np.linalg.norm(y)
+    rows = np.stack([x, y, np.cross(x, y)])
+    return tuple((float(a), float(b), float(c)) for a, b, c in rows)

@@ -1,0 +1,44 @@
+"""Numbers as decks list them, such as 1, 3, 7 to 40000 by 2: ranges are kept as such, however long they are."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Numbers and ranges of them in the order listed, less those of `without`."""
+
+    parts: tuple[int | range, ...] = ()
+    without: Numbers | None = None
+
+    def among(self, known: Collection[int]) -> list[int]:
+        """Those of the numbers that are known (a dict or a set), in order.
+
+        A range longer than `known` is not gone through; the known numbers in it are sorted instead.
+        """
+        found: list[int] = []
+        for part in self.parts:
+            if isinstance(part, int):
+                found += [part] if part in known else []
+            elif len(part) <= len(known):
+                found += [number for number in part if number in known]
+            else:
+                found += sorted((number for number in known if number in part), reverse=part.step < 0)
+        less = set(self.without.among(known)) if self.without is not None else set()
+        return [number for number in found if number not in less] if less else found
+
+    def within(self, known: Collection[int]) -> bool:
+        """Whether all of them are known."""
+        for part in self.parts:
+            if isinstance(part, int):
+                if part not in known and not self._excepts(part):
+                    return False
+            elif not all(number in known or self._excepts(number) for number in part):  # ends at the first unknown
+                return False
+        return True
+
+    def _excepts(self, number: int) -> bool:
+        parts = self.without.parts if self.without is not None else ()
+        return any(number == part if isinstance(part, int) else number in part for part in parts)

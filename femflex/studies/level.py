@@ -1,0 +1,26 @@
+"""The table of a body at a level of a study."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
+
+
+def with_level(table: BodyTable, over: str, level: int) -> BodyTable:
+    """The table with so many modes or segments, or refined so often more."""
+    if isinstance(table, AnalyticTable):
+        given = {key: level for key in ("y", "z", "axial", "torsion") if getattr(table.functions, key)}
+        return table.model_copy(update={"functions": table.functions.model_copy(update=given)})
+    if isinstance(table, FileTable):
+        return table.model_copy(update={"modes": level})
+    assert isinstance(table, FlexibleTable)
+    update: dict[str, Any] = {}
+    if over == "mesh":
+        update = {"refine": table.refine + level}
+    elif over == "segments":
+        cut = [m.model_copy(update={"segments": level}) if m.segments is not None else m for m in table.members]
+        update = {"members": cut}
+    elif table.reduction is not None:
+        update = {"reduction": table.reduction.model_copy(update={"modes": level})}
+    return table.model_copy(update=update)

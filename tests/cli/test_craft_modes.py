@@ -1,0 +1,158 @@
+"""`femflex modes` of a case: the modes of the whole craft, printed, drawn, expected and studied."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from hub_beam import exact_frequencies
+
+CRAFT = """
+title = "hub and beam"
+
+[run]
+duration = "0.1 s"
+samples = 3
+
+[bodies.hub]
+kind = "rigid"
+mass = 0.5
+inertia = [1, 1, 0.1]
+markers.rim = {{ position = [0.1, 0, 0] }}
+
+[bodies.beam]
+kind = "analytic"
+length = 1
+EA = 1e4
+EIy = 10
+EIz = 1
+GJ = 10
+mass_per_length = 1
+rotary_inertia = false
+strain = "linear"
+functions = {{ y = {modes}, z = 0 }}
+damping = {{ ratio = 0.01 }}
+
+[[joints]]
+kind = "weld"
+parent = "hub"
+parent_marker = "rim"
+child = "beam"
+child_marker = "root"
+
+[study]
+quantity = {{ of = "system_frequency", branch = "bending 1" }}
+modes = [2, 4, 8]
+tolerance = 1e-2
+
+[[loads]]
+name = "pulse"
+body = "hub"
+times = [0, 1]
+torque = [[0, 0, 1], [0, 0, -1]]
+
+[expect.first]
+of = "system_frequency"
+mode = {mode}
+value = "{value} Hz"
+relative_tolerance = 2e-3
+source = "transcendental equation of a free hub with a beam"
+"""
+EXACT = exact_frequencies(0.1, 0.1, 0.5, False) / (2 * np.pi)
+
+
+@pytest.fixture
+def case(tmp_path):
+    def write(modes=8, mode=7, value=EXACT[0], **more):
+        path = tmp_path / "craft.toml"
+        path.write_text(CRAFT.format(modes=modes, mode=mode, value=value))
+        return path
+
+    return write
+
+
+def test_the_table_has_rigid_modes_by_name_and_the_exact_frequencies(femflex, case):
+    code, out, err = femflex("modes", case())
+    assert code == 0 and err == ""
+    assert "translation x" in out and "rotation z" in out and "bending 1" in out and f"{EXACT[0]:.3g}" in out
+    assert "left out    load 'pulse'; --at takes the values at a time" in out
+    assert "stability   stable: no small motion grows" in out and "above 1e-08 of the larger of" in out
+    assert "expected    first:" in out and "holds" in out
+    short = femflex("modes", case(), "-n", "7")[1]
+    assert "bending 1" in short and "bending 2" not in short and "modes above, which -n and --json list" in short
+
+
+def test_json_has_every_mode_with_damping_and_energies(femflex, case):
+    code, out, _ = femflex("modes", case(), "--json")
+    data = json.loads(out)
+    assert code == 0 and data["stable"] and data["left_out"] == ["load 'pulse'"]
+    rigid, elastic = ([mode for mode in data["modes"] if mode["rigid"] is flag] for flag in (True, False))
+    assert len(rigid) == 6 and all(mode["frequency_hz"] == 0.0 for mode in rigid)
+    assert [mode["frequency_hz"] for mode in elastic[:3]] == pytest.approx(EXACT, rel=2e-3)
+    for mode in elastic[:3]:
+        assert 0.005 < mode["damping_ratio"] < 0.05  # of the beam alone 0.01; on a light hub it is damped more
+        assert sum(mode["kinetic_energy"].values()) == pytest.approx(1.0)
+        assert mode["omega_rad_s"] == pytest.approx(2 * np.pi * mode["frequency_hz"])
+
+
+def test_a_run_judges_what_is_expected_of_the_modes(femflex, case):
+    code, out, err = femflex("run", case(), "-o", "run.h5")
+    assert code == 0 and "expected    first:" in out and "holds" in out and "does not hold" not in err
+    code, out, err = femflex("run", case(value=2 * EXACT[0]), "-o", "run.h5", "--force")
+    assert "does not hold" in out and "first" in err
+
+
+def test_converge_studies_a_frequency_of_the_craft(femflex, case):
+    code, out, _ = femflex("converge", case(), "--over", "modes", "--json")
+    found = json.loads(out)
+    assert code == 0 and found["unit"] == "Hz"
+    values = found["values"]
+    assert values[-1] == pytest.approx(EXACT[0], rel=2e-3)
+    assert np.ptp(values) < 1e-5 * EXACT[0]  # the static shapes of its joint make any number of modes enough
+    assert "frequency of bending 1 of the craft" in femflex("converge", case(), "--over", "modes")[1]
+
+
+def test_the_montage_and_the_movie_are_drawn(femflex, case, tmp_path):
+    from matplotlib.image import imread
+
+    code, out, err = femflex("modes", case(modes=2), "--picture", "m.png", "--movie", "m.mp4", "--mode", "7")
+    assert code == 0 and "picture     m.png" in out and "movie       m.mp4" in out, err
+    picture = imread(tmp_path / "m.png")
+    assert picture.shape[0] > 300 and picture[..., :3].std() > 0.02
+    assert (tmp_path / "m.mp4").stat().st_size > 5000
+    assert "m.png" in femflex("modes", case(), "--picture", "m.png")[2]  # it is there now
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--movie", "m.png"), "a movie is written as .mp4; m.png is not one"),
+        (("--picture", "m.jpg"), "a picture is written as .png; m.jpg is not one"),
+        (("--mode", "3"), "--mode names the mode of a movie; give --movie mode.mp4 with it"),
+        (("--movie", "m.mp4", "--mode", "99"), "--mode is 99; the modes of the craft are 1 to"),
+        (("--body", "beam", "--at", "1"), "--movie, --mode and --at are for the modes of a craft"),
+    ],
+)
+def test_mistakes_are_answered_in_one_sentence(femflex, case, options, said, tmp_path):
+    code, _, err = femflex("modes", case(modes=2), *options)
+    assert code == 2 and said in err and not list(tmp_path.glob("m.*"))
+
+
+def test_a_mode_that_is_not_there_is_named(femflex, case):
+    code, _, err = femflex("modes", case(mode=99))
+    assert code == 2 and "the craft has no mode 99; its modes are 1 to" in err
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ('channel = "markers/beam.tip/deflection"', "with a channel or a body; it is a quantity of the whole craft"),
+        ("speed = 1", "branch and speed go with of = 'campbell_frequency', which needs both"),
+    ],
+)
+def test_a_frequency_of_the_craft_has_no_channel_and_no_speed(femflex, case, more, said):
+    path = case()
+    path.write_text(path.read_text() + more + "\n")
+    code, _, err = femflex("check", path)
+    assert code == 2 and said in err

@@ -1,0 +1,137 @@
+"""A result file has one writer at a time, and a killed one blocks nobody."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from known_run import CHANNELS, known_bodies
+
+from femflex.results import FileLock, RunWriter, add_channels, open_run
+from femflex.results import lock as lock_module
+from femflex.system.channel import Channel
+
+HOLDER = """
+import sys, time
+from femflex.results import FileLock
+lock = FileLock(sys.argv[1])
+print("locked", flush=True)
+time.sleep(600)
+"""
+BUSY = "is being written by another run; wait until it ends, stop it, or choose another file"
+
+
+@pytest.fixture
+def holder(tmp_path):
+    """A process that has the lock of run.h5."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOLDER, str(tmp_path / "run.h5")], stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None and process.stdout.readline() == "locked\n"
+    yield process
+    process.kill()
+    process.wait(30)
+    process.stdout.close()
+
+
+def written(path, count=3):
+    """A finished run of that many rows."""
+    with RunWriter(path, {"x": Channel("m", "place")}, {}) as writer:
+        writer.write_block(np.arange(float(count)), {"x": np.zeros(count)}, resume=np.ones(2))
+        writer.finish(True)
+    return path
+
+
+def test_no_writer_gets_a_file_that_another_process_writes(tmp_path, holder):
+    path = tmp_path / "run.h5"
+    with pytest.raises(BlockingIOError, match=BUSY):
+        RunWriter(path, CHANNELS, known_bodies())
+    written(tmp_path / "other.h5")
+    os.rename(tmp_path / "other.h5", path)
+    before = path.read_bytes()
+    with pytest.raises(BlockingIOError, match=BUSY):
+        RunWriter(path, CHANNELS, known_bodies(), force=True)
+    with pytest.raises(BlockingIOError, match=BUSY):
+        RunWriter.resumed(path)
+    with pytest.raises(BlockingIOError, match=BUSY):
+        add_channels(path, {"y": (Channel("m", "other"), np.zeros(3))})
+    (tmp_path / "linked.h5").symlink_to(path)
+    with pytest.raises(BlockingIOError, match=r"linked\.h5 is being written"):
+        RunWriter.resumed(tmp_path / "linked.h5")
+    assert path.read_bytes() == before and len(open_run(path)) == 3  # readers need no lock
+
+
+def test_a_killed_writer_blocks_nobody(tmp_path, holder):
+    path = tmp_path / "run.h5"
+    holder.send_signal(signal.SIGKILL)
+    holder.wait(30)
+    assert (tmp_path / ".run.h5.lock").exists()
+    written(path)
+    assert os.listdir(tmp_path) == ["run.h5"]  # and what it left is gone
+
+
+def test_the_lock_ends_with_the_writer_however_it_ends(tmp_path):
+    path = written(tmp_path / "run.h5")
+    with pytest.raises(FileExistsError):
+        RunWriter(path, CHANNELS, known_bodies())
+    with pytest.raises(ZeroDivisionError), RunWriter.resumed(path) as writer:
+        writer.write_block(np.array([7.0]), {"x": np.zeros(1)})
+        with pytest.raises(BlockingIOError, match=BUSY):  # in the same process too
+            RunWriter.resumed(path)
+        raise ZeroDivisionError
+    writer = RunWriter.resumed(path)
+    del writer  # without an end
+    with RunWriter.resumed(path) as writer:
+        assert writer.rows == 4
+    assert os.listdir(tmp_path) == ["run.h5"]
+
+
+def test_of_many_that_want_a_lock_one_has_it_at_a_time(tmp_path):
+    """Each adds one to a number in a file, which only works when nobody else does so at the same time."""
+    counted = tmp_path / "count"
+    counted.write_text("0")
+    script = (
+        "import sys, time\nfrom pathlib import Path\nfrom femflex.results.lock import FileLock\n"
+        "path = Path(sys.argv[1])\n"
+        "for _ in range(50):\n"
+        "    while True:\n"
+        "        try:\n            lock = FileLock(path)\n            break\n"
+        "        except BlockingIOError:\n            time.sleep(1e-4)\n"
+        "    path.write_text(str(int(path.read_text()) + 1))\n    lock.release()\n"
+    )
+    processes = [subprocess.Popen([sys.executable, "-c", script, str(counted)]) for _ in range(4)]
+    assert [process.wait(300) for process in processes] == [0] * 4
+    assert counted.read_text() == "200"
+
+
+def test_without_locks_of_the_system_files_are_written_all_the_same(tmp_path, monkeypatch):
+    monkeypatch.setattr(lock_module, "fcntl", None)  # as on Windows
+    with FileLock(tmp_path / "run.h5"):
+        written(tmp_path / "run.h5")
+    assert os.listdir(tmp_path) == ["run.h5"]
+
+
+RUN = [sys.executable, "-m", "femflex", "run"]
+
+
+@pytest.mark.slow
+def test_a_second_run_or_resume_is_refused_and_the_first_ends_well(write_case, craft, tmp_path):
+    long = craft.replace('duration = "10 s"', 'duration = "40 s"').replace(
+        "output_step = 0.05", "output_step = 0.005\nmax_step = 0.0005"
+    )
+    case, output = write_case(long), tmp_path / "run.h5"
+    with subprocess.Popen([*RUN, str(case), "-o", str(output)], stdout=subprocess.DEVNULL) as first:
+        while not output.exists() and first.poll() is None:
+            time.sleep(0.02)
+        for words in (["--force"], ["--resume"]):
+            second = subprocess.run([*RUN, str(case), "-o", str(output), *words], capture_output=True, text=True)
+            assert first.poll() is None
+            assert (second.returncode, second.stderr) == (2, f"femflex: {output} {BUSY}\n")
+        assert first.wait(300) == 0
+    with open_run(output) as run:
+        assert run.complete and len(run) == 8001
+    assert not Path(f"{output}.part").exists()

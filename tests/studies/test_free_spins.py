@@ -1,0 +1,101 @@
+"""Campbell diagrams of free craft, spun about a principal axis that lies anywhere in body axes, and of driven ones."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from spinning_craft import random_craft
+
+from femflex.body import Marker, rigid_body
+from femflex.dynamics.equilibria.equilibrium import equilibrium
+from femflex.dynamics.equilibria.linearised import linearised
+from femflex.reduction import BeamFunctions, UniformBeam, beam_body
+from femflex.studies.campbell import campbell
+from femflex.system import Frame, System, free, revolute, weld
+
+SPEEDS = np.array([0.0, 0.2, 0.5, 1.0])
+
+
+def turned_pair(C: np.ndarray) -> System:
+    """A free hub with two booms along its y axis, everything but the mounting of the hub turned by C (3, 3)."""
+    seats = {
+        name: Marker.rigid(C @ [0, 0.5 * side, 0], C @ np.array([[0, -side, 0], [side, 0, 0], [0, 0, 1.0]]))
+        for name, side in (("north", 1.0), ("south", -1.0))
+    }
+    hub = rigid_body(50.0, C @ np.diag([20.0, 12.0, 25.0]) @ C.T, markers=seats)
+    beam = UniformBeam(3.0, 1e5, 60.0, 130.0, 4.0, 0.8, 0.3, 0.05)
+    boom = beam_body(beam, BeamFunctions(y=3, z=3, torsion=2, family="polynomial"), strain="condensed")
+    joints = [weld(name, "hub", parent_marker=name, child_marker="root") for name in seats]
+    return System({"hub": hub, "north": boom, "south": boom}, (free("hub"), *joints))
+
+
+@pytest.mark.parametrize("k", [0, 1, 2])
+def test_a_diagram_does_not_depend_on_how_the_craft_lies_in_its_body_axes(k):
+    """About x, y, z of the craft, and about the same axis of a craft turned in its hub's axes: one diagram."""
+    plain = campbell(turned_pair(np.eye(3)), SPEEDS, np.eye(3)[k])
+    C = Rotation.random(random_state=7).as_matrix()
+    turned = campbell(turned_pair(C), SPEEDS, C[:, k])
+    assert [branch.name for branch in plain.branches] == [branch.name for branch in turned.branches]
+    assert plain.asked.sum() == turned.asked.sum() == len(SPEEDS) and len(turned.speeds) <= len(SPEEDS) + 4
+    for one, other in zip(plain.branches, turned.branches, strict=True):
+        ours, theirs = (b.frequencies[d.asked] for b, d in ((one, plain), (other, turned)))
+        assert ours == pytest.approx(theirs, rel=1e-6, abs=1e-7)
+    assert len(turned.branches) == 7 and turned.branches[0].name == "wobble"  # beside the six of rest
+    for branch in turned.branches[1:]:
+        assert np.ptp(branch.frequencies) < 0.2 * branch.frequencies[0]
+
+
+def agreement(system: System, axis: np.ndarray) -> None:
+    """Campbell diagram and equilibrium say the same at every speed, growth and frequencies too."""
+    found = campbell(system, SPEEDS, axis, modes=6)
+    assert found.speeds[found.asked] == pytest.approx(SPEEDS)
+    for k in np.flatnonzero(found.asked):
+        alone = equilibrium(replace(system, frame=Frame("spinning", found.speeds[k] * axis)))
+        assert alone.stable is not any(branch.growing[k] for branch in found.branches)
+        growth = max(
+            float(branch.eigenvalues[k].real) for branch in found.branches if not np.isnan(branch.frequencies[k])
+        )
+        assert max(growth, 0.0) == pytest.approx(alone.growth, rel=1e-5, abs=1e-9)
+        whole = linearised(alone.model, 0.0, alone.x).eigenvalues()
+        for branch in found.branches:
+            value = branch.eigenvalues[k]
+            if found.speeds[k] > 0 and not np.isnan(value):
+                assert np.abs(whole - value).min() < 1e-6 * max(1.0, abs(value))
+
+
+@pytest.mark.parametrize("seed", [pytest.param(k, marks=() if k in (0, 3) else pytest.mark.slow) for k in range(10)])
+def test_free_craft_are_as_stable_in_the_diagram_as_at_each_equilibrium(seed):
+    agreement(*random_craft(seed))
+
+
+@pytest.mark.parametrize("seed", [pytest.param(k, marks=() if k == 10 else pytest.mark.slow) for k in range(10, 20)])
+def test_driven_craft_are_as_stable_in_the_diagram_as_at_each_equilibrium(seed):
+    agreement(*random_craft(seed, driven=True))
+
+
+def test_a_free_rigid_body_is_a_diagram_of_its_wobble():
+    C = Rotation.random(random_state=3).as_matrix()
+    system = System({"top": rigid_body(5.0, C @ np.diag([2.0, 3.0, 4.5]) @ C.T)}, (free("top"),))
+    found = campbell(system, SPEEDS, C[:, 2])
+    (wobble,) = found.branches
+    assert wobble.name == "wobble" and found.rigid[-1] == "tilt of the spin axis"
+    assert 2 * np.pi * wobble.frequencies == pytest.approx(SPEEDS * np.sqrt(1.5 * 2.5 / 6.0), rel=1e-8)
+    across = campbell(system, SPEEDS, C[:, 1])
+    assert across.branches[0].growing.tolist() == [False, True, True, True]
+    assert across.branches[0].eigenvalues.real == pytest.approx(SPEEDS * np.sqrt(1.5 / 9.0), rel=1e-8)
+    assert across.to_dict()["growth_threshold"] == 1e-8
+
+
+def test_a_free_hinge_swings_only_in_the_spin():
+    """A rod on a free flap hinge at the rim of a driven hub: no branch at rest, sqrt(1 + ...) times the spin beyond."""
+    hub = rigid_body(10.0, np.eye(3), markers={"rim": Marker.rigid(np.array([0.7, 0.0, 0.0]))})
+    rod = rigid_body(2.0, np.diag([0.02, 0.5, 0.5]), np.array([1.2, 0.0, 0.0]))
+    system = System({"hub": hub, "rod": rod}, (weld("hub"), revolute("rod", "hub", (0, 1, 0), parent_marker="rim")))
+    (branch,) = campbell(system, SPEEDS).branches
+    about = 0.5 + 2.0 * 1.2**2
+    pull = 2.0 * 1.2 * (0.7 + 1.2) + 0.5 - 0.02 - 0.0
+    assert branch.name == "flap 1" and np.isnan(branch.frequencies[0])
+    assert 2 * np.pi * branch.frequencies[1:] == pytest.approx(SPEEDS[1:] * np.sqrt(pull / about), rel=1e-8)
