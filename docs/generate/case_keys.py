@@ -49,7 +49,8 @@ def page(schema: Schema) -> str:
         parts.append(f"\n## {PARENTS.get(key, f'[{key}]')}\n\n{cell(about.get('description', ''))}\n")
         found = tables_of(about, schema)
         for name, inner in found.items():
-            parts.append(section(name, inner, schema, single=len(found) == 1))
+            single = len(found) == 1
+            parts.append(section(name, inner, schema, 2 if single else 3, single))
         if key == "bodies":
             parts.append(shared(schema))
     return "\n".join(parts)
