@@ -26,6 +26,7 @@ from femflex.dynamics.reports.channels import channels_of, row_length, row_place
 from femflex.dynamics.reports.observe import observe
 from femflex.dynamics.reports.sights import observe_sights
 from femflex.dynamics.reports.static_stretch import add_static_stretch
+from femflex.dynamics.reports.variations import observe_variations
 from femflex.dynamics.terms.by_source import SWITCHED
 from femflex.rotations import is_extrinsic
 from femflex.system import Channel, System
@@ -179,7 +180,7 @@ class Model:
         out["q"], out["u"] = states[:, : self.n_q], states[:, self.n_q :]
         out |= observe_held(self, times, states) | observe_laws(self, states)
         out |= observe_balls(self.system, states) | observe_locks(self.system, states)
-        out |= observe_orbit_force(self.system, out)
+        out |= observe_orbit_force(self.system, out) | observe_variations(self, times, states)
         if is_extrinsic(self.system.libration_sequence):
             out["attitude/angles"] = out["attitude/angles"][:, ::-1]
         records = body_records(self.table)
@@ -210,6 +211,7 @@ def compile_system(system: System) -> Model:
     n_u = len(system.velocity_names())
     quadruples = [int(b["q"] + b["n_slide"]) for b in body_records(table)[1:] if b["ball"] == BALL_QUATERNION]
     knots = [load.times for load in system.loads if load.times is not None]
+    knots += [variation.breaks for variation in system.varying.values()]
     knots += [profile.breaks for joint in system.joints for profile in joint.held.values()]
     tree = Model(
         system=system,

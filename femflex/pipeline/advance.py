@@ -112,6 +112,7 @@ def _attributes(prepared: Prepared) -> dict[str, str]:
         "case_path": str(case.path),
         "inputs": inputs_text(case),
         "without": ", ".join(model.omitted),
+        "varying": ", ".join(sorted(prepared.system.varying)),
         "start_moved": ", ".join(map(str, prepared.moved[:MOST_MOVED])),
         "start_taken_up": "; ".join(map(str, prepared.taken_up)),
         "integrator": prepared.integrator.name,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from femflex.dynamics.constraints.moved_start import Moved
     from femflex.dynamics.constraints.taken_up import TakenUp
     from femflex.integrate import Integrator
-    from femflex.system import Part, System
+    from femflex.system import Part, System, Variation
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,10 +59,12 @@ def prepare(
     resume: bool = False,
     bodies: Mapping[str, Part] | None = None,
     without: Sequence[str] = (),
+    varying: Mapping[str, Variation] | None = None,
 ) -> Prepared:
     """The run of a case up to its first step, with these bodies or with its own; nothing is written.
 
     without: names of what is switched off (see `femflex.dynamics.terms.without`)
+    varying: body name -> Variation, how its properties depend on time
 
     Raises as `femflex.run` does for what can be told before the first step.
     """
@@ -78,6 +80,8 @@ def prepare(
     with wrong_names_first(case, without):
         check_output(case, Path(output), force, resume)
     system = build_system(case, bodies)
+    if varying:
+        system = replace(system, varying={**system.varying, **varying})
     model = compile_system(system)
     if without:
         model = model.without(*without)
