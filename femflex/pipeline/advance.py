@@ -39,10 +39,10 @@ def integrate(
     from femflex.integrate import IntegrationError
     from femflex.results.keeping import undisturbed
 
-    model, runaway, singularities = prepared.model, Runaway(prepared.model), Singularities(prepared.model)
-    stiffening = Stiffening(model)
+    model = prepared.model.for_run()
+    runaway, singularities, stiffening = Runaway(model), Singularities(model), Stiffening(model)
     if model.constraints is not None:
-        model.constraints.forget_passage()  # a trial of the integrator may have passed here before
+        model.constraints.forget_passage()
     with _writer(prepared, Path(output), force, resume, lock) as (writer, state, written):
         last = None
         try:

@@ -53,7 +53,7 @@ class Prepared:
 
 def prepare(
     case: Case | str | Path,
-    output: str | Path = "run.h5",
+    output: str | Path | None = None,
     *,
     force: bool = False,
     resume: bool = False,
@@ -63,6 +63,7 @@ def prepare(
 ) -> Prepared:
     """The run of a case up to its first step, with these bodies or with its own; nothing is written.
 
+    output: the result file, when it is to be checked before anything is built that it can be written, or resumed
     without: names of what is switched off (see `femflex.dynamics.terms.without`)
     varying: body name -> Variation, how its properties depend on time
 
@@ -77,8 +78,11 @@ def prepare(
     from femflex.pipeline.resumed import check_same_model, check_same_times, integrator_of
 
     case = case if isinstance(case, Case) else read_case(case)
-    with wrong_names_first(case, without):
-        check_output(case, Path(output), force, resume)
+    if resume and output is None:
+        raise ValueError("a run is resumed from its file; say which one (`output`)")
+    if output is not None:
+        with wrong_names_first(case, without):
+            check_output(case, Path(output), force, resume)
     system = build_system(case, bodies)
     if varying:
         system = replace(system, varying={**system.varying, **varying})
@@ -86,12 +90,12 @@ def prepare(
     if without:
         model = model.without(*without)
         system = model.system
-    if resume:
+    if output is not None and resume:
         check_same_model(model, Path(output))
     times = case.run.times(duration_of(case, system))
     warn_of_doubtful_bodies(case, system.bodies, float(times[1] - times[0]))
     chosen = case
-    if resume:
+    if output is not None and resume:
         check_same_times(times, Path(output))
         run = case.run.model_copy(update={"integrator": integrator_of(Path(output))})
         chosen = case.model_copy(update={"run": run})

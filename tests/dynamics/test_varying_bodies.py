@@ -359,14 +359,59 @@ def test_growing_mass_keeps_the_spin_and_brings_its_energy():
     assert work == pytest.approx(gained, rel=1e-11)
 
 
-def test_run_is_kept_and_resumed_bit_for_bit():
+def test_integration_resumes_bit_for_bit():
     for method in ("dop853", "esdirk4", "generalized_alpha"):
-        model, times = compile_system(spinning_hub((0.3, -0.4, 1.0))), np.linspace(0, 4, 41)
+        model, times = compile_system(spinning_hub((0.3, -0.4, 1.0))), np.linspace(0, 4, 2401)
         whole = integrator(method).solve(model, times, model.x0)
-        first = next(iter(integrator(method).blocks(model, times[:15], model.x0)))
+        first = next(iter(integrator(method).blocks(model, times, model.x0)))
+        assert 0 < len(first.times) < len(times)
         other = compile_system(spinning_hub((0.3, -0.4, 1.0)))  # as a new process has it
         rest = integrator(method).solve(other, times, other.x0, state=first.resume)
-        assert np.array_equal(whole.states[-len(rest.states) :], rest.states)
+        assert len(rest.times) == len(times) - len(first.times)
+        assert np.array_equal(whole.states[len(first.times) :], rest.states)
+
+
+def test_run_is_written_and_resumed_bit_for_bit(write_case, tmp_path):
+    """The file holds the channels; the same function handed over again resumes, nothing else does."""
+    from femflex import run
+    from femflex.pipeline import rebuilt
+    from femflex.results import open_run
+
+    case = write_case()
+    varying = {"hub": swelling_hub(case)}
+    whole = run(case, tmp_path / "whole.h5", varying=varying)
+    assert whole["bodies/hub/power"].shape == whole.time.shape
+    assert whole["bodies/hub/mass"][-1] > whole["bodies/hub/mass"][0]
+
+    def stop(t):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run(case, tmp_path / "part.h5", varying=varying, progress=stop)
+    with pytest.raises(ValueError, match="bodies that vary with time: hub; now there are: none"):
+        run(case, tmp_path / "part.h5", resume=True)
+    rest = run(case, tmp_path / "part.h5", varying={"hub": swelling_hub(case)}, resume=True)
+    assert np.array_equal(rest["u"], whole["u"]) and np.array_equal(rest["bodies/hub/power"], whole["bodies/hub/power"])
+    whole.close(), rest.close()
+    with open_run(tmp_path / "whole.h5") as found, pytest.raises(ValueError, match="are not kept in the file"):
+        rebuilt(found)
+
+
+def swelling_hub(case):
+    """A hub whose mass and moments grow by a part of a thousand in a second, at the velocity of their places."""
+    from femflex.case import read_case
+    from femflex.case.builders import build_system
+
+    body = build_system(read_case(case)).bodies["hub"]
+    block = Block(body, ("mass", "growth"))
+
+    def at(t):
+        out, m = np.zeros(block.size), body.moments
+        for growth, s in ((False, 1 + 1e-3 * t), (True, 1e-3)):
+            block.put_moments(out, MassMoments(s * m.mass, s * m.first, s * m.second), growth)
+        return out
+
+    return Variation(polynomial, ("mass", "growth"), fitted(at, 1))
 
 
 SCRIPT = """

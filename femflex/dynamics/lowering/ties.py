@@ -78,6 +78,7 @@ def take_scratch(closing: np.void, head: np.void, scratch: Scratch) -> None:
         "moved_by": width,
         "note": at.NOTE_SIZE,
         "marks": int(head["n_bodies"]),
+        "task": 1,
     }
     for key, count in sizes.items():
         closing[key] = scratch.take(count)

@@ -84,7 +84,7 @@ def gather(model: Model, t: float, x: Array) -> None:
 
     n_q, udot = model.n_q, model.state_rate(t, x)[model.n_q :]
     q, u = np.ascontiguousarray(x[:n_q], float), np.ascontiguousarray(x[n_q:], float)
-    residual(t, q, u, udot.copy(), np.empty(model.n_u), model.table, model.pool, model.work)
+    residual(t, q, u, udot.copy(), np.empty(model.n_u), *model.workspace.own)
 
 
 def power_of(model: Model, k: int) -> float:
@@ -109,6 +109,8 @@ def power_of(model: Model, k: int) -> float:
     for child in records[k + 1 :]:
         if child["parent"] == k and child["bends"] >= VARIES:
             total += carried_power(child, b, pool, work, motion)
+    if b["own_bends"] >= VARIES:
+        total += bearing_power(b, pool, work, motion)
     return total
 
 
@@ -139,21 +141,37 @@ def body_motion(model: Model, k: int) -> BodyMotion:
 
 def carried_power(child: np.void, parent: np.void, pool: Array, work: Array, motion: BodyMotion) -> float:
     """Power of what a joint carries by the velocity that its marker P has of itself [W]."""
-    n, wide, delta = int(parent["n_shapes"]), int(parent["wide"]), motion.y[1:]
     place, w = int(child["place"]), int(child["work"])
     C = work[w + W_CIP : w + W_CIP + 12].reshape(3, 4)[:, :3]  # parent to child components
+    force, torque = C.T @ work[w + W_P : w + W_P + 3], C.T @ work[w + W_P + 4 : w + W_P + 7]
+    rows = int(child["shape"]), int(child["spin"])
+    return marker_power(parent, (place, *rows), pool, motion, force, torque, work[w + W_R : w + W_R + 3])
+
+
+def bearing_power(b: np.void, pool: Array, work: Array, motion: BodyMotion) -> float:
+    """Power of what a body hangs by, by the velocity that its own marker Q has of itself; taken off [W]."""
+    p, rows = int(b["work"]) + W_P, (int(b["own_place"]), int(b["own_shape"]), int(b["own_spin"]))
+    return -marker_power(b, rows, pool, motion, work[p : p + 3], work[p + 4 : p + 7], np.zeros(3))
+
+
+def marker_power(
+    b: np.void, rows: tuple[int, int, int], pool: Array, motion: BodyMotion, force: Array, torque: Array, at: Array
+) -> float:
+    """Power of a force and of a torque about the place `at`, by the velocity and rate that a marker has of itself.
+
+    All in components of the body b; rows: where the marker's place, phi and psi stand in the pool.
+    """
+    n, wide, delta = int(b["n_shapes"]), int(b["wide"]), motion.y[1:]
+    place, shape, spin = rows
     phi, dphi, psi, dpsi = (
         pool[first : first + 3 * wide].reshape(3, wide)[:, :n]
-        for key in ("shape", "spin")
-        for first in (int(child[key]), int(child[key]) + 3 * wide)
+        for start in (shape, spin)
+        for first in (start, start + 3 * wide)
     )
     velocity = pool[place + 16 : place + 19] + dphi @ delta
-    theta = psi @ delta
-    rate = _tangent(theta) @ (dpsi @ delta)
-    force = C.T @ work[w + W_P : w + W_P + 3]
-    arm = work[w + W_R : w + W_R + 3] - (pool[place : place + 3] + phi @ delta)
-    torque = C.T @ work[w + W_P + 4 : w + W_P + 7] + np.cross(arm, force)
-    return float(force @ velocity + torque @ rate)
+    rate = _tangent(psi @ delta) @ (dpsi @ delta)
+    arm = at - (pool[place : place + 3] + phi @ delta)
+    return float(force @ velocity + (torque + np.cross(arm, force)) @ rate)
 
 
 def _C(work: Array, w: int) -> Array:

@@ -223,17 +223,20 @@ def reduced(model: Model, omitted: tuple[str, ...]) -> Model:
         return replace(model, omitted=omitted)
     from femflex.dynamics.lowering.layout import HEADER, N_HEADER
     from femflex.dynamics.lowering.pool import aligned
+    from femflex.dynamics.workspace import Workspace
 
     kept = [0.0 if name in SWITCHED and name in omitted else 1.0 for name in rows]
-    table, pool = model.table.copy(), aligned(len(model.pool) + len(kept))
-    pool[:] = np.concatenate([model.pool, kept])
-    table[:N_HEADER].view(HEADER)[0]["kept"] = len(model.pool)
-    model = replace(model, table=table, pool=pool, omitted=omitted)
+    own, table = model.workspace, model.table.copy()
+    numbers = aligned(len(own.numbers) + len(kept))
+    numbers[:] = np.concatenate([own.numbers, kept])
+    table[:N_HEADER].view(HEADER)[0]["kept"] = len(own.numbers)
+    workspace = Workspace(table, numbers, own.n_work, own.varies)
+    model = replace(model, workspace=workspace, omitted=omitted)
     if model.constraints is None:
         from femflex.dynamics.terms.reduced import reduced_rate
 
         return replace(model, rate=reduced_rate)
     from femflex.dynamics.terms.reduced_constraints import reduced_constrained_rate as rate
 
-    tied = replace(model.constraints, own=(table, pool, model.work), rate=rate)
+    tied = replace(model.constraints, workspace=workspace, rate=rate)
     return replace(model, rate=rate, constraints=tied)
