@@ -41,11 +41,11 @@ def check(
 def examined(case: Path) -> tuple[System, str]:
     """What a case is made of, and that in words. Raises CaseError with its problems."""
     with Patience("building the bodies"):
+        from femflex.advice.doubts import warn_of_doubtful_bodies
         from femflex.case import read_case
-        from femflex.case.builders import build_system
-        from femflex.case.builders.doubts import warn_of_doubtful_bodies
-        from femflex.case.builders.references import duration_of
         from femflex.case.values import count
+        from femflex.pipeline.decisions import build_system
+        from femflex.pipeline.references import duration_of
 
         read = read_case(case)
         system = build_system(read)

@@ -100,7 +100,7 @@ def flexible_bodies(file: Path, name: str | None, number: int | None) -> dict[st
     if _is_hdf5(file):
         return {file.stem: _shortened(_body_file(file), number)}
     from femflex.case import read_case
-    from femflex.case.builders import build_each
+    from femflex.pipeline.decisions import build_each
 
     case = read_case(file)
     if name is not None and name not in case.bodies:
