@@ -43,9 +43,7 @@ def modes(
     ] = None,
     output: Annotated[
         list[Path] | None,
-        typer.Option(
-            "-o", "--output", help="Montage of modes (.png) or movie of one (.mp4); may be repeated."
-        ),
+        typer.Option("-o", "--output", help="Montage of modes (.png) or movie of one (.mp4); may be repeated."),
     ] = None,
     mode: Annotated[int | None, typer.Option("--mode", min=1, help="Number of the mode of the movie.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
