@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from femflex.case.case import Case
+    pass
 
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 

@@ -38,7 +38,9 @@ def test_keys_that_the_file_leaves_out_can_be_given(case):
 
 def test_entries_of_lists_go_by_number(case):
     assert case.with_values({"joints.0.name": "root"}).joints[0].name == "root"
-    with pytest.raises(CaseError, match=r"'joints.7.name' is no key of .*: joints is a list of 1; give a number from 0"):
+    with pytest.raises(
+        CaseError, match=r"'joints.7.name' is no key of .*: joints is a list of 1; give a number from 0"
+    ):
         case.with_values({"joints.7.name": "root"})
 
 
