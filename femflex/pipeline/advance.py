@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from femflex.advice.stiffening import Stiffening
 from femflex.pipeline.guard import Runaway, Singularities, first_overflow, warn_of_passage
-from femflex.pipeline.stiffening import Stiffening
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model

@@ -66,12 +66,12 @@ def prepare(
 
     Raises as `femflex.run` does for what can be told before the first step.
     """
+    from femflex.advice.doubts import warn_of_doubtful_bodies
     from femflex.case import Case, read_case
-    from femflex.case.builders import build_system
-    from femflex.case.builders.doubts import warn_of_doubtful_bodies
-    from femflex.case.builders.integrator import chosen_integrator
-    from femflex.case.builders.references import duration_of
     from femflex.dynamics import compile_system
+    from femflex.pipeline.decisions import build_system
+    from femflex.pipeline.integrator import chosen_integrator
+    from femflex.pipeline.references import duration_of
     from femflex.pipeline.resumed import check_same_model, check_same_times, integrator_of
 
     case = case if isinstance(case, Case) else read_case(case)
@@ -105,9 +105,9 @@ def wrong_names_first(case: Case, without: Sequence[str]) -> Iterator[None]:
     try:
         yield
     except FileExistsError:
-        from femflex.case.builders import build_system
         from femflex.dynamics import compile_system
         from femflex.dynamics.terms.without import resolved
+        from femflex.pipeline.decisions import build_system
 
         if without:
             model = compile_system(build_system(case))

@@ -22,9 +22,9 @@ def rebuilt(run: Run, case: str | Path | None = None) -> Model:
     Raises ValueError when the run keeps no case, its folder is gone, or the meshes have changed since; CaseError when
     they are not there.
     """
-    from femflex.case.builders import build_system
     from femflex.case.read import parse_case
     from femflex.dynamics import compile_system
+    from femflex.pipeline.decisions import build_system
     from femflex.pipeline.inputs import changed_inputs, inputs_of
 
     if not run.case_text:

@@ -14,14 +14,15 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.assembly import build_part
+from femflex.assembly.shared import shared_structures
 from femflex.case import Case, CaseError
-from femflex.case.builders import build_part, with_own_strain
-from femflex.case.builders.shared import shared_structures
 from femflex.case.evaluate import measured, measured_unit
 from femflex.case.measure import OF_SYSTEM, MeasureTable
 from femflex.case.run import StudyTable
 from femflex.pipeline import Prepared, prepare
 from femflex.pipeline.balanced import case_modes
+from femflex.pipeline.decisions import with_own_strain
 from femflex.pipeline.guard import Runaway
 from femflex.studies.derivative_ladder import derivative_ladder
 from femflex.studies.ladder import Built, Ladder, Rung, mesh_ladder, mode_ladder
