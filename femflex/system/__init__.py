@@ -28,12 +28,14 @@ from femflex.system.spring import Spring
 from femflex.system.stop import Stop
 from femflex.system.system import System, assembled, started
 from femflex.system.tabulated import TabulatedDamper, TabulatedSpring
+from femflex.system.variation import Block, Variation
 
 __all__ = [
     "EARTH_RADIUS",
     "JOINTS",
     "MU_EARTH",
     "STANDARD_GRAVITY",
+    "Block",
     "Channel",
     "Closure",
     "Environment",
@@ -54,6 +56,7 @@ __all__ = [
     "System",
     "TabulatedDamper",
     "TabulatedSpring",
+    "Variation",
     "assembled",
     "ball_coordinates",
     "closure",

@@ -33,6 +33,7 @@ from femflex.dynamics.lowering.layout import (
     LOAD_MARKER,
     ORBIT_NONE,
     TURNS,
+    VARIES,
     W_CIN,
     W_P,
     W_POS,
@@ -82,7 +83,7 @@ def load_wrench(
     if load["bends"]:
         r = add(r, combined(pool, load["shape"], b["wide"], work, b["delta"]))
         theta = combined(pool, load["spin"], b["wide"], work, b["delta"])
-        if load["bends"] == TURNS:
+        if load["bends"] == TURNS or load["bends"] == VARIES + TURNS:
             e = load3(pool, load["place"] + 12)
             F, theta = section_slope(e, theta), section_vector(e, theta)
             T = product(vector_tangent(theta), F)

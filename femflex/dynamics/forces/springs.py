@@ -22,7 +22,7 @@ from femflex.dynamics.arithmetic.vectors import (
     turn,
     turn_back,
 )
-from femflex.dynamics.bodies.shapes import combined
+from femflex.dynamics.bodies.shapes import combined, marker_velocity
 from femflex.dynamics.forces.loads import push
 from femflex.dynamics.lowering.layout import W_CIN, W_OMEGA, W_POS, W_VEL, body_of, header_of
 from femflex.dynamics.lowering.tie_layout import spring_of
@@ -44,7 +44,7 @@ def end_motion(
     r, v = load3(pool, place), load3(work, w + W_VEL)
     if bends:
         r = add(r, combined(pool, shape, b["wide"], work, b["delta"]))
-        v = add(v, combined(pool, shape, b["wide"], work, b["ddelta"]))
+        v = add(v, marker_velocity(pool, place, shape, bends, b, work))
     v = add(v, cross(load3(work, w + W_OMEGA), r))
     return r, add(load3(work, w + W_POS), turn_back(C_iN, r)), turn_back(C_iN, v)
 

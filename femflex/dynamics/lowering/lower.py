@@ -10,6 +10,7 @@ from femflex.dynamics.lowering.bodies import lower_body
 from femflex.dynamics.lowering.joints import axis_numbers, lower_holds, lower_joint, lower_laws, lower_markers
 from femflex.dynamics.lowering.pool import Pool, Scratch, length_of, put_marker
 from femflex.dynamics.lowering.ties import lower_constraints, lower_springs
+from femflex.dynamics.lowering.variation import lower_variation
 from femflex.system import Load, System
 
 Array = NDArray[np.float64]
@@ -35,6 +36,8 @@ def lower(system: System) -> tuple[Table, Array, int]:
         nq, nu = nq + joint.n_q + body.n_modes, nu + joint.n_u + body.n_modes
         lower_joint(record, joint, system, pool)
         lower_body(record, body, pool, scratch)
+        if name in system.varying:
+            lower_variation(record, name, body, system.varying[name], pool, scratch)
     for i, name in enumerate(order, start=1):
         lower_markers(bodies, i, system.joint_of(name), system, pool, scratch)
     loads = np.array([lower_load(load, system, order, pool) for load in system.loads], at.LOAD)
@@ -43,7 +46,8 @@ def lower(system: System) -> tuple[Table, Array, int]:
     head[0]["n_bodies"], head[0]["n_loads"], head[0]["n_markers"] = len(bodies), len(loads), len(markers)
     head[0]["n_q"], head[0]["n_u"] = nq, nu
     head[0]["angle_axes"] = pool.put(axis_numbers(system.libration_sequence))
-    head[0]["mass"] = pool.put([sum(body.moments.mass for body in system.bodies.values())])
+    head[0]["mass"] = pool.put_own([sum(body.moments.mass for body in system.bodies.values())])
+    head[0]["n_varying"], head[0]["z"] = len(system.varying), scratch.take(0)
     head[0]["orbit_state"], head[0]["total"] = scratch.take(19), scratch.take(6)
     lower_orbit(head[0], system, pool)
     parts: list[NDArray[np.void]] = [head, bodies, loads, markers]
@@ -79,8 +83,7 @@ def lower_load(load: Load, system: System, order: list[str], pool: Pool) -> NDAr
     """One LOAD record."""
     record = np.zeros((), at.LOAD)
     record["body"], record["frame"] = 1 + order.index(load.body), LOAD_CODES[load.frame]
-    marker = system.bodies[load.body].marker(load.marker)
-    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(marker, pool)
+    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(load.body, load.marker, system, pool)
     record["n_times"] = 0 if load.times is None else len(load.times)
     record["times"] = pool.put(np.zeros(1) if load.times is None else load.times)
     record["values"] = pool.put(np.hstack([np.atleast_2d(load.force), np.atleast_2d(load.torque)]))
@@ -96,7 +99,5 @@ def lower_marker(body: str, name: str, system: System, order: list[str], pool: P
     """One MARKER record."""
     record = np.zeros((), at.MARKER)
     record["body"] = 1 + order.index(body)
-    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(
-        system.bodies[body].marker(name), pool
-    )
+    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(body, name, system, pool)
     return record

@@ -98,7 +98,7 @@ def write_terms(
     laws = FIRST_LOAD + head["n_loads"] + head["n_holds"]
     if head["n_laws"] > 0:
         write_law_rows(q, u, beyond(rows, laws * n_u), table, pool)
-    if head["n_holds"] > 0:
+    if head["n_holds"] > 0 or head["n_varying"] > 0:
         split_moving_mass(t, q, u, rows, spare, table, pool, work)
 
 
