@@ -14,6 +14,7 @@ from femflex.pipeline.resumed import is_finished
 if TYPE_CHECKING:
     from femflex.case import Case
     from femflex.results import Run
+    from femflex.system import Controller, Effector
 
 __all__ = [
     "Prepared",
@@ -36,12 +37,14 @@ def run(
     resume: bool = False,
     progress: Progress | None = None,
     without: Sequence[str] = (),
+    effectors: Sequence[Effector | Controller] = (),
 ) -> Run:
     """The finished run of a case, written to an HDF5 file as it goes and open for reading.
 
     resume    go on with the unfinished run in `output`; the answer is that of an uninterrupted one, bit for bit
               (a complete one is returned as it is)
     without   names of what is switched off, such as "gravity_gradient", a load or "flexibility"; the file says so
+    effectors effectors and controllers beside those of the case; a run with any is resumed by giving the same again
     progress  called with the time reached [s] after every block
     Raises CaseError for a case that cannot be run, FileExistsError for an existing output unless `force`,
     BlockingIOError when another run is writing the output, ValueError when `resume` finds other inputs, and
@@ -57,6 +60,6 @@ def run(
         with wrong_names_first(case, without):
             check_output(case, Path(output), force, resume)
     with FileLock(output) as lock:
-        prepared = prepare(case, output, force=force, resume=resume, without=without)
+        prepared = prepare(case, output, force=force, resume=resume, without=without, effectors=effectors)
         integrate(prepared, output, force=force, resume=resume, progress=progress, lock=lock)
     return open_run(output)

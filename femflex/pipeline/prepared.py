@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from femflex.dynamics.constraints.moved_start import Moved
     from femflex.dynamics.constraints.taken_up import TakenUp
     from femflex.integrate import Integrator
-    from femflex.system import Part, System
+    from femflex.system import Controller, Effector, Part, System
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,10 +59,12 @@ def prepare(
     resume: bool = False,
     bodies: Mapping[str, Part] | None = None,
     without: Sequence[str] = (),
+    effectors: Sequence[Effector | Controller] = (),
 ) -> Prepared:
     """The run of a case up to its first step, with these bodies or with its own; nothing is written.
 
     without: names of what is switched off (see `femflex.dynamics.terms.without`)
+    effectors: effectors and controllers beside those of the case
 
     Raises as `femflex.run` does for what can be told before the first step.
     """
@@ -72,12 +74,16 @@ def prepare(
     from femflex.case.builders.integrator import chosen_integrator
     from femflex.case.builders.references import duration_of
     from femflex.dynamics import compile_system
-    from femflex.pipeline.resumed import check_same_model, check_same_times, integrator_of
+    from femflex.pipeline.resumed import check_same_effectors, check_same_model, check_same_times, integrator_of
 
     case = case if isinstance(case, Case) else read_case(case)
     with wrong_names_first(case, without):
         check_output(case, Path(output), force, resume)
+    if resume:
+        check_same_effectors(effectors, Path(output))
     system = build_system(case, bodies)
+    if effectors:
+        system = replace(system, effectors=(*system.effectors, *effectors))
     model = compile_system(system)
     if without:
         model = model.without(*without)
@@ -92,7 +98,15 @@ def prepare(
         run = case.run.model_copy(update={"integrator": integrator_of(Path(output))})
         chosen = case.model_copy(update={"run": run})
     integrator, reason = chosen_integrator(chosen, model, times)
-    return Prepared(case, system, model, integrator, reason, times)
+    return Prepared(case, system, model, integrator, " ".join([reason, *sampling(system)]), times)
+
+
+def sampling(system: System) -> list[str]:
+    """A sentence on the period of every controller."""
+    return [
+        f"Controller {controller.name} is called every {controller.period:g} s, and its command held between."
+        for controller in system.controllers
+    ]
 
 
 @contextmanager

@@ -190,7 +190,7 @@ def _taken_along(model: Model, rigid: Model, motion: Motion) -> tuple[Array, Arr
     q, u = np.delete(np.arange(model.n_q), qe), np.delete(np.arange(model.n_u), ue)
     times, found = motion
     states, rates = np.zeros((len(times), model.n_x)), np.zeros((len(times), model.n_u))
-    states[:, q], states[:, model.n_q + u] = found[:, : rigid.n_q], found[:, rigid.n_q :]
+    states[:, q], states[:, model.n_q + u], states[:, model.n_q + model.n_u :] = rigid.parts(found)
     for row, t, x in zip(rates, times, found, strict=True):
-        row[u] = rigid.state_rate(float(t), x)[rigid.n_q :]
+        row[u] = rigid.parts(rigid.state_rate(float(t), x))[1]
     return states, rates

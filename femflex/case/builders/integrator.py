@@ -60,7 +60,7 @@ def typical_sizes(model: Model, duration: float) -> Array:
         at += system.joint_of(name).n_u
         elastic[at : at + system.bodies[name].n_modes] = True
         at += system.bodies[name].n_modes
-    u0 = model.x0[model.n_q :]
+    u0 = model.parts(model.x0)[1]
     motion = 0.0 if system.orbit is None else system.orbit.mean_motion
     rate = min(1.0, max(motion, 2.0 * math.pi / duration, float(np.abs(u0[~elastic]).max(initial=0.0))))
-    return np.concatenate([np.ones(model.n_q), np.where(elastic, 1.0, rate)])
+    return np.concatenate([np.ones(model.n_q), np.where(elastic, 1.0, rate), system.state_sizes()])
