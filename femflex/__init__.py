@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     from femflex.case import Case as Case
     from femflex.case import CaseError as CaseError
     from femflex.case import read_case as read_case
-    from femflex.case.builders import build_body as build_body
-    from femflex.case.builders import build_system as build_system
     from femflex.dynamics import compile_system as compile_system
     from femflex.dynamics.equilibria.equilibrium import equilibrium as equilibrium
     from femflex.dynamics.equilibria.system_modes import system_modes as system_modes
     from femflex.mesh import Mesh as Mesh
     from femflex.mesh import read_mesh as read_mesh
     from femflex.pipeline import run as run
+    from femflex.pipeline.decisions import build_body as build_body
+    from femflex.pipeline.decisions import build_system as build_system
     from femflex.reduction import load_body as load_body
     from femflex.reduction import save_body as save_body
     from femflex.results import Run as Run
@@ -50,8 +50,8 @@ _HOME = {
     "PhysicsWarning": "warning",
     "Run": "results",
     "System": "system",
-    "build_body": "case.builders",
-    "build_system": "case.builders",
+    "build_body": "pipeline.decisions",
+    "build_system": "pipeline.decisions",
     "compile_system": "dynamics",
     "equilibrium": "dynamics.equilibria.equilibrium",
     "load_body": "reduction",

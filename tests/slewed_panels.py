@@ -10,9 +10,9 @@ from full_slew import Hub, Slewed
 from scipy.interpolate import CubicSpline
 
 from femflex import fem, reduction, system
+from femflex.assembly import build_mesh, build_structure_of
 from femflex.body import Marker, rigid_body
 from femflex.case import read_case
-from femflex.case.builders import build_mesh, build_structure_of
 from femflex.dynamics import compile_system
 from femflex.integrate import integrator
 from femflex.mesh import box, line

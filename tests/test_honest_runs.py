@@ -8,9 +8,9 @@ import pytest
 
 import femflex
 from femflex.case import read_case
-from femflex.case.builders import build_system
 from femflex.cli.run_told import conserved
 from femflex.integrate import IntegrationError
+from femflex.pipeline.decisions import build_system
 from femflex.warning import PhysicsWarning
 
 CASES = Path(__file__).resolve().parents[1] / "cases"

@@ -44,7 +44,7 @@ WHOLE = """
 import hashlib
 import numpy as np
 from femflex.case import read_case
-from femflex.case.builders import build_system
+from femflex.pipeline.decisions import build_system
 from femflex.dynamics import compile_system
 from femflex.integrate import Dop853, Esdirk4
 model = compile_system(build_system(read_case("cases/panel_slew.toml")))

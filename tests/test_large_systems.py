@@ -8,13 +8,13 @@ import pytest
 from typer.testing import CliRunner
 
 import femflex
-from femflex.case.builders import build_system
 from femflex.case.read import parse_case
 from femflex.cli.app import app
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria import frequency
 from femflex.dynamics.equilibria.frequency import highest_frequency
 from femflex.integrate import Dop853, Esdirk4
+from femflex.pipeline.decisions import build_system
 
 LARGE = {"chain": large_systems.chain(200, 0.1), "star": large_systems.star(50, 0.4)}
 pytestmark = pytest.mark.filterwarnings("ignore:run. an output step")

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).resolve().parents[1] / "femflex"
-TOP = {"case", "pipeline", "studies", "cli", "__init__", "__main__"}
 EVERYTHING = {path.stem for path in PACKAGE.iterdir() if path.suffix == ".py" or path.is_dir()} - {"__pycache__"}
 ALLOWED = {
     "rotations": set(),
@@ -27,7 +26,9 @@ ALLOWED = {
     "results": {"body", "system", "rotations", "reading"},
     "view": {"results", "body", "mesh", "rotations"},
     "studies": EVERYTHING - {"cli"},
-    "case": EVERYTHING - {"cli", "pipeline", "studies", "view"},
+    "case": {"system", "body", "rotations"},
+    "assembly": {"case", "fem", "reduction", "system", "body", "mesh", "rotations", "reading"},
+    "advice": {"dynamics", "integrate", "reduction", "fem", "mesh", "system", "body", "rotations"},
     "pipeline": EVERYTHING - {"cli", "studies", "view"},
     "cli": EVERYTHING,
     "__init__": EVERYTHING,
@@ -42,6 +43,25 @@ ALONE = {
     "typer": {"cli"},
     "rich": {"cli"},
     "pydantic": {"case"},
+}
+NOT_YET: dict[str, set[str]] = {  # file -> layers that it imports and should not; entries may go, none may come
+    "advice/bearings.py": {"case"},
+    "advice/choice.py": {"case"},
+    "advice/doubts.py": {"assembly", "case"},
+    "advice/extents.py": {"assembly", "case"},
+    "advice/joint_shapes.py": {"case"},
+    "advice/sheet.py": {"case"},
+    "advice/snapping.py": {"assembly", "case"},
+    "advice/spun.py": {"case"},
+    "advice/strain.py": {"case"},
+    "advice/supports.py": {"assembly", "case"},
+    "assembly/bodies.py": {"advice"},
+    "assembly/structures.py": {"advice"},
+    "body/flexible.py": {"advice"},
+    "case/model_inputs.py": {"assembly", "mesh", "results"},
+    "case/named_markers.py": {"mesh"},
+    "case/options.py": {"fem"},
+    "case/read.py": {"assembly"},
 }
 FILES = sorted(path for path in PACKAGE.rglob("*.py"))
 
@@ -70,9 +90,13 @@ def test_every_part_of_the_package_has_a_rule():
 def test_a_file_imports_only_what_its_layer_may(path: Path):
     layer = layer_of(path)
     allowed = ALLOWED[layer] | {layer, "warning", "__version__"}
+    excepted = NOT_YET.get(str(path.relative_to(PACKAGE)), set())
+    found = set()
     for name in imported(path):
         first, *rest = name.split(".")
-        if first == "femflex" and rest:
-            assert rest[0] in allowed, f"{path.name} of {layer} imports {name}"
+        if first == "femflex" and rest and rest[0] not in allowed:
+            assert rest[0] in excepted, f"{path.name} of {layer} imports {name}"
+            found.add(rest[0])
         if first in ALONE:
             assert layer in ALONE[first], f"{path.name} of {layer} imports {name}; only {ALONE[first]} may"
+    assert found == excepted, f"{path.name} no longer imports {excepted - found}: take it out of NOT_YET"

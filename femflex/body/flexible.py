@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.body.burden import Bearing
-from femflex.body.enriched import Enrichment
+from femflex.advice.burden import Bearing
+from femflex.advice.enriched import Enrichment
 from femflex.body.foreshortening import Foreshortening
 from femflex.body.marker import Marker
 from femflex.body.moments import MassMoments

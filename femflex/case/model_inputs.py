@@ -91,7 +91,7 @@ def _mesh_digest(path: Path) -> str:
 
 
 def _load_digest(path: Path) -> str:
-    from femflex.case.builders.loads import read_load_table
+    from femflex.assembly.loads import read_load_table
 
     return content_digest(read_load_table(path))
 

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
+from femflex.case.changed import changed_text
 from femflex.case.crosscheck import cross_problems
 from femflex.case.magnitudes import warn_of_doubtful_magnitudes
 from femflex.case.outline import Outline, outline
@@ -58,9 +59,25 @@ def parse_case(text: str, path: Path = Path("case.toml")) -> Case:
     return case
 
 
+def with_values(case: Case, values: Mapping[str, Any]) -> Case:
+    """A case in which these values stand at their key paths: `with_values(case, {"bodies.hub.mass": 410.0})`.
+
+    Values are those of a case file: SI numbers, or texts with a unit. Entries of lists go by their number, from 0
+    ("loads.0.force"). The whole case is checked anew.
+    Raises CaseError for a path that leads nowhere, and for every problem of the changed case.
+    """
+    if not case.text:
+        raise ValueError("this case was not read from a file or a text, so it has no keys to change by their path")
+    try:
+        text = changed_text(case.text, values, case.path.name)
+    except ValueError as error:
+        raise CaseError(case.path.name, [Problem("", str(error))]) from None
+    return parse_case(text, case.path)
+
+
 def _mesh_problems(parts: Outline, folder: Path) -> list[Problem]:
     """What bodies without mistakes of their own ask of their meshes in vain, told together with the other problems."""
-    from femflex.case.builders.structure import group_problems
+    from femflex.assembly.structures import group_problems
 
     bodies = {name: body for name, body in parts.bodies.items() if isinstance(body, FlexibleTable)}
     return [

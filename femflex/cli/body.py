@@ -28,8 +28,8 @@ def body(
     check_place(target, force)
     with Patience("reducing the body"):
         from femflex.case import read_case
-        from femflex.case.builders import build_body
         from femflex.case.named_files import check_no_input
+        from femflex.pipeline.decisions import build_body
         from femflex.reduction import save_body
 
         read = read_case(case)

@@ -11,6 +11,7 @@ from femflex.cli.progress import Patience
 from femflex.cli.strain_told import say_notes, strain_data, strain_notes
 from femflex.cli.tables import print_json
 from femflex.cli.verb import BAD_INPUT, verb
+from femflex.cli.warned import tell_warnings, warnings_so_far
 
 if TYPE_CHECKING:
     from femflex.system import System
@@ -23,6 +24,7 @@ def check(
 ) -> None:
     """Report every problem of a case: keys, units, names, meshes, structure, modes. Writes nothing."""
     from femflex.case.problems import CaseError
+    from femflex.case.values import count
 
     try:
         system, told = examined(case)
@@ -32,20 +34,23 @@ def check(
             raise typer.Exit(BAD_INPUT) from None
         raise
     if as_json:
-        print_json({"problems": [], "bodies": strain_data(system)})
+        print_json({"problems": [], "warnings": warnings_so_far(), "bodies": strain_data(system)})
     else:
-        print(f"{case.name}: no problems; {told}")
+        tell_warnings()
+        warned = len(warnings_so_far())
+        verdict = f"no errors, {count(warned, 'warning', 'warnings')}" if warned else "no problems"
+        print(f"{case.name}: {verdict}; {told}")
         say_notes(strain_notes(system))
 
 
 def examined(case: Path) -> tuple[System, str]:
     """What a case is made of, and that in words. Raises CaseError with its problems."""
     with Patience("building the bodies"):
+        from femflex.advice.doubts import warn_of_doubtful_bodies
         from femflex.case import read_case
-        from femflex.case.builders import build_system
-        from femflex.case.builders.doubts import warn_of_doubtful_bodies
-        from femflex.case.builders.references import duration_of
         from femflex.case.values import count
+        from femflex.pipeline.decisions import build_system
+        from femflex.pipeline.references import duration_of
 
         read = read_case(case)
         system = build_system(read)

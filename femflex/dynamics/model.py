@@ -21,7 +21,6 @@ from femflex.dynamics.joints.law_report import observe_laws
 from femflex.dynamics.joints.reactions import observe_reactions
 from femflex.dynamics.lowering.layout import BALL_QUATERNION, body_records
 from femflex.dynamics.lowering.lower import lower
-from femflex.dynamics.lowering.pool import aligned
 from femflex.dynamics.lowering.ties import characteristic_length
 from femflex.dynamics.motion import equations
 from femflex.dynamics.reports.channels import channels_of, row_length, row_places
@@ -29,7 +28,9 @@ from femflex.dynamics.reports.monitors import ROW_DISSIPATED
 from femflex.dynamics.reports.observe import observe
 from femflex.dynamics.reports.sights import observe_sights
 from femflex.dynamics.reports.static_stretch import add_static_stretch
+from femflex.dynamics.reports.variations import observe_variations
 from femflex.dynamics.terms.by_source import SWITCHED
+from femflex.dynamics.workspace import Workspace
 from femflex.rotations import is_extrinsic
 from femflex.system import Channel, System
 
@@ -47,7 +48,10 @@ Array = NDArray[np.float64]
 class Model:
     """A System lowered to flat arrays; `rate(t, x, dx, table, pool, work)` is its compiled equation of motion.
 
-    table, pool, work   see femflex.dynamics.lowering.layout
+    Nothing in it changes once it is compiled. Its calls write to arrays of a Workspace: each thread has its own, and
+    each run (`for_run`), so one model can run in many threads at once.
+
+    workspace           the arrays of its calls: table, pool, work (see femflex.dynamics.lowering.layout)
     x0                  (n_x,) initial state (q, u, z)
     breaks              (n,) times at which a load or a specified motion is not smooth [s]
     renormalise         first positions in x of the quadruples of Euler parameters
@@ -58,9 +62,7 @@ class Model:
     """
 
     system: System
-    table: NDArray[np.int64]
-    pool: Array
-    work: Array
+    workspace: Workspace
     n_q: int
     n_u: int
     n_z: int
@@ -72,6 +74,29 @@ class Model:
     omitted: tuple[str, ...] = ()
     constraints: Constraints | None = None
     project: Any = None
+
+    @property
+    def table(self) -> NDArray[np.int64]:
+        """Records."""
+        return self.workspace.table
+
+    @property
+    def pool(self) -> Array:
+        """Numbers, as the calling thread has them."""
+        return self.workspace.own[1]
+
+    @property
+    def work(self) -> Array:
+        """Scratch of the calling thread."""
+        return self.workspace.own[2]
+
+    def for_run(self) -> Model:
+        """The same model with scratch arrays of its own, for one run."""
+        return self._over(self.workspace.fresh())
+
+    def _over(self, workspace: Workspace) -> Model:
+        held = None if self.constraints is None else replace(self.constraints, workspace=workspace)
+        return replace(self, workspace=workspace, constraints=held)
 
     @property
     def n_x(self) -> int:
@@ -147,20 +172,20 @@ class Model:
     def state_rate(self, t: float, x: Array) -> Array:
         """dx/dt (n_x,) at the state x (n_x,)."""
         dx = np.empty(self.n_x)
-        self.rate(float(t), np.ascontiguousarray(x, float), dx, self.table, self.pool, self.work)
+        self.rate(float(t), np.ascontiguousarray(x, float), dx, *self.workspace.own)
         return dx
 
     def residual(self, t: float, x: Array, udot: Array) -> Array:
         """M udot + h - Q of eq. (9), (n_u,), without forces of constraints; udot - sddot on rows of held freedoms."""
         out = np.empty(self.n_u)
         q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
-        self.tree.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, self.table, self.pool, self.work)
+        self.tree.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, *self.workspace.own)
         return out
 
     def gather(self, t: float, x: Array, udot: Array) -> None:
         """Leave in the work array what every joint carries (W_P) when the state x moves on with udot (n_u,)."""
         q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
-        out, own = np.empty(self.n_u), (self.table, self.pool, self.work)
+        out, own = np.empty(self.n_u), self.workspace.own
         self.second_order.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, *own)
 
     def bias(self, t: float, x: Array) -> Array:
@@ -198,7 +223,7 @@ class Model:
         times = np.ascontiguousarray(times, float)
         states = np.ascontiguousarray(states, float)
         rows = np.empty((len(times), row_length(self.system)))
-        observe(times, states, rows, self.table, self.pool, self.work)
+        observe(times, states, rows, *self.workspace.own)
         out = {
             path: rows[:, place].reshape(len(times), *self.channels[path].shape)
             for path, place in row_places(self.system).items()
@@ -208,7 +233,7 @@ class Model:
         out |= observe_held(self, times, states) | observe_laws(self, states, rows[:, ROW_DISSIPATED])
         out |= observe_states(self.system, out["z"])
         out |= observe_balls(self.system, states) | observe_locks(self.system, states)
-        out |= observe_orbit_force(self.system, out)
+        out |= observe_orbit_force(self.system, out) | observe_variations(self, times, states)
         if is_extrinsic(self.system.libration_sequence):
             out["attitude/angles"] = out["attitude/angles"][:, ::-1]
         records = body_records(self.table)
@@ -243,12 +268,11 @@ def compile_system(system: System) -> Model:
     n_u, n_z = len(system.velocity_names()), len(system.state_names())
     quadruples = [int(b["q"] + b["n_slide"]) for b in body_records(table)[1:] if b["ball"] == BALL_QUATERNION]
     knots = [times for term in force_terms() for times in term.breaks(system)]
+    knots += [variation.breaks for variation in system.varying.values()]
     knots += [profile.breaks for joint in system.joints for profile in joint.held.values()]
     tree = Model(
         system=system,
-        table=table,
-        pool=pool,
-        work=aligned(scratch),
+        workspace=Workspace(table, pool, scratch, bool(system.varying)),
         n_q=n_q,
         n_u=n_u,
         n_z=n_z,
@@ -279,12 +303,13 @@ def constrained(tree: Model) -> Model:
     from femflex.dynamics.constraints.assemble import assembled
     from femflex.dynamics.constraints.constrained import constraints_of_system
 
-    own = (tree.table, tree.pool, tree.work)
-    held = constraints_of_system(tree.system, own, tree.n_q, tree.n_u, tree.tree.kinematic)
+    held = constraints_of_system(tree.system, tree.workspace, tree.n_q, tree.n_u, tree.tree.kinematic)
+    x0 = assembled(held, tree.x0, characteristic_length(tree.system), tree.mass_matrix)
+    tree.workspace.keep_numbers()  # what play was taken up, and which pivots are lost
     return replace(
         tree,
         constraints=held,
-        x0=assembled(held, tree.x0, characteristic_length(tree.system), tree.mass_matrix),
+        x0=x0,
         rate=calls.rate,
         project=calls.project,
     )

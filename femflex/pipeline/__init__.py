@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ from femflex.pipeline.resumed import is_finished
 if TYPE_CHECKING:
     from femflex.case import Case
     from femflex.results import Run
-    from femflex.system import Controller, Effector
+    from femflex.system import Controller, Effector, Variation
 
 __all__ = [
     "Prepared",
@@ -38,6 +38,7 @@ def run(
     progress: Progress | None = None,
     without: Sequence[str] = (),
     effectors: Sequence[Effector | Controller] = (),
+    varying: Mapping[str, Variation] | None = None,
 ) -> Run:
     """The finished run of a case, written to an HDF5 file as it goes and open for reading.
 
@@ -46,6 +47,7 @@ def run(
     without   names of what is switched off, such as "gravity_gradient", a load or "flexibility"; the file says so
     effectors effectors and controllers beside those of the case; a run with any is resumed by giving the same again
     progress  called with the time reached [s] after every block
+    varying   body name -> Variation: how its properties depend on time; to resume such a run, give the same again
     Raises CaseError for a case that cannot be run, FileExistsError for an existing output unless `force`,
     BlockingIOError when another run is writing the output, ValueError when `resume` finds other inputs, and
     IntegrationError when the numerics fail; the file then keeps what was computed and says so.
@@ -60,6 +62,8 @@ def run(
         with wrong_names_first(case, without):
             check_output(case, Path(output), force, resume)
     with FileLock(output) as lock:
-        prepared = prepare(case, output, force=force, resume=resume, without=without, effectors=effectors)
+        prepared = prepare(
+            case, output, force=force, resume=resume, without=without, effectors=effectors, varying=varying
+        )
         integrate(prepared, output, force=force, resume=resume, progress=progress, lock=lock)
     return open_run(output)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from femflex.advice.stiffening import Stiffening
 from femflex.pipeline.guard import Runaway, Singularities, first_overflow, warn_of_passage
-from femflex.pipeline.stiffening import Stiffening
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
@@ -39,10 +39,10 @@ def integrate(
     from femflex.integrate import IntegrationError
     from femflex.results.keeping import undisturbed
 
-    model, runaway, singularities = prepared.model, Runaway(prepared.model), Singularities(prepared.model)
-    stiffening = Stiffening(model)
+    model = prepared.model.for_run()
+    runaway, singularities, stiffening = Runaway(model), Singularities(model), Stiffening(model)
     if model.constraints is not None:
-        model.constraints.forget_passage()  # a trial of the integrator may have passed here before
+        model.constraints.forget_passage()
     with _writer(prepared, Path(output), force, resume, lock) as (writer, state, written):
         last = None
         try:
@@ -113,6 +113,7 @@ def _attributes(prepared: Prepared) -> dict[str, str]:
         "case_path": str(case.path),
         "inputs": inputs_text(case),
         "without": ", ".join(model.omitted),
+        "varying": ", ".join(sorted(prepared.system.varying)),
         "start_moved": ", ".join(map(str, prepared.moved[:MOST_MOVED])),
         "start_taken_up": "; ".join(map(str, prepared.taken_up)),
         "integrator": prepared.integrator.name,

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from femflex.dynamics.reports.bends import bends
-from femflex.pipeline.stiffening import Stiffening
+from femflex.advice.bends import bends
+from femflex.advice.stiffening import Stiffening
 
 if TYPE_CHECKING:
     from femflex.case import Case
@@ -45,7 +45,7 @@ def case_modes(case: Case, at: float | None = None, bodies: Mapping[str, Part] |
 
 
 def _system_of(case: Case, bodies: Mapping[str, Part] | None = None) -> System:
-    from femflex.case.builders import build_system
+    from femflex.pipeline.decisions import build_system
 
     if case.initial is not None and case.initial.source == "equilibrium":
         case = case.model_copy(update={"initial": None})  # it is what is sought here

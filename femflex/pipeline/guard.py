@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.reports.bends import bends
+from femflex.advice.bends import bends
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from femflex.dynamics.constraints.moved_start import Moved
     from femflex.dynamics.constraints.taken_up import TakenUp
     from femflex.integrate import Integrator
-    from femflex.system import Controller, Effector, Part, System
+    from femflex.system import Controller, Effector, Part, System, Variation
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,47 +53,52 @@ class Prepared:
 
 def prepare(
     case: Case | str | Path,
-    output: str | Path = "run.h5",
+    output: str | Path | None = None,
     *,
     force: bool = False,
     resume: bool = False,
     bodies: Mapping[str, Part] | None = None,
     without: Sequence[str] = (),
     effectors: Sequence[Effector | Controller] = (),
+    varying: Mapping[str, Variation] | None = None,
 ) -> Prepared:
     """The run of a case up to its first step, with these bodies or with its own; nothing is written.
 
+    output: the result file, when it is to be checked before anything is built that it can be written, or resumed
     without: names of what is switched off (see `femflex.dynamics.terms.without`)
     effectors: effectors and controllers beside those of the case
+    varying: body name -> Variation, how its properties depend on time
 
     Raises as `femflex.run` does for what can be told before the first step.
     """
+    from femflex.advice.doubts import warn_of_doubtful_bodies
     from femflex.case import Case, read_case
-    from femflex.case.builders import build_system
-    from femflex.case.builders.doubts import warn_of_doubtful_bodies
-    from femflex.case.builders.integrator import chosen_integrator
-    from femflex.case.builders.references import duration_of
     from femflex.dynamics import compile_system
+    from femflex.pipeline.decisions import build_system
+    from femflex.pipeline.integrator import chosen_integrator
+    from femflex.pipeline.references import duration_of
     from femflex.pipeline.resumed import check_same_effectors, check_same_model, check_same_times, integrator_of
 
     case = case if isinstance(case, Case) else read_case(case)
-    with wrong_names_first(case, without):
-        check_output(case, Path(output), force, resume)
-    if resume:
-        check_same_effectors(effectors, Path(output))
+    if resume and output is None:
+        raise ValueError("a run is resumed from its file; say which one (`output`)")
+    if output is not None:
+        with wrong_names_first(case, without):
+            check_output(case, Path(output), force, resume)
+        if resume:
+            check_same_effectors(effectors, Path(output))
     system = build_system(case, bodies)
-    if effectors:
-        system = replace(system, effectors=(*system.effectors, *effectors))
+    system = replace(system, effectors=(*system.effectors, *effectors), varying={**system.varying, **(varying or {})})
     model = compile_system(system)
     if without:
         model = model.without(*without)
         system = model.system
-    if resume:
+    if output is not None and resume:
         check_same_model(model, Path(output))
     times = case.run.times(duration_of(case, system))
     warn_of_doubtful_bodies(case, system.bodies, float(times[1] - times[0]))
     chosen = case
-    if resume:
+    if output is not None and resume:
         check_same_times(times, Path(output))
         run = case.run.model_copy(update={"integrator": integrator_of(Path(output))})
         chosen = case.model_copy(update={"run": run})
@@ -119,9 +124,9 @@ def wrong_names_first(case: Case, without: Sequence[str]) -> Iterator[None]:
     try:
         yield
     except FileExistsError:
-        from femflex.case.builders import build_system
         from femflex.dynamics import compile_system
         from femflex.dynamics.terms.without import resolved
+        from femflex.pipeline.decisions import build_system
 
         if without:
             model = compile_system(build_system(case))

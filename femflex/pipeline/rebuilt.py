@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,24 +12,26 @@ import numpy as np
 if TYPE_CHECKING:
     from femflex.dynamics import Model
     from femflex.results import Run
+    from femflex.system import Variation
 
 AGREED = 1e-6  # relative; energies of the rebuilt model and of the file
 STATES = ("q", "u", "z")
 CHECKED = ("monitors/kinetic", "monitors/elastic")
 
 
-def rebuilt(run: Run, case: str | Path | None = None) -> Model:
+def rebuilt(run: Run, case: str | Path | None = None, varying: Mapping[str, Variation] | None = None) -> Model:
     """The model that made a run, without what was switched off in it.
 
     case: where the case file is now, when it has moved; meshes are looked for beside it, its text is the run's.
+    varying: the bodies that vary with time, as they were handed to the run.
     Raises ValueError when the run keeps no case, its folder is gone, or the meshes have changed since; CaseError when
     they are not there.
     """
-    from femflex.case.builders import build_system
     from femflex.case.read import parse_case
     from femflex.dynamics import compile_system
+    from femflex.pipeline.decisions import build_system
     from femflex.pipeline.inputs import changed_inputs, inputs_of
-    from femflex.pipeline.resumed import effectors_of
+    from femflex.pipeline.resumed import check_varying, effectors_of
 
     if not run.case_text:
         raise ValueError(f"{run.path} keeps no case text, so its model cannot be built again")
@@ -46,7 +50,8 @@ def rebuilt(run: Run, case: str | Path | None = None) -> Model:
             f"{run.path} was made with effectors from Python ({', '.join(given)}), which no case text holds, so its "
             f"model cannot be built again; compile it in Python with the same ones"
         )
-    model = compile_system(build_system(read))
+    model = compile_system(replace(build_system(read), varying=dict(varying or {})))
+    check_varying(run, model)
     if run.without:
         model = model.without(*run.without)
     check_agreement(run, model)

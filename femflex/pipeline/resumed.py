@@ -61,6 +61,7 @@ def check_same_model(model: Model, output: Path) -> None:
 
     with open_run(output) as unfinished:
         _check_omitted(unfinished.without, model.omitted, output)
+        check_varying(unfinished, model)
         if len(unfinished):
             check_agreement(unfinished, model)
 
@@ -83,6 +84,17 @@ def check_same_effectors(effectors: Sequence[Effector | Controller], output: Pat
 def effectors_of(run: Run) -> list[str]:
     """Names of the effectors and controllers that Python gave to a run beside its case."""
     return list(filter(None, str(run.attributes.get("effectors", "")).split(", ")))
+
+
+def check_varying(run: Run, model: Model) -> None:
+    """Raise ValueError when other bodies vary with time in the model than did in the run."""
+    begun, now = str(run.attributes.get("varying", "")), ", ".join(sorted(model.system.varying))
+    if begun != now:
+        raise ValueError(
+            f"{run.path} was made with bodies that vary with time: {begun or 'none'}; now there are: {now or 'none'}. "
+            "The functions that write their properties are not kept in the file: hand the same ones over again from "
+            "Python (`varying`)"
+        )
 
 
 def check_same_times(times: NDArray[np.float64], output: Path) -> None:

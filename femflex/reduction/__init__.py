@@ -10,7 +10,6 @@ from femflex.reduction.curvature import hardening, rise, softest
 from femflex.reduction.damping import Damping, ModalDamping, RayleighDamping, bending_damping, is_added, is_unanswered
 from femflex.reduction.derivatives import with_derivatives
 from femflex.reduction.effective_mass import EffectiveMass, effective_mass, mac, mac_of_bodies
-from femflex.reduction.enrichment import BeamEnrichment, MeshedEnrichment
 from femflex.reduction.foreshortening import foreshortening, foreshortening_of
 from femflex.reduction.initial_stress import relaxed, warn_of_initial_stress
 from femflex.reduction.matrices import body_from_matrices
@@ -29,11 +28,9 @@ from femflex.reduction.third_derivatives import with_sheet_bends, with_third_der
 from femflex.reduction.uniform_beam import BeamFunctions, Taper, UniformBeam
 
 __all__ = [
-    "BeamEnrichment",
     "BeamFunctions",
     "Damping",
     "EffectiveMass",
-    "MeshedEnrichment",
     "ModalDamping",
     "ModeSet",
     "RayleighDamping",

@@ -9,8 +9,8 @@ from functools import partial
 from femflex.body import FlexibleBody
 from femflex.case import Case
 from femflex.case.body import BodyTable, FlexibleTable
-from femflex.case.builders import build_body
 from femflex.case.reduction import Stretchable
+from femflex.pipeline.decisions import build_body
 from femflex.studies.ladder import Built, Ladder, Rung, varied
 from femflex.warning import PhysicsWarning
 

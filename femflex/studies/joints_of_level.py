@@ -7,8 +7,8 @@ from collections.abc import Iterable
 
 from femflex.case import Case, CaseError
 from femflex.case.body import AnalyticTable, BodyTable, FlexibleTable
-from femflex.case.builders import with_own_joints
 from femflex.case.reduction import Stretchable
+from femflex.pipeline.decisions import with_own_joints
 from femflex.studies.level import with_level
 from femflex.warning import PhysicsWarning
 

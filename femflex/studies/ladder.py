@@ -9,19 +9,20 @@ from typing import Any
 
 import numpy as np
 
+from femflex.advice.joint_shapes import open_joints
+from femflex.assembly import build_mesh, build_modes, build_part
+from femflex.assembly.shared import shared_structures
+from femflex.assembly.structures import structure_of
 from femflex.body import FlexibleBody
 from femflex.case import Case, CaseError
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
-from femflex.case.builders import build_body, build_each, build_mesh, build_modes, build_part
-from femflex.case.builders.joint_shapes import open_joints
-from femflex.case.builders.shared import shared_structures
-from femflex.case.builders.structure import structure_of
 from femflex.case.measure import OF_BODY
 from femflex.case.reduction import Stretchable
 from femflex.case.run import StudyTable
 from femflex.fem.eigen.canonical import whole_clusters
 from femflex.fem.eigen.modes import stiffness_ratio
 from femflex.mesh.cells import CELL_TYPES
+from femflex.pipeline.decisions import build_body, build_each
 from femflex.reduction import is_added, load_body
 from femflex.studies.joints_of_level import joints_of, with_joints_of_level, without_joints
 from femflex.system import Segments

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
+from femflex.assembly import build_part
 from femflex.case import Case
 from femflex.case.body import FlexibleTable
-from femflex.case.builders import build_part
 from femflex.studies.ladder import Built, Ladder, Rung, varied
 from femflex.system import Segments
 

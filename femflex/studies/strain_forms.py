@@ -10,11 +10,12 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any, get_args
 
+from femflex.assembly import build_part
 from femflex.case import Case, CaseError
 from femflex.case.body import AnalyticTable, BodyTable, FlexibleTable, Strain
-from femflex.case.builders import build_part, with_own_strain
 from femflex.case.reduction import Stretchable
 from femflex.integrate import IntegrationError
+from femflex.pipeline.decisions import with_own_strain
 from femflex.studies.ladder import Built, Ladder, varied
 from femflex.studies.study import Progress, Study, described, require_study
 from femflex.system import Segments

@@ -7,21 +7,20 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from pathlib import Path
-from tempfile import gettempdir
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.assembly import build_part
+from femflex.assembly.shared import shared_structures
 from femflex.case import Case, CaseError
-from femflex.case.builders import build_part, with_own_strain
-from femflex.case.builders.shared import shared_structures
 from femflex.case.evaluate import measured, measured_unit
 from femflex.case.measure import OF_SYSTEM, MeasureTable
 from femflex.case.run import StudyTable
 from femflex.pipeline import Prepared, prepare
 from femflex.pipeline.balanced import case_modes
+from femflex.pipeline.decisions import with_own_strain
 from femflex.pipeline.guard import Runaway
 from femflex.studies.derivative_ladder import derivative_ladder
 from femflex.studies.ladder import Built, Ladder, Rung, mesh_ladder, mode_ladder
@@ -171,7 +170,7 @@ class Study:
             return Seen(built.bodies)
         everything = self.constant | built.bodies | built.others
         bodies = {name: everything[name] for name in self.case.bodies}
-        prepared = prepare(self.case, Path(gettempdir()) / "study.h5", force=True, bodies=bodies)  # nothing is written
+        prepared = prepare(self.case, bodies=bodies)
         motion = None if prepared.system.orbit is None else prepared.system.orbit.mean_motion
         rtol = float(getattr(prepared.integrator, "rtol", 0.0))
         values, channel = watched(prepared, path, progress), prepared.model.channels[path]

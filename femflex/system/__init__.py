@@ -30,12 +30,14 @@ from femflex.system.spring import Spring
 from femflex.system.stop import Stop
 from femflex.system.system import System, assembled, started
 from femflex.system.tabulated import TabulatedDamper, TabulatedSpring
+from femflex.system.variation import Block, Variation
 
 __all__ = [
     "EARTH_RADIUS",
     "JOINTS",
     "MU_EARTH",
     "STANDARD_GRAVITY",
+    "Block",
     "Channel",
     "Closure",
     "Controller",
@@ -59,6 +61,7 @@ __all__ = [
     "System",
     "TabulatedDamper",
     "TabulatedSpring",
+    "Variation",
     "assembled",
     "ball_coordinates",
     "closure",

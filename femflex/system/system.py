@@ -25,6 +25,7 @@ from femflex.system.segments import Part, at_segments, expanded
 from femflex.system.sight import Sight
 from femflex.system.spring import Spring
 from femflex.system.ties import tie_places, tie_problems
+from femflex.system.variation import Variation
 
 Array = NDArray[np.float64]
 
@@ -49,6 +50,7 @@ class System:
     sights       axes that are to look at a station on the Earth
     reactions    whether runs report what the joints carry
     keep         joints, or slides and turns such as "drive.angle", whose initial values stay exact where loops close
+    varying  body name -> Variation: how its properties depend on time
     segments  body cut into segments -> names of the bodies that are its segments, near to far (see `assembled`)
 
     With a specified orbit O is the centre of mass: the root joint's translation is eliminated, so the root joint must
@@ -74,10 +76,12 @@ class System:
     keep: tuple[str, ...] = ()
     environment: Environment = field(default_factory=Environment)
     z0: dict[str, float] = field(default_factory=dict)
+    varying: dict[str, Variation] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems()]
         problems += keep_problems(self.keep, self.joints)
+        problems += self._variation_problems()
         problems += tie_problems(self.loops, self.constraints, self.springs, self.orbit)
         problems += effector_problems(self.effectors, self.bodies, self.joints)
         if problems:
@@ -243,6 +247,21 @@ class System:
                 if np.shape(value) != (n,):
                     out.append(f"{what} of body {body!r} has shape {np.shape(value)}; expected ({n},)")
         return out
+
+    def _variation_problems(self) -> list[str]:
+        unknown = [
+            f"body {name!r}, whose properties are to vary, does not exist; bodies are {sorted(self.bodies)}"
+            for name in self.varying
+            if name not in self.bodies
+        ]
+        known = {name: variation for name, variation in self.varying.items() if name in self.bodies}
+        growing = [name for name, variation in known.items() if "growth" in variation.acting]
+        if growing and self.orbit is not None:
+            unknown.append(
+                f"mass arrives on body {growing[0]!r}, and the system is in an orbit, whose gravity on arriving mass "
+                "is not counted in the balance of energy; leave 'growth' out of its variation, or give no orbit"
+            )
+        return unknown + [text for name, v in known.items() for text in v.problems(name, self.bodies[name])]
 
     def _illegal_names(self) -> list[str]:
         names: dict[str, list[str]] = {

@@ -10,7 +10,7 @@ import pytest
 CASE = Path(__file__).resolve().parents[2] / "cases" / "orbiter_beam.toml"
 SECOND_START = """
 import importlib, time
-for name in ("pipeline", "case.builders", "dynamics", "integrate.dop853_kernel", "results"):
+for name in ("pipeline", "pipeline.decisions", "dynamics", "integrate.dop853_kernel", "results"):
     importlib.import_module("femflex." + name)
 from femflex import pipeline
 begin = time.perf_counter()

@@ -24,11 +24,12 @@ from threadpoolctl import threadpool_limits
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from work_counts import CLAMPED, FREE, HELD, write_case
 
+from femflex.assembly import build_mesh, build_structure_of
 from femflex.case import read_case
-from femflex.case.builders import build_body, build_mesh, build_structure_of
 from femflex.fem.eigen.modes import factorised
 from femflex.fem.eigen.shift_invert import ShiftInverted
 from femflex.mesh import box, rectangle
+from femflex.pipeline.decisions import build_body
 from femflex.warning import PhysicsWarning
 
 pytestmark = pytest.mark.benchmark

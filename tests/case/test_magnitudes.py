@@ -9,10 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from femflex.advice.doubts import warn_of_doubtful_bodies
+from femflex.assembly import build_bodies
 from femflex.case import read_case
-from femflex.case.builders import build_bodies, build_body, build_system
-from femflex.case.builders.doubts import warn_of_doubtful_bodies
 from femflex.case.problems import CaseError
+from femflex.pipeline.decisions import build_body, build_system
 from femflex.warning import PhysicsWarning
 
 ORBIT = "[orbit]\nperigee_altitude = {}\n"

@@ -9,10 +9,10 @@ import jsonschema
 import pytest
 
 from femflex.case import CaseError, read_case
-from femflex.case.builders import build_body
 from femflex.case.schema import json_schema
 from femflex.fem import FAMILIES
 from femflex.fem.option import OPTIONS
+from femflex.pipeline.decisions import build_body
 
 README = Path(__file__).resolve().parents[2] / "README.md"
 PLAIN = 'material = "aluminium" }'

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from femflex.case import CaseError, read_case
-from femflex.case.builders import build_system
+from femflex.pipeline.decisions import build_system
 
 RATE, TORQUE = 'rates = ["2 deg/s", 0, 0.01]', "torque = [[0, 0, 1], [0, 0, 1]]\ntimes = [0, 2]"
 ORBIT = "[orbit]\nperigee_altitude = '331 km'\n"

@@ -289,7 +289,7 @@ def test_a_sampled_controller_of_a_double_integrator_follows_its_recursion():
     model = compile_system(system)
     for name, method in METHODS.items():
         calls.clear()
-        times, states = run(model, method, 2.0, 9)
+        _, states = run(model, method, 2.0, 9)
         theta, omega = 0.3, 0.1
         for k in range(9):
             assert states[k, :2] == pytest.approx([theta, omega], abs=ERRORS[name])

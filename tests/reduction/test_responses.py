@@ -9,7 +9,7 @@ from nonlinear_models import METAL
 from scipy.interpolate import CubicSpline
 from test_large_deflection import PINS, H, arch, load_off, panel, snapped
 
-from femflex.case.builders.curved import of_curved
+from femflex.advice.curved import of_curved
 from femflex.fem import Member, build_structure
 from femflex.mesh import rectangle
 from femflex.reduction import (

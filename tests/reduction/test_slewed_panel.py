@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from full_solution import Full, Reduced, static_path
 
+from femflex.assembly import build_mesh, build_modes, build_structure_of
 from femflex.case import read_case
-from femflex.case.builders import build_mesh, build_modes, build_structure_of
 from femflex.reduction import reduce_structure, with_derivatives
 from femflex.reduction.rigid import rigid_shapes
 

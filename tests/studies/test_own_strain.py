@@ -11,8 +11,8 @@ import pytest
 from typer.testing import CliRunner
 
 from femflex.case import Case
-from femflex.case.builders import with_own_strain
 from femflex.cli.app import app
+from femflex.pipeline.decisions import with_own_strain
 from femflex.studies import convergence, planned, strain_forms
 
 Built = Callable[..., Case]

@@ -187,9 +187,14 @@ def project(t: float, x: Array, table: Table, pool: Array, work: Array) -> float
     Positions by Newton's method until the gap is that of rounding; the velocities' correction is linear. Without
     motion across the constraints the kinetic energy changes only by the square of what is taken away.
 
-    The CLOSING record's task may ask for less, so that one compiled call serves studies too: TASK_MEASURE only writes
-    the rows; TASK_NEAREST writes to `step` the smallest v by M with A v = the rows' right sides.
+    The task in the work array may ask for less, so that one compiled call serves studies too: TASK_MEASURE only writes
+    the rows; TASK_NEAREST writes to `step` the smallest v by M with A v = the rows' right sides; all else is TASK_HOLD.
     """
     records = start(table)
-    q, u, task = start(x), beyond(x, header_of(records)["n_q"]), closing_of(records)["task"]
+    q, u, asked = start(x), beyond(x, header_of(records)["n_q"]), work[closing_of(records)["task"]]
+    task = at.TASK_HOLD
+    if asked == at.TASK_MEASURE:
+        task = at.TASK_MEASURE
+    elif asked == at.TASK_NEAREST:
+        task = at.TASK_NEAREST
     return bring_back(t, q, u, task, records, start(pool), start(work))

@@ -391,7 +391,7 @@ def lowered_markers(effector: Effector, system: System, pool: Pool, scratch: Scr
     records = np.zeros(len(effector.markers), PORT)
     for record, (body, marker) in zip(records, effector.markers, strict=True):
         record["body"], record["motion"] = 1 + system.order.index(body), scratch.take(12)
-        places = put_marker(system.bodies[body].marker(marker), pool)
+        places = put_marker(body, marker, system, pool)
         record["place"], record["shape"], record["spin"], record["bends"] = places
     return records
 

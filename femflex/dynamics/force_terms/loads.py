@@ -34,6 +34,7 @@ from femflex.dynamics.lowering.layout import (
     ENERGY_LOAD,
     ORBIT_NONE,
     TURNS,
+    VARIES,
     W_CIN,
     W_POS,
     body_of,
@@ -103,7 +104,7 @@ def load_wrench(
     if load["bends"]:
         r = add(r, combined(pool, load["shape"], b["wide"], work, b["delta"]))
         theta = combined(pool, load["spin"], b["wide"], work, b["delta"])
-        if load["bends"] == TURNS:
+        if load["bends"] == TURNS or load["bends"] == VARIES + TURNS:
             e = load3(pool, load["place"] + 12)
             F, theta = section_slope(e, theta), section_vector(e, theta)
             T = product(vector_tangent(theta), F)
@@ -196,8 +197,7 @@ def lowered(load: Load, system: System, pool: Pool) -> NDArray[np.void]:
     """One LOAD record."""
     record = np.zeros((), LOAD)
     record["body"], record["frame"] = 1 + system.order.index(load.body), CODES[load.frame]
-    marker = system.bodies[load.body].marker(load.marker)
-    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(marker, pool)
+    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(load.body, load.marker, system, pool)
     record["n_times"] = 0 if load.times is None else len(load.times)
     record["times"] = pool.put(np.zeros(1) if load.times is None else load.times)
     record["values"] = pool.put(np.hstack([np.atleast_2d(load.force), np.atleast_2d(load.torque)]))

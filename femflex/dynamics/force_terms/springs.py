@@ -24,7 +24,7 @@ from femflex.dynamics.arithmetic.vectors import (
     turn,
     turn_back,
 )
-from femflex.dynamics.bodies.shapes import combined
+from femflex.dynamics.bodies.shapes import combined, marker_velocity
 from femflex.dynamics.force_terms.registry import ForceTerm, Records
 from femflex.dynamics.forces.calls import A_DISSIPATION, A_ENERGY, APPLY, REPORT
 from femflex.dynamics.forces.push import push
@@ -64,7 +64,7 @@ def end_motion(
     r, v = load3(pool, place), load3(work, w + W_VEL)
     if bends:
         r = add(r, combined(pool, shape, b["wide"], work, b["delta"]))
-        v = add(v, combined(pool, shape, b["wide"], work, b["ddelta"]))
+        v = add(v, marker_velocity(pool, place, shape, bends, b, work))
     v = add(v, cross(load3(work, w + W_OMEGA), r))
     return r, add(load3(work, w + W_POS), turn_back(C_iN, r)), turn_back(C_iN, v)
 

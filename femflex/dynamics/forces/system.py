@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.pairs import nothing_pair, put_pair
 from femflex.dynamics.arithmetic.vectors import ZERO
+from femflex.dynamics.bodies.flow import add_flow_forces
 from femflex.dynamics.bodies.inertia import add_elastic_forces, write_velocity_forces, zero_forces
 from femflex.dynamics.forces.calls import apply_terms
 from femflex.dynamics.forces.gravity import find_center_of_mass, gravity_field, local_field
@@ -31,6 +32,8 @@ def write_forces(t: float, q: Array, u: Array, table: Table, pool: Array, work: 
         b = body_of(table, i)
         field, uniform = local_field(b, head, l, strength, pool, work)
         write_velocity_forces(b, pool, work, field, uniform)
+        if b["flows"]:
+            add_flow_forces(b, pool, work)
         add_elastic_forces(b, pool, work)
         if b["sprung"]:
             write_spring_forces(b, q, u, pool, work)

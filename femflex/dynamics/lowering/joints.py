@@ -69,11 +69,15 @@ def lower_markers(bodies: NDArray[np.void], i: int, joint: Joint, system: System
     """Markers P and Q of the joint of body i; their carriers' elastic blocks become dense when the markers move."""
     record, parent = bodies[i], bodies[bodies[i]["parent"]]
     own = system.bodies[joint.child].marker(joint.child_marker)
-    above = (
-        Marker.rigid(np.zeros(3)) if joint.parent is None else system.bodies[joint.parent].marker(joint.parent_marker)
+    above = Marker.rigid(np.zeros(3))
+    if joint.parent is not None:
+        above = system.bodies[joint.parent].marker(joint.parent_marker)
+    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(
+        joint.parent, joint.parent_marker, system, pool
     )
-    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(above, pool)
-    record["own_place"], record["own_shape"], record["own_spin"], record["own_bends"] = put_marker(own, pool)
+    record["own_place"], record["own_shape"], record["own_spin"], record["own_bends"] = put_marker(
+        joint.child, joint.child_marker, system, pool
+    )
     record["Phi"] = scratch.take(6 * parent["row"])
     if record["bends"]:
         parent["dense"] = 1

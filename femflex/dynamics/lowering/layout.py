@@ -2,7 +2,8 @@
 
 table  header record, then one BODY record per body (record 0 is the base frame), the reported markers, the freedoms
        that are held, the records of force terms, one TERM record per force term, and what `tie_layout` describes
-pool   constants: moments, shapes at markers, axes, springs, load tables, orbit
+pool   numbers: moments, shapes at markers, axes, springs, load tables, orbit; constants, but for the blocks of bodies
+       that vary with time, which are written anew at every evaluation (see varying)
 work   scratch, one block per body: the offsets W_* below, then arrays whose place the record holds
 
 Kernels read the records through `header_of`, `body_of`, `term_of` and `marker_of`. Rows over shapes are as long as
@@ -41,7 +42,7 @@ HEADER = np.dtype(
             "mass",  # pool: total mass
             "orbit_state",  # work: radius; the true anomaly's rate, acceleration, value; C_NO (9), place, velocity
             "angle_axes",  # pool: axis numbers of the reported attitude angles (3), C_QL (9)
-            "total",  # work: centre of mass (3), uniform field (3)
+            "total",  # work: centre of mass (3); uniform field, or that in which the centre of mass stays at O (3)
             "kept",  # pool: 1 or 0 for every term of femflex.dynamics.terms.ledger; read by reduced models alone
             "n_holds", "holds",  # HOLD records and where in the table they begin
             "n_terms", "terms",  # TERM records and where in the table they begin
@@ -49,6 +50,7 @@ HEADER = np.dtype(
             "held_q", "held_u",  # work (n_q,), (n_u,): the state with held freedoms where they are held
             "known", "flags", "drives",  # work (n_u,): their accelerations; 1 where held; forces that hold them
             "closing",  # table: where records of constraints begin (see tie_layout)
+            "n_varying",  # bodies whose properties depend on time
         )
     ]
 )  # fmt: skip
@@ -111,6 +113,16 @@ BODY = np.dtype(
             "columns", "spread",  # work, condensed bodies: columns of a marker (6,wide), coupling rows (wide,8)
             "monomials", "varying",  # work: d_i, d_i d_j (n+pairs); the stiffness they make up (pairs)
             "Phi",  # work (6,row_p): columns of marker P
+            "varies",  # 1: a function writes properties of this body at every evaluation, see varying
+            "write", "numbers", "block",  # its address; pool: its constants, and what it writes
+            "derived",  # 1: moments vary, so rows that follow from them are written anew
+            "flows",  # 1: material moves inside the body, see flow
+            "rates",  # pool: drift, kick (3), flow, turn (9) of the undeformed body, speed, its rate
+            "drifts", "kicks",  # pool (3,wide)
+            "flow0", "turn0", "flow", "turn",  # pool (9,wide) twice, (1+n_shapes,9,wide) twice
+            "speeds",  # pool (1+n_shapes,wide)
+            "carried",  # work: int w dm (3), 0, int r w^T dm (9), of the material's velocity w
+            "carriedZ",  # work (3,3,wide): int phi_k w^T dm
         )
     ]
 )  # fmt: skip
@@ -143,6 +155,7 @@ MARKER = np.dtype([(name, "i8") for name in ("body", "place", "shape", "spin", "
 ORBIT_NONE, ORBIT_SPECIFIED, ORBIT_FREE = 0, 1, 2
 FRAME_INERTIAL, FRAME_ORBITAL, FRAME_SPINNING = 0, 1, 2
 STAYS, BENDS, TURNS = 0, 1, 2  # a marker: not at all; by exp(psi delta); as a section of a beam (`section_turns`)
+VARIES = 4  # added: its place and its rows change with time, and their rates stand behind them
 BALL_NONE, BALL_QUATERNION, BALL_ANGLES, BALL_EXTRINSIC, BALL_RODRIGUES, BALL_MODIFIED = 0, 1, 2, 3, 4, 5
 ENERGY_SPRING, ENERGY_LOAD, ENERGY_EFFECTOR = 0, 1, 2  # what the stored energy of a force term counts to
 

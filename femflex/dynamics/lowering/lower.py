@@ -13,6 +13,7 @@ from femflex.dynamics.lowering.bodies import lower_body
 from femflex.dynamics.lowering.joints import axis_numbers, lower_holds, lower_joint, lower_markers
 from femflex.dynamics.lowering.pool import Pool, Scratch, length_of, put_marker
 from femflex.dynamics.lowering.ties import lower_constraints
+from femflex.dynamics.lowering.variation import lower_variation
 from femflex.system import System
 
 Array = NDArray[np.float64]
@@ -53,6 +54,8 @@ def lower(system: System, terms: Sequence[Lowered]) -> tuple[Table, Array, int]:
         nq, nu = nq + joint.n_q + body.n_modes, nu + joint.n_u + body.n_modes
         lower_joint(record, joint, system, pool)
         lower_body(record, body, pool, scratch)
+        if name in system.varying:
+            lower_variation(record, name, body, system.varying[name], pool, scratch)
     for i, name in enumerate(order, start=1):
         lower_markers(bodies, i, system.joint_of(name), system, pool, scratch)
     markers = np.array([lower_marker(b, m, system, order, pool) for b, m in reported_markers(system)], at.MARKER)
@@ -60,7 +63,8 @@ def lower(system: System, terms: Sequence[Lowered]) -> tuple[Table, Array, int]:
     head[0]["n_bodies"], head[0]["n_markers"] = len(bodies), len(markers)
     head[0]["n_q"], head[0]["n_u"], head[0]["n_z"] = nq, nu, len(system.state_names())
     head[0]["angle_axes"] = pool.put(axis_numbers(system.libration_sequence))
-    head[0]["mass"] = pool.put([sum(body.moments.mass for body in system.bodies.values())])
+    head[0]["mass"] = pool.put_own([sum(body.moments.mass for body in system.bodies.values())])
+    head[0]["n_varying"] = len(system.varying)
     head[0]["orbit_state"], head[0]["total"] = scratch.take(19), scratch.take(6)
     head[0]["z"], head[0]["zdot"] = (scratch.take(int(head[0]["n_z"])) for _ in range(2))
     head[0]["account"] = scratch.take(N_ACCOUNT)
@@ -106,7 +110,5 @@ def lower_marker(body: str, name: str, system: System, order: list[str], pool: P
     """One MARKER record."""
     record = np.zeros((), at.MARKER)
     record["body"] = 1 + order.index(body)
-    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(
-        system.bodies[body].marker(name), pool
-    )
+    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(body, name, system, pool)
     return record

@@ -19,7 +19,7 @@ CLOSING = np.dtype(
         (name, "i8")
         for name in (
             "n_constraints",
-            "task",  # TASK_*, of `project`
+            "task",  # work: TASK_*, of `project`
             "n_rows",  # of all constraints
             "n_hidden",  # eliminated translations, 0 or 3
             "width",  # n_u + n_hidden

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from femflex.dynamics.arithmetic.compiled import inner, kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
 from femflex.dynamics.arithmetic.symbols import types
+from femflex.dynamics.bodies.flow import carry_material
 from femflex.dynamics.bodies.inertia import deform
+from femflex.dynamics.bodies.varying import write_varying_bodies
 from femflex.dynamics.forces.base import move_base
 from femflex.dynamics.forces.system import write_forces
 from femflex.dynamics.joints.coordinates import coordinate_rates
@@ -30,10 +32,14 @@ RATE = types.void(types.float64, _vector, _vector, types.int64[::1], _vector, _v
 def place(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
     """Place every body at the state (q, u) and write its moments."""
     move_base(t, table, pool, work)
+    if header_of(table)["n_varying"] > 0:
+        write_varying_bodies(t, table, pool, work)
     for i in range(1, header_of(table)["n_bodies"]):
         b = body_of(table, i)
         place_body(b, body_of(table, b["parent"]), q, u, pool, work)
         deform(b, pool, work)
+        if b["flows"]:
+            carry_material(b, pool, work)
 
 
 @kernel(RATE)

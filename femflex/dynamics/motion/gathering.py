@@ -19,7 +19,7 @@ from femflex.dynamics.arithmetic.pairs import (
     put_pair,
 )
 from femflex.dynamics.arithmetic.spatial import Rows, six_rows
-from femflex.dynamics.arithmetic.vectors import ZERO, add, load3, load9, load_rows, scale, turn, turn_back
+from femflex.dynamics.arithmetic.vectors import ZERO, add, load3, load9, load_rows, scale, store3, turn, turn_back
 from femflex.dynamics.bodies.columns import along, columns_times, six_lanes
 from femflex.dynamics.bodies.elastic import write_rows
 from femflex.dynamics.bodies.inertia import accelerate_uniformly, zero_forces
@@ -70,6 +70,7 @@ def gather_residual(udot: Array, out: Array, table: Table, pool: Array, work: Ar
         total = add(total, turn_back(load9(work, w + W_CIN), load3(work, w + W_P)))
     if body_of(table, 1)["hidden"]:  # the centre of mass stays at O
         a_c = scale(-1.0 / pool[head["mass"]], total)
+        store3(work, head["total"] + 3, scale(-1.0, a_c))
         for i in range(1, head["n_bodies"]):
             b = body_of(table, i)
             accelerate_uniformly(b, turn(load9(work, b["work"] + W_CIN), a_c), pool, work)

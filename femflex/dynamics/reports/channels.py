@@ -19,6 +19,7 @@ from femflex.dynamics.reports import monitors
 from femflex.dynamics.reports import observe as seen
 from femflex.dynamics.reports.sights import sight_channels
 from femflex.dynamics.reports.static_stretch import stretching_markers
+from femflex.dynamics.reports.variations import variation_channels
 from femflex.rotations import is_extrinsic, is_symmetric, letters_of
 from femflex.system import Channel, System
 from femflex.system.segments import marker_label
@@ -149,7 +150,7 @@ def channels_of(system: System) -> dict[str, Channel]:
             f"markers/{label}/velocity": Channel("m/s", f"velocity of {label} {where}", (3,), XYZ, "inertial"),
             f"markers/{label}/deflection": Channel("m", f"{shown} of {label}", (3,), XYZ, "body"),
         }
-    out |= ball_channels(system) | lock_channels(system)
+    out |= ball_channels(system) | lock_channels(system) | variation_channels(system)
     for term in force_terms():
         out |= term.channels(system)
     out |= state_channels(system)

@@ -25,6 +25,7 @@ from femflex.dynamics.arithmetic.vectors import (
     turn,
     turn_back,
 )
+from femflex.dynamics.bodies.flow import flow_motion
 from femflex.dynamics.bodies.shapes import nothing3, rows3, rows9, totals3, turning_of
 from femflex.dynamics.bodies.stiffening import varying_energy, write_varying_stiffness
 from femflex.dynamics.forces.gravity import find_center_of_mass, gravity_field, inertia_along
@@ -156,7 +157,10 @@ def observe_angles(b: Record, row: Array, head: Record, pool: Array, work: Array
 
 @inner
 def shape_motion(b: Record, pool: Array, work: Array) -> tuple[Vector, Vector, float, float]:
-    """Momentum and angular momentum that the shapes' rates add, their own kinetic energy, and the strain energy."""
+    """Momentum and angular momentum that the shapes' rates add, their own kinetic energy, and the strain energy.
+
+    Material that moves inside the body counts with the shapes.
+    """
     row, wide, delta, ddelta = b["row"], b["wide"], b["delta"], b["ddelta"]
     ds, h = nothing3(), nothing3()
     kinetic, strain = nothing(), nothing()
@@ -177,4 +181,8 @@ def shape_motion(b: Record, pool: Array, work: Array) -> tuple[Vector, Vector, f
     if b["nonlinear"]:
         write_varying_stiffness(b, pool, work, 2.0, 1.0)
         energy += varying_energy(b, work)
-    return totals3(ds), totals3(h), total(kinetic), energy
+    p, turning, motion = totals3(ds), totals3(h), total(kinetic)
+    if b["flows"]:
+        drift, flow, of_flow = flow_motion(b, pool, work)
+        p, turning, motion = add(p, drift), add(turning, flow), motion + of_flow
+    return p, turning, motion, energy

@@ -23,7 +23,7 @@ from femflex.dynamics.arithmetic.vectors import (
     transpose,
     turn_back,
 )
-from femflex.dynamics.bodies.shapes import combined
+from femflex.dynamics.bodies.shapes import combined, marker_velocity
 from femflex.dynamics.forces.calls import A_DISSIPATION, A_DRIFT, A_ENERGY, A_SHIFT, A_SUPPLIED, call_report
 from femflex.dynamics.forces.gravity import find_center_of_mass
 from femflex.dynamics.joints.held import held_state
@@ -97,7 +97,7 @@ def observe_marker(
     w = b["work"]
     C = load9(work, w + W_CIN)
     u = combined(pool, m["shape"], b["wide"], work, b["delta"])
-    du = combined(pool, m["shape"], b["wide"], work, b["ddelta"])
+    du = marker_velocity(pool, m["place"], m["shape"], m["bends"], b, work)
     r = add(load3(pool, m["place"]), u)
     v = add(load3(work, w + W_VEL), add(cross(load3(work, w + W_OMEGA), r), du))
     store3(row, at, sub(add(load3(work, w + W_POS), turn_back(C, r)), shift))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.joints.drive_report import held_places
 from femflex.system import System
+from femflex.system.variation import MARKER
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
@@ -21,8 +22,8 @@ GRAVITY = "gravity"
 TERMS = {
     "inertia": "M udot",
     "coriolis_centrifugal": "part of h quadratic in u",
-    "gyroscopic": "G u, linear in u, from a turning base frame or specified joints",
-    "specified_motion": "Gamma_t - T0,q: the motion of the base frame and of specified joints by itself",
+    "gyroscopic": "G u, linear in u, from a turning base frame, specified joints or moving material",
+    "specified_motion": "Gamma_t - T0,q: the motion of base frame, specified joints and material by itself",
     "elastic": "K1 delta",
     "elastic_K2": "K2 delta, quadratic in delta",
     "elastic_K3": "K3 delta, cubic in delta",
@@ -32,7 +33,7 @@ TERMS = {
     "joint_dampers": "dampers of joints",
     "gravity_gradient": "gravity relative to O",
     GRAVITY: "weight of the bodies in uniform gravity",
-    "moving_mass": "M_t u: the mass matrix changes with specified joints",
+    "moving_mass": "M_t u: the mass matrix changes with specified joints and moving material",
 }
 SWITCHED = (  # in the compiled equations
     "coriolis_centrifugal",
@@ -119,12 +120,13 @@ def _ledger(model: Model, times: Array, states: Array, rates: Array) -> Array:
 
 def linear_terms(model: Model, t: float, x: Array) -> tuple[Array, Array]:
     """M_t (symmetric) and G (skew), both (n_u, n_u), of the part of h linear in u, (M_t + G) u, at x (n_x,)."""
-    from femflex.dynamics.terms.rows import LINEAR
+    from femflex.dynamics.terms.rows import LINEAR, MOVING
 
     n = model.n_u
     q, _, z = model.parts(np.asarray(x, float))
     states = np.hstack([np.tile(q, (n, 1)), np.eye(n), np.tile(z, (n, 1))])
-    L = _ledger(model, np.full(n, float(t)), states, np.zeros((n, n)))[:, LINEAR].T
+    rows = _ledger(model, np.full(n, float(t)), states, np.zeros((n, n)))
+    L = (rows[:, LINEAR] + rows[:, MOVING]).T
     return (L + L.T) / 2, (L - L.T) / 2
 
 
@@ -138,17 +140,19 @@ def term_names(system: System) -> list[str]:
     """Names of the terms that the system has, in the ledger's order."""
     bodies = system.bodies.values()
     led = any(profile.moves for joint in system.joints for profile in joint.held.values())
+    varying = {part for variation in system.varying.values() for part in variation.acting}
+    led = led or any(part == "flow" or part.startswith(MARKER) for part in varying)
     turning = system.frame.kind != "inertial" or led
     there = {
         "inertia": True,
         "coriolis_centrifugal": True,
         "gyroscopic": turning,
         "specified_motion": turning,
-        "elastic": any(body.strain.V1.any() for body in bodies),
-        "elastic_K2": any(body.strain.V2.any() for body in bodies),
-        "elastic_K3": any(body.strain.V3.any() for body in bodies),
-        "prestress": any(body.strain.f0.any() for body in bodies),
-        "damping": any(body.damping.any() for body in bodies),
+        "elastic": "stiffness" in varying or any(body.strain.V1.any() for body in bodies),
+        "elastic_K2": "strain" in varying or any(body.strain.V2.any() for body in bodies),
+        "elastic_K3": "strain" in varying or any(body.strain.V3.any() for body in bodies),
+        "prestress": "stiffness" in varying or any(body.strain.f0.any() for body in bodies),
+        "damping": "damping" in varying or any(body.damping.any() for body in bodies),
         "joint_springs": any(joint.stiffness.any() for joint in system.joints),
         "joint_dampers": any(joint.damping.any() for joint in system.joints),
         "gravity_gradient": system.orbit is not None,

@@ -90,7 +90,7 @@ def write_terms(
         write_gravity_row(spare, beyond(rows, GRADIENT * n_u), table, pool, work)
     if head["weighs"]:
         write_gravity_row(spare, beyond(rows, WEIGHT * n_u), table, pool, work)
-    if head["n_holds"] > 0:
+    if head["n_holds"] > 0 or head["n_varying"] > 0:
         split_moving_mass(t, q, u, rows, spare, table, pool, work)
 
 

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.advice.stiffening import Stiffening
 from femflex.case import Case, read_case
 from femflex.case.campbell import CampbellTable
 from femflex.case.diagrams import spin_problems
 from femflex.case.problems import CaseError, Problem
 from femflex.dynamics import compile_system
-from femflex.pipeline.stiffening import Stiffening
 from femflex.studies.campbell.diagram import Campbell, assembled_diagram
 from femflex.studies.campbell.matching import Match
 from femflex.studies.campbell.sweep import Spin, frame_of, spins
@@ -39,7 +39,7 @@ def diagram_of(case: Case, found: list[tuple[Spin, Match | None]], complete: boo
 
 def system_of(case: Case) -> System:
     """The system that is spun: that of the case, its equilibrium to be found anew at every speed."""
-    from femflex.case.builders import build_system
+    from femflex.pipeline.decisions import build_system
 
     if case.initial is not None and case.initial.source == "equilibrium":
         case = case.model_copy(update={"initial": None})

@@ -1,0 +1,1 @@
+"""What to choose and what to warn of, judged from a System and a duration."""

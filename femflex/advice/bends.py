@@ -1,0 +1,90 @@
+"""How far elastic bodies bend, against what their strain holds up to."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.advice.divided import divided
+from femflex.body import Foreshortening
+from femflex.warning import PhysicsWarning
+
+if TYPE_CHECKING:
+    from femflex.body import FlexibleBody
+    from femflex.dynamics import Model
+
+Array = NDArray[np.float64]
+
+BENT = 0.1  # elastic displacement over the body's size up to which linear strain is taken to hold
+SWUNG = 0.2  # the same for nonlinear strain: curvature is linear still, 3 % off in the tip of a cantilever there
+
+
+class Bend:
+    """The largest bend of one body so far.
+
+    name     of the body
+    at       its first elastic coordinate in the state
+    size     diagonal of its box [m]
+    """
+
+    def __init__(self, name: str, at: int, body: FlexibleBody) -> None:
+        self.name, self.at, self._body = name, at, body
+        self._places, self.size = _places(body)
+        leading = self._places[: body.n_modes]
+        self._largest = np.linalg.norm(leading, axis=2).max(axis=1)
+        self._worst, self._delta = -1.0, np.zeros(body.n_modes)
+
+    def moved(self, states: Array) -> Array:
+        """Largest displacement (k, n) that each shape alone gives any place of the body, by states (k, n_x) [m]."""
+        moved = np.abs(states[:, self.at : self.at + self._body.n_modes]) * self._largest
+        row = int(moved.max(axis=1).argmax())
+        if moved[row].max() > self._worst:
+            self._worst = float(moved[row].max())
+            self._delta = states[row, self.at : self.at + self._body.n_modes].copy()
+        return moved
+
+    @property
+    def reached(self) -> float:
+        """Largest displacement of a place of the body over its size."""
+        displaced = np.einsum("spa,s->pa", self._places, self._body.amplitudes(self._delta))
+        return float(np.linalg.norm(displaced, axis=1).max()) / self.size
+
+    def warn(self, verb: str) -> None:
+        """Warn when the body was bent by more than its strain is good for, with both numbers."""
+        body = self._body
+        bound, way = BENT, f"{(body.ignored or Foreshortening()).remedy}, "
+        if body.strain_form != "linear":
+            bound, way = SWUNG, f"{divided(body)}, "
+        if (reached := self.reached) > bound:
+            told = f" Before the run: {body.note}." if body.note and bound == BENT else ""
+            warnings.warn(
+                f"body {self.name!r} {verb} displaced by {reached * self.size:.3g} m, {reached:.0%} of its size of "
+                f"{self.size:.3g} m; {body.strain_form} strain holds up to about {bound:.0%}. Check stiffness, loads "
+                f"and units, {way}or read the result as an indication.{told}",
+                PhysicsWarning,
+                stacklevel=3,
+            )
+
+
+def bends(model: Model) -> list[Bend]:
+    """One Bend for each elastic body of a model."""
+    out, at = [], 0
+    for name in model.system.order:
+        body = model.system.bodies[name]
+        at += model.system.joint_of(name).n_q
+        if body.n_modes:
+            out.append(Bend(name, at, body))
+        at += body.n_modes
+    return out
+
+
+def _places(body: FlexibleBody) -> tuple[Array, float]:
+    """Displacement (n_shapes, p, 3) of the places of a body per amplitude, and its size [m]."""
+    if body.skin is not None and len(body.skin.points):
+        return body.skin.shapes, float(np.linalg.norm(np.ptp(body.skin.points, axis=0)))
+    places = np.stack([marker.position for marker in body.markers.values()])
+    rows = np.stack([marker.phi.T for marker in body.markers.values()], axis=1)
+    return rows, max(float(np.linalg.norm(np.ptp(places, axis=0))), 1.0)

@@ -1,0 +1,162 @@
+"""Bodies in richer sets: with all static shapes of their joints, and those that inertia adds to them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.advice.enriched import Enriched, Place
+from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors
+from femflex.fem.structure import Structure
+from femflex.reduction.admissible import beam_body
+from femflex.reduction.beam_functions import STATIC_AXIAL, STATIC_BENDING, TIP_AXIAL, TIP_BENDING, gauss, points_for
+from femflex.reduction.markers import marker_rows
+from femflex.reduction.modes import load_vectors, ritz
+from femflex.reduction.modeset import ModeSet
+from femflex.reduction.moments import linear_stiffness
+from femflex.reduction.residuals import combined, residual_vectors
+from femflex.reduction.rigid import DIRECTIONS, rigid_shapes
+from femflex.reduction.statics import static_solver
+from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
+
+Array = NDArray[np.float64]
+
+FOLLOWERS = ("derivative",)  # kinds of shapes of second order in the others: none of a small motion about rest
+MORE = 8  # polynomials of each field beyond the functions that a beam has
+
+
+@dataclass(frozen=True, eq=False)
+class MeshedEnrichment:
+    """Enriches a meshed body on a set of modes; places: marker -> mesh group.
+
+    Beside the set stand the static shapes of unit forces and moments at every joint and of accelerations of the clamp,
+    K^-1 F, and what the inertia of these adds, K^-1 M K^-1 F: a Krylov subspace that matches the first four moments of
+    the body's dynamic flexibility at its joints (T.-J. Su and R. R. Craig, J. Guidance 14 (1991) 260).
+    """
+
+    structure: Structure
+    modes: ModeSet
+    places: Mapping[str, str]
+
+    def __call__(self, body: FlexibleBody, markers: Collection[str]) -> Enriched:
+        """See Enrichment."""
+        structure = self.structure
+        modes = self.modes.picked([k for k, kind in enumerate(self.modes.kinds) if kind not in FOLLOWERS])
+        labels, F = self._loads(body, markers)
+        solve = static_solver(structure, modes)
+        first = residual_vectors(structure, modes, F, solve)
+        second = residual_vectors(structure, modes, structure.M @ first, solve)
+        added = ritz(structure, combined(structure, np.column_stack([first, second])))[1]
+        phi = np.column_stack([modes.phi, added])
+        inside = np.vstack([np.zeros((modes.n_modes, len(labels))), added.T @ (structure.M @ first)])
+        return Enriched(
+            self._at_rest(body, phi),
+            np.eye(phi.shape[1])[:, : modes.n_modes],
+            {label: inside[:, [k]] for k, label in enumerate(labels) if first[:, k].any()},
+        )
+
+    def _loads(self, body: FlexibleBody, markers: Collection[str]) -> tuple[list[Place], Array]:
+        """Load vectors (n_dof, k) of all directions at the clamp and at the joints, and their places."""
+        groups = {self.places.get(name) or self._copied(body, name) for name in markers} - {None}
+        labels = [(group, way) for group in sorted(filter(None, groups)) for way in DIRECTIONS]
+        F = load_vectors(self.structure, (), {group: DIRECTIONS for group, _ in labels})
+        if self.modes.held.size:
+            labels = [(self.modes.groups[0], way) for way in DIRECTIONS] + labels
+            F = np.column_stack([load_vectors(self.structure, DIRECTIONS, {}), F])
+        return labels, F
+
+    def _at_rest(self, body: FlexibleBody, phi: Array) -> FlexibleBody:
+        """The body in shapes phi (n_dof, n); of its moments what small motions about rest need."""
+        structure, n = self.structure, phi.shape[1]
+        pull = rigid_shapes(structure).T @ (structure.M @ phi)  # momentum (3, n) and angular momentum (3, n) per shape
+        second = np.zeros((1 + n, 3, 1 + n, 3))
+        second[0, :, 0, :] = body.moments.second[0, :, 0, :]
+        turned = np.einsum("abc,ak->bkc", LEVI_CIVITA, pull[3:]) / 2
+        second[0, :, 1:, :] = turned
+        second[1:, :, 0, :] = turned.transpose(1, 2, 0)
+        Me = phi.T @ (structure.M @ phi)
+        second[1:, :, 1:, :] = np.einsum("kl,ab->kalb", Me, np.eye(3)) / 3
+        moments = MassMoments(body.moments.mass, np.vstack([body.moments.first[:1], pull[:3].T]), second)
+        return FlexibleBody(
+            moments=moments,
+            strain=StrainTensors.linear(linear_stiffness(structure.K, phi)),
+            damping=np.zeros((n, n)),
+            markers=_moved(body, {name: self._rows(name, phi) for name in self.places}, n),
+        )
+
+    def _copied(self, body: FlexibleBody, name: str) -> str | None:
+        """The mesh group of the marker that another one is a copy of."""
+        return next((group for own, group in self.places.items() if _same(body, name, own)), None)
+
+    def _rows(self, name: str, phi: Array) -> tuple[Array, Array]:
+        rows = marker_rows(self.structure, self.places[name])
+        return rows.translation @ phi, rows.rotation @ phi
+
+
+LEVI_CIVITA = np.array([[np.cross(a, b) for b in np.eye(3)] for a in np.eye(3)]).transpose(2, 0, 1)
+
+
+@dataclass(frozen=True, eq=False)
+class BeamEnrichment:
+    """Enriches a beam on admissible functions: by MORE polynomials for each field that has functions."""
+
+    beam: UniformBeam
+    functions: BeamFunctions
+
+    def __call__(self, body: FlexibleBody, markers: Collection[str]) -> Enriched:
+        """See Enrichment."""
+        given, counts = self.functions, {key: getattr(self.functions, key) for key in ("y", "z", "axial", "torsion")}
+        rich = BeamFunctions(**{key: n and n + MORE for key, n in counts.items()}, family="polynomial", ends=given.ends)
+        found = beam_body(self.beam, rich, orthonormal=False)
+        own = {name: (found.markers[name].phi, found.markers[name].psi) for name in ("root", "tip")}
+        found = replace(found, markers=_moved(body, own, found.n_modes), skin=None)
+        xi, weight = gauss(points_for(max(counts.values()) + MORE))
+        kept = given.fields(xi, 1.0)[:, :, : given.own]
+        basis = rich.fields(xi, 1.0)
+        inside = np.einsum("p,pai,pak->ik", weight, basis, kept)
+        choices = {
+            (end, ""): np.einsum("p,pai,paj->ij", weight, basis, shapes)
+            for end, shapes in _static(given, xi).items()
+            if end == "root" or any(_same(body, name, end) for name in markers)
+        }
+        return Enriched(found, inside, choices)
+
+
+def _static(functions: BeamFunctions, xi: Array) -> dict[str, Array]:
+    """Static shapes (len(xi), 4, m) of either end's joint, of u, v, w, theta; none that such functions could not have.
+
+    root: of accelerations; tip: of forces and moments.
+    """
+    if (functions.family, functions.ends) != ("characteristic", "clamped-free"):
+        return {}
+    out = {}
+    for end, bending, axial in (("root", STATIC_BENDING, STATIC_AXIAL), ("tip", TIP_BENDING, TIP_AXIAL)):
+        own = ((0, functions.axial, axial), (1, functions.y, bending), (2, functions.z, bending))
+        columns = []
+        for row, count, shapes in (*own, (3, functions.torsion, axial)):
+            for f in shapes if count else ():
+                columns.append(np.zeros((len(xi), 4)))
+                columns[-1][:, row] = f(xi)
+        out[end] = np.stack(columns, axis=2)
+    return out
+
+
+def _same(body: FlexibleBody, name: str, other: str) -> bool:
+    """Whether two markers of a body are at one place and move alike."""
+    if name not in body.markers or other not in body.markers:
+        return False
+    a, b = body.markers[name], body.markers[other]
+    return all(np.array_equal(getattr(a, key), getattr(b, key)) for key in ("position", "phi", "psi"))
+
+
+def _moved(body: FlexibleBody, rows: Mapping[str, tuple[Array, Array]], n: int) -> dict[str, Marker]:
+    """The body's markers on n other shapes; rows: of those that shapes move. Copies go with what they are copies of."""
+    out = {}
+    for name, at in body.markers.items():
+        like = name if name in rows else next((one for one in rows if _same(body, name, one)), None)
+        phi, psi = (np.zeros((3, n)),) * 2 if like is None else rows[like]
+        out[name] = replace(at, phi=phi, psi=psi, axis=np.zeros(3))
+    return out

@@ -1,0 +1,65 @@
+"""Meshes and thicknesses that do not fit each other: warned of, with both numbers."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+
+import numpy as np
+
+from femflex.assembly.structures import build_mesh
+from femflex.body import FlexibleBody
+from femflex.case.body import FlexibleTable
+from femflex.case.case import Case
+from femflex.case.section import Layup, Plate, Sandwich
+from femflex.warning import PhysicsWarning
+
+LARGE, SMALL = 1000.0, 0.05  # m; meshes beyond these are more often in another unit than of that size
+THICK = 0.25  # of the mesh's largest extent; what is thicker is no plate
+PER_METRE = {"m": 1.0, "cm": 100.0, "mm": 1000.0, "inch": 1 / 0.0254}
+
+
+def warn_of_doubtful_extents(case: Case, name: str, table: FlexibleTable, body: FlexibleBody) -> None:
+    """Warn of a mesh in the wrong unit, and of sections too thick for it."""
+    if body.skin is None:
+        return
+    size = float(np.ptp(body.skin.points, axis=0).max())
+    for text in list(_mesh(case, name, table, size)) or list(_thickness(case, table, size)):
+        warnings.warn(text, PhysicsWarning, stacklevel=4)
+
+
+def _mesh(case: Case, name: str, table: FlexibleTable, size: float) -> Iterator[str]:
+    if size > LARGE and table.mesh_unit == "m":
+        yield (
+            f"bodies.{name}: the mesh spans {size:.4g} m, over {LARGE:g} m; if its unit is millimetres, set mesh_unit "
+            f"= 'mm'"
+        )
+    if size < SMALL and table.mesh_unit != "m":
+        size = float(np.ptp(build_mesh(case, name, table).points, axis=0).max())  # without the drawn thickness
+        written = size * PER_METRE[table.mesh_unit]
+        yield (
+            f"bodies.{name}: the mesh spans {size:.4g} m, read in {table.mesh_unit}; if its unit is metres, it spans "
+            f"{written:.4g} m: leave out mesh_unit"
+        )
+
+
+def _thickness(case: Case, table: FlexibleTable, size: float) -> Iterator[str]:
+    for member in table.members:
+        section = case.sections.get(member.section or "")
+        for key, value in _thicknesses(section):
+            if value > THICK * size:
+                yield (
+                    f"sections.{member.section}.{key}: found {value:g} m in a mesh that spans {size:.4g} m, which "
+                    f'is no plate; if millimetres were meant, write "{value:g} mm" '
+                    f"({value / 1e3:g} m)"
+                )
+
+
+def _thicknesses(section: object) -> Iterator[tuple[str, float]]:
+    if isinstance(section, Plate):
+        yield "thickness", section.thickness
+    if isinstance(section, Sandwich):
+        yield "face.thickness", section.face.thickness
+        yield "core.thickness", section.core.thickness
+    if isinstance(section, Layup):
+        yield "plies", sum(ply.thickness for ply in section.plies)

@@ -1,0 +1,214 @@
+"""What a system will come to, foreseen before its run: its bodies moved as rigid ones, and their small elastic answer.
+
+The rigid motion goes through all loads, specified motions, springs and stops to come, and knows the spin that torques
+reach and the way that a craft gives; it has no fast vibration, and so costs a small part of the run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody
+from femflex.dynamics import Model, compile_system
+from femflex.dynamics.equilibria.elastic_answer import elastic_answer, elastic_places
+from femflex.dynamics.joints.drive_report import specified_states
+from femflex.dynamics.terms.without import stiffened
+from femflex.integrate import Dop853, IntegrationError
+from femflex.integrate.driver import collected
+from femflex.integrate.outcome import Block
+from femflex.system import System
+
+Array = NDArray[np.float64]
+Motion = tuple[Array, Array]  # times (n_t,) and states (n_t, n_x)
+
+RTOL = 1e-6  # of the rigid motion
+ROWS = 2000  # spread over the time looked at
+CLOSED = 4  # times fewer of them where loops have to be solved for in each
+PER_PERIOD = 12  # rows for each period of specified sines
+MOST_ROWS = 12_000
+AFTER = np.arange(1, 9) / 8  # of the slowest vibration's period, after whatever comes suddenly
+PARTS, MOST_RATES = 64, 200_000  # the motion is foreseen part by part, until this many rates are spent: up to a second
+MANY = 400  # coordinates up to which the elastic answer is sought
+
+
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """A motion of a system foreseen with all its bodies rigid.
+
+    system  of rigid bodies     times  (n_t,) [s]     states (n_t, n_x) of its model
+    short   how far alone it is foreseen, and why; nothing for the whole
+    """
+
+    system: System
+    times: Array
+    states: Array
+    short: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Foresight:
+    """A motion foreseen.
+
+    times    (n_t,) [s]
+    carried  (n_t, n_x) states of the model moved as rigid bodies, elastic coordinates zero
+    bent     (n_t, n_x) the same with their elastic answer
+    short    how far alone it is foreseen, and why; nothing for the whole
+    rigid    the motion of rigid bodies that it is made from; None where there is none
+    """
+
+    model: Model
+    times: Array
+    carried: Array
+    bent: Array
+    short: str = ""
+    rigid: Carried | None = None
+
+
+def foreseen(system: System, until: float) -> Foresight:
+    """What the system comes to in a run until that time [s]; as far as that costs little."""
+    system = replace(system, reactions=False, sights=())
+    model = compile_system(system)
+    start = Foresight(model, np.zeros(1), model.x0[None], model.x0[None])
+    try:
+        rigid = carried_along(model, until)
+        states, rates = _taken_along(model, compile_system(rigid.system), (rigid.times, rigid.states))
+    except (ValueError, np.linalg.LinAlgError) as error:
+        return replace(start, short=f"at the start alone ({_first(error)})")
+    moved = Foresight(model, rigid.times, states, states, rigid.short, rigid)
+    if model.n_u > MANY:
+        return replace(moved, short=f"without its bending ({model.n_u} coordinates, over {MANY})")
+    try:
+        return replace(moved, bent=elastic_answer(model, rigid.times, states, rates))
+    except (ValueError, np.linalg.LinAlgError) as error:
+        return replace(moved, short=f"without its bending ({_first(error)})")
+
+
+def ahead(system: System, until: float) -> tuple[Carried | None, str]:
+    """The motion of a system's bodies as rigid ones until that time [s], or None and why there is none."""
+    try:
+        return carried_along(compile_system(replace(system, reactions=False, sights=())), until), ""
+    except (ValueError, np.linalg.LinAlgError) as error:
+        return None, f"at the start alone ({_first(error)})"
+
+
+def carried_along(model: Model, until: float) -> Carried:
+    """The motion of a model's bodies as rigid ones until that time [s], as far as that costs little.
+
+    Raises ValueError and LinAlgError where they cannot be rigid.
+    """
+    system = stiffened(model.system, set(model.system.bodies))
+    rigid = compile_system(system)
+    (times, states), short = _moved(rigid, looked_at(model, until))
+    return Carried(system, times, specified_states(rigid, times, states), short)
+
+
+def _first(error: Exception) -> str:
+    """The first line of what an error says."""
+    return str(error).partition("\n")[0].rstrip(".")
+
+
+def looked_at(model: Model, until: float) -> Array:
+    """The times that are looked at: spread out, denser under specified sines, beside all jumps and as answers swing."""
+    sines = [profile.sines[:, 1].max(initial=0.0) for joint in model.system.joints for profile in joint.held.values()]
+    turns = max(sines, default=0.0) * until / (2.0 * np.pi)
+    rows = ROWS if model.constraints is None else ROWS // CLOSED
+    times = np.linspace(0.0, until, int(np.clip(PER_PERIOD * turns, rows, MOST_ROWS)))
+    jumps = model.breaks[(model.breaks >= 0.0) & (model.breaks < until)]
+    jumps = jumps[:: max(1, len(jumps) // ROWS)]
+    period = slowest_period(model)
+    beside = [jumps - 1e-9 * until, jumps, jumps + 1e-9 * until, (jumps[1:] + jumps[:-1]) / 2]
+    if len(jumps) < ROWS // len(AFTER):
+        beside.append((np.append(jumps, 0.0)[:, None] + period * AFTER).ravel())
+    found = np.unique(np.concatenate([times, *beside]))
+    return found[(found >= 0.0) & (found <= until)]
+
+
+def slowest_period(model: Model) -> float:
+    """Period of the slowest shape of all bodies [s], each held alone."""
+    return max((period for body in model.system.bodies.values() for period in periods(body)), default=0.0)
+
+
+def periods(body: FlexibleBody) -> list[float]:
+    """Periods of the shapes of a body held alone [s]."""
+    stiffness, mass = np.diag(body.strain.V1), np.diag(body.without_slaves().moments.elastic_mass())
+    return [2.0 * np.pi * float(np.sqrt(m / k)) for k, m in zip(stiffness, mass, strict=True) if k > 0.0]
+
+
+def _moved(rigid: Model, times: Array) -> tuple[Motion, str]:
+    """The motion of rigid bodies at these times, or up to where it costs too much or runs away, and why."""
+    if not rigid.n_x:
+        return (times, np.zeros((len(times), 0))), ""
+    sizes = typical_sizes(rigid, float(times[-1]))
+    method = Dop853(rtol=RTOL, atol=0.1 * RTOL * sizes)
+    found: list[Motion] = []
+    resume = None
+    for part in np.array_split(times, PARTS):
+        try:
+            done = collected(_affordable(method.blocks(rigid, part, rigid.x0, resume)), None, rigid.n_x)
+        except TooDear:
+            reached = found[-1][0][-1] if found else times[0]
+            return _joined(found or [(times[:1], rigid.x0[None])]), _dear(reached)
+        except IntegrationError as error:
+            found.append((error.times, error.states))
+            return _joined(found), f"up to t = {error.t:.4g} s alone, where the bodies fail to move on as rigid ones"
+        found.append((done.times, done.states))
+        resume = done.resume
+        if done.steps.evaluations > MOST_RATES and part[-1] < times[-1]:
+            return _joined(found), _dear(part[-1])
+    return _joined(found), ""
+
+
+class TooDear(Exception):
+    """One part of the motion takes more rates than the whole may."""
+
+
+def _affordable(blocks: Iterator[Block]) -> Iterator[Block]:
+    """The blocks, until they have taken ten times what all parts may, as a spin of 1e9 rad/s does."""
+    for block in blocks:
+        if block.steps.evaluations > 10 * MOST_RATES:
+            raise TooDear
+        yield block
+
+
+def _dear(reached: float) -> str:
+    return f"up to t = {reached:.4g} s alone, for what more would cost"
+
+
+def _joined(parts: Sequence[Motion]) -> Motion:
+    times, states = (np.concatenate(side) for side in zip(*parts, strict=True))
+    return times, states
+
+
+def _taken_along(model: Model, rigid: Model, motion: Motion) -> tuple[Array, Array]:
+    """States and accelerations of the model, elastic ones zero, that move as the rigid model does."""
+    qe, ue = elastic_places(model)
+    q, u = np.delete(np.arange(model.n_q), qe), np.delete(np.arange(model.n_u), ue)
+    times, found = motion
+    states, rates = np.zeros((len(times), model.n_x)), np.zeros((len(times), model.n_u))
+    states[:, q], states[:, model.n_q + u], states[:, model.n_q + model.n_u :] = rigid.parts(found)
+    for row, t, x in zip(rates, times, found, strict=True):
+        row[u] = rigid.parts(rigid.state_rate(float(t), x))[1]
+    return states, rates
+
+
+def typical_sizes(model: Model, duration: float) -> Array:
+    """Usual sizes of the states (n_x,): 1 for coordinates and elastic rates, a typical rate for rates of joints.
+
+    Rates of a craft in orbit are of the size of the mean motion, 1e-3 rad/s; measured against 1 they would hardly be
+    followed.
+    """
+    system = model.system
+    elastic = np.zeros(model.n_u, bool)
+    at = 0
+    for name in system.order:
+        at += system.joint_of(name).n_u
+        elastic[at : at + system.bodies[name].n_modes] = True
+        at += system.bodies[name].n_modes
+    u0 = model.parts(model.x0)[1]
+    motion = 0.0 if system.orbit is None else system.orbit.mean_motion
+    rate = min(1.0, max(motion, 2.0 * np.pi / duration, float(np.abs(u0[~elastic]).max(initial=0.0))))
+    return np.concatenate([np.ones(model.n_q), np.where(elastic, 1.0, rate), system.state_sizes()])

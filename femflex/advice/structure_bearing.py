@@ -1,0 +1,184 @@
+"""How a meshed, clamped structure buckles under what it bears."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from femflex.advice.burden import FIELD
+from femflex.advice.few_shapes import lowest_of_few
+from femflex.fem.eigen.modes import factorised
+from femflex.fem.structure import Structure
+from femflex.reduction.buckling import roughly_lowest
+from femflex.reduction.held_walk import largest
+from femflex.reduction.markers import MarkerRows, marker_rows
+from femflex.reduction.modeset import ModeSet
+from femflex.reduction.rigid import lifted
+from femflex.reduction.supported import Supported, supported
+
+Array = NDArray[np.float64]
+
+STIFF = 1e3  # times the largest stiffness of a dof: what holds a marker in its place
+FEW, ENOUGH = 12, 16  # shapes that pick an instant, and that a body sways in
+
+
+@dataclass(frozen=True, eq=False)
+class StructureBearing:
+    """The structure of a clamped set, as `bearing.Elastic`. groups: marker -> mesh group."""
+
+    structure: Structure
+    modes: ModeSet
+    groups: Mapping[str, str]
+
+    @property
+    def on(self) -> Supported:
+        """The structure on its supports: static answers, and every search of what buckles it, have the same factors."""
+        return supported(self.structure, self.modes.held)
+
+    @property
+    def free(self) -> NDArray[np.int64]:
+        """Dofs without supports."""
+        return self.on.free
+
+    @property
+    def K(self) -> sparse.csr_array:
+        """Stiffness (n, n), initial stress included."""
+        return self.on.K
+
+    @property
+    def kept(self) -> KeptShapes:
+        """See Elastic."""
+        return KeptShapes(self)
+
+    @property
+    def basis(self) -> Array:
+        """See Elastic."""
+        phi = self.modes.phi[self.free, :FEW]
+        return np.asarray(phi / np.sqrt(np.einsum("ij,ij->j", phi, self.K @ phi)))
+
+    @property
+    def swaying(self) -> tuple[Array, Array, Array]:
+        """See Elastic."""
+        found = self.on.lowest_modes(max(1, min(ENOUGH, len(self.free) // 2)))
+        return found.phi, np.diag(found.omega**2), np.eye(len(found.omega))
+
+    @property
+    def size(self) -> int:
+        """See Elastic."""
+        return len(self.free)
+
+    @property
+    def scale(self) -> tuple[float, float]:
+        """See Elastic."""
+        mass = sum(float(block.dm.sum()) for block in self.structure.inertia)
+        return mass, float(np.linalg.norm(np.ptp(self.structure.mesh.points, axis=0)))
+
+    @property
+    def slowest(self) -> float:
+        """See Elastic."""
+        phi = self.basis
+        return float(1.0 / np.einsum("ij,ij->j", phi, self.on.M @ phi).max())
+
+    def knows(self, marker: str | None) -> bool:
+        """See Elastic."""
+        return marker is None or marker in self.groups
+
+    def loads(self, marker: str | None) -> Array:
+        """See Elastic."""
+        if marker is None:
+            return self._fields
+        rows = self._rows(marker)
+        return np.asarray(sparse.vstack([rows.translation, rows.rotation]).toarray().T)
+
+    def at(self, marker: str, A: Array) -> sparse.csr_array:
+        """See Elastic."""
+        rows = self._rows(marker)
+        R = sparse.vstack([rows.translation, rows.rotation]).tocsr()[:, self.free]
+        return (R.T @ (sparse.csr_array(A) @ R)).tocsr()
+
+    def stress(self, load: Array) -> sparse.csr_array:
+        """See Elastic."""
+        return self.structure.internal_force.geometric_stiffness(self._answer(load))[self.free][:, self.free]
+
+    def stress_in_basis(self, load: Array) -> Array:
+        """See Elastic."""
+        shapes = np.zeros((self.structure.n_dof, self.basis.shape[1]))
+        shapes[self.free] = self.basis
+        return self.structure.internal_force.work_of_stress(self._answer(load), shapes)
+
+    def moved(self, load: Array) -> float:
+        """See Elastic."""
+        return largest(self.structure, self._answer(load))
+
+    def lowest(self, K_sigma: sparse.csr_array, held: sparse.csr_array | None) -> tuple[float, Array]:
+        """See Elastic."""
+        try:
+            K = self.K if held is None else (self.K + STIFF * self.K.diagonal().max() * held).tocsr()
+            mu, x = roughly_lowest(K_sigma, K, self.on.factors if held is None else factorised(K))
+        except (np.linalg.LinAlgError, RuntimeError):
+            return 0.0, np.zeros(len(self.free))
+        return mu, x / np.sqrt(x @ (K @ x))
+
+    def _answer(self, load: Array) -> Array:
+        """Static displacements (n_dof,)."""
+        return self.on.answers(load)
+
+    def _rows(self, marker: str) -> MarkerRows:
+        return marker_rows(self.structure, self.groups[marker])
+
+    @cached_property
+    def _fields(self) -> Array:
+        """Forces (n_dof, 12) of the fields: b along each axis, then W_ij of (i, j) = (0, 0), (1, 0), ... by columns."""
+        points = self.structure.mesh.points
+        moved, turned = np.zeros((len(points), 3, FIELD)), np.zeros((len(points), 3, FIELD))
+        moved[:, :, :3] = np.eye(3)
+        for j in range(3):
+            for i in range(3):
+                moved[:, i, 3 + 3 * j + i] = points[:, j]
+                W = np.outer(np.eye(3)[i], np.eye(3)[j])
+                turned[:, :, 3 + 3 * j + i] = [W[2, 1] - W[1, 2], W[0, 2] - W[2, 0], W[1, 0] - W[0, 1]] / np.array(2.0)
+        return -np.asarray(self.structure.M @ lifted(self.structure, moved, turned))
+
+
+@dataclass(frozen=True, eq=False)
+class KeptShapes:
+    """The same confined to the shapes of its set, as `bearing.Statics`.
+
+    A derivative that follows bears load as one that is a coordinate: phi_i.K_sigma(x) phi_k = -theta_ik.f for a static
+    answer x = K^-1 f, which is the work of the load on what follows.
+    """
+
+    whole: StructureBearing
+
+    @cached_property
+    def K(self) -> Array:
+        """Stiffness (n, n)."""
+        phi = self.whole.modes.phi[self.whole.free]
+        return np.asarray(phi.T @ (self.whole.K @ phi))
+
+    def knows(self, marker: str | None) -> bool:
+        """See Statics."""
+        return self.whole.knows(marker)
+
+    def loads(self, marker: str | None) -> Array:
+        """See Statics."""
+        return np.asarray(self.whole.modes.phi.T @ self.whole.loads(marker))
+
+    def at(self, marker: str, A: Array) -> Array:
+        """See Statics."""
+        phi = self.whole.modes.phi[self.whole.free]
+        return np.asarray(phi.T @ (self.whole.at(marker, A) @ phi))
+
+    def stress(self, load: Array) -> Array:
+        """See Statics."""
+        phi = self.whole.modes.phi
+        return self.whole.structure.internal_force.work_of_stress(phi @ np.linalg.solve(self.K, load), phi)
+
+    def lowest(self, K_sigma: Array, held: Array | None) -> tuple[float, Array]:
+        """See Statics."""
+        return lowest_of_few(K_sigma, self.K, held)

@@ -1,0 +1,97 @@
+"""Admissible functions of a case's analytic bodies: those of their tables, and the static shapes of spin beside them.
+
+Three characteristic functions along a direction are 0.5 % off in the first frequency of a blade on a hub of its own
+length at 12 sqrt(EI / m L^4), and 1 % in the second; with the two static shapes of spin beside them 0.01 and 0.04 %.
+Polynomials hold these shapes themselves, from the fourth on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from femflex.assembly.acting import load_directions, spins
+from femflex.case.body import AnalyticTable
+from femflex.case.case import Case
+from femflex.case.reduction import FunctionsTable
+from femflex.reduction.uniform_beam import BeamFunctions
+
+STATIC = 2  # shapes of bending along each direction: of a root that accelerates, and that starts to turn
+HELD = 4  # polynomials along a direction that hold these shapes; they have all four frequencies within 0.5 %
+
+
+def functions_of(case: Case, name: str, table: AnalyticTable, modes: int | None) -> tuple[BeamFunctions, str]:
+    """The functions of a body, of `modes` a field instead of the case's if given, and what is said of them."""
+    f = table.functions
+    counts = {key: getattr(f, key) for key in ("y", "z", "axial", "torsion")}
+    if modes is not None:
+        counts = {key: modes if count else 0 for key, count in counts.items()}
+    static, tip, notes = f.static, False, []
+    ends = f.joints or [] if (f.family, f.ends) == ("characteristic", "clamped-free") else []
+    if ends:
+        static, tip = static or "root" in ends, "tip" in ends
+        more = int(tip) + int("root" in ends and not f.static)
+        counts = {key: n and n + more * (STATIC if key in "yz" else 1) for key, n in counts.items()}
+        notes.append(_joined(counts, ends, more, "root" in ends and _is_spun(case, table)))
+    if (table.strain or "linear") != "linear" and (f.y or f.z):
+        spun = _spun(case, f)
+        if spun and _can_be_static(f) and not static:
+            counts = {key: n and n + (STATIC if key in "yz" else 1) for key, n in counts.items()}
+            static = True
+            notes.append(_added(counts))
+        elif spun and f.family == "polynomial":
+            notes.append(_few(min(n for key, n in counts.items() if key in "yz" and n)))
+        notes.append(_missing(case, name, f))
+    functions = BeamFunctions(**counts, family=f.family, ends=f.ends, static=static, tip=tip)
+    return functions, "; ".join(filter(None, notes))
+
+
+def _is_spun(case: Case, table: AnalyticTable) -> bool:
+    """Whether static shapes of a spin are wanted."""
+    return (table.strain or "linear") != "linear" and _spun(case, table.functions)
+
+
+def _spun(case: Case, f: FunctionsTable) -> bool:
+    if f.spin is not None:
+        return f.spin
+    return "static" not in f.model_fields_set and spins(case)
+
+
+def _can_be_static(f: FunctionsTable) -> bool:
+    return not f.static and (f.family, f.ends) == ("characteristic", "clamped-free")
+
+
+def _added(counts: dict[str, int]) -> str:
+    n = sum((STATIC if key in "yz" else 1) for key, count in counts.items() if count)
+    return (
+        f"{n} static shapes of what acts on it (its spin) beside its functions (spin = false in its functions would "
+        "leave them out)"
+    )
+
+
+def _joined(counts: dict[str, int], ends: Sequence[str], more: int, spun: bool) -> str:
+    """What is said of the static shapes of joints; spun: those of the root are those of its spin too."""
+    n = more * sum((STATIC if key in "yz" else 1) for key, count in counts.items() if count)
+    cause = f"{'what acts on it (its spin) and of ' * spun}its joints ({', '.join(ends)})"
+    return f"{n} static shapes of {cause} beside its functions (joints = [] in its functions would leave them out)"
+
+
+def _few(n: int) -> str:
+    """That few polynomials are less than a spin wants; nothing where they are enough."""
+    if n >= HELD:
+        return ""
+    return (
+        f"no static shapes of what acts on it (its spin) are added to polynomials, which hold them from {HELD} along a "
+        f"direction on (it has {n}): a fast blade has its first two frequencies within 0.5 % with {HELD} of them, and "
+        f"within 0.25 % with {HELD + 1}"
+    )
+
+
+def _missing(case: Case, name: str, f: FunctionsTable) -> str:
+    """That the functions are no static shapes of the loads; nothing where they are, as polynomials of a force are."""
+    places = [f"{marker} {' '.join(ways)}" for marker, ways in load_directions(case, name) if ways]
+    if not places or f.family == "polynomial":
+        return ""
+    return (
+        f"no static shapes of what acts on it ({', '.join(places)}) are added to characteristic functions; polynomials "
+        "hold those of forces and moments at the tip"
+    )

@@ -1,0 +1,44 @@
+"""Loops, nonholonomic constraints and springs of a case."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from femflex.assembly.joints import build_joint
+from femflex.case import constraint as tables
+from femflex.case.case import Case
+from femflex.case.problems import CaseError, Problem, listed
+from femflex.system import Joint, Nonholonomic, Spring, knife_edge, rolling_disc
+
+PLACES = {"kind", "child", "parent", "child_marker", "parent_marker", "name", "axis", "axes", "play"}
+
+
+def build_loops(case: Case) -> tuple[Joint, ...]:
+    """The cut joints of [[loops]]. Raises CaseError for keys that a cut joint has no use for."""
+    problems = []
+    for table in case.loops:
+        extra = sorted(table.model_fields_set - PLACES)
+        if extra:
+            where = f"loops[{table.name or table.child}].{extra[0]}"
+            text = (
+                f"found {listed(extra)}; a loop has no coordinates of its own. Set them on a joint of [[joints]], or "
+                "cut the loop elsewhere"
+            )
+            problems.append(Problem(where, text))
+    if problems:
+        raise CaseError(case.path.name, problems)
+    return tuple(replace(build_joint(table, case.path.parent), play=table.play) for table in case.loops)
+
+
+def build_constraint(table: tables.BetweenTable) -> Nonholonomic:
+    """The constraint of one entry of [[constraints]]."""
+    where = table.model_dump(include={"name", "body", "marker", "parent", "parent_marker"})
+    if isinstance(table, tables.RollingDisc):
+        return rolling_disc(radius=table.radius, axis=table.axis, normal=table.normal, **where)
+    assert isinstance(table, tables.KnifeEdge)
+    return knife_edge(across=table.across, **where)
+
+
+def build_spring(table: tables.SpringTable) -> Spring:
+    """The spring of one entry of [[springs]]."""
+    return Spring(**table.model_dump())

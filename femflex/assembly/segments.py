@@ -1,0 +1,101 @@
+"""A body of a case whose line member is cut into segments."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from femflex.assembly.structures import derived, members_of, point_masses_of
+from femflex.case.body import FlexibleTable
+from femflex.case.case import Case
+from femflex.case.problems import CaseError, Problem
+from femflex.case.reduction import CantileverTable, CraigBamptonTable, FreeFreeTable, NodalTable
+from femflex.fem import Structure, cut
+from femflex.fem.line.chain import straight_elements
+from femflex.fem.line.cut import NEAR
+from femflex.mesh import Mesh
+from femflex.reduction import (
+    Damping,
+    ModeSet,
+    cantilever_modes,
+    chord_modes,
+    free_free_modes,
+    nodal,
+    reduce_segments,
+    with_attachment,
+)
+from femflex.system import Segments
+from femflex.warning import PhysicsWarning
+
+
+def build_segments(
+    case: Case,
+    name: str,
+    table: FlexibleTable,
+    mesh: Mesh,
+    markers: Mapping[str, str],
+    damping: Damping | None = None,
+    modes: int | None = None,
+    segments: int | None = None,
+) -> Segments:
+    """The Segments of a body, with other numbers of them, or of modes in each, if asked.
+
+    markers: name -> group. Raises CaseError when its member cannot be cut.
+    """
+    member = table.cut
+    assert member is not None
+    groups = [*getattr(table.reduction, "clamp", ()), *getattr(table.reduction, "interfaces", ())]
+    start = None if member.options.get("start") else _end_among(mesh, member.group, groups)
+    members = members_of(case, name, table)
+    count = segments or member.segments
+    assert count is not None
+    try:
+        pieces = cut(mesh, members, count, member.group, point_masses_of(table), start)
+    except ValueError as error:
+        where = f"bodies.{name}.members[{member.group}].segments"
+        raise CaseError(case.path.name, [Problem(where, str(error))]) from error
+    if force := member.options.get("prestress"):
+        warnings.warn(
+            f"bodies.{name}: the prestress of {force:g} N on {member.group!r} is let go, and 0 N are left: segments "
+            "are welded end to end, and nothing holds them apart. Leave segments or the prestress out",
+            PhysicsWarning,
+            stacklevel=2,
+        )
+    places = {**{group: group for group in groups}, **markers}
+    shapes = _shapes(table, modes, f"bodies.{name}")
+    return Segments(reduce_segments(pieces, places, shapes, damping, table.strain or "linear"))
+
+
+def _end_among(mesh: Mesh, line: str, groups: list[str]) -> str | None:
+    """The first of the groups that holds one end of the line alone."""
+    nodes, count = np.unique(straight_elements(mesh.group_cells(line)), return_counts=True)
+    ends = nodes[count == 1]
+    return next((group for group in groups if np.isin(ends, mesh.group_points(group)).sum() == 1), None)
+
+
+def _shapes(table: FlexibleTable, modes: int | None, where: str) -> Callable[[Structure], ModeSet]:
+    """What makes the shapes of a segment; with nonlinear strain their derivatives too, unless the case says none."""
+    plain, keep = _plain_shapes(table, modes), getattr(table.reduction, "derivatives", None)
+    if keep is None and table.strain not in (None, "linear"):
+        keep = "auto"
+    deflection = getattr(table.reduction, "deflection", None)
+    return plain if keep in (None, "none", 0) else lambda s: derived(s, plain(s), keep, deflection, where)
+
+
+def _plain_shapes(table: FlexibleTable, modes: int | None) -> Callable[[Structure], ModeSet]:
+    """What makes the shapes of a segment: the body's reduction, with the segment's ends as clamp and interfaces."""
+    r = table.reduction
+    n = getattr(r, "modes", 0) if modes is None else modes
+    if isinstance(r, CantileverTable):
+        attached = tuple(r.attachment)
+        if attached:
+            return lambda s: with_attachment(s, cantilever_modes(s, NEAR, n), attached)
+        return lambda s: cantilever_modes(s, NEAR, n)
+    if isinstance(r, FreeFreeTable):
+        return lambda s: free_free_modes(s, n)
+    if isinstance(r, NodalTable):
+        return lambda s: nodal(s, NEAR)
+    assert r is None or isinstance(r, CraigBamptonTable)
+    return lambda s: chord_modes(s, n)

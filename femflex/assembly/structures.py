@@ -1,0 +1,289 @@
+"""A flexible body of a case: mesh, structure and mode set."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from femflex.advice.sheet import with_own_bends
+from femflex.assembly.acting import Acting
+from femflex.assembly.sections import build_material, build_section
+from femflex.assembly.shared import shared
+from femflex.case.body import FlexibleTable, MemberTable
+from femflex.case.case import Case
+from femflex.case.problems import CaseError, Problem, near
+from femflex.case.reduction import (
+    CantileverTable,
+    CraigBamptonTable,
+    FreeFreeTable,
+    LumpedTable,
+    NodalTable,
+    Stretchable,
+)
+from femflex.case.support import DIRECTIONS, SkewSupport
+from femflex.fem import FAMILIES, Member, PointMass, Structure, build_structure
+from femflex.fem.option import OPTIONS as FAMILY_OPTIONS
+from femflex.fem.sections.laminates import Lamina
+from femflex.fem.support import Support, antisymmetry, symmetry
+from femflex.mesh import Mesh, read_mesh
+from femflex.reduction import (
+    ModeSet,
+    cantilever_modes,
+    craig_bampton,
+    free_free_modes,
+    load_vectors,
+    lumped,
+    nodal,
+    nodal_translations,
+    relaxed,
+    rigid_set,
+    slow_loads,
+    warn_of_initial_stress,
+    with_attachment,
+    with_derivatives,
+    with_responses,
+)
+from femflex.warning import PhysicsWarning
+
+UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}  # of a mesh file, in metres
+PLACE = "marker {}"  # point group made for a marker given by its position
+NEAR = 0.05  # distance over mesh size beyond which a marker's position is taken for a mistake
+
+
+def build_mesh(case: Case, name: str, table: FlexibleTable, refine: int = 0) -> Mesh:
+    """The mesh of a body in metres, refined as the case says and `refine` times more.
+
+    Raises CaseError with every group the body names that the mesh does not have.
+    """
+    mesh = _file_mesh(case.path.parent, table)
+    if problems := list(mesh_problems(name, table, mesh)):
+        raise CaseError(case.path.name, problems)
+    places = {marker: entry.position for marker, entry in table.markers.items() if entry.position is not None}
+    if places:
+        mesh = mesh.with_groups(
+            points={PLACE.format(marker): [mesh.nearest_point(at)] for marker, at in places.items()}
+        )
+    times = table.refine + refine
+    return mesh.refined(times) if times else mesh
+
+
+def structure_of(case: Case, name: str, table: FlexibleTable, refine: int = 0) -> Structure:
+    """The Structure of a body on its own mesh, refined `refine` times more: one where `shared_structures` has it."""
+    made = shared()
+    if made is None:
+        return build_structure_of(case, name, table, build_mesh(case, name, table, refine))
+    said = {"mesh", "mesh_unit", "groups", "refine", "members", "point_masses", "markers"}
+    parts = [table.model_dump_json(include=said), *case.materials.items(), *case.sections.items()]
+    key = f"{case.path} {refine} {_far(table)} {supports_of(getattr(table.reduction, 'clamp', {}))} {parts}"
+    new = key not in made.structures
+    found = made.structure(key, lambda: build_structure_of(case, name, table, build_mesh(case, name, table, refine)))
+    if not new and (problems := list(mesh_problems(name, table, found.mesh))):
+        raise CaseError(case.path.name, problems)
+    return found
+
+
+def group_problems(name: str, table: FlexibleTable, folder: Path) -> list[Problem]:
+    """What the body asks of its mesh and the mesh does not have, or why the mesh cannot be read."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # given again when the body is built
+            return list(mesh_problems(name, table, _file_mesh(folder, table)))
+    except (ValueError, OSError) as error:
+        return [Problem(f"bodies.{name}.mesh", str(error))]
+
+
+def _file_mesh(folder: Path, table: FlexibleTable) -> Mesh:
+    mesh = read_mesh(folder / table.mesh, dict(table.groups) or None)
+    return mesh if table.mesh_unit == "m" else mesh.scaled(UNITS[table.mesh_unit])
+
+
+def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) -> Structure:
+    """The Structure of a body's members and point masses on its mesh, its dofs laid along the axes of its clamps."""
+    supports = supports_of(getattr(table.reduction, "clamp", {}))
+    return build_structure(mesh, members_of(case, name, table), point_masses_of(table), supports)
+
+
+def members_of(case: Case, name: str, table: FlexibleTable) -> list[Member]:
+    """The members of a body; those of a whole one with nonlinear strain are to bend far, where they do not say."""
+    return [_member(case, name, member, _far(table)) for member in table.members]
+
+
+def _far(table: FlexibleTable) -> dict[str, bool]:
+    """Options that members of a body have where they do not say otherwise."""
+    return {"far_bends": True} if table.strain == "nonlinear" and table.cut is None else {}
+
+
+def point_masses_of(table: FlexibleTable) -> list[PointMass]:
+    """The point masses of a body."""
+    return [PointMass(m.group, m.mass, m.inertia, m.offset) for m in table.point_masses]
+
+
+def build_modes(
+    structure: Structure,
+    table: FlexibleTable,
+    modes: int | None = None,
+    name: str = "",
+    acting: Acting | None = None,
+) -> tuple[Structure, ModeSet]:
+    """The structure a body's reduction works on and its mode set, of `modes` modes instead of the case's if given.
+
+    acting: what acts on it; those static shapes of that are added to a cantilever set that are slow beside it.
+    Initial stress is first let go where the clamps do not hold it (`relaxed`); what is doubtful of it is told of the
+    body of that name.
+    """
+    r = table.reduction
+    given, structure = structure, relaxed(structure, clamp_of(getattr(r, "clamp", {})))
+    if name:
+        meant = any(member.options.get("prestress") for member in table.members)
+        warn_of_initial_stress(f"bodies.{name}", given, structure, meant)
+    if isinstance(r, Stretchable):
+        found = _vibrating(structure, r, modes, acting or Acting())
+        if r.third_derivatives or bends_far(table):
+            found = with_own_bends(structure, found, r)
+        if r.derivatives not in (None, "none", 0):
+            found = derived(structure, found, r.derivatives, None if r.responses else r.deflection, f"bodies.{name}")
+        if r.responses and r.deflection is not None:
+            ways = [way for way in getattr(r, "attachment", ()) if way in "xyz"]
+            loads = getattr(r, "loads", {})
+            found = with_responses(structure, found, r.responses, r.deflection, ways, loads)
+        return structure, found
+    if isinstance(r, NodalTable):
+        return structure, nodal(structure, clamp_of(r.clamp))
+    if isinstance(r, LumpedTable):
+        structure = lumped(structure)
+        return structure, nodal_translations(structure, clamp_of(r.clamp))
+    return structure, rigid_set(structure.n_dof)
+
+
+def derived(structure: Structure, modes: ModeSet, keep: int | str, deflection: float | None, where: str) -> ModeSet:
+    """The set with so many static derivatives; warns where it has fewer of them than are asked for."""
+    found = with_derivatives(structure, modes, keep, deflection)
+    kept = found.n_modes - modes.n_modes
+    if isinstance(keep, int) and kept < keep:
+        of = "its states bent so far" if deflection else f"the pairs of its {modes.n_modes} shapes"
+        warnings.warn(
+            f"{where}: {keep} derivatives are asked for, and {of} have {kept} that are independent; "
+            f"these are kept, and derivatives = {kept} is the same",
+            PhysicsWarning,
+            stacklevel=3,
+        )
+    return found
+
+
+def bends_far(table: FlexibleTable) -> bool:
+    """Whether a body's strain holds in large bends and its set is given the derivatives they need."""
+    keep = getattr(table.reduction, "derivatives", "none")
+    return table.strain in ("nonlinear", "condensed") and keep not in ("none", 0)
+
+
+def _vibrating(structure: Structure, r: Stretchable, modes: int | None, acting: Acting) -> ModeSet:
+    """The set of a reduction that keeps a number of modes, before its derivatives."""
+    assert isinstance(r, CantileverTable | FreeFreeTable | CraigBamptonTable)
+    n = r.modes if modes is None else modes
+    clamp = {} if isinstance(r, FreeFreeTable) else r.clamp
+    if isinstance(r, FreeFreeTable):
+        found = free_free_modes(structure, n)
+    elif isinstance(r, CraigBamptonTable):
+        found = craig_bampton(structure, r.interfaces, n, clamp_of(clamp), r.interface)
+    else:
+        found = cantilever_modes(structure, clamp_of(clamp), n)
+    F = np.zeros((structure.n_dof, 0))
+    if acting:
+        linear = acting.least > 0.0
+        F = slow_loads(structure, found, acting.base, acting.loads, least=acting.least, linear=linear)
+    if r.joints:
+        roots = [way for group, ways in r.joints.items() if group in clamp for way in ways]
+        seats = {group: ways for group, ways in r.joints.items() if group not in clamp}
+        F = np.column_stack([F, load_vectors(structure, roots, seats)])
+    attachment, loads = getattr(r, "attachment", []), getattr(r, "loads", {})
+    return with_attachment(structure, found, attachment, loads, F) if attachment or loads or F.size else found
+
+
+def clamp_of(groups: Mapping[str, tuple[str, ...] | SkewSupport]) -> list[str] | dict[str, Support]:
+    """Group names where all components are held, else group -> support."""
+    return supports_of(groups) if any(groups.values()) else list(groups)
+
+
+def supports_of(groups: Mapping[str, tuple[str, ...] | SkewSupport]) -> dict[str, Support]:
+    """Group -> support of a clamp."""
+    return {group: support_of(value) for group, value in groups.items()}
+
+
+def support_of(value: tuple[str, ...] | SkewSupport) -> Support:
+    """The support of a group in a clamp; an empty tuple of components holds all six."""
+    if not isinstance(value, SkewSupport):
+        return Support(value or DIRECTIONS)
+    if value.kind == "axes":
+        return Support(value.components, value.vectors)
+    return (symmetry if value.kind == "symmetry" else antisymmetry)(value.vectors[0])
+
+
+def _member(case: Case, name: str, table: MemberTable, left_out: Mapping[str, object]) -> Member:
+    """A member, with those of the options left out that its family has."""
+    where = f"bodies.{name}.members[{table.group}]"
+    if table.family not in FAMILIES:
+        text = f"found {table.family!r}, which is no family of members; {near(table.family, FAMILIES)}"
+        raise CaseError(case.path.name, [Problem(f"{where}.family", text)])
+    material = None if table.material is None else build_material(case.materials[table.material])
+    section = None
+    if table.section is not None:
+        try:
+            section, material = build_section(case.sections[table.section], material, case.materials)
+        except ValueError as error:
+            raise CaseError(case.path.name, [Problem(f"sections.{table.section}", str(error))]) from None
+    if isinstance(material, Lamina):
+        raise CaseError(
+            case.path.name,
+            [
+                Problem(
+                    f"{where}.material",
+                    "found an orthotropic material without a section; plates take one of kind 'plate'",
+                )
+            ],
+        )
+    options = {key: value for key, value in left_out.items() if key in FAMILY_OPTIONS[table.family]} | table.options
+    return Member(table.group, table.family, section, material, options)
+
+
+def mesh_problems(name: str, table: FlexibleTable, mesh: Mesh) -> Iterator[Problem]:
+    """Groups that the mesh lacks or that are empty, and markers that lie nowhere on it."""
+    for marker, entry in table.markers.items():
+        if entry.position is not None:
+            at = np.array(entry.position)
+            yield from _distance_problems(f"bodies.{name}.markers.{marker}.position", mesh, mesh.nearest_point(at), at)
+    for where, group in _groups_named(name, table):
+        if group not in mesh.groups:
+            text = f"found {group!r}, which is no group of {table.mesh}; {near(group, mesh.groups)}"
+            known = f" (it has {', '.join(map(repr, mesh.groups))})" if "did you mean" in text else ""
+            yield Problem(where, text + known)
+            continue
+        try:
+            mesh.group_cells(group) if ".members[" in where else mesh.group_points(group)
+        except ValueError as error:
+            yield Problem(where, str(error))
+
+
+def _groups_named(name: str, table: FlexibleTable) -> Iterator[tuple[str, str]]:
+    yield from ((f"bodies.{name}.members[{m.group}].group", m.group) for m in table.members)
+    yield from ((f"bodies.{name}.point_masses[{m.group}].group", m.group) for m in table.point_masses)
+    for key in ("clamp", "interfaces", "loads"):
+        yield from ((f"bodies.{name}.reduction.{key}", group) for group in getattr(table.reduction, key, ()))
+    for marker, entry in table.markers.items():
+        if entry.position is None:
+            key = f"bodies.{name}.markers.{marker}"
+            yield (f"{key}.group", entry.group) if entry.group is not None else (key, marker)
+
+
+def _distance_problems(where: str, mesh: Mesh, index: int, wanted: np.ndarray) -> list[Problem]:
+    size = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
+    distance = float(np.linalg.norm(mesh.points[index] - wanted))
+    if distance <= NEAR * size:
+        return []
+    text = (
+        f"found {wanted.tolist()} m, {distance:.4g} m from the nearest point of the mesh "
+        f"{mesh.points[index].tolist()}; name a place on the mesh"
+    )
+    return [Problem(where, text)]

@@ -1,0 +1,112 @@
+"""Case and bodies -> System."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from femflex.assembly.bodies import build_bodies
+from femflex.assembly.initial import initial_shape
+from femflex.assembly.joints import build_joints, root_joint
+from femflex.assembly.loads import build_loads
+from femflex.assembly.loops import build_constraint, build_loops, build_spring
+from femflex.case.case import Case
+from femflex.case.orbit import OrbitTable
+from femflex.case.problems import CaseError, Problem
+from femflex.system import Environment, Frame, Load, Orbit, Part, Sight, System, assembled
+
+
+def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
+    """The System of a case with these bodies, or its own with linear strain where they do not say, as its tables say.
+
+    Where its centre of mass starts, and from what equilibrium or run, is settled above (`pipeline.start`).
+    Raises CaseError with what does not fit together.
+    """
+    parts, loads = bodies_and_loads(case, bodies)
+    try:
+        joint, parts = root_joint(case, parts)
+        joints = (*(() if joint is None else (joint,)), *build_joints(case))
+        orbit = build_orbit(case.orbit)
+        system = assembled(
+            parts,
+            joints,
+            loads,
+            frame=build_frame(case),
+            orbit=orbit,
+            libration_sequence=case.attitude.sequence,
+            loops=build_loops(case),
+            constraints=tuple(build_constraint(table) for table in case.constraints),
+            springs=tuple(build_spring(table) for table in case.springs),
+            sights=tuple(Sight(**table.model_dump()) for table in case.sights),
+            reactions=case.run.reactions,
+            environment=Environment(np.array(case.environment.gravity)),
+        )
+    except CaseError:
+        raise
+    except (ValueError, KeyError) as error:
+        problems = [Problem("", line) for line in str(error.args[0]).splitlines()]
+        raise CaseError(case.path.name, problems) from error
+    return _kept(case, _with_initial(case, system))
+
+
+def bodies_and_loads(case: Case, bodies: Mapping[str, Part] | None) -> tuple[dict[str, Part], tuple[Load, ...]]:
+    """Bodies (built if not given) and loads, their problems told together."""
+    problems: list[Problem] = []
+    parts: dict[str, Part] = {}
+    loads: tuple[Load, ...] = ()
+    try:
+        parts = dict(bodies) if bodies is not None else build_bodies(case)
+    except CaseError as error:
+        problems += error.problems
+    try:
+        loads = build_loads(case)
+    except CaseError as error:
+        problems += error.problems
+    if problems:
+        raise CaseError(case.path.name, problems)
+    return parts, loads
+
+
+def _kept(case: Case, system: System) -> System:
+    """The system with the initial values that its case keeps where loops close."""
+    if case.initial is None or case.initial.keep is None:
+        return system
+    try:
+        return replace(system, keep=tuple(case.initial.keep))
+    except ValueError as error:
+        raise CaseError(case.path.name, [Problem("initial.keep", str(error.args[0]))]) from error
+
+
+def build_orbit(table: OrbitTable) -> Orbit | None:
+    """The orbit, or None."""
+    if table.kind == "none":
+        return None
+    shape = {
+        key: getattr(table, key) for key in ("eccentricity", "inclination", "node", "perigee", "true_anomaly", "mu")
+    }
+    return Orbit(table.perigee_radius / (1.0 - table.eccentricity), free=table.kind == "free", **shape)
+
+
+def build_frame(case: Case) -> Frame:
+    """The base frame: that of [attitude], or orbital with an orbit and inertial without."""
+    kind = case.attitude.frame or ("inertial" if case.orbit.kind == "none" else "orbital")
+    return Frame(kind, np.array(case.attitude.spin)) if case.attitude.spin is not None else Frame(kind)
+
+
+def _with_initial(case: Case, system: System) -> System:
+    delta, ddelta = {}, {}
+    problems = []
+    for name, table in case.bodies.items():
+        if table.initial is None:
+            continue
+        body = system.bodies[name]
+        held_at = body.marker(system.joint_of(name).child_marker).position
+        try:
+            delta[name], ddelta[name] = initial_shape(table.initial, body, held_at)
+        except (ValueError, KeyError) as error:
+            problems.append(Problem(f"bodies.{name}.initial", str(error.args[0])))
+    if problems:
+        raise CaseError(case.path.name, problems)
+    return replace(system, delta0=delta, ddelta0=ddelta)

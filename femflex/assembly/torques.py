@@ -1,0 +1,90 @@
+"""Torques on meshed bodies where the nodes of their marker show no rotation: they would bend nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.assembly.loads import build_load
+from femflex.body import Marker
+from femflex.case.body import BodyTable
+from femflex.case.case import Case
+from femflex.case.load import LoadTable
+from femflex.case.problems import CaseError, Problem
+from femflex.fem import Structure
+from femflex.reduction.markers import MarkerRows, marker_rows
+from femflex.system import Load
+
+Array = NDArray[np.float64]
+
+NONE = 1e-9  # of a torque, about axes that show no rotation: rounding of the axes it is given along
+
+
+def check_torques(case: Case, name: str, groups: Mapping[str, str], structure: Structure) -> None:
+    """Raise CaseError for torques on a body about axes that their markers show no rotation about.
+
+    groups: mesh group of each marker. In frames that do not turn with the body a torque may come to point along any
+    axis: it is refused where there is no rotation at all.
+    """
+    problems = []
+    for load in torques(case, name):
+        if load.marker in groups:
+            rows = marker_rows(structure, groups[load.marker])
+            if text := _lost(load, rows, case.bodies[name]):
+                problems.append(Problem(f"loads[{load.name}].torque", text))
+    if problems:
+        raise CaseError(case.path.name, problems)
+
+
+def torques(case: Case, name: str) -> Iterator[Load]:
+    """The loads on a body that have a torque; what cannot be read is told of where the loads of the case are built."""
+    for table in case.loads:
+        if table.body == name and has_torque(case, table):
+            yield build_load(case, table)
+
+
+def has_torque(case: Case, table: LoadTable) -> bool:
+    """Whether a load has a torque at any time."""
+    if table.table is None:
+        return table.torque is not None and bool(np.any(table.torque))
+    with suppress(ValueError, OSError):
+        return bool(np.any(build_load(case, table).torque))
+    return False
+
+
+def _lost(load: Load, rows: MarkerRows, table: BodyTable) -> str:
+    """What is said of a torque that acts about axes its marker shows no rotation about; nothing where none does."""
+    blind = rows.blind
+    if not blind.shape[1]:
+        return ""
+    turned = np.eye(3)
+    if load.frame == "marker" and (entry := table.markers.get(load.marker)) is not None and entry.orientation:
+        turned = np.array(entry.orientation)
+    along = np.atleast_2d(load.torque) @ turned.T @ blind
+    if load.frame not in ("body", "marker"):
+        along = along if blind.shape[1] == 3 else 0.0 * along
+    largest = float(np.linalg.norm(along, axis=1).max())
+    if largest <= NONE * float(np.linalg.norm(np.atleast_2d(load.torque), axis=1).max()):
+        return ""
+    what = "shows no rotation" if blind.shape[1] == 3 else f"shows no rotation about {_axes(blind)}"
+    return (
+        f"found {largest:.4g} N m at marker {load.marker!r} of body {load.body!r}, which {what}: its nodes have none "
+        "of their own there and lie on one point or line, so that the torque would bend nothing. Name a group of "
+        f"several nodes around the place (markers.{load.marker} = {{ group = ... }}): it then works on how they move"
+    )
+
+
+def _axes(blind: Array) -> str:
+    blind = blind * np.sign(blind[np.abs(blind).argmax(axis=0), np.arange(blind.shape[1])])
+    return " and ".join(f"[{', '.join(f'{x + 0.0:.3g}' for x in axis)}]" for axis in np.round(blind.T, 12))
+
+
+def unmoved_by_torque(case: Case, name: str, markers: Mapping[str, Marker]) -> Iterator[tuple[str, str]]:
+    """Name and marker of each load whose torque acts where a body's shapes move its place, and none turns it."""
+    for load in torques(case, name):
+        marker = markers.get(load.marker)
+        if marker is not None and np.any(marker.phi) and not np.any(marker.psi):
+            yield load.name, load.marker

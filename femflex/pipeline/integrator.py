@@ -1,0 +1,48 @@
+"""The integrator of a run: chosen or asked for, with tolerances that fit the size of its coordinates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.advice.motion_estimate import typical_sizes
+from femflex.case.case import Case
+from femflex.case.problems import CaseError, Problem
+from femflex.dynamics import Model
+from femflex.integrate import INTEGRATORS, Dop853, Forecast, Integrator, choose, foretold, integrator
+from femflex.integrate.driver import Adaptive
+
+Array = NDArray[np.float64]
+
+ATOL = 0.1  # absolute over relative tolerance, times the usual size of a state
+
+
+def chosen_integrator(case: Case, model: Model, times: Array) -> tuple[Integrator, str]:
+    """The integrator, and the sentence that says why. Raises CaseError for settings that the method does not have."""
+    table, duration = case.run, float(times[-1] - times[0])
+    band = None if table.band is None else 2.0 * math.pi * table.band
+    sizes = typical_sizes(model, duration)
+
+    def trial(name: str) -> Forecast:
+        rtol = table.rtol or Dop853.rtol
+        atol = ATOL * rtol * sizes if table.atol is None else table.atol
+        method = integrator(name, rtol=rtol, atol=atol, max_step=table.max_step or math.inf)
+        assert isinstance(method, Adaptive)  # as both of the automatic choice are
+        return foretold(method, model, duration, model.x0)
+
+    choice = choose(model.max_frequency, duration, float(times[1] - times[0]), trial, band, table.integrator)
+    own = {field.name: field.default for field in fields(INTEGRATORS[choice.name])}  # type: ignore[arg-type]
+    settings: dict[str, Any] = {}
+    for key in ("rtol", "atol", "max_step", "step", "rho"):
+        if (value := getattr(table, key)) is not None:
+            settings[key] = value
+            if key not in own:
+                text = f"found {value:g}, but {choice.name} has no {key}; leave it out, or ask for another integrator"
+                raise CaseError(case.path.name, [Problem(f"run.{key}", text)])
+    rtol = settings.get("rtol", own["rtol"])
+    settings.setdefault("atol", ATOL * rtol * sizes)
+    return integrator(choice.name, **settings), choice.sentence

@@ -1,0 +1,172 @@
+"""Cases that spin up keep the static shapes of spin by themselves: motions, torques, a few modes or functions."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from spin_up import KANE, TIMES
+
+from femflex.case import read_case
+from femflex.dynamics import compile_system
+from femflex.integrate import integrator
+from femflex.mesh import line, write_mesh
+from femflex.pipeline.decisions import build_system
+
+ROOT = Path(__file__).parents[2]
+SECTION = """EA = 2.8e7
+EIy = 1.4e4
+EIz = 1.4e4
+GJ = 1.4e4
+mass_per_length = 1.2
+ry = 0.02236
+rz = 0.02236
+"""
+MESHED = f"""
+[run]
+duration = 20
+samples = 401
+
+[sections.bar]
+kind = "stiffness"
+{SECTION}
+[bodies.beam]
+kind = "flexible"
+mesh = "beam.msh"
+members = [{{ group = "line", family = "beam", section = "bar", options = {{ order = 5 }} }}]
+reduction = {{ method = "cantilever", clamp = "start", modes = 4 }}
+markers.root.group = "start"
+markers.tip.group = "end"
+"""
+ANALYTIC = f"""
+[run]
+duration = 20
+samples = 401
+
+[bodies.beam]
+kind = "analytic"
+length = 10
+{SECTION}functions = {{ y = 2 }}
+"""
+MOTION = """
+[[joints]]
+kind = "revolute"
+child = "beam"
+child_marker = "root"
+axis = "z"
+motion.angle = { kind = "table", file = "spin_up.csv", column = "angle", degree = 5 }
+"""
+TORQUE = """
+[bodies.hub]
+kind = "rigid"
+mass = 10
+inertia = [1000, 1000, 1000]
+
+[[joints]]
+kind = "revolute"
+child = "hub"
+axis = "z"
+
+[[joints]]
+kind = "weld"
+parent = "hub"
+child = "beam"
+child_marker = "root"
+
+[[loads]]
+name = "wheel"
+body = "hub"
+torque = [0, 0, {}]
+"""
+KEPT = "static shapes of what acts on it (its spin) "
+
+
+def built(folder, text):
+    shutil.copy(ROOT / "cases" / "spin_up.csv", folder)
+    write_mesh(folder / "beam.msh", line([[0, 0, 0], [10, 0, 0]], 8))
+    (folder / "case.toml").write_text(text)
+    return build_system(read_case(folder / "case.toml"))
+
+
+def tip(system):
+    model = compile_system(system)
+    states = integrator("dop853", rtol=1e-7, atol=1e-7).solve(model, TIMES, model.x0).states
+    return model.observe(TIMES, states)["markers/beam.tip/deflection"]
+
+
+@pytest.fixture(scope="module")
+def segmented():
+    """Deflection of the tip, extrapolated from 16 and 32 segments."""
+    coarse, fine = KANE.segmented(16), KANE.segmented(32)
+    return fine + (fine - coarse) / 3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("text", "kept", "said"),
+    [
+        *((MESHED.replace("modes = 4", f"modes = {n}"), f"modes = {n}", ", attachment = []") for n in (2, 3, 4)),
+        *((ANALYTIC.replace("y = 2", f"y = {n}"), f"{{ y = {n}", ", spin = false") for n in (1, 2, 3, 4)),
+    ],
+    ids=[*(f"{n} modes" for n in (2, 3, 4)), *(f"{n} functions" for n in (1, 2, 3, 4))],
+)
+def test_kanes_spin_up_on_few_shapes_and_defaults_is_the_segmented_one(tmp_path, segmented, text, kept, said):
+    """All along within 0.2 % of the peak, what condensed strain leaves out; without the shapes up to 0.8 % off."""
+    reference, peak = segmented, np.abs(segmented).max()
+    system = built(tmp_path, text + MOTION)
+    assert KEPT in system.bodies["beam"].note
+    assert np.abs(tip(system) - reference).max() < 2e-3 * peak
+    bare = built(tmp_path, text.replace(kept, f"{kept}{said}") + MOTION)
+    off = np.abs(tip(bare) - reference).max() / peak
+    assert off > 4e-3 or kept in ("{ y = 3", "{ y = 4")
+
+
+@pytest.mark.parametrize("text", [MESHED, ANALYTIC], ids=["meshed", "analytic"])
+def test_a_torque_that_spins_a_craft_up_counts_as_a_motion_does(tmp_path, text):
+    """To 6.4 rad/s in 20 s by 450 N m on 1400 kg m^2; the first frequency is 3.8 rad/s. A hundredth of it does not."""
+    fast, slow = (built(tmp_path, text + TORQUE.format(torque)).bodies["beam"] for torque in (450, 4.5))
+    assert fast.strain_form == "condensed" and KEPT in fast.note
+    assert KEPT not in slow.note and slow.n_modes <= fast.n_modes
+
+
+@pytest.mark.parametrize(
+    ("text", "old", "new"),
+    [
+        (MESHED, "modes = 4", "modes = 4, attachment = []"),
+        (MESHED, "modes = 4", "modes = 4, spin = false"),
+        (MESHED, "modes = 4", "modes = 10"),
+        (ANALYTIC, "y = 2", "y = 2, static = false"),
+        (ANALYTIC, "y = 2", "y = 2, spin = false"),
+        (ANALYTIC, "y = 2", "y = 10"),
+    ],
+)
+def test_shapes_that_are_said_or_many_stay_as_they_are(tmp_path, text, old, new):
+    assert KEPT not in built(tmp_path, text.replace(old, new) + MOTION).bodies["beam"].note
+
+
+def test_a_body_that_says_its_strain_keeps_them_too(tmp_path):
+    said = MESHED.replace("markers.root", 'strain = "condensed"\nmarkers.root')
+    body = built(tmp_path, said + MOTION).bodies["beam"]
+    assert KEPT in body.note and body.kinds.count("attachment") == 4
+
+
+@pytest.mark.filterwarnings("ignore::femflex.warning.TruncationWarning")
+def test_few_polynomials_are_told_how_many_a_spin_wants(tmp_path):
+    few, enough = (
+        built(tmp_path, ANALYTIC.replace("y = 2", f'y = {n}, family = "polynomial"') + MOTION).bodies["beam"].note
+        for n in (3, 4)
+    )
+    assert "which hold them from 4 along a direction on (it has 3)" in few and "within 0.25 % with 5" in few
+    assert "polynomials" not in enough
+
+
+@pytest.mark.filterwarnings("ignore::femflex.warning.TruncationWarning")
+def test_characteristic_functions_say_which_loads_they_are_no_static_shapes_of(tmp_path):
+    push = '\n[[loads]]\nname = "push"\nbody = "beam"\nmarker = "tip"\nforce = [0, 1, 0]\n'
+    found = {
+        family: built(tmp_path, ANALYTIC.replace("y = 2", f'y = 4, family = "{family}"') + MOTION + push)
+        for family in ("characteristic", "polynomial")
+    }
+    notes = {family: system.bodies["beam"].note for family, system in found.items()}
+    assert "no static shapes of what acts on it (tip y) are added to characteristic" in notes["characteristic"]
+    assert "tip" not in notes["polynomial"]
