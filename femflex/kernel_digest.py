@@ -32,6 +32,8 @@ SOURCES = (  # closed under import: `tests/test_kernel_cache.py`
     "kernel_cache.py",
     "kernel_digest.py",
     "kernel_linking.py",
+    "kernels.py",
+    "numba_interfaces.py",
 )
 OPTIONS = (  # of Numba, from NUMBA_... variables, that change the code
     "BOUNDSCHECK",

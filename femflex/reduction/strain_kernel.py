@@ -9,8 +9,7 @@ import numba.types
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.kernel_cache import stored
-from femflex.kernel_linking import KernelCompiler, PartCompiler
+from femflex.kernels import part_options, stored
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -22,7 +21,7 @@ TILE = 256  # points taken at once: what they need stays in cache
 _VECTOR, _INDICES, _BLOCK = types.float64[::1], types.int64[::1], types.float64[:, :, ::1]
 _FILL = types.void(_BLOCK, _BLOCK, _INDICES, _INDICES, _INDICES, _VECTOR)
 _MIX = types.void(_BLOCK, _BLOCK)
-_part = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, pipeline_class=PartCompiler)
+_part = njit(**part_options())
 
 
 @_part
@@ -71,7 +70,7 @@ def _sum_products(out: Array, left: Array, g: Array, column: Index, j: int, star
         k += 3
 
 
-@stored(_FILL, nogil=True, pipeline_class=KernelCompiler)
+@stored(_FILL, nogil=True)
 def fill_pairs(out: Array, g: Array, strain: Index, row: Index, column: Index, value: Array) -> None:
     """Fill out (n(n+1)/2, s, p) with a quadratic strain of all pairs of shapes i <= j from gradients g (rows, n, p).
 
@@ -94,7 +93,7 @@ def fill_pairs(out: Array, g: Array, strain: Index, row: Index, column: Index, v
                 at += 1
 
 
-@stored(_MIX, nogil=True, pipeline_class=KernelCompiler)
+@stored(_MIX, nogil=True)
 def mix_strains(out: Array, root: Array) -> None:
     """Replace strains out (pairs, s, p) by root^T times them, root (s, s, p) lower triangular."""
     for pair in range(out.shape[0]):

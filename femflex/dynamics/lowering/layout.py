@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.symbols import extending, types
+from femflex.dynamics.arithmetic.pointers import address
+from femflex.dynamics.arithmetic.symbols import INTEGER, extending, types
 
 Table = NDArray[np.int64]
 
@@ -220,7 +221,7 @@ def record_reader(record: np.dtype[Any]) -> Callable[[Table, int], np.void]:
 
     @extending.lower_builtin(read, types.CPointer, types.Integer)
     def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.bitcast(builder.gep(*args[:1], [args[1]]), context.get_value_type(kind))
+        return builder.bitcast(address(builder, args[0], args[1], INTEGER), context.get_value_type(kind))
 
     return read
 
