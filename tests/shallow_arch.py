@@ -2,8 +2,8 @@
 
 Of a polygon z0(x) on immovable pinned ends, the tension is alike all along (stretch waves are 20 times as fast):
 
-    w = sum q_k sin(k pi x / L),  e = (sum a_k q_k + sum (k pi)^2 q_k^2 / 4 L) / L,
-    a_k = int z0' cos(k pi x / L) k pi / L
+    w = sum q_k sin(k pi x / L),  a_k = int z0' cos(k pi x / L) k pi / L dx
+    e = (sum a_k q_k + sum (k pi)^2 q_k^2 / 4 L) / L
     m L / 2 q_k'' + EI (k pi)^4 / 2 L^3 q_k + EA e (a_k + (k pi)^2 q_k / 2 L) = 0
 """
 
