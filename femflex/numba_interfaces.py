@@ -39,7 +39,7 @@ NEEDED = {  # module -> attribute, and what it must have
 
 @cache
 def missing() -> str:
-    """The first of Numba's inner interfaces that is not there, "" when all are; a word when plain Numba is asked for."""
+    """The first of Numba's inner interfaces that is not there; the variable's name where it is set; "" for none."""
     if os.environ.get("FEMFLEX_PLAIN_NUMBA", "0") not in ("", "0"):
         return "FEMFLEX_PLAIN_NUMBA"
     for module, classes in NEEDED.items():

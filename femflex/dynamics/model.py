@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.constraints.contacts import observe_contacts
 from femflex.dynamics.equilibria.frequency import highest_frequency
 from femflex.dynamics.forces.orbit_force import observe_orbit_force
 from femflex.dynamics.joints.channels import observe_balls
-from femflex.dynamics.joints.drive_report import observe_held, specified_states
 from femflex.dynamics.joints.gimbal_lock import observe_locks
+from femflex.dynamics.joints.held_places import specified_states
 from femflex.dynamics.joints.law_report import observe_laws
 from femflex.dynamics.joints.reactions import observe_reactions
 from femflex.dynamics.lowering.layout import BALL_QUATERNION, body_records
@@ -22,6 +21,8 @@ from femflex.dynamics.lowering.lower import lower
 from femflex.dynamics.lowering.ties import characteristic_length
 from femflex.dynamics.motion import equations
 from femflex.dynamics.reports.channels import channels_of, row_length, row_places
+from femflex.dynamics.reports.contacts import observe_contacts
+from femflex.dynamics.reports.drive_report import observe_held
 from femflex.dynamics.reports.observe import observe
 from femflex.dynamics.reports.sights import observe_sights
 from femflex.dynamics.reports.static_stretch import add_static_stretch
@@ -32,9 +33,9 @@ from femflex.rotations import is_extrinsic
 from femflex.system import Channel, System
 
 if TYPE_CHECKING:
+    from femflex.dynamics.calls import SecondOrderCalls
     from femflex.dynamics.constraints.constrained import Constraints
     from femflex.dynamics.joints.latches import Latches
-    from femflex.dynamics.motion.second_order import SecondOrderCalls
 
 Array = NDArray[np.float64]
 
@@ -102,14 +103,14 @@ class Model:
         """The calls of implicit integrators, compiled when first asked for."""
         if self.constraints is None:
             return self.tree
-        from femflex.dynamics.motion.second_order import ConstrainedCalls
+        from femflex.dynamics.calls import ConstrainedCalls
 
         return ConstrainedCalls(self.n_q, self.n_u, self.reduced)
 
     @property
     def tree(self) -> SecondOrderCalls:
         """The calls of implicit integrators on the tree, without the forces of constraints."""
-        from femflex.dynamics.motion.second_order import SecondOrderCalls
+        from femflex.dynamics.calls import SecondOrderCalls
 
         return SecondOrderCalls(self.n_q, self.n_u, self.reduced)
 

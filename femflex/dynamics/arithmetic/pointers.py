@@ -1,4 +1,4 @@
-"""Loads, stores and addresses in code being compiled: by opaque pointers where llvmlite has them, else by typed ones."""
+"""Loads, stores and addresses in code being compiled: by opaque pointers where llvmlite has them, else typed ones."""
 
 from __future__ import annotations
 

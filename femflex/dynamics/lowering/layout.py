@@ -196,8 +196,6 @@ W_RESIST = 234  # c_d damping + c_k stiffness of laws along the joint's freedoms
 W_NEAR = 240  # of a ball: least angle that was left to its set's singularity, and when
 W_FIXED = 244  # first of the arrays whose place the record holds
 
-SLOTS = (0, 1, 2, 4, 5, 6)  # where the components of force and couple stand among the eight of a row
-
 N_HEADER, N_BODY, N_LOAD, N_MARKER, N_HOLD, N_LAW = (
     len(record.names or ()) for record in (HEADER, BODY, LOAD, MARKER, HOLD, LAW)
 )

@@ -63,9 +63,14 @@ def resisted_accelerations(
     table: Table,
     pool: Array,
     work: Array,
-) -> None:
-    """out = udot + d, the accelerations of the heavier bodies and joints; forced as in `reduce_to_root`."""
+) -> tuple[Array, Array]:
+    """out = udot + d, the accelerations of the heavier bodies and joints; forced as in `reduce_to_root`.
+
+    The coordinates and velocities in which held freedoms are where they are held are given back.
+    """
     head = header_of(table)
+    if head["n_holds"] > 0:
+        q, u = held_state(t, q, u, table, pool, work)
     place(t, q, u, table, pool, work)
     write_forces(t, q, u, table, pool, work)
     if head["n_laws"] > 0:
@@ -79,6 +84,14 @@ def resisted_accelerations(
         add_resistance(b, udot, pool, work, c_d, c_k)
     reduce_written(table, pool, work, c_d, c_k, forced)
     accelerate(table, work, out, forced)
+    return q, u
+
+
+@inner
+def less_rates(out: Array, udot: Array, table: Table) -> None:
+    """Take udot off the accelerations that were solved for: what remains is what Newton's method adds."""
+    for k in range(header_of(table)["n_u"]):
+        out[k] -= udot[k]
 
 
 @kernel(CORRECT)
@@ -95,10 +108,6 @@ def correct(
     work: Array,
 ) -> None:
     """out = -(M + c_d D + c_k K)^-1 (M udot + h - Q) at the state (q, u), in O(n); sddot - udot of held freedoms."""
-    records, numbers, scratch, x, v = start(table), start(pool), start(work), start(q), start(u)
-    head = header_of(records)
-    if head["n_holds"] > 0:
-        x, v = held_state(t, x, v, records, numbers, scratch)
-    resisted_accelerations(t, x, v, start(udot), start(out), c_d, c_k, False, records, numbers, scratch)
-    for k in range(head["n_u"]):
-        out[k] -= udot[k]
+    records, numbers, scratch = start(table), start(pool), start(work)
+    resisted_accelerations(t, start(q), start(u), start(udot), start(out), c_d, c_k, False, records, numbers, scratch)
+    less_rates(start(out), start(udot), records)

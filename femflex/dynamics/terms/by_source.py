@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.joints.drive_report import held_places
+from femflex.dynamics.joints.held_places import held_places
 from femflex.dynamics.joints.law_report import law_places
 from femflex.system import System
 from femflex.system.variation import MARKER

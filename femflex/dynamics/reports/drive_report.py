@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.system import Channel, Joint, System
+from femflex.dynamics.joints.held_places import held_freedoms, held_places, specified_states
+from femflex.dynamics.terms.by_source import DRIVES, terms
+from femflex.system import Channel, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
@@ -37,39 +39,11 @@ def held_channels(system: System) -> dict[str, Channel]:
     return out
 
 
-def held_freedoms(joint: Joint) -> list[int]:
-    """Freedoms of a joint that are held throughout or once they latch, in the model's order."""
-    return [*joint.held, *(latch.freedom for latch in joint.locking)]
-
-
-def held_places(system: System) -> list[tuple[Joint, int, int, int]]:
-    """(joint, its freedom, place in q, place in u) of every freedom that is held, or may be."""
-    found, iq, iu = [], 0, 0
-    for name in system.order:
-        joint, n = system.joint_of(name), system.bodies[name].n_modes
-        found += [(joint, k, iq + k, iu + k) for k in held_freedoms(joint)]
-        iq, iu = iq + joint.n_q + n, iu + joint.n_u + n
-    return found
-
-
-def specified_states(model: Model, times: Array, states: Array) -> Array:
-    """The states (n_t, n_x) with held freedoms where they are held."""
-    places = [place for place in held_places(model.system) if place[1] in place[0].held]
-    if not places:
-        return states
-    states = states.copy()
-    for joint, k, q, u in places:
-        states[:, q], states[:, model.n_q + u], _ = joint.held[k](times)
-    return states
-
-
 def drives(model: Model, times: Array, states: Array) -> Array:
     """Generalised forces (n_t, n_u) that hold the held freedoms [N, N m]; zero on the others."""
-    from femflex.dynamics.joints.drives import observe_drives
+    from femflex.dynamics.reports.drives import observe_drives
 
     if model.reduced or model.constraints is not None:
-        from femflex.dynamics.terms.by_source import DRIVES, terms
-
         found = [row for name, row in terms(model, times, states).items() if name.startswith(DRIVES)]
         return -sum(found, np.zeros((len(times), model.n_u)))
     out = np.empty((len(times), model.n_u))
