@@ -11,7 +11,8 @@ from generate.markdown import save
 
 HEAD = """# Python API
 
-Names that femflex exports, by package. Docstrings state shapes and units. Start with [the how-to page](../howto/api.md).
+Names that femflex exports, by package. Docstrings state shapes and units.
+Start with [the how-to page](../howto/api.md).
 
 ```{toctree}
 :maxdepth: 1

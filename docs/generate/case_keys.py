@@ -7,9 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from generate.markdown import cell, code, save, table
-
 from femflex.case.schema import json_schema
+from generate.markdown import cell, code, save, table
 
 Schema = dict[str, Any]
 HEAD = """# Keys of a case file
@@ -83,7 +82,9 @@ def section(name: str, about: Schema, schema: Schema, depth: int = 3, single: bo
     for of, (key, found) in inner.items():
         kind = f" ({of})" if is_kind(found) else ""
         text += section(f"{name}.{key}{kind}", found, schema, min(depth + 1, 5))
-    text += "".join(laws(entry) for key, entry in about.get("properties", {}).items() if key == "laws" and name == "weld")
+    text += "".join(
+        laws(entry) for key, entry in about.get("properties", {}).items() if key == "laws" and name == "weld"
+    )
     if "allOf" in about:
         text += options(about)
     return text

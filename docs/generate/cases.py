@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from femflex import read_case
+from femflex.case import Case
+from femflex.case.measure import ExpectTable
 from generate.markdown import cell, code, save, table
 from generate.pictures import PICTURES, drawn
-
-from femflex import read_case
-from femflex.case.measure import ExpectTable
-from femflex.case import Case
 
 TOP = Path(__file__).resolve().parents[2]
 HEAD = """# Gallery: all shipped cases
@@ -48,7 +47,9 @@ def entry(path: Path, target: Path) -> str:
 
 def answers(case: Case) -> str:
     """Table of the expected answers of a case."""
-    rows = [[code(name), cell(quantity(about)), cell(expected(about)), cell(about.source)] for name, about in rows_of(case)]
+    rows = [
+        [code(name), cell(quantity(about)), cell(expected(about)), cell(about.source)] for name, about in rows_of(case)
+    ]
     return table(("name", "quantity", "expected", "source"), rows)
 
 

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from generate.markdown import cell, code, save, table
 
 import femflex
 from femflex import system as nouns
+from generate.markdown import cell, code, save, table
 
 HERE = Path(__file__).resolve().parent
 HEAD = """# Channels of a result file
@@ -98,6 +98,7 @@ def terms_page() -> str:
         for name in model.terms(np.zeros(1), model.x0[None]):
             names.setdefault(plain(name))
     text = "\n## Terms\n\n`femflex terms run.h5 --keep` adds every term of the equations of motion as `terms/NAME`, "
-    text += "one column per quasi-velocity. The same names, without the part before the slash, go to `femflex run --without`. "
+    text += "one column per quasi-velocity. The same names, without the part before the slash, go to "
+    text += "`femflex run --without`. "
     text += "Bodies with nonlinear or condensed strain also have `elastic_K2` and `elastic_K3`. "
     return text + "The terms sum to zero to rounding.\n\n" + ", ".join(code(name) for name in names) + "\n"

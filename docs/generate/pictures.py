@@ -1,7 +1,7 @@
 """Pictures of the shipped cases for the gallery: `python docs/generate/pictures.py [NAME ...]`.
 
-Each case runs once; its stills go to docs/pictures/NAME. A case whose pictures are newer than its file is skipped. Movies
-are left out.
+Each case runs once; its stills go to docs/pictures/NAME. A case whose pictures are newer than its file is skipped.
+Movies are left out.
 """
 
 from __future__ import annotations
@@ -30,7 +30,9 @@ def draw(case: Path) -> None:
         trimmed.write_text(case.read_text(encoding="utf-8").replace("movie = true", "movie = false"), encoding="utf-8")
         try:
             words = [sys.executable, "-m", "femflex", "run", str(trimmed), "-o", str(Path(temporary) / "run.h5")]
-            done = subprocess.run(words, capture_output=True, text=True, cwd=TOP, env=os.environ | {"PYTHONPATH": str(TOP)})
+            done = subprocess.run(
+                words, capture_output=True, text=True, cwd=TOP, env=os.environ | {"PYTHONPATH": str(TOP)}
+            )
         finally:
             trimmed.unlink()
         if done.returncode:

@@ -1,14 +1,13 @@
-"""Table of comparisons with answers from outside: rows of docs/validation.toml, and all answers of the shipped cases."""
+"""Comparisons with answers from outside: the rows of docs/validation.toml, and all answers of the shipped cases."""
 
 from __future__ import annotations
 
 import tomllib
 from pathlib import Path
 
+from femflex import read_case
 from generate.cases import expected, quantity, rows_of, shipped
 from generate.markdown import cell, code, save, table
-
-from femflex import read_case
 
 DATA = Path(__file__).resolve().parents[1] / "validation.toml"
 HEAD = """# Validation

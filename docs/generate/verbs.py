@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import typer
-from generate.markdown import cell, code, save, table
 
 from femflex.cli.app import app
+from generate.markdown import cell, code, save, table
 
 HEAD = """# Verbs of the command line
 
@@ -27,7 +27,9 @@ def write(target: Path) -> None:
 
 def verb(name: str, command: Any) -> str:
     """One verb: what it does, how it is called, its arguments and options."""
-    usage = " ".join(["[OPTIONS]", *(_argument(entry) for entry in command.params if entry.param_type_name == "argument")])
+    usage = " ".join(
+        ["[OPTIONS]", *(_argument(entry) for entry in command.params if entry.param_type_name == "argument")]
+    )
     text = f"## {name}\n\n" + "\n\n".join(cell(part) for part in (command.help or "").split("\n\n"))
     text += f"\n\n```text\nfemflex {name} {usage}\n```\n\n"
     rows = [_row(parameter) for parameter in command.params if not getattr(parameter, "hidden", False)]

@@ -20,6 +20,7 @@ class SecondOrderCalls:
 
     n_q: int
     n_u: int
+    n_z: int = 0
     reduced: bool = False
     kinematic: Any = field(default=kinematic)
     advance: Any = field(default=advance)

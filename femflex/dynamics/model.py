@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.effectors.states import has_events, observe_states, sensor_problems
 from femflex.dynamics.equilibria.frequency import highest_frequency
+from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.forces.orbit_force import observe_orbit_force
 from femflex.dynamics.joints.channels import observe_balls
 from femflex.dynamics.joints.gimbal_lock import observe_locks
@@ -23,6 +25,7 @@ from femflex.dynamics.motion import equations
 from femflex.dynamics.reports.channels import channels_of, row_length, row_places
 from femflex.dynamics.reports.contacts import observe_contacts
 from femflex.dynamics.reports.drive_report import observe_held
+from femflex.dynamics.reports.monitors import ROW_DISSIPATED
 from femflex.dynamics.reports.observe import observe
 from femflex.dynamics.reports.sights import observe_sights
 from femflex.dynamics.reports.static_stretch import add_static_stretch
@@ -34,7 +37,9 @@ from femflex.system import Channel, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.calls import SecondOrderCalls
+    from femflex.dynamics.clock import Clock
     from femflex.dynamics.constraints.constrained import Constraints
+    from femflex.dynamics.effectors.events import AllEvents
     from femflex.dynamics.joints.latches import Latches
 
 Array = NDArray[np.float64]
@@ -48,7 +53,7 @@ class Model:
     each run (`for_run`), so one model can run in many threads at once.
 
     workspace           the arrays of its calls: table, pool, work (see femflex.dynamics.lowering.layout)
-    x0                  (n_x,) initial state (q, u)
+    x0                  (n_x,) initial state (q, u, z)
     breaks              (n,) times at which a load or a specified motion is not smooth [s]
     renormalise         first positions in x of the quadruples of Euler parameters
     channels            path -> Channel of everything `observe` returns
@@ -61,6 +66,7 @@ class Model:
     workspace: Workspace
     n_q: int
     n_u: int
+    n_z: int
     x0: Array
     breaks: Array
     renormalise: NDArray[np.int64]
@@ -96,7 +102,16 @@ class Model:
     @property
     def n_x(self) -> int:
         """Number of states."""
-        return self.n_q + self.n_u
+        return self.n_q + self.n_u + self.n_z
+
+    def parts(self, x: Array) -> tuple[Array, Array, Array]:
+        """Views of q, u and z in states (..., n_x)."""
+        n = self.n_q + self.n_u
+        return x[..., : self.n_q], x[..., self.n_q : n], x[..., n:]
+
+    def at_rest(self, q: Array) -> Array:
+        """The state (n_x,) at coordinates q (n_q,) without velocities, its z as at the start."""
+        return np.concatenate([q, np.zeros(self.n_u), self.parts(self.x0)[2]])
 
     @property
     def second_order(self) -> SecondOrderCalls:
@@ -105,14 +120,14 @@ class Model:
             return self.tree
         from femflex.dynamics.calls import ConstrainedCalls
 
-        return ConstrainedCalls(self.n_q, self.n_u, self.reduced)
+        return ConstrainedCalls(self.n_q, self.n_u, self.n_z, self.reduced)
 
     @property
     def tree(self) -> SecondOrderCalls:
         """The calls of implicit integrators on the tree, without the forces of constraints."""
         from femflex.dynamics.calls import SecondOrderCalls
 
-        return SecondOrderCalls(self.n_q, self.n_u, self.reduced)
+        return SecondOrderCalls(self.n_q, self.n_u, self.n_z, self.reduced)
 
     @property
     def reduced(self) -> bool:
@@ -129,13 +144,26 @@ class Model:
         return switch
 
     @property
-    def events(self) -> Latches | None:
-        """The latches of the joints, or None where there are none."""
-        if not any(joint.latches for joint in self.system.joints):
+    def events(self) -> AllEvents | Latches | None:
+        """The latches of the joints and the events of effectors, or None where there are none."""
+        latched, eventful = any(joint.latches for joint in self.system.joints), has_events(self.system)
+        if not (latched or eventful):
             return None
+        from femflex.dynamics.effectors.events import AllEvents, StateEvents
         from femflex.dynamics.joints.latches import Latches
 
-        return Latches(self)
+        if not eventful:
+            return Latches(self)
+        return AllEvents((Latches(self), StateEvents(self)) if latched else (StateEvents(self),))
+
+    @cached_property
+    def clock(self) -> Clock | None:
+        """The sampled controllers, or None where there are none."""
+        if not self.system.controllers:
+            return None
+        from femflex.dynamics.clock import Clock
+
+        return Clock(self)
 
     @cached_property
     def max_frequency(self) -> float:
@@ -202,8 +230,9 @@ class Model:
             for path, place in row_places(self.system).items()
         }
         states = specified_states(self, times, states)
-        out["q"], out["u"] = states[:, : self.n_q], states[:, self.n_q :]
-        out |= observe_held(self, times, states) | observe_laws(self, states)
+        out |= dict(zip(("q", "u", "z"), self.parts(states), strict=True))
+        out |= observe_held(self, times, states) | observe_laws(self, states, rows[:, ROW_DISSIPATED])
+        out |= observe_states(self.system, out["z"])
         out |= observe_balls(self.system, states) | observe_locks(self.system, states)
         out |= observe_orbit_force(self.system, out) | observe_variations(self, times, states)
         if is_extrinsic(self.system.libration_sequence):
@@ -230,12 +259,16 @@ def compile_system(system: System) -> Model:
     """The compiled model of a system.
 
     The first process on a machine compiles the kernels once (some ten seconds); later ones load them.
+    Raises ValueError for an effector whose function cannot be compiled, and for a sensor that is no channel.
     """
-    table, pool, scratch = lower(system)
+    channels = channels_of(system)
+    if problems := sensor_problems(system, channels):
+        raise ValueError("\n".join(problems))
+    table, pool, scratch = lower(system, force_terms())
     n_q = len(system.coordinate_names())
-    n_u = len(system.velocity_names())
+    n_u, n_z = len(system.velocity_names()), len(system.state_names())
     quadruples = [int(b["q"] + b["n_slide"]) for b in body_records(table)[1:] if b["ball"] == BALL_QUATERNION]
-    knots = [load.times for load in system.loads if load.times is not None]
+    knots = [times for term in force_terms() for times in term.breaks(system)]
     knots += [variation.breaks for variation in system.varying.values()]
     knots += [profile.breaks for joint in system.joints for profile in joint.held.values()]
     tree = Model(
@@ -243,18 +276,19 @@ def compile_system(system: System) -> Model:
         workspace=Workspace(table, pool, scratch, bool(system.varying)),
         n_q=n_q,
         n_u=n_u,
+        n_z=n_z,
         x0=system.initial_state(),
         breaks=np.unique(np.concatenate(knots)) if knots else np.zeros(0),
         renormalise=np.array(quadruples, np.int64),
-        channels=channels_of(system),
+        channels=channels,
         rate=rate_of(system),
     )
     return constrained(tree) if system.loops or system.constraints else tree
 
 
 def rate_of(system: System) -> Any:
-    """The compiled rate of a tree: the plain one, or that with held freedoms, laws and springs between markers."""
-    if not (system.springs or any(joint.held or joint.laws or joint.latches for joint in system.joints)):
+    """The compiled rate of a tree: the plain one, or that with held freedoms and states z."""
+    if not (system.state_names() or any(joint.held for joint in system.joints)):
         return equations.rate
     from femflex.dynamics.motion.led_equations import led_rate
 

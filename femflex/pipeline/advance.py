@@ -104,6 +104,7 @@ def _writer(
 def _attributes(prepared: Prepared) -> dict[str, str]:
     """Attributes of the result file: what was run, and how."""
     from femflex.pipeline.inputs import inputs_text
+    from femflex.pipeline.prepared import sampling
 
     case, model = prepared.case, prepared.model
     return {
@@ -116,13 +117,15 @@ def _attributes(prepared: Prepared) -> dict[str, str]:
         "start_moved": ", ".join(map(str, prepared.moved[:MOST_MOVED])),
         "start_taken_up": "; ".join(map(str, prepared.taken_up)),
         "integrator": prepared.integrator.name,
+        "effectors": ", ".join(effector.name for effector in prepared.system.effectors),
+        "sampled": " ".join(sampling(prepared.system)),
         "frame": f"N inertial; attitude from the {prepared.system.frame.kind} frame",
     }
 
 
 def _kept(error: IntegrationError, writer: RunWriter, model: Model, written: float) -> IntegrationError:
     """The error with the body and coordinate that failed in its text; the last finite state goes into the file."""
-    names = [name for name, _ in (*model.system.coordinate_names(), *model.system.velocity_names())]
+    names = [name for name, _ in model.system.all_state_names()]
     where = f" in {names[error.coordinate]}" if error.coordinate >= 0 else ""
     text = f"the run stopped at t = {error.t:.9g} s{where}: {error.reason}"
     seen = _seen(error, model)

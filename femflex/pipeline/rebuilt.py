@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from femflex.system import Variation
 
 AGREED = 1e-6  # relative; energies of the rebuilt model and of the file
+STATES = ("q", "u", "z")
 CHECKED = ("monitors/kinetic", "monitors/elastic")
 
 
@@ -30,7 +31,7 @@ def rebuilt(run: Run, case: str | Path | None = None, varying: Mapping[str, Vari
     from femflex.dynamics import compile_system
     from femflex.pipeline.decisions import build_system
     from femflex.pipeline.inputs import changed_inputs, inputs_of
-    from femflex.pipeline.resumed import check_varying
+    from femflex.pipeline.resumed import check_varying, effectors_of
 
     if not run.case_text:
         raise ValueError(f"{run.path} keeps no case text, so its model cannot be built again")
@@ -44,6 +45,11 @@ def rebuilt(run: Run, case: str | Path | None = None, varying: Mapping[str, Vari
     begun = inputs_of(run)
     if begun is not None and (changed := changed_inputs(begun, read)):
         raise ValueError(f"{run.path} was made with other inputs: {changed}. Undo the change, or run the case anew")
+    if given := effectors_of(run):
+        raise ValueError(
+            f"{run.path} was made with effectors from Python ({', '.join(given)}), which no case text holds, so its "
+            f"model cannot be built again; compile it in Python with the same ones"
+        )
     model = compile_system(replace(build_system(read), varying=dict(varying or {})))
     check_varying(run, model)
     if run.without:
@@ -56,10 +62,11 @@ def check_agreement(run: Run, model: Model) -> None:
     """Raise ValueError when the run's last row is not what the model reports of its state."""
     if not len(run):
         raise ValueError(f"{run.path} holds no instants")
-    same = run.names("q") == model.channels["q"].names and run.names("u") == model.channels["u"].names
+    here = {path: channel.names for path, channel in model.channels.items() if path in STATES}
+    same = {path: run.names(path) for path in STATES if path in run} == here
     if same:
         last = slice(len(run) - 1, len(run))
-        seen = model.observe(run.read("time", last), np.hstack([run.read("q", last), run.read("u", last)]))
+        seen = model.observe(run.read("time", last), run.states(last))
         size = max(float(np.abs(run[path]).max()) for path in CHECKED)
         same = all(np.allclose(seen[path], run.read(path, last), rtol=AGREED, atol=1e-9 * size) for path in CHECKED)
     if not same:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from femflex.case import Case
     from femflex.dynamics import Model
     from femflex.results import Run
+    from femflex.system import Controller, Effector
 
 SAME_TIME = 1e-12  # relative: rounding of an output time
 
@@ -63,6 +64,26 @@ def check_same_model(model: Model, output: Path) -> None:
         check_varying(unfinished, model)
         if len(unfinished):
             check_agreement(unfinished, model)
+
+
+def check_same_effectors(effectors: Sequence[Effector | Controller], output: Path) -> None:
+    """Raise ValueError when the unfinished run was begun with other effectors from Python than these."""
+    from femflex.results import open_run
+
+    with open_run(output) as unfinished:
+        begun = effectors_of(unfinished)
+    now = [effector.name for effector in effectors]
+    if begun != now:
+        first, second = (", ".join(names) or "none" for names in (begun, now))
+        raise ValueError(
+            f"{output} was begun with the effectors {first} from Python, and now there are {second}; resume it from "
+            f"Python by femflex.run(..., resume=True, effectors=...) with the same ones, or start anew"
+        )
+
+
+def effectors_of(run: Run) -> list[str]:
+    """Names of the effectors and controllers that Python gave to a run beside its case."""
+    return list(filter(None, str(run.attributes.get("effectors", "")).split(", ")))
 
 
 def check_varying(run: Run, model: Model) -> None:

@@ -3,6 +3,8 @@
 from femflex.system.ball import ball_coordinates
 from femflex.system.channel import Channel
 from femflex.system.constraint import Nonholonomic, knife_edge, rolling_disc, velocity_rows
+from femflex.system.controller import Controller
+from femflex.system.effector import Effector, StateEvent
 from femflex.system.environment import STANDARD_GRAVITY, Environment
 from femflex.system.joint import Joint
 from femflex.system.kinds import (
@@ -38,6 +40,8 @@ __all__ = [
     "Block",
     "Channel",
     "Closure",
+    "Controller",
+    "Effector",
     "Environment",
     "Frame",
     "Friction",
@@ -52,6 +56,7 @@ __all__ = [
     "Segments",
     "Sight",
     "Spring",
+    "StateEvent",
     "Stop",
     "System",
     "TabulatedDamper",

@@ -87,7 +87,7 @@ class Constraints:
     def matrix(self, t: float, x: Array) -> Array:
         """A of A u = b, (n_rows, n_u)."""
         still = np.array(x, float)
-        still[self.n_q :] = 0.0
+        still[self.n_q : self.n_q + self.n_u] = 0.0
         rest = self.residuals(t, still)[1]
         columns = []
         for k in range(self.n_u):
@@ -132,11 +132,11 @@ class Constraints:
         n_t, work = len(times), self.own[2]
         udot, rows, rank = np.empty((n_t, self.n_u)), np.empty((n_t, self.n_rows, at.ROW_SIZE)), np.empty(n_t)
         places = [int(b["work"]) + W_CIN for b in body_records(self.own[0])]
-        turns, dx = np.empty((n_t, len(places), 3, 3)), np.empty(self.n_q + self.n_u)
+        turns, dx = np.empty((n_t, len(places), 3, 3)), np.empty(states.shape[1])
         for j in range(n_t):
             self.rate(float(times[j]), np.ascontiguousarray(states[j], float), dx, *self.own)
             self._raise_errors()
-            udot[j], rows[j], rank[j] = dx[self.n_q :], self.rows(), self.rank()
+            udot[j], rows[j], rank[j] = dx[self.n_q : self.n_q + self.n_u], self.rows(), self.rank()
             turns[j] = [work[place : place + 9].reshape(3, 3) for place in places]
         return udot, rows, rank, turns
 

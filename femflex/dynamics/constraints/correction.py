@@ -33,9 +33,9 @@ def correct(
     pool: Array,
     work: Array,
 ) -> None:
-    """out = what Newton's method adds to udot; zero along the constrained motion."""
+    """out = what Newton's method adds to (udot, zdot); zero along the constrained motion."""
     records, numbers, scratch, found, rates = start(table), start(pool), start(work), start(out), start(udot)
     release_joints(records, scratch)
     x, v = resisted_accelerations(t, start(q), start(u), rates, found, c_d, c_k, True, records, numbers, scratch)
     constrain(t, x, v, found, records, numbers, scratch, c_d != 0.0 or c_k != 0.0)
-    less_rates(found, rates, records)
+    less_rates(t, found, rates, c_d, records, numbers, scratch)

@@ -70,9 +70,9 @@ class Scratch:
         return start
 
 
-def length_of(parts: list[NDArray[np.void]]) -> int:
-    """Number of integers in record arrays."""
-    return sum(part.size * len(part.dtype.names or ()) for part in parts)
+def length_of(parts: list[NDArray[np.void] | NDArray[np.int64]]) -> int:
+    """Number of integers in arrays of records or integers."""
+    return sum(part.nbytes // 8 for part in parts)
 
 
 def put_marker(body: str | None, name: str, system: System, pool: Pool) -> tuple[int, int, int, int]:

@@ -1,4 +1,4 @@
-"""Lowering loops, nonholonomic constraints and springs between markers to records, pool and scratch."""
+"""Lowering loops and nonholonomic constraints to records, pool and scratch."""
 
 from __future__ import annotations
 
@@ -114,16 +114,6 @@ def lower_nonholonomic(record: np.void, constraint: Nonholonomic, system: System
     lower_ends(record, ends, system, pool)
     record["axis"] = pool.put([*constraint.axis, *constraint.normal, constraint.radius])
     record["scales"] = pool.put([free_scales(ends, system)[0]] * constraint.n_rows)
-
-
-def lower_springs(head: np.void, system: System, pool: Pool) -> NDArray[np.void]:
-    """SPRING records of all springs between markers."""
-    records = np.zeros(len(system.springs), at.SPRING)
-    head["n_springs"] = len(records)
-    for record, spring in zip(records, system.springs, strict=True):
-        lower_ends(record, ((spring.parent, spring.parent_marker), (spring.body, spring.marker)), system, pool)
-        record["data"] = pool.put([spring.stiffness, spring.damping, spring.length])
-    return records
 
 
 def lower_ends(record: np.void, ends: Ends, system: System, pool: Pool) -> None:

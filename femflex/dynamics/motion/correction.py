@@ -11,16 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import lane, nothing, put, start
+from femflex.dynamics.arithmetic.lanes import beyond, lane, nothing, put, start
 from femflex.dynamics.bodies.elastic import write_elastic_block, write_rows
 from femflex.dynamics.bodies.stiffening import add_varying_force
+from femflex.dynamics.forces.calls import write_resistance
 from femflex.dynamics.forces.system import write_forces
 from femflex.dynamics.joints.held import add_known_accelerations, held_state
-from femflex.dynamics.joints.laws import write_law_resistance
 from femflex.dynamics.lowering.layout import W_RESIST, W_TAU, body_of, header_of
 from femflex.dynamics.motion.equations import place
 from femflex.dynamics.motion.recursion import accelerate, reduce_written
 from femflex.dynamics.motion.second_order import CORRECT
+from femflex.dynamics.motion.states import correct_states, take_states
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -69,12 +70,13 @@ def resisted_accelerations(
     The coordinates and velocities in which held freedoms are where they are held are given back.
     """
     head = header_of(table)
+    take_states(u, table, work)
     if head["n_holds"] > 0:
         q, u = held_state(t, q, u, table, pool, work)
     place(t, q, u, table, pool, work)
     write_forces(t, q, u, table, pool, work)
-    if head["n_laws"] > 0:
-        write_law_resistance(q, u, c_d, c_k, table, pool, work)
+    if head["n_terms"] > 0:
+        write_resistance(t, q, u, c_d, c_k, table, pool, work)
     if head["n_holds"] > 0:
         add_known_accelerations(table, work)
     for i in range(1, head["n_bodies"]):
@@ -88,10 +90,13 @@ def resisted_accelerations(
 
 
 @inner
-def less_rates(out: Array, udot: Array, table: Table) -> None:
-    """Take udot off the accelerations that were solved for: what remains is what Newton's method adds."""
-    for k in range(header_of(table)["n_u"]):
+def less_rates(t: float, out: Array, udot: Array, c_d: float, table: Table, pool: Array, work: Array) -> None:
+    """Take udot off the accelerations that were solved for, and write the states' part behind: Newton's correction."""
+    head = header_of(table)
+    for k in range(head["n_u"]):
         out[k] -= udot[k]
+    if head["n_z"] > 0:
+        correct_states(t, beyond(udot, head["n_u"]), c_d, beyond(out, head["n_u"]), table, pool, work)
 
 
 @kernel(CORRECT)
@@ -107,7 +112,10 @@ def correct(
     pool: Array,
     work: Array,
 ) -> None:
-    """out = -(M + c_d D + c_k K)^-1 (M udot + h - Q) at the state (q, u), in O(n); sddot - udot of held freedoms."""
-    records, numbers, scratch = start(table), start(pool), start(work)
-    resisted_accelerations(t, start(q), start(u), start(udot), start(out), c_d, c_k, False, records, numbers, scratch)
-    less_rates(start(out), start(udot), records)
+    """out = -(M + c_d D + c_k K)^-1 (M udot + h - Q) at the state (q, u), in O(n); sddot - udot of held freedoms.
+
+    The states' part of out follows (see `correct_states`).
+    """
+    records, numbers, scratch, found, rates = start(table), start(pool), start(work), start(out), start(udot)
+    resisted_accelerations(t, start(q), start(u), rates, found, c_d, c_k, False, records, numbers, scratch)
+    less_rates(t, found, rates, c_d, records, numbers, scratch)

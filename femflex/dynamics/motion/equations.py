@@ -15,7 +15,7 @@ from femflex.dynamics.bodies.flow import carry_material
 from femflex.dynamics.bodies.inertia import deform
 from femflex.dynamics.bodies.varying import write_varying_bodies
 from femflex.dynamics.forces.base import move_base
-from femflex.dynamics.forces.system import write_plain_forces
+from femflex.dynamics.forces.system import write_forces
 from femflex.dynamics.joints.coordinates import coordinate_rates
 from femflex.dynamics.lowering.layout import body_of, header_of
 from femflex.dynamics.motion.kinematics import place_body
@@ -44,12 +44,12 @@ def place(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) 
 
 @kernel(RATE)
 def rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
-    """dx/dt of the state x = (q, u): qdot = N(q) u and M udot = Q - h, in O(n); without holds, laws, springs."""
+    """dx/dt of the state x = (q, u): qdot = N(q) u and M udot = Q - h, in O(n); without held freedoms and states."""
     records, numbers, scratch = start(table), start(pool), start(work)
     head = header_of(records)
     q, u, dq, udot = start(x), beyond(x, head["n_q"]), start(dx), beyond(dx, head["n_q"])
     place(t, q, u, records, numbers, scratch)
-    write_plain_forces(t, q, u, records, numbers, scratch)
+    write_forces(t, q, u, records, numbers, scratch)
     reduce_to_root(records, numbers, scratch, 0.0, 0.0, False)
     accelerate(records, scratch, udot, False)
     for i in range(1, head["n_bodies"]):

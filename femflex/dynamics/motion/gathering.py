@@ -24,12 +24,13 @@ from femflex.dynamics.bodies.columns import along, columns_times, six_lanes
 from femflex.dynamics.bodies.elastic import write_rows
 from femflex.dynamics.bodies.inertia import accelerate_uniformly, zero_forces
 from femflex.dynamics.bodies.slaves import write_tied_mass
+from femflex.dynamics.forces.calls import write_resistance
 from femflex.dynamics.forces.system import write_forces
 from femflex.dynamics.joints.held import add_known_accelerations, held_state, hold_rows, is_held
-from femflex.dynamics.joints.laws import write_law_resistance
 from femflex.dynamics.lowering.layout import W_ACC, W_BIAS, W_CIN, W_CIP, W_H, W_M, W_P, W_R, W_TAU, body_of, header_of
 from femflex.dynamics.motion.equations import place
 from femflex.dynamics.motion.recursion import accelerate, carry_acceleration, reduce_to_root
+from femflex.dynamics.motion.states import take_states
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -45,6 +46,7 @@ def write_residual(
     On the rows of held freedoms out = udot - sddot.
     """
     holds = header_of(table)["n_holds"] > 0
+    take_states(u, table, work)
     if holds:
         q, u = held_state(t, q, u, table, pool, work)
     place(t, q, u, table, pool, work)
@@ -167,17 +169,18 @@ def write_solution(
 ) -> None:
     """out = (c_m M + c_d D + c_k K)^-1 rhs; the velocities handed to `place` only reach biases, which are cleared.
 
-    On held freedoms the matrix is c_m times the unit matrix. K counts the stiffness of laws; D leaves out what these
-    resist at a rate, which is not known here.
+    On held freedoms the matrix is c_m times the unit matrix. K counts the stiffness of force terms; D leaves out
+    what these resist at a rate, which is not known here. The states stand behind rhs.
     """
     head = header_of(table)
+    take_states(rhs, table, work)
     if head["n_holds"] > 0:
         q, _ = held_state(t, q, rhs, table, pool, work)
         for k in range(head["n_u"]):
             work[head["known"] + k] = work[head["flags"] + k] * rhs[k] / c_m
     place(t, q, rhs, table, pool, work)
-    if head["n_laws"] > 0:
-        write_law_resistance(q, rhs, 0.0, c_k / c_m, table, pool, work)
+    if c_k != 0.0 and head["n_terms"] > 0:
+        write_resistance(t, q, rhs, 0.0, c_k / c_m, table, pool, work)
     for i in range(1, head["n_bodies"]):
         b = body_of(table, i)
         w = b["work"]

@@ -82,7 +82,7 @@ def gather(model: Model, t: float, x: Array) -> None:
     """Leave in the work array how everything moves at the state x (n_x,), and what joints carry."""
     from femflex.dynamics.motion.residual import residual
 
-    n_q, udot = model.n_q, model.state_rate(t, x)[model.n_q :]
+    n_q, udot = model.n_q, model.parts(model.state_rate(t, x))[1]
     q, u = np.ascontiguousarray(x[:n_q], float), np.ascontiguousarray(x[n_q:], float)
     residual(t, q, u, udot.copy(), np.empty(model.n_u), *model.workspace.own)
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.joints.held_places import held_places
-from femflex.dynamics.joints.law_report import law_places
 from femflex.system import System
 from femflex.system.variation import MARKER
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 GRAVITY = "gravity"
-# the ledger's rows in its order, with what they say; then come "loads/<name>", "drives/<held freedom>", "laws/<law>"
+# the ledger's rows in its order, with what they say; then come "drives/<held freedom>" and the items of force terms
 TERMS = {
     "inertia": "M udot",
     "coriolis_centrifugal": "part of h quadratic in u",
@@ -42,7 +42,7 @@ SWITCHED = (  # in the compiled equations
     "gravity_gradient",
     "moving_mass",
 )
-LOADS, DRIVES, LAWS, SPRINGS_OF, INERTIA_OF = "loads/", "drives/", "laws/", "springs/", "inertia/"
+DRIVES, INERTIA_OF = "drives/", "inertia/"
 FORCE_UNITS = {"m/s": "N", "rad/s": "N m", "kg^1/2 m/s": "kg^1/2 m/s^2"}
 
 
@@ -51,8 +51,9 @@ def terms(model: Model, times: Array, states: Array) -> dict[str, Array]:
 
     times (n_t,) [s], states (n_t, n_x); udot is the model's own. Row k is the generalised force on the coordinate with
     quasi-velocity u_k (units as in `force_units`). The names are those of `TERMS`, without what the system has not,
-    "loads/<name>", "drives/<freedom>" of held freedoms, "laws/<law>" of joints, "springs/<name>", "loops/<name>" and
-    "constraints/<name>"; -Q and -A^T lambda carry their minus. The terms sum to zero to rounding, row by row.
+    "drives/<freedom>" of held freedoms, those of force terms ("loads/<name>", "laws/<law>", "springs/<name>",
+    "effectors/<name>"), "loops/<name>" and "constraints/<name>"; -Q and -A^T lambda carry their minus. The terms sum
+    to zero to rounding, row by row.
     """
     times, states, rates = _motion(model, times, states)
     out = _ledger(model, times, states, rates)
@@ -103,7 +104,7 @@ def _motion(model: Model, times: Array, states: Array) -> tuple[Array, Array, Ar
         )
     rates = np.empty((len(times), model.n_u))
     for k, (t, x) in enumerate(zip(times, states, strict=True)):
-        rates[k] = model.state_rate(t, x)[model.n_q :]
+        rates[k] = model.parts(model.state_rate(t, x))[1]
     return times, states, rates
 
 
@@ -122,7 +123,8 @@ def linear_terms(model: Model, t: float, x: Array) -> tuple[Array, Array]:
     from femflex.dynamics.terms.rows import LINEAR, MOVING
 
     n = model.n_u
-    states = np.hstack([np.tile(np.asarray(x, float)[: model.n_q], (n, 1)), np.eye(n)])
+    q, _, z = model.parts(np.asarray(x, float))
+    states = np.hstack([np.tile(q, (n, 1)), np.eye(n), np.tile(z, (n, 1))])
     rows = _ledger(model, np.full(n, float(t)), states, np.zeros((n, n)))
     L = (rows[:, LINEAR] + rows[:, MOVING]).T
     return (L + L.T) / 2, (L - L.T) / 2
@@ -131,9 +133,7 @@ def linear_terms(model: Model, t: float, x: Array) -> tuple[Array, Array]:
 def all_rows(system: System) -> list[str]:
     """Names of the ledger's rows for a system, also of those that are zero throughout."""
     drives = (DRIVES + joint.freedom_names()[k] for joint, k, _, _ in held_places(system))
-    laws = (LAWS + place.name for place in law_places(system))
-    springs = (SPRINGS_OF + spring.name for spring in system.springs)
-    return [*TERMS, *(LOADS + load.name for load in system.loads), *drives, *laws, *springs]
+    return [*TERMS, *drives, *(name for term in force_terms() for name in term.names(system))]
 
 
 def term_names(system: System) -> list[str]:

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.compiled import kernel
-from femflex.dynamics.arithmetic.lanes import start
+from femflex.dynamics.arithmetic.lanes import beyond, start
+from femflex.dynamics.lowering.layout import header_of
 from femflex.dynamics.lowering.tie_layout import closing_of
-from femflex.dynamics.motion.correction import less_rates
 from femflex.dynamics.motion.residual import solve
 from femflex.dynamics.motion.second_order import CORRECT
+from femflex.dynamics.motion.states import correct_states
 from femflex.dynamics.terms.reduced import reduced_residual
 from femflex.dynamics.terms.reduced_constraints import constrain_freely
 
@@ -34,18 +35,23 @@ def reduced_correct(
     pool: Array,
     work: Array,
 ) -> None:
-    """out = what Newton's method adds to udot with the terms that the header's `kept` leaves (see `motion.correction`).
+    """out = what Newton's method adds to udot with the terms that `kept` leaves (see `motion.correction`).
 
-    With constraints the accelerations are then corrected until they satisfy every row.
+    With constraints the accelerations are then corrected until they satisfy every row. The states' part follows.
     """
+    records, scratch = start(table), start(work)
+    head = header_of(records)
     force = np.empty(len(u))
     reduced_residual(t, q, u, udot, force, table, pool, work)
+    if head["n_z"] > 0:
+        given, found = beyond(start(udot), head["n_u"]), beyond(start(out), head["n_u"])
+        correct_states(t, given, c_d, found, records, start(pool), scratch)
     for k in range(len(u)):
-        force[k] = -force[k]
+        force[k] = -force[k] if k < head["n_u"] else u[k]
     solve(t, q, force, out, 1.0, c_d, c_k, table, pool, work)
-    records, found, rates = start(table), start(out), start(udot)
     if closing_of(records)["n_constraints"] > 0:
-        for k in range(len(u)):
-            found[k] += rates[k]
-        constrain_freely(t, start(q), start(u), found, c_d, c_k, records, start(pool), start(work))
-        less_rates(found, rates, records)
+        for k in range(head["n_u"]):
+            out[k] += udot[k]
+        constrain_freely(t, start(q), start(u), start(out), c_d, c_k, records, start(pool), scratch)
+        for k in range(head["n_u"]):
+            out[k] -= udot[k]

@@ -11,19 +11,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.body import FlexibleBody, StrainTensors
-from femflex.dynamics.joints.law_report import law_places
+from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.terms.by_source import (
     DRIVES,
     GRAVITY,
-    LAWS,
-    LOADS,
-    SPRINGS_OF,
     SWITCHED,
     TERMS,
     all_rows,
     term_names,
 )
-from femflex.system import Environment, Joint, Latch, System
+from femflex.system import Environment, Joint, System
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -33,7 +30,6 @@ FLEXIBILITY = "flexibility"
 NONLINEAR = "nonlinear_strain"
 
 LOOPS, CONSTRAINTS, VARYING = "loops/", "constraints/", "varying/"
-FOLDERS = (LOADS, LAWS, SPRINGS_OF, LOOPS, CONSTRAINTS, VARYING)  # whose parts may go by their own name alone
 SHORT = {"K1": "elastic", "K2": "elastic_K2", "K3": "elastic_K3"}
 
 
@@ -103,11 +99,13 @@ def switchable(model: Model) -> list[str]:
     flexible = [name for name in system.order if system.bodies[name].n_modes]
     pieces = {piece for parts in system.segments.values() for piece in parts}
     flexible = [*(name for name in flexible if name not in pieces), *system.segments]
-    latches = [LAWS + place.name for place in law_places(system) if isinstance(place.of, Latch)]
-    fixed = ("inertia", *latches, *(name for name in term_names(system) if name.startswith(DRIVES)))
+    held = [f"{term.folder}/{item}" for term in force_terms() for item in term.fixed(system)]
+    fixed = ("inertia", *held, *(name for name in term_names(system) if name.startswith(DRIVES)))
     names = [name for name in term_names(system) if name not in fixed and name not in model.omitted]
     if model.constraints is not None:
         names += model.constraints.paths
+    names += [f"{term.folder}/{item}" for term in force_terms() for item in term.others(system)]
+    names = [name for name in names if name not in model.omitted]
     if NONLINEAR not in model.omitted and any(bends_nonlinearly(body) for body in system.bodies.values()):
         names.append(NONLINEAR)
     names += [VARYING + name for name in system.varying]
@@ -118,7 +116,7 @@ def resolved(model: Model, name: str) -> str:
     """The full name of something that can be switched off; a load may go by its own name alone, stiffness by K1."""
     known = switchable(model)
     name = SHORT.get(name, name)
-    for full in (name, *(folder + name for folder in FOLDERS)):
+    for full in (name, *(folder + name for folder in folders())):
         if full in known:
             return full
     if name == "inertia":
@@ -133,6 +131,11 @@ def resolved(model: Model, name: str) -> str:
         near = nearest(name, known)
         why = f"{name!r} {why}" + (f"; did you mean {near!r}?" if near else ".")
     raise ValueError(f"{why} Known here are {', '.join(known)}." if known else f"{why} Nothing can be, here.")
+
+
+def folders() -> tuple[str, ...]:
+    """First parts of the names of what may go by its own name alone."""
+    return (*(f"{term.folder}/" for term in force_terms()), LOOPS, CONSTRAINTS, VARYING)
 
 
 def nearest(name: str, known: list[str]) -> str:
@@ -160,14 +163,11 @@ def changed(system: System, name: str) -> System:
         return replace(system, joints=tuple(JOINT_CHANGES[name](joint) for joint in system.joints))
     if name == GRAVITY:
         return replace(system, environment=Environment())
-    if name.startswith(LAWS):
-        return replace(system, joints=tuple(without_law(joint, name.removeprefix(LAWS)) for joint in system.joints))
-    if name.startswith(LOADS):
-        return replace(system, loads=tuple(load for load in system.loads if LOADS + load.name != name))
-    if name.startswith(SPRINGS_OF):
-        return replace(system, springs=tuple(s for s in system.springs if SPRINGS_OF + s.name != name))
     if name.startswith(VARYING):
         return replace(system, varying={key: v for key, v in system.varying.items() if VARYING + key != name})
+    for term in force_terms():
+        if name.startswith(f"{term.folder}/"):
+            return term.without(system, name.removeprefix(f"{term.folder}/"))
     if name.startswith(LOOPS):
         return replace(system, loops=tuple(loop for loop in system.loops if LOOPS + loop.label != name))
     if name.startswith(CONSTRAINTS):
@@ -176,14 +176,6 @@ def changed(system: System, name: str) -> System:
         body = name.partition("/")[2]
         return stiffened(system, set(system.segments.get(body, (body,))) if body else set(system.bodies))
     return system
-
-
-def without_law(joint: Joint, name: str) -> Joint:
-    """The joint without the law of that name; itself when it has none."""
-    laws = [
-        replace(law, name=own) for law, own in zip(joint.laws, joint.law_names(), strict=True) if own != name
-    ]  # the others keep their names
-    return replace(joint, laws=tuple(laws)) if len(laws) < len(joint.laws) else joint
 
 
 def stiffened(system: System, names: set[str]) -> System:
