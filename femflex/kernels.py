@@ -9,6 +9,8 @@ import numba
 
 from femflex.numba_interfaces import plain
 
+__all__ = ["part_options", "plain", "stored"]
+
 _njit: Any = numba.njit  # numba's own annotations do not cover all of it
 
 

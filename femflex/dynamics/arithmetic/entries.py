@@ -17,8 +17,7 @@ import numba
 import numba.core.typing.templates
 
 from femflex.dynamics.arithmetic.symbols import extending, ir, types
-from femflex.kernels import stored
-from femflex.numba_interfaces import plain
+from femflex.kernels import plain, stored
 
 templates: Any = numba.core.typing.templates
 _numba: Any = numba  # its annotations do not cover what is used here

@@ -7,10 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from random_systems import random_tree
 
 from femflex import numba_interfaces
+from femflex.dynamics import compile_system
 
-TOP = Path(__file__).resolve().parents[1]
+TOP = Path(__file__).resolve().parents[2]
 SCRIPT = """
 import sys
 import numpy as np
@@ -25,11 +27,6 @@ np.save(sys.argv[2], rates())
 
 def rates():
     """Rates of a flexible tree, which no other call compiles for."""
-    sys.path.insert(0, str(TOP / "tests" / "dynamics"))
-    from random_systems import random_tree
-
-    from femflex.dynamics import compile_system
-
     system, _, (q, u) = random_tree(2)
     return compile_system(system).state_rate(0.3, np.concatenate([q, u]))
 
