@@ -26,7 +26,7 @@ SOURCES = (  # closed under import: `tests/test_kernel_cache.py`
     "integrate",
     "system",
     "body",
-    "reduction/strain_kernel.py",
+    "reduction/strain/strain_kernel.py",
     "rotations.py",
     "warning.py",
     "kernel_cache.py",
