@@ -34,8 +34,8 @@ def modes(
         str | None,
         typer.Option(
             "--at",
-            help="Time at which loads that vary are taken: seconds, or a text such as '2 min'. "
-            "Without it these loads are left out.",
+            help="Time at which loads and motions given as functions of time are evaluated: a number of seconds, or a "
+            "text such as '2 min'. Without it, such loads are left out.",
         ),
     ] = None,
     mac: Annotated[
@@ -43,9 +43,7 @@ def modes(
     ] = None,
     output: Annotated[
         list[Path] | None,
-        typer.Option(
-            "-o", "--output", help="Montage of modes (.png) or movie of one (.mp4); may be repeated."
-        ),
+        typer.Option("-o", "--output", help="Montage of modes (.png) or movie of one (.mp4); may be repeated."),
     ] = None,
     mode: Annotated[int | None, typer.Option("--mode", min=1, help="Number of the mode of the movie.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,

@@ -86,12 +86,9 @@ def prepare(
         check_same_model(model, Path(output))
     times = case.run.times(duration_of(case, system))
     warn_of_doubtful_bodies(case, system.bodies, float(times[1] - times[0]))
-    chosen = case
     if resume:
         check_same_times(times, Path(output))
-        run = case.run.model_copy(update={"integrator": integrator_of(Path(output))})
-        chosen = case.model_copy(update={"run": run})
-    integrator, reason = chosen_integrator(chosen, model, times)
+    integrator, reason = chosen_integrator(case, model, times, integrator_of(Path(output)) if resume else "")
     return Prepared(case, system, model, integrator, reason, times)
 
 
