@@ -8,6 +8,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 
+NO_NUMBER = re.compile(r"(?:invalid literal for int\(\) with base \d+|could not convert string to float): (.+)")  # Python's
+
+
 @contextmanager
 def reading(path: Path, kind: str, advice: str) -> Iterator[None]:
     """Context in which a file is read: errors become a ValueError that names the file, what it should be, and advice.
@@ -35,9 +38,7 @@ def what_is_wrong(error: BaseException) -> str:
     while trace is not None and trace.tb_next is not None:
         trace = trace.tb_next
     module = "" if trace is None else str(trace.tb_frame.f_globals.get("__name__", ""))
-    number = re.search(
-        r"(?:invalid literal for int\(\) with base \d+|could not convert string to float): (.+)", str(error)
-    )
+    number = NO_NUMBER.search(str(error))
     if number:
         return f"it has {number[1]} where a number belongs"
     if isinstance(error, ValueError | RuntimeError) and module.startswith("femflex.") and error.args:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field, PrivateAttr, model_validator
 
@@ -86,6 +87,12 @@ class Case(Table):
     def text(self) -> str:
         """The case file as it was read."""
         return self._text
+
+    def with_values(self, values: Mapping[str, Any]) -> Case:
+        """A checked copy with other values: `case.with_values({"bodies.hub.mass": 410.0})`. See `case.read`."""
+        from femflex.case.read import with_values
+
+        return with_values(self, values)
 
     def beside(self, name: str) -> Path:
         """The path of a file named in the case."""

@@ -124,7 +124,9 @@ def _condensed_strain(
     V2 = unpacked(strain.V2, size, 3)[:, free][:, :, free] if strain.V2.size else np.zeros((size, n, n))
     V2 = np.tensordot(X.T, V2, axes=1)
     V1, driven = X.T @ ((strain.V1 + strain.V1.T) / 2) @ X, first.T @ V2 @ first
-    followers = -6.0 * np.linalg.solve(V1[n:, n:], driven[n:].reshape(size - n, -1)).reshape(-1, n, n)
+    followers = np.asarray(
+        -6.0 * np.linalg.solve(V1[n:, n:], driven[n:].reshape(size - n, -1)).reshape(-1, n, n), np.float64
+    )
     unit = np.sqrt(np.maximum(np.abs(np.diag(V1)), DEPENDENT * np.abs(np.diag(V1)).max()))
     if quartic is not None:
         V3 = quartic(free)

@@ -5,8 +5,8 @@ stretch by themselves does not, though a boom of length L that spins at Om about
 Far below the frequencies of stretch it is static, and linear in the field of acceleration of the body's own mass (mode
 acceleration method, R. L. Bisplinghoff, H. Ashley and R. L. Halfman, Aeroelasticity, 1955).
 
-All of the answer beyond the shapes counts, the bending of sheets in their own planes too: as a plate set at 60 degrees is
-spun up, that takes three quarters of the stretch at its corner back.
+All of the answer beyond the shapes counts, the bending of sheets in their own planes too: as a plate set at 60 degrees
+is spun up, that takes three quarters of the stretch at its corner back.
 """
 
 from __future__ import annotations

@@ -126,7 +126,8 @@ class Shape(Dimensioned):
         """Stiffness and mass per length of the section in this material."""
         if material is None:
             raise ValueError(
-                f"{type(self).__name__} needs a material; found none. Name one, or give the section by its stiffnesses (in a case kind = 'stiffness')."
+                f"{type(self).__name__} needs a material; found none. Name one, or give the section by its stiffnesses "
+                "(in a case kind = 'stiffness')."
             )
         p = self.properties(s, length)
         ry2, rz2 = p.Iy / p.A, p.Iz / p.A
