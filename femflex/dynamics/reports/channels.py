@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from femflex.dynamics.constraints.contacts import contact_channels
 from femflex.dynamics.effectors.states import state_channels
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.forces.orbit_force import orbit_channels
 from femflex.dynamics.joints.channels import ball_channels
-from femflex.dynamics.joints.drive_report import held_channels
 from femflex.dynamics.joints.gimbal_lock import lock_channels
 from femflex.dynamics.joints.law_report import law_channels
 from femflex.dynamics.joints.reactions import reaction_channels
@@ -17,6 +15,8 @@ from femflex.dynamics.lowering.layout import ENERGY_EFFECTOR, ENERGY_LOAD
 from femflex.dynamics.lowering.lower import reported_markers
 from femflex.dynamics.reports import monitors
 from femflex.dynamics.reports import observe as seen
+from femflex.dynamics.reports.contacts import contact_channels
+from femflex.dynamics.reports.drive_report import held_channels
 from femflex.dynamics.reports.sights import sight_channels
 from femflex.dynamics.reports.static_stretch import stretching_markers
 from femflex.dynamics.reports.variations import variation_channels
