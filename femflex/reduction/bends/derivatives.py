@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 RANK = 1e-12  # share of the largest energy below which a combination of derivatives adds nothing (1e-6 in amplitude)
 FAR = 0.2  # deflection over the structure's size up to which it is to bend without locking
-LOCKED = 1e-3  # of the bending energy there, by which left out derivatives may stiffen it
+LOCKED = 1e-4  # of the bending energy there, by which left out derivatives may stiffen it
 LEFT_OUT = 1e-6  # share of the derivatives' energy that "auto" leaves out
 
 
