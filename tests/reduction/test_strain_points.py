@@ -20,9 +20,9 @@ from femflex.reduction import (
     save_body,
     strain_points,
 )
-from femflex.reduction.derivatives import with_derivatives
-from femflex.reduction.strain import strain_tensors
-from femflex.reduction.strain_points import strain_field
+from femflex.reduction.beams.strain_points import strain_field
+from femflex.reduction.bends.derivatives import with_derivatives
+from femflex.reduction.strain.tensors import strain_tensors
 
 FAMILIES = {
     "beam": bent_beam,
