@@ -50,4 +50,4 @@ def correct(
         out[k] -= udot[k]
     if head["n_z"] > 0:
         given = beyond(start(udot), head["n_u"])
-        correct_states(t, given, c_d, beyond(found, head["n_u"]), records, numbers, scratch)
+        correct_states(t, x, v, found, given, c_d, beyond(found, head["n_u"]), records, numbers, scratch)

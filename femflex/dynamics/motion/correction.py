@@ -108,5 +108,5 @@ def correct(
     for k in range(head["n_u"]):
         out[k] -= udot[k]
     if head["n_z"] > 0:
-        given, found = beyond(start(udot), head["n_u"]), beyond(start(out), head["n_u"])
-        correct_states(t, given, c_d, found, records, numbers, scratch)
+        given, step = beyond(start(udot), head["n_u"]), start(out)
+        correct_states(t, x, v, step, given, c_d, beyond(step, head["n_u"]), records, numbers, scratch)
