@@ -17,6 +17,8 @@ from scipy.optimize import brentq
 from femflex.body import Marker
 from femflex.body.rigid import rigid_body
 from femflex.dynamics import compile_system
+from femflex.dynamics.equilibria.equilibrium import equilibrium
+from femflex.dynamics.equilibria.linearised import linearised
 from femflex.dynamics.motion.led_equations import led_rate
 from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha, driver, integrator
 from femflex.system import (
@@ -382,6 +384,42 @@ def test_a_linear_law_through_the_socket_is_the_spring_of_the_joint():
     assert linear.state_rate(0.0, x) == pytest.approx(other.state_rate(0.0, x), abs=1e-12)
     energies = [m.observe(np.zeros(1), x[None])["monitors/energy"][0] for m in (linear, other)]
     assert energies[0] == pytest.approx(energies[1], rel=1e-13)
+
+
+def test_linear_equations_hold_the_states_of_effectors():
+    """(s^2 + 1/2)(1 + s T) + 2 s = 0 of the filtered brake, and -0.3 of the state beside it."""
+    model = filtered()
+    x = np.zeros(model.n_x)
+    found = linearised(model, 0.0, x)
+    assert found.states.names == ("filter.a", "filter.b")
+    expected = np.append(np.roots([SLOW_LAG, 1.0, 0.5 * SLOW_LAG + 2.0, 0.5]), -0.3)
+    assert np.sort_complex(found.eigenvalues()) == pytest.approx(np.sort_complex(expected), abs=1e-8)
+
+
+def integral_push(seen, out):
+    """Torque 1 - 2 z with z that follows the angle."""
+    out.effort[0], out.zdot[0] = 1.0 - 2.0 * seen.z[0], (seen.coordinate[0] - seen.z[0]) / 0.2
+
+
+def test_an_equilibrium_takes_states_along():
+    """k q = 1 - 2 z with z = q; one whose state never rests, and a controller, are refused."""
+    push = Effector("push", integral_push, freedoms=("axle.angle",), states={"a": "rad"})
+    hinge = revolute("wheel", name="axle", stiffness=np.array([3.0]), damping=np.array([0.4]))
+    system = System({"wheel": rigid_body(1.0, np.diag([4.0, 4.0, 1.0]))}, (hinge,), effectors=(push,))
+    found = equilibrium(system)
+    assert found.x == pytest.approx([0.2, 0.0, 0.2], abs=1e-9)
+    assert found.stable
+    expected = np.roots([0.2, 1.0 + 0.2 * 0.4, 0.4 + 0.2 * 3.0, 3.0 + 2.0])  # (s^2 + 0.4 s + 3)(1 + 0.2 s) + 2
+    assert np.sort_complex(found.eigenvalues) == pytest.approx(np.sort_complex(expected), abs=1e-7)
+    with pytest.raises(ValueError, match=r"the state 'push.a' goes on changing at rest"):
+        equilibrium(replace(system, effectors=(replace(push, act=ramp),)))
+    with pytest.raises(ValueError, match="controller 'pilot' is sampled"):
+        equilibrium(replace(system, effectors=(push, replace(PILOT, sensors=()))))
+
+
+def ramp(seen, out):
+    """A state that grows for ever."""
+    out.zdot[0] = 1.0
 
 
 def linear_spring(seen, out):
