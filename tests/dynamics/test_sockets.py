@@ -14,6 +14,7 @@ import pytest
 from random_systems import random_body
 from scipy.optimize import brentq
 
+from femflex import run as run_case
 from femflex.body import Marker
 from femflex.body.rigid import rigid_body
 from femflex.dynamics import compile_system
@@ -21,13 +22,16 @@ from femflex.dynamics.equilibria.equilibrium import equilibrium
 from femflex.dynamics.equilibria.linearised import linearised
 from femflex.dynamics.motion.led_equations import led_rate
 from femflex.integrate import Dop853, Esdirk4, GeneralizedAlpha, driver, integrator
+from femflex.pipeline import rebuilt
 from femflex.system import (
+    Block,
     Controller,
     Effector,
     Frame,
     Orbit,
     StateEvent,
     System,
+    Variation,
     free,
     revolute,
     spherical,
@@ -272,6 +276,39 @@ def test_a_lagging_thruster_spends_mass_and_stops_when_it_is_empty():
         assert states[~burning, -2] == pytest.approx(thrust, abs=10 * ERRORS[name])
 
 
+def tank(t, z, numbers, block):
+    """A body whose moments are those of a unit mass times the dry mass and the propellant."""
+    for i in range(len(block)):
+        block[i] = (numbers[0] + z[2]) * numbers[1 + i]
+
+
+@pytest.mark.parametrize("name", ["dop853", "esdirk4"])
+def test_a_body_that_is_as_heavy_as_its_tank_is_full_obeys_tsiolkovsky(name):
+    """dv = v_e ln(m_0 / m) of a craft whose mass is a state of its thruster."""
+    dry, full, exit_speed = 3.0, 2.0, 25.0
+    marker = {"origin": Marker.rigid(np.zeros(3)), "nozzle": Marker.rigid(np.zeros(3))}
+    craft = rigid_body(dry + full, np.eye(3) * (dry + full), markers=marker)
+    block = Block(craft, ("mass",))
+    unit = np.zeros(block.size)
+    block.put_moments(unit, rigid_body(1.0, np.eye(3)).moments)
+    jet = replace(
+        THRUSTER, parameters=np.array([20.0, 0.2, exit_speed]), z0=np.array([0.0, full]), inputs=("tap.open",)
+    )
+    tap = Effector("tap", nothing, states={"open": "1"}, z0=np.array([1.0]))
+    varying = {"hub": Variation(tank, ("mass",), np.concatenate([[dry], unit]))}
+    model = compile_system(System({"hub": craft}, (free("hub"),), effectors=(tap, jet), varying=varying))
+    times, states = run(model, METHODS[name], 2.0, 9)
+    mass = dry + states[:, -1]
+    seen = model.observe(times, states)
+    assert seen["bodies/hub/mass"] == pytest.approx(mass, rel=1e-14) and mass[-1] < 4.0
+    speed = seen["monitors/momentum"][:, 0] / mass
+    assert speed == pytest.approx(exit_speed * np.log((dry + full) / mass), abs=10 * ERRORS[name])
+
+
+def nothing(seen, out):
+    """Nothing: a state that stays."""
+
+
 def test_a_sampled_controller_of_a_double_integrator_follows_its_recursion():
     """Torque held between samples: theta and omega at the samples follow the exact discrete equations."""
     J, period, kp, kd = 5.0, 0.25, 3.0, 4.0
@@ -489,3 +526,47 @@ def test_a_function_that_cannot_be_compiled_is_refused():
 def test_an_effector_compiles_nothing_anew():
     """Kernels are those of every other model: only the effector's own function is compiled."""
     assert len(led_rate.signatures) == 1 and os.path.isabs(led_rate.stats.cache_path)
+
+
+def of_the_case():
+    """Effectors for the craft of a case file, made anew."""
+    return (
+        PILOT,
+        replace(DRAG, markers=(("boom", "tip"),)),
+        replace(THRUSTER, markers=(("hub", "left"),)),
+        replace(OUTPUT, markers=(("hub", "left"), ("boom", "tip"))),
+    )
+
+
+def test_a_run_of_a_case_is_written_and_resumed_bit_for_bit(write_case, femflex, tmp_path):
+    """The file holds states, channels and the period; the same effectors resume it, the command line does not."""
+    case = write_case()
+    whole = run_case(case, tmp_path / "whole.h5", effectors=of_the_case())
+    assert whole.names("z") == ("pilot.valve", "pilot.memory1", "pilot.next", "jet.thrust", "jet.propellant")
+    assert whole["z"].shape == (201, 5)
+    assert np.array_equal(whole["effectors/jet/thrust"], whole["z"][:, 3])
+    assert whole["effectors/span/distance"] == pytest.approx(3.0, abs=0.1)
+    assert whole["effectors/drag/force"].shape == (201, 3) and whole["effectors/drag/dissipation"].max() > 0.0
+    assert whole.attributes["effectors"] == "pilot, drag, jet, span"
+    assert whole.attributes["sampled"] == "Controller pilot is called every 0.1 s, and its command held between."
+    assert (
+        whole["effectors/pilot/memory1"][-1] == 100.0
+    )  # calls at 0, 0.1, ..., 9.9 s; that at 10 s comes after the row
+
+    def stop(t):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_case(case, tmp_path / "part.h5", effectors=of_the_case(), progress=stop)
+    code, _, said = femflex("run", case, "-o", tmp_path / "part.h5", "--resume")
+    assert code == 2
+    assert "was begun with the effectors pilot, drag, jet, span from Python, and now there are none" in said.replace(
+        "\n", " "
+    )
+    rest = run_case(case, tmp_path / "part.h5", effectors=of_the_case(), resume=True)
+    for path in ("q", "u", "z", "monitors/energy", "effectors/jet/power"):
+        assert np.array_equal(rest[path], whole[path]), path
+    with pytest.raises(ValueError, match="was made with effectors from Python"):
+        rebuilt(whole)
+    less = run_case(case, tmp_path / "less.h5", effectors=of_the_case(), without=["drag"])
+    assert "effectors/drag/force" not in less and less.without == ("effectors/drag",)

@@ -20,21 +20,23 @@ _numba: Any = numba  # its annotations do not cover what is used here
 _pointer = types.CPointer(types.float64)
 WRITE = types.void(types.float64, _pointer, _pointer, _pointer)  # t, z, numbers, block
 
-_KNOWN: dict[tuple[Any, int, int], tuple[int, Any]] = {}  # function and sizes -> its address, and what keeps it alive
+_KNOWN: dict[
+    tuple[Any, int, int, int], tuple[int, Any]
+] = {}  # function and sizes -> its address, and what keeps it alive
 
 
-def address_of(name: str, write: Callable[..., Any], n_numbers: int, n_block: int) -> int:
+def address_of(name: str, write: Callable[..., Any], n_z: int, n_numbers: int, n_block: int) -> int:
     """Where compiled code calls the function of body `name`; compiled once in a process.
 
     Raises ValueError where Numba cannot compile it.
     """
-    key = (write, n_numbers, n_block)
+    key = (write, n_z, n_numbers, n_block)
     if key not in _KNOWN:
-        _KNOWN[key] = _made(name, write, n_numbers, n_block)
+        _KNOWN[key] = _made(name, write, n_z, n_numbers, n_block)
     return _KNOWN[key][0]
 
 
-def _made(name: str, write: Callable[..., Any], n_numbers: int, n_block: int) -> tuple[int, Any]:
+def _made(name: str, write: Callable[..., Any], n_z: int, n_numbers: int, n_block: int) -> tuple[int, Any]:
     if hasattr(write, "address"):
         _check_signature(name, write)
         pointers: Any = write.ctypes  # type: ignore[attr-defined]
@@ -42,12 +44,12 @@ def _made(name: str, write: Callable[..., Any], n_numbers: int, n_block: int) ->
         return int(write.address), write
     if _numba.config.DISABLE_JIT:
         address = 1 + len(_KNOWN)
-        known_at(address, lambda t, z, numbers, block: write(t, z, numbers[:n_numbers], block[:n_block]))
+        known_at(address, lambda t, z, numbers, block: write(t, z[:n_z], numbers[:n_numbers], block[:n_block]))
         return address, write
     compiled, carray = write if hasattr(write, "py_func") else _numba.njit(write), _numba.carray
 
     def called(t: float, z: Any, numbers: Any, block: Any) -> None:
-        compiled(t, carray(z, (0,)), carray(numbers, (n_numbers,)), carray(block, (n_block,)))
+        compiled(t, carray(z, (n_z,)), carray(numbers, (n_numbers,)), carray(block, (n_block,)))
 
     try:
         made = _numba.cfunc(WRITE)(called)

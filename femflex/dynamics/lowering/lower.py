@@ -55,7 +55,7 @@ def lower(system: System, terms: Sequence[Lowered]) -> tuple[Table, Array, int]:
         lower_joint(record, joint, system, pool)
         lower_body(record, body, pool, scratch)
         if name in system.varying:
-            lower_variation(record, name, body, system.varying[name], pool, scratch)
+            lower_variation(record, name, body, system.varying[name], len(system.state_names()), pool, scratch)
     for i, name in enumerate(order, start=1):
         lower_markers(bodies, i, system.joint_of(name), system, pool, scratch)
     markers = np.array([lower_marker(b, m, system, order, pool) for b, m in reported_markers(system)], at.MARKER)
