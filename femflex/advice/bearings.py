@@ -10,8 +10,8 @@ from femflex.advice.burden import Bearing
 from femflex.advice.structure_bearing import StructureBearing
 from femflex.case.body import AnalyticTable
 from femflex.fem.structure import Structure
-from femflex.reduction.modeset import ModeSet
-from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
+from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
+from femflex.reduction.modes.modeset import ModeSet
 
 
 def bearing_of_meshed(groups: Mapping[str, str], structure: Structure, modes: ModeSet) -> Bearing | None:

@@ -97,12 +97,11 @@ def prepare(
         check_same_model(model, Path(output))
     times = case.run.times(duration_of(case, system))
     warn_of_doubtful_bodies(case, system.bodies, float(times[1] - times[0]))
-    chosen = case
+    begun = ""
     if output is not None and resume:
         check_same_times(times, Path(output))
-        run = case.run.model_copy(update={"integrator": integrator_of(Path(output))})
-        chosen = case.model_copy(update={"run": run})
-    integrator, reason = chosen_integrator(chosen, model, times)
+        begun = integrator_of(Path(output))
+    integrator, reason = chosen_integrator(case, model, times, begun)
     return Prepared(case, system, model, integrator, " ".join([reason, *sampling(system)]), times)
 
 

@@ -400,7 +400,7 @@ def test_run_is_written_and_resumed_bit_for_bit(write_case, tmp_path):
 def swelling_hub(case):
     """A hub whose mass and moments grow by a part of a thousand in a second, at the velocity of their places."""
     from femflex.case import read_case
-    from femflex.case.builders import build_system
+    from femflex.pipeline.decisions import build_system
 
     body = build_system(read_case(case)).bodies["hub"]
     block = Block(body, ("mass", "growth"))

@@ -21,7 +21,7 @@ from femflex.reduction import (
     reduce_structure,
     sampled_functions,
 )
-from femflex.reduction.beam_functions import (
+from femflex.reduction.beams.beam_functions import (
     CONDITIONS,
     STATIC_AXIAL,
     STATIC_BENDING,

@@ -20,8 +20,8 @@ from femflex.reduction import (
     with_attachment,
     with_derivatives,
 )
-from femflex.reduction.clamps import held_dofs
-from femflex.reduction.initial_stress import stress_energy
+from femflex.reduction.boundary.clamps import held_dofs
+from femflex.reduction.strain.initial_stress import stress_energy
 from femflex.warning import PhysicsWarning
 
 WIDTH, H = 0.05, 0.01

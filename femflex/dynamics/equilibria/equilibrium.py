@@ -174,6 +174,10 @@ def _nearest(problem: Steady, begun: Array) -> Equilibrium:
             if not rest.balanced:
                 raise _failed(problem, q, 0.0, count, rest)
             q, step = rest.q, FIRST
+            least = balance(problem, q, LEAST)
+            count += least.iterations
+            if not least.balanced:  # halving the steps down to there would only take its time
+                raise _failed(problem, q, 0.0, count, least)
         else:
             step /= 2.0
             if step < LEAST:

@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.symbols import extending, types
+from femflex.dynamics.arithmetic.pointers import address
+from femflex.dynamics.arithmetic.symbols import INTEGER, extending, types
 
 Table = NDArray[np.int64]
 
@@ -182,8 +183,6 @@ W_RESIST = 234  # c_d damping + c_k stiffness of laws along the joint's freedoms
 W_NEAR = 240  # of a ball: least angle that was left to its set's singularity, and when
 W_FIXED = 244  # first of the arrays whose place the record holds
 
-SLOTS = (0, 1, 2, 4, 5, 6)  # where the components of force and couple stand among the eight of a row
-
 N_HEADER, N_BODY, N_TERM, N_MARKER, N_HOLD = (len(record.names or ()) for record in (HEADER, BODY, TERM, MARKER, HOLD))
 
 
@@ -205,7 +204,7 @@ def record_reader(record: np.dtype[Any]) -> Callable[[Table, int], np.void]:
 
     @extending.lower_builtin(read, types.CPointer, types.Integer)
     def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.bitcast(builder.gep(*args[:1], [args[1]]), context.get_value_type(kind))
+        return builder.bitcast(address(builder, args[0], args[1], INTEGER), context.get_value_type(kind))
 
     return read
 

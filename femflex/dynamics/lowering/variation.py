@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from femflex.body import FlexibleBody
-from femflex.dynamics.bodies.writers import address_of
 from femflex.dynamics.lowering.bodies import take_monomials
 from femflex.dynamics.lowering.pool import Pool, Scratch
+from femflex.dynamics.lowering.writers import address_of
 from femflex.system.variation import PLACE, Block, Variation
 
 
