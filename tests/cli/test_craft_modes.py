@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 from hub_beam import exact_frequencies
 
-from femflex.case import read_case
-
 CRAFT = """
 title = "hub and beam"
 

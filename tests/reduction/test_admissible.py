@@ -219,7 +219,10 @@ def test_nodes_off_the_line_are_refused():
         sampled_functions(slender_beam(direction=(0, 0, 1)), beam(direction=(3, 4, 3)), BeamFunctions(2))
     ends = slender_beam(direction=DIRECTION)
     forward = 0.5 * np.asarray(DIRECTION) / np.linalg.norm(DIRECTION)
-    for root, past in ((forward, "0.5"), (-forward, "0.5")):  # a mesh that begins before the root; that ends past the tip
+    for root, past in (
+        (forward, "0.5"),
+        (-forward, "0.5"),
+    ):  # a mesh that begins before the root; that ends past the tip
         with pytest.raises(ValueError, match=f"off the beam's line and {past} m past its ends"):
             sampled_functions(ends, beam(root=root), BeamFunctions(2))
 
