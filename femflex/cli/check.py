@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from femflex.cli.advice_lines import say_notes, strain_data
 from femflex.cli.progress import Patience
-from femflex.cli.strain_told import say_notes, strain_data, strain_notes
 from femflex.cli.tables import print_json
 from femflex.cli.verb import BAD_INPUT, verb
 
 if TYPE_CHECKING:
-    from femflex.system import System
+    from femflex.pipeline.decisions import Decided
 
 
 @verb("femflex check cases/orbiter_beam.toml")
@@ -25,34 +25,36 @@ def check(
     from femflex.case.problems import CaseError
 
     try:
-        system, told = examined(case)
+        decided, told = examined(case)
     except CaseError as error:
         if as_json:
             print_json({"problems": [{"where": p.where, "text": p.text} for p in error.problems]})
             raise typer.Exit(BAD_INPUT) from None
         raise
     if as_json:
-        print_json({"problems": [], "bodies": strain_data(system)})
+        print_json({"problems": [], "bodies": strain_data(decided)})
     else:
         print(f"{case.name}: no problems; {told}")
-        say_notes(strain_notes(system))
+        say_notes(decided.notes)
 
 
-def examined(case: Path) -> tuple[System, str]:
-    """What a case is made of, and that in words. Raises CaseError with its problems."""
+def examined(case: Path) -> tuple[Decided, str]:
+    """What a case is made of, with all choices made, and that in words. Raises CaseError with its problems."""
     with Patience("building the bodies"):
-        from femflex.advice.doubts import warn_of_doubtful_bodies
+        from femflex.advice.advice import warn_of
+        from femflex.advice.doubts import output_doubts
         from femflex.case import read_case
         from femflex.case.values import count
-        from femflex.pipeline.decisions import build_system
+        from femflex.pipeline.decisions import decided
         from femflex.pipeline.references import duration_of
 
         read = read_case(case)
-        system = build_system(read)
+        found = decided(read, thorough=True)
+        system = found.system
         times = read.run.times(duration_of(read, system))
-        warn_of_doubtful_bodies(read, system.bodies, float(times[1] - times[0]))
+        warn_of((*found.advice, *output_doubts(system.bodies, float(times[1] - times[0]))))
     elastic = sum(body.n_modes for body in system.bodies.values())
     mass = sum(body.moments.mass for body in system.bodies.values())
     bodies = count(len(system.bodies), "body", "bodies")
     told = f"{bodies}, {mass:.6g} kg, {len(system.velocity_names())} degrees of freedom, {elastic} of them elastic"
-    return system, told
+    return found, told

@@ -39,8 +39,9 @@ def integrate(
     from femflex.integrate import IntegrationError
     from femflex.results.keeping import undisturbed
 
-    model, runaway, singularities = prepared.model, Runaway(prepared.model), Singularities(prepared.model)
-    stiffening = Stiffening(model)
+    model, known = prepared.model, prepared.decided.known
+    runaway, singularities = Runaway(model, known, prepared.decided.notes), Singularities(model)
+    stiffening = Stiffening(model, known)
     if model.constraints is not None:
         model.constraints.forget_passage()  # a trial of the integrator may have passed here before
     with _writer(prepared, Path(output), force, resume, lock) as (writer, state, written):
@@ -103,6 +104,7 @@ def _writer(
 
 def _attributes(prepared: Prepared) -> dict[str, str]:
     """Attributes of the result file: what was run, and how."""
+    from femflex.advice.advice import advice_text
     from femflex.pipeline.inputs import inputs_text
 
     case, model = prepared.case, prepared.model
@@ -115,6 +117,7 @@ def _attributes(prepared: Prepared) -> dict[str, str]:
         "start_moved": ", ".join(map(str, prepared.moved[:MOST_MOVED])),
         "start_taken_up": "; ".join(map(str, prepared.taken_up)),
         "integrator": prepared.integrator.name,
+        "advice": advice_text(prepared.decided.advice),
         "frame": f"N inertial; attitude from the {prepared.system.frame.kind} frame",
     }
 

@@ -5,12 +5,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+from noted import noted_system
 from von_karman import Plate
 
 import femflex
 from femflex.case.read import parse_case
 from femflex.mesh import rectangle, write_mesh
-from femflex.pipeline.decisions import build_system
 
 H, E, NU, RHO = 0.01, 70e9, 0.316, 2700.0  # of a square of unit sides
 LEVY_LOADS = np.array([12.1, 29.4, 56.9, 99.4, 161.0, 247.0, 358.0, 497.0])  # p a^4 / E h^4
@@ -64,7 +64,7 @@ def plate(folder, support, load, modes):
     values = {"gravity": gravity, "E": E, "NU": NU, "RHO": RHO, "H": H, "clamp": CLAMPS[support], "modes": modes}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of bends foreseen by linear strain
-        system = build_system(parse_case(PLATE.format(**values), folder / "plate.toml"))
+        system = noted_system(parse_case(PLATE.format(**values), folder / "plate.toml"))
         found = femflex.equilibrium(system)
     seen = found.model.observe(np.zeros(1), found.x[None])
     return system.bodies["plate"], -seen["markers/plate.middle/deflection"][0, 2] / H
