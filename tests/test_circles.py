@@ -79,6 +79,13 @@ def test_no_module_imports_itself_by_way_of_others():
     assert not new, f"modules that import each other: {new}"
 
 
+def test_every_import_names_a_module_that_is_there():
+    for path in MODULES.values():
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("femflex"):
+                assert node.module in MODULES, f"{path.name} imports {node.module}"
+
+
 def test_no_package_imports_itself_by_way_of_others():
     edges: dict[str, set[str]] = {name.split(".")[1]: set() for name in MODULES if "." in name}
     for name, path in MODULES.items():

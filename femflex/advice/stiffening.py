@@ -42,9 +42,9 @@ class Pull:
 class IgnoredStiffness:
     """The part of its lowest shape's stiffness that each body with linear strain leaves out; negative: it softens.
 
-    Counted is the centripetal inertia of each body and of all that hangs on it, at the body's rate; weight and loads,
-    as they pull at a body and at what hangs on it; and how a free craft gives way to them as a whole, without turning
-    faster.
+    Counted is the centripetal inertia of each body and of all that hangs on it, at the body's rate; in orbit the
+    gravity gradient; weight and loads, as they pull at a body and at what hangs on it; and how a free craft gives way
+    to them as a whole, without turning faster.
     """
 
     def __init__(self, system: System) -> None:
@@ -73,6 +73,7 @@ class IgnoredStiffness:
         for name, ignored in self.bodies.items():
             omega, C = channels[f"bodies/{name}/rate"], np.swapaxes(turned[name], 1, 2)
             W = omega[:, :, None] * omega[:, None, :] - np.einsum("ta,ta,bc->tbc", omega, omega, np.eye(3))
+            W = W - self._gradient(channels, C)
             moved = np.broadcast_to(given_way, places[name].shape)
             field = np.einsum("tab,tbc,tc->ta", W, C, places[name]) + np.einsum("tab,tb->ta", C, moved - self._gravity)
             gain = field @ ignored.mass[0] + np.einsum("tab,ab->t", W, ignored.mass[1:])
@@ -86,6 +87,17 @@ class IgnoredStiffness:
                     gain -= channels[f"loads/{load.name}/force"] @ ignored.at[load.marker]
             out[name] = gain
         return out
+
+    def _gradient(self, channels: Mapping[str, Array], C: Array) -> Array:
+        """Gravity gradient (n_t, 3, 3), -(mu / R^3) (1 - 3 l l^T), in body axes [1/s^2]; zero without an orbit.
+
+        l: unit vector of the outward local vertical, y0 of the orbital frame. C (n_t, 3, 3) into body axes.
+        """
+        if self._system.orbit is None:
+            return np.zeros_like(C)
+        up = np.einsum("tab,tb->ta", C, dcm_from_quaternion(channels["orbit/attitude"])[:, :, 1])
+        rate = self._system.orbit.mu / channels["orbit/radius"] ** 3
+        return -rate[:, None, None] * (np.eye(3) - 3.0 * up[:, :, None] * up[:, None, :])
 
     def _hung(
         self, places: Mapping[str, Array], turned: Mapping[str, Array], loads: Mapping[str, Array]

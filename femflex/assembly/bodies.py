@@ -157,13 +157,12 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
     body, modeset = _meshed(case, name, table, structure, modeset)
     r = table.reduction
     joints = getattr(r, "joints", None) or {}
-    answered = (*getattr(r, "loads", ()), *joints)
     source = Meshed(
         structure,
         modeset,
         marker_groups(table),
         supports_of(_partial(getattr(r, "clamp", {}))),
-        answered,
+        tuple(getattr(r, "loads", ())),
         getattr(r, "deflection", None),
         getattr(r, "third_derivatives", None),
     )

@@ -82,8 +82,13 @@ def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System
     (PhysicsWarning) of what is doubtful of them. Raises CaseError with everything that does not fit together.
     """
     found = decided(case, bodies)
-    warn_of(found.advice)
+    warn_of_build(found.advice)
     return found.system
+
+
+def warn_of_build(advice: Iterable[Advice]) -> None:
+    """Give the doubts as warnings that hold whatever is done with a system: how much of the mass moves does not."""
+    warn_of((one for one in advice if one.decision != "mass"), stacklevel=4)
 
 
 def decided(case: Case, bodies: Mapping[str, Part] | None = None, *, thorough: bool = False) -> Decided:

@@ -63,7 +63,7 @@ def bend(write_case, text):
     """The largest bend of the boom that is foreseen, linear, over its length."""
     said = text.replace("functions =", 'strain = "linear"\nfunctions =')
     case = read_case(write_case(said))
-    view = foreseen(noted_system(case).system, case.run.duration)
+    view = foreseen(noted_system(case), case.run.duration)
     (found,) = bends(view.model)
     found.moved(view.bent)
     return found.reached

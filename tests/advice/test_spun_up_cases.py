@@ -89,7 +89,7 @@ def built(folder, text):
 
 
 def tip(system):
-    model = compile_system(system.system)
+    model = compile_system(system)
     states = integrator("dop853", rtol=1e-7, atol=1e-7).solve(model, TIMES, model.x0).states
     return model.observe(TIMES, states)["markers/beam.tip/deflection"]
 

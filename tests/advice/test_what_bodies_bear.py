@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 from noted import noted_system
 
+from femflex.advice.bodies import KnownBodies
 from femflex.advice.buckling.nearness import nearest
 from femflex.advice.motion_estimate import ahead
-from femflex.assembly.bodies import build_bodies
+from femflex.assembly.bodies import built_bodies
 from femflex.assembly.system import system_of
 from femflex.case import read_case
 from femflex.warning import PhysicsWarning
@@ -69,8 +70,10 @@ def near(write_case):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PhysicsWarning)
             case = read_case(write_case(RUN + text))
-            system = system_of(case, build_bodies(case))
-            return nearest(ahead(system, 1.0)[0], system).get("boom")
+            built = built_bodies(case)
+            system = system_of(case, {name: one.part for name, one in built.items()})
+            known = KnownBodies({name: one.origin for name, one in built.items() if one.origin is not None})
+            return nearest(ahead(system, 1.0)[0], system, known).get("boom")
 
     return found
 

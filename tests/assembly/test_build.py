@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from femflex.advice.doubts import warn_of_doubtful_bodies
+from femflex.advice import warn_of
+from femflex.advice.doubts import output_doubts
 from femflex.assembly.rigid_skins import equivalent_box
 from femflex.case import Case, parse_case, read_case
 from femflex.dynamics import compile_system
-from femflex.pipeline.decisions import build_body, build_system
+from femflex.pipeline.decisions import build_body, build_system, decided
 from femflex.reduction import save_body
 from femflex.rotations import dcm_from_angles, dcm_from_quaternion
 from femflex.warning import PhysicsWarning
@@ -483,22 +484,21 @@ def test_doubtful_bodies_are_warned_of_with_both_numbers(craft: str, write_case:
         match=r"its 2 modes carry at most 61% of its mass in any direction, less "
         r"than 75%",
     ):
-        warn_of_doubtful_bodies(one, bodies, 0.01)
+        warn_of(decided(one).advice)
     sound = read_case(write_case())
     with pytest.warns(
         PhysicsWarning,
         match=r"step of 0.1 s shows up to 5 Hz, and the first mode of body 'boom' "
         r"has 6.496 Hz",
     ):
-        warn_of_doubtful_bodies(sound, {"boom": build_body(sound, "boom")}, 0.1)
-    warn_of_doubtful_bodies(
-        sound, {"boom": build_body(sound, "boom")}, 0.01
-    )  # nothing to say: warnings are errors here
+        warn_of(output_doubts({"boom": build_body(sound, "boom")}, 0.1))
+    found = decided(sound)
+    warn_of((*found.advice, *output_doubts(found.system.bodies, 0.01)))  # nothing to say: warnings are errors here
     path = write_case(craft, "long.toml")
     (path.parent / "boom.inp").write_text((path.parent / "boom.inp").read_text().replace("3.0, 0.0", "3000.0, 0.0"))
     long = read_case(path)
     with pytest.warns(PhysicsWarning, match=r"the mesh spans 3000 m, over 1000 m; .* mesh_unit = 'mm'"):
-        warn_of_doubtful_bodies(long, {"boom": build_body(long, "boom")}, 1e-9)
+        build_body(long, "boom")
 
 
 def test_a_held_attitude_is_reported_as_it_is_held(tmp_path):
