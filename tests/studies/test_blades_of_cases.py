@@ -131,7 +131,7 @@ def test_an_analytic_blade_of_three_functions_has_them_too_on_a_hub_of_its_lengt
     found = {}
     for more in ("", ", spin = false"):
         (tmp_path / "blade.toml").write_text(ANALYTIC.format(more=more))
-        system = system_of(read_case(tmp_path / "blade.toml"))
+        system = noted_system(read_case(tmp_path / "blade.toml"))
         found[more] = frequencies(system, 4)[-1]
         kept = "4 static shapes of what acts on it (its spin)" in system.bodies["blade"].note
         assert kept == (not more)
