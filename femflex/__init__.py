@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from femflex.reduction import save_body as save_body
     from femflex.results import Run as Run
     from femflex.results import open_run as open_run
+    from femflex.system import Controller as Controller
+    from femflex.system import Effector as Effector
     from femflex.system import Frame as Frame
     from femflex.system import Joint as Joint
     from femflex.system import Load as Load
@@ -36,6 +38,8 @@ if TYPE_CHECKING:
 _HOME = {
     "Case": "case",
     "CaseError": "case",
+    "Controller": "system",
+    "Effector": "system",
     "FlexibleBody": "body",
     "Frame": "system",
     "Joint": "system",

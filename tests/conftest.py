@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from compiled_once import compile_kernels
 from small_craft import BOOM, CRAFT
 
 # doctest would import every conftest.py as a module of that one name
@@ -16,6 +17,13 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 os.environ.setdefault("PYVISTA_OFF_SCREEN", "true")
 os.environ.setdefault("MPLBACKEND", "agg")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Where tests run in several processes, kernels that are not on disk yet are compiled before these begin."""
+    processes = getattr(config.option, "numprocesses", None)
+    if processes and not hasattr(config, "workerinput"):
+        compile_kernels(processes)
 
 
 @pytest.fixture

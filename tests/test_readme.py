@@ -1,16 +1,15 @@
-"""Every command of the README is run: the tour and the API here, the two install commands in the slow suite."""
+"""The README is short, and its two install commands work in a fresh copy; tests/docs runs its other commands."""
 
 import os
 import re
-import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 TOP = Path(__file__).resolve().parents[1]
 README = (TOP / "README.md").read_text(encoding="utf-8")
+LARGEST = 10_000  # bytes
 
 
 def block(name: str) -> str:
@@ -20,25 +19,13 @@ def block(name: str) -> str:
     return found[1]
 
 
-TOUR = [line.split("#")[0].strip() for line in block("tour").splitlines()]
+def test_the_readme_is_short():
+    assert len(README.encode()) <= LARGEST
 
 
-@pytest.fixture(scope="module")
-def clone(tmp_path_factory):
-    """A copy of what the tour touches."""
-    top = tmp_path_factory.mktemp("clone")
-    for folder in ("cases", "meshes"):
-        shutil.copytree(TOP / folder, top / folder)
-    return top
-
-
-@pytest.mark.parametrize("command", TOUR)
-def test_commands_of_the_tour_work_in_their_order(command, clone):
-    words = [sys.executable, "-m", "femflex", *command.split()[1:]]
-    done = subprocess.run(words, cwd=clone, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    if "-o" in words:
-        assert (clone / words[words.index("-o") + 1]).stat().st_size > 0
+def test_the_readme_shows_eight_verbs():
+    verbs = [line.split()[1] for line in block("tour").splitlines()]
+    assert len(set(verbs)) == len(verbs) == 8
 
 
 def test_the_api_in_ten_lines_works(monkeypatch, capsys):

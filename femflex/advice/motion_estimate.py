@@ -189,9 +189,9 @@ def _taken_along(model: Model, rigid: Model, motion: Motion) -> tuple[Array, Arr
     q, u = np.delete(np.arange(model.n_q), qe), np.delete(np.arange(model.n_u), ue)
     times, found = motion
     states, rates = np.zeros((len(times), model.n_x)), np.zeros((len(times), model.n_u))
-    states[:, q], states[:, model.n_q + u] = found[:, : rigid.n_q], found[:, rigid.n_q :]
+    states[:, q], states[:, model.n_q + u], states[:, model.n_q + model.n_u :] = rigid.parts(found)
     for row, t, x in zip(rates, times, found, strict=True):
-        row[u] = rigid.state_rate(float(t), x)[rigid.n_q :]
+        row[u] = rigid.parts(rigid.state_rate(float(t), x))[1]
     return states, rates
 
 
@@ -208,7 +208,7 @@ def typical_sizes(model: Model, duration: float) -> Array:
         at += system.joint_of(name).n_u
         elastic[at : at + system.bodies[name].n_modes] = True
         at += system.bodies[name].n_modes
-    u0 = model.x0[model.n_q :]
+    u0 = model.parts(model.x0)[1]
     motion = 0.0 if system.orbit is None else system.orbit.mean_motion
     rate = min(1.0, max(motion, 2.0 * np.pi / duration, float(np.abs(u0[~elastic]).max(initial=0.0))))
-    return np.concatenate([np.ones(model.n_q), np.where(elastic, 1.0, rate)])
+    return np.concatenate([np.ones(model.n_q), np.where(elastic, 1.0, rate), system.state_sizes()])

@@ -277,8 +277,10 @@ def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> Fl
         kinds = (body.kinds or ("",) * body.n_modes)[: body.n_modes]
         damped = [body.strain.is_linear or kind != "derivative" for kind in kinds]
         Me = body.without_slaves().moments.elastic_mass()
-        alone = is_unanswered(kinds) if body.strain.is_linear else None
-        body = replace(body, damping=bending_damping(damping, Me, body.strain.V1, damped, is_added(kinds), alone))
+        body = replace(
+            body,
+            damping=bending_damping(damping, Me, body.strain.V1, damped, is_added(kinds), is_unanswered(kinds)),
+        )
     return body
 
 

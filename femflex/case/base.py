@@ -58,14 +58,20 @@ class OrientationValue(_Readable):
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of the three forms."""
         direction = Quantity("", (3,)).json_schema()
-        turns = {"sequence": {"type": "string"}, "angles": Quantity("rad", (3,)).json_schema()}
+        turns = {
+            "sequence": {"type": "string", "description": "Sequence of the turns. Left out: xyz."},
+            "angles": Quantity("rad", (3,)).json_schema() | {"description": "The three angles, in that order."},
+        }
         return {
             "anyOf": [
                 Quantity("", (3, 3)).json_schema(),
                 {"type": "object", "properties": turns, "required": ["angles"], "additionalProperties": False},
                 {
                     "type": "object",
-                    "properties": dict.fromkeys("xyz", direction),
+                    "properties": {
+                        axis: direction | {"description": f"Direction of the marker's {axis} axis in the body."}
+                        for axis in "xyz"
+                    },
                     "minProperties": 2,
                     "maxProperties": 2,
                     "additionalProperties": False,

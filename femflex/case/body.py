@@ -21,7 +21,9 @@ class BodyTable(Table):
     """What every body may say."""
 
     markers: dict[Name, MarkerTable] = Field(default_factory=dict)
+    """Markers by name: points with axes where joints, loads and outputs attach."""
     initial: InitialTable | None = None
+    """Elastic state at t = 0. Left out: undeformed and at rest."""
 
     def own_markers(self) -> tuple[str, ...]:
         """Names of markers the body has without being told."""
@@ -32,13 +34,18 @@ class RigidTable(BodyTable):
     """A rigid body."""
 
     kind: Literal["rigid"]
+    """Selects this body: a rigid one."""
     mass: Mass
+    """Total mass."""
     inertia: InertiaMatrix
-    """Three principal moments or a 3 x 3 matrix, about the centre of mass, body axes."""
+    """Moments of inertia in body axes: three principal moments, or a symmetric 3 x 3 matrix. Off-diagonal entries are
+    minus the products of inertia."""
     center_of_mass: Position = (0.0, 0.0, 0.0)
+    """Position of the centre of mass in the body frame."""
     inertia_about: Literal["center_of_mass", "origin"] = "center_of_mass"
+    """Reference point of `inertia`: the centre of mass, or the origin of the body frame."""
     shapes: list[Shape] = Field(default_factory=list)
-    """What is drawn; left out, a box with this mass and inertia."""
+    """Shapes drawn in pictures. Left out: a box with this mass and inertia."""
 
     @model_validator(mode="after")
     def _rigid_only(self) -> RigidTable:
@@ -56,18 +63,20 @@ class MemberTable(Table):
     """A mesh group that becomes structure."""
 
     group: str
+    """Mesh group that the member covers."""
     model_config = ConfigDict(json_schema_extra=add_options)
 
     family: str
-    """beam, plate, ...: this schema and the README list them with their options."""
+    """Element family: beam, plate, plate_bfs or solid."""
     section: str | None = None
-    """Name in [sections]."""
+    """Name in [sections]. Left out: none, for solids."""
     material: str | None = None
-    """Name in [materials]."""
+    """Name in [materials]. Left out: none, where the section brings its own."""
     options: dict[str, Any] = Field(default_factory=dict)
-    """What the family lets choose: order of a beam, prestress, thermal strain, ..."""
+    """Options of the family, such as the order of a beam, prestress or thermal strain."""
     segments: Annotated[int, Count(1)] | None = None
-    """Cut this line into so many bodies welded end to end, so that it may bend as far as it likes."""
+    """Number of bodies into which this line is cut; they are welded end to end, so that the line may bend without
+    limit."""
 
     @field_validator("options", mode="after")
     @classmethod
@@ -79,35 +88,45 @@ class PointMassTable(Table):
     """A concentrated mass at every point of a mesh group."""
 
     group: str
+    """Mesh group; every point of it gets the mass."""
     mass: Mass
+    """Mass at each point."""
     inertia: InertiaMatrix | None = None
+    """Moments of inertia about the mass's own centre, in body axes. Left out: none."""
     offset: Position = (0.0, 0.0, 0.0)
-    """Of the mass's centre from the node."""
+    """Position of the mass's centre relative to the node."""
 
 
 class FlexibleTable(BodyTable):
     """A body made of finite elements on a mesh; the body frame is the mesh's coordinates."""
 
     kind: Literal["flexible"]
+    """Selects this body: finite elements on a mesh."""
     mesh: str
     """Mesh file, relative to the case file."""
     mesh_unit: Literal["m", "mm", "cm", "inch"] = "m"
     """Unit of the mesh file's coordinates."""
     refine: Annotated[int, Count(0)] = 0
-    """How often every cell is divided in two along each edge."""
+    """Number of uniform refinements; each halves every cell along each edge."""
     groups: dict[Name, str] = Field(default_factory=dict)
-    """Wanted name -> name in the file, where a format knows numbers only: panel = "PID 1", root = "SET 4" (Nastran)."""
+    """Names for groups that a format only numbers: wanted name -> name in the file, such as panel = "PID 1" or root =
+    "SET 4" (Nastran)."""
     members: Annotated[list[MemberTable], Field(min_length=1)]
+    """Mesh groups that become structure, each with family, section and material."""
     point_masses: list[PointMassTable] = Field(default_factory=list)
+    """Concentrated masses at mesh points."""
     reduction: Reduction | None = None
-    """Left out only with segments: static shapes of each, and no modes between its ends."""
+    """Shapes that the body may take, and its clamps. Left out, only with segments: static shapes of each segment and no
+    modes between its ends."""
     strain: Strain | None = None
-    """linear: small motions; bending does not stretch, and a spin does not stiffen. nonlinear: the cubic and quartic
-    terms of the strain energy (V2, V3), with coordinates for the stretch; wants derivatives. condensed: the same with
-    the stretch following the bending, so that no stiff coordinate is left. Left out: condensed where the motion that is
-    foreseen asks for it (spin, loads, weight, specified motions, initial bends, nearness to buckling), nonlinear where
-    the body cannot be condensed, else linear; every verb that builds the body says which and why."""
+    """Strain energy: linear, nonlinear or condensed. linear: quadratic energy; bending does not stretch, and a spin
+    does not stiffen. nonlinear: with the cubic and quartic terms (V2, V3) and coordinates for the stretch; needs
+    derivatives. condensed: the same, with the stretch following the bending, so that no stiff coordinate is left. Left
+    out: condensed where the expected motion needs it (spin, loads, weight, specified motions, initial deflections,
+    loads near buckling), nonlinear where the body cannot be condensed, else linear. Every verb prints the choice and
+    its reason."""
     damping: DampingTable | None = None
+    """Structural damping. Left out: none."""
 
     @property
     def cut(self) -> MemberTable | None:
@@ -160,36 +179,45 @@ class AnalyticTable(BodyTable):
     """A straight uniform beam on admissible functions, with markers root and tip; no mesh."""
 
     kind: Literal["analytic"]
+    """Selects this body: a straight uniform beam on admissible functions."""
     length: PositiveLength
+    """Length of the beam."""
     EA: Annotated[float, Quantity("N", above=0.0)]
+    """Axial stiffness."""
     EIy: Annotated[float, Quantity("N m^2", above=0.0)]
-    """Bends in x-z."""
+    """Bending stiffness in the x-z plane."""
     EIz: Annotated[float, Quantity("N m^2", above=0.0)]
-    """Bends in x-y."""
+    """Bending stiffness in the x-y plane."""
     GJ: Annotated[float, Quantity("N m^2", above=0.0)]
+    """Torsional stiffness."""
     mass: Mass | None = None
-    """Of the whole beam, instead of mass_per_length."""
+    """Mass of the whole beam, in place of mass_per_length."""
     mass_per_length: Annotated[float, Quantity("kg/m", above=0.0)] | None = None
+    """Mass per length, in place of mass."""
     ry: Annotated[float, Quantity("m", least=0.0)] = 0.0
-    """Radius of gyration of the section's mass, root of int z^2 dm over the mass."""
+    """Radius of gyration of the section's mass about y: root of int z^2 dm over the mass."""
     rz: Annotated[float, Quantity("m", least=0.0)] = 0.0
+    """Radius of gyration of the section's mass about z: root of int y^2 dm over the mass."""
     rotary_inertia: StrictBool = True
+    """Rotary inertia of the sections in bending."""
     root: Position = (0.0, 0.0, 0.0)
-    """Where the beam starts."""
+    """Position of the beam's root in the body frame."""
     direction: Direction = (1.0, 0.0, 0.0)
-    """Where it points."""
+    """Direction of the beam from root to tip, in the body frame."""
     orientation: Direction | None = None
-    """A vector near the section's y axis."""
+    """Direction near the section's y axis. Left out: chosen automatically."""
     far_bends: StrictBool | None = None
-    """Nonlinear strain that stays bounded where a flat section bends far about its weak axis and twists, at the cost of
-    what a twist takes from bends in the stiff plane: a strip tips over 1 / (2 EIy / EIz) late. Left out: true."""
+    """Nonlinear strain energy that stays bounded where a flat section bends far about its weak axis and twists. The
+    price: a strip tips over late in its stiff plane, by the fraction 1 / (2 EIy / EIz). Left out: true."""
     radius: PositiveLength | None = None
-    """Of the tube that is drawn; left out, a line."""
+    """Radius of the tube that is drawn. Left out: a line."""
     functions: FunctionsTable
+    """Number and kind of admissible functions."""
     strain: Strain | None = None
-    """As for meshed bodies; nonlinear wants axial functions, beside which the rest of the stretch follows; condensed
-    brings its own."""
+    """Strain energy, as for meshed bodies. nonlinear needs axial functions, beside which the rest of the stretch
+    follows; condensed has its own."""
     damping: DampingTable | None = None
+    """Structural damping. Left out: none."""
 
     @model_validator(mode="after")
     def _one_mass(self) -> AnalyticTable:
@@ -205,11 +233,13 @@ class FileTable(BodyTable):
     """A reduced body saved by `femflex body`."""
 
     kind: Literal["file"]
+    """Selects this body: a reduced body from a file."""
     file: str
-    """Relative to the case file."""
+    """Body file, relative to the case file."""
     modes: Annotated[int, Count(0)] | None = None
-    """Keep only the first so many elastic coordinates."""
+    """Number of elastic coordinates kept, the first ones. Left out: all."""
     damping: DampingTable | None = None
+    """Structural damping. Left out: that of the file."""
 
 
 Body = Annotated[RigidTable | FlexibleTable | AnalyticTable | FileTable, Field(discriminator="kind")]

@@ -101,13 +101,13 @@ class CampbellTable(Table):
     """Frequencies over the speed of a steady spin, as `femflex campbell` and `femflex run` tell and draw them."""
 
     speeds: Annotated[Speeds, SpeedsValue()]
-    """"first:last unit:number", such as "0:400 rpm:17", or a list of speeds."""
+    """Speeds of the steady spin: "first:last unit:number", such as "0:400 rpm:17", or a list."""
     axis: Direction | None = None
-    """Of the spin, in the frame that spins; left out, that of [attitude] spin."""
+    """Axis of the spin, in the frame that spins. Left out: that of [attitude] spin."""
     modes: Whole = 6
-    """Followed is every branch that is among so many lowest at some speed."""
+    """Number of lowest modes at each speed whose branches are followed."""
     orders: Annotated[tuple[Whole, ...], Field(min_length=1)] = (1, 2, 3, 4)
-    """Multiples of the speed whose crossings are told: 1/rev, 2/rev, ..."""
+    """Multiples of the speed whose crossings are reported: 1/rev, 2/rev, ..."""
 
     @field_validator("axis")
     @classmethod

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field, PrivateAttr, model_validator
 
@@ -26,28 +27,47 @@ class Case(Table):
     """All inputs of a run in SI. SI numbers, or strings with a unit, in the file; see `femflex schema`."""
 
     title: str = ""
+    """Title of the case, printed by every verb and stored in the result file."""
     source: str = ""
-    """Where the numbers come from."""
+    """Origin of the numbers."""
     description: str = ""
+    """Purpose of the case, in words."""
     run: RunTable
+    """Duration, output rows and integrator."""
     orbit: OrbitTable = OrbitTable(kind="none")
+    """Orbit of the craft. Left out: none."""
     environment: EnvironmentTable = EnvironmentTable()
+    """Gravity on the ground. Left out: none."""
     attitude: AttitudeTable = AttitudeTable()
+    """Initial attitude of the root body and its reference frame."""
     materials: dict[Name, Material] = Field(default_factory=dict)
+    """Materials by name."""
     sections: dict[Name, Section] = Field(default_factory=dict)
+    """Beam and plate sections by name."""
     bodies: Annotated[dict[Name, Body], Field(min_length=1)]
+    """Bodies by name."""
     joints: list[Joint] = Field(default_factory=list)
+    """Joints of the tree: each carries one child body."""
     loops: list[Joint] = Field(default_factory=list)
-    """Joints that close loops: cut out of the tree of [[joints]] and held by constraints."""
+    """Joints that close loops; they become constraints on the tree of [[joints]]."""
     constraints: list[Constraint] = Field(default_factory=list)
+    """Rolling and knife-edge constraints."""
     springs: list[SpringTable] = Field(default_factory=list)
+    """Springs and dampers between two markers."""
     loads: list[LoadTable] = Field(default_factory=list)
+    """Forces and torques at markers."""
     sights: list[SightTable] = Field(default_factory=list)
+    """Lines of sight to a ground station."""
     initial: StartTable | None = None
+    """Initial state of the whole craft, in place of that of joints, bodies and [attitude]."""
     pictures: PicturesTable | None = None
+    """Pictures and movies that `run` makes."""
     study: StudyTable | None = None
+    """Quantity and values of `femflex converge`."""
     campbell: CampbellTable | None = None
+    """Speeds of the Campbell diagram."""
     expect: ExpectationsTable = Field(default_factory=lambda: ExpectationsTable.model_validate({}))
+    """Expected answers of the case, by name."""
 
     _path: Path = PrivateAttr(default=Path("case.toml"))
     _text: str = PrivateAttr(default="")
@@ -67,6 +87,12 @@ class Case(Table):
     def text(self) -> str:
         """The case file as it was read."""
         return self._text
+
+    def with_values(self, values: Mapping[str, Any]) -> Case:
+        """A checked copy with other values: `case.with_values({"bodies.hub.mass": 410.0})`. See `case.read`."""
+        from femflex.case.read import with_values
+
+        return with_values(self, values)
 
     def beside(self, name: str) -> Path:
         """The path of a file named in the case."""

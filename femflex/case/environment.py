@@ -37,4 +37,5 @@ class EnvironmentTable(Table):
     """What surrounds the craft beside its orbit."""
 
     gravity: Annotated[Vector, GravityValue()] = (0.0, 0.0, 0.0)
-    """Uniform gravity on the ground: a number along -z, or three components in inertial axes; none in orbit."""
+    """Uniform gravity on the ground: a number acts along -z, three components are along inertial axes. Zero in orbit.
+    """

@@ -14,20 +14,21 @@ class InitialTable(Table):
     """Elastic state at t = 0: modal amplitudes, or the displacement of a marker."""
 
     amplitudes: Annotated[tuple[float, ...] | None, Quantity("kg^0.5 m", (None,))] = None
-    """Of the first elastic coordinates; the others are zero."""
+    """Amplitudes of the first elastic coordinates; the others are zero."""
     rates: Annotated[tuple[float, ...] | None, Quantity("kg^0.5 m/s", (None,))] = None
+    """Rates of the first elastic coordinates; the others are zero."""
     marker: str | None = None
-    """Whose displacement is given."""
+    """Marker whose displacement is given."""
     displacement: Position | None = None
-    """Along the marker's undeformed axes; the body is at rest."""
+    """Displacement of the marker along its undeformed axes; the body is at rest."""
     relative: Annotated[Direction, Quantity("", (3,))] | None = None
-    """The same as a fraction of `length`."""
+    """Displacement as a fraction of `length`, in place of `displacement`."""
     length: PositiveLength | None = None
-    """Left out: distance from the body's joint to the marker."""
+    """Length that `relative` refers to. Left out: the distance from the body's joint to the marker."""
     shape: Literal["modes", "static"] = "modes"
-    """How the rest of the body moves along: in the modes named, or as under a static force at the marker."""
+    """Shape of the rest of the body: "modes" of the list below, or "static" as under a force at the marker."""
     modes: Annotated[list[Whole] | None, Field(min_length=1)] = None
-    """Numbers (from 1) of the modes used; left out, the lowest that reach the displacement."""
+    """Numbers (from 1) of the modes used. Left out: the lowest ones that can reach the displacement."""
 
     @model_validator(mode="after")
     def _one_way(self) -> InitialTable:
@@ -49,11 +50,12 @@ class StartTable(Table):
     """Where the whole craft starts, instead of at what joints, bodies and [attitude] say."""
 
     source: str | None = Field(None, alias="from")
-    """"equilibrium": the one nearest to the case's initial state, at the case's rates; or a result file of the same
-    craft (`femflex equilibrium -o eq.h5`, or a run), whose last row is taken."""
+    """Initial state of the whole craft: "equilibrium" or a result file. "equilibrium" is the equilibrium nearest to the
+    case's initial state, at the case's rates. A result file of the same craft (of `femflex equilibrium` or `femflex
+    run`) gives its last row."""
     keep: Annotated[list[str] | None, Field(min_length=1)] = None
-    """Joints, or single coordinates such as "drive.angle", whose initial values and rates are exact where loops close:
-    the others move to the nearest values that close them."""
+    """Joints, or single coordinates such as "drive.angle", whose initial values and rates are exact where loops close.
+    The others move to the nearest values that close the loops."""
 
     @model_validator(mode="after")
     def _one_at_least(self) -> StartTable:

@@ -19,22 +19,28 @@ class Weld(JointTable):
     """No freedom."""
 
     kind: Literal["weld"]
+    """Selects this joint: no degree of freedom."""
 
 
 class Revolute(JointTable):
     """One turn about an axis of the parent's marker."""
 
     kind: Literal["revolute"]
+    """Selects this joint: one turn."""
     axis: Axis = (0.0, 0.0, 1.0)
+    """Axis of the turn, in the axes of the parent's marker."""
     angle: Angle = 0.0
-    """At t = 0."""
+    """Angle at t = 0."""
     rate: Rate = 0.0
+    """Rate of the angle at t = 0."""
     stiffness: TurnSpring = 0.0
+    """Rotational spring about the axis."""
     damping: TurnDamper = 0.0
+    """Rotational damping coefficient about the axis."""
     rest: Angle = 0.0
-    """Angle at which the spring is free."""
+    """Angle without spring torque."""
     motion: AngleMotion = AngleMotion()
-    """Of a locked or specified angle."""
+    """Motion of a locked or specified angle. Left out: free."""
 
     def coordinates(self) -> dict[str, str]:
         """Name and unit of every slide and turn that a law may act on."""
@@ -45,15 +51,21 @@ class Prismatic(JointTable):
     """One slide along an axis of the parent's marker."""
 
     kind: Literal["prismatic"]
+    """Selects this joint: one slide."""
     axis: Axis = (1.0, 0.0, 0.0)
+    """Axis of the slide, in the axes of the parent's marker."""
     position: Length = 0.0
-    """At t = 0."""
+    """Slide at t = 0."""
     velocity: Annotated[float, Quantity("m/s")] = 0.0
+    """Rate of the slide at t = 0."""
     stiffness: Spring = 0.0
+    """Spring along the slide."""
     damping: Damper = 0.0
+    """Damping coefficient along the slide."""
     rest: Length = 0.0
+    """Slide without spring force."""
     motion: PositionMotion = PositionMotion()
-    """Of a locked or specified slide."""
+    """Motion of a locked or specified slide. Left out: free."""
 
     def coordinates(self) -> dict[str, str]:
         """Name and unit of every slide and turn that a law may act on."""
@@ -71,18 +83,31 @@ class Cylindrical(JointTable):
     """A slide and a turn along one axis of the parent's marker."""
 
     kind: Literal["cylindrical"]
+    """Selects this joint: one slide and one turn along one axis."""
     axis: Axis = (0.0, 0.0, 1.0)
+    """Axis of slide and turn, in the axes of the parent's marker."""
     position: Length = 0.0
+    """Slide at t = 0."""
     velocity: Annotated[float, Quantity("m/s")] = 0.0
+    """Rate of the slide at t = 0."""
     angle: Angle = 0.0
+    """Angle at t = 0."""
     rate: Rate = 0.0
+    """Rate of the angle at t = 0."""
     slide_stiffness: Spring = 0.0
+    """Spring along the slide."""
     slide_damping: Damper = 0.0
+    """Damping coefficient along the slide."""
     slide_rest: Length = 0.0
+    """Slide without spring force."""
     stiffness: TurnSpring = 0.0
+    """Rotational spring about the axis."""
     damping: TurnDamper = 0.0
+    """Rotational damping coefficient about the axis."""
     rest: Angle = 0.0
+    """Angle without spring torque."""
     motion: CylinderMotion = CylinderMotion()
+    """Motion of a locked or specified slide or angle. Left out: free."""
 
     def coordinates(self) -> dict[str, str]:
         """Name and unit of every slide and turn that a law may act on."""
@@ -93,13 +118,21 @@ class Universal(JointTable):
     """Two successive turns, the second about an axis that the first has turned."""
 
     kind: Literal["universal"]
+    """Selects this joint: two successive turns."""
     axes: tuple[Axis, Axis] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    """Axes of the two turns, in the axes of the parent's marker; the first turns the second."""
     angles: Annotated[tuple[float, float], Quantity("rad", (2,))] = (0.0, 0.0)
+    """Two angles at t = 0."""
     rates: Annotated[tuple[float, float], Quantity("rad/s", (2,))] = (0.0, 0.0)
+    """Rates of the two angles at t = 0."""
     stiffness: Annotated[tuple[float, float], Quantity("N m/rad", (2,), least=0.0)] = (0.0, 0.0)
+    """Rotational springs of the two turns."""
     damping: Annotated[tuple[float, float], Quantity("N m s/rad", (2,), least=0.0)] = (0.0, 0.0)
+    """Rotational damping coefficients of the two turns."""
     rest: Annotated[tuple[float, float], Quantity("rad", (2,))] = (0.0, 0.0)
+    """Angles without spring torque."""
     motion: TwoAngles = TwoAngles()
+    """Motions of locked or specified angles. Left out: free."""
 
     def coordinates(self) -> dict[str, str]:
         """Name and unit of every slide and turn that a law may act on."""

@@ -19,22 +19,27 @@ class Spherical(JointTable):
     """Free rotation; springs act on the rotation vector."""
 
     kind: Literal["spherical"]
+    """Selects this joint: free rotation."""
     rotation: RotationSet = "euler_parameters"
-    """Coordinates that describe the rotation: Euler parameters, an angle sequence such as "intrinsic xzy" or
-    "extrinsic xzy", Gibbs' vector, or modified Rodrigues parameters (which switch to their shadow)."""
+    """Rotation coordinates: Euler parameters, an angle sequence such as "intrinsic xzy" or "extrinsic xzy", the Gibbs
+    vector, or modified Rodrigues parameters (which switch to their shadow set)."""
     rebase: StrictBool = False
-    """Count them from a new reference orientation, between two steps, whenever they near their singularity."""
+    """Measure the rotation from a new reference orientation, between two steps, when the coordinates come near their
+    singularity."""
     sequence: Sequence_ = "xyz"
-    """Of the initial angles, intrinsic unless it says "extrinsic xyz"."""
+    """Sequence of the initial angles; intrinsic unless it says "extrinsic xyz"."""
     angles: Angles = ZERO
+    """Initial angles in the order of the sequence."""
     rates: Rates = ZERO
-    """Rate relative to the parent's marker, components of the child's."""
+    """Initial angular rate relative to the parent's marker, in the axes of the child's."""
     stiffness: TurnSprings = ZERO
+    """Rotational spring on the rotation vector: one number, or one per axis."""
     damping: TurnDampers = ZERO
+    """Rotational damping coefficient: one number, or one per axis."""
     rest: Angles = ZERO
-    """Rotation vector at which the springs are free."""
+    """Rotation vector without spring torque."""
     motion: ThreeAngles = ThreeAngles()
-    """Of locked or specified angles of the sequence; the coordinates are then these angles."""
+    """Locked or specified angles of the sequence; the coordinates are then these angles."""
 
     def coordinates(self) -> dict[str, str]:
         """Name and unit of every slide and turn that a law may act on."""
@@ -67,12 +72,19 @@ class Free(Spherical):
     """Three slides along the axes of the parent's marker and free rotation."""
 
     kind: Literal["free"]  # type: ignore[assignment]
+    """Selects this joint: six degrees of freedom."""
     position: Position = ZERO
+    """Initial position relative to the parent's marker, along its axes."""
     velocity: Velocity = ZERO
+    """Initial velocity relative to the parent's marker, along its axes."""
     slide_stiffness: Springs = ZERO
+    """Spring on the three slides: one number, or one per axis."""
     slide_damping: Dampers = ZERO
+    """Damping coefficient of the three slides: one number, or one per axis."""
     slide_rest: Position = ZERO
+    """Position without spring force."""
     motion: FreeMotion = FreeMotion()
+    """Locked or specified slides and angles."""
 
     def coordinates(self) -> dict[str, str]:
         """Name and unit of every slide and turn that a law may act on."""

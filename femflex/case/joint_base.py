@@ -26,18 +26,22 @@ class JointTable(Table):
     """What every joint says: it leads from a marker of the parent to a marker of the child."""
 
     kind: str
+    """Kind of the joint."""
     child: str
+    """Body that the joint carries."""
     parent: str | None = None
-    """The body it hangs from; none: the base frame of [attitude]."""
+    """Body that carries the joint. Left out: the base frame of [attitude]."""
     child_marker: str = "origin"
+    """Marker of the child at the joint."""
     parent_marker: str = "origin"
+    """Marker of the parent at the joint; its axes are the joint's axes."""
     name: NameOrNone = ""
-    """Left out: "parent-child"."""
+    """Name in channels and messages. Left out: "parent-child"."""
     play: Annotated[float, Quantity("m", least=0.0)] = 0.0
-    """Of a loop alone: misfit of its markers that is put up with where its rows follow from others, for lengths and
-    axes typed with few digits. What the start leaves is taken into its marker and told; more than it stops the run."""
+    """Assembly tolerance of a loop with redundant constraints, for lengths and axes given with few digits. A misfit up
+    to it is moved into the loop's marker and reported; a larger one stops the run. Loops only."""
     laws: Annotated[tuple[Mapping[str, Any], ...], Laws()] = ()
-    """[[joints.laws]]: spring and damper tables, stops, friction and latches of single slides and turns."""
+    """[[joints.laws]]: spring and damper tables, stops, friction and latches of single coordinates."""
 
     def coordinates(self) -> dict[str, str]:
         """Name and unit of every slide and turn that a law may act on."""

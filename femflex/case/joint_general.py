@@ -29,19 +29,33 @@ class General(JointTable):
     """Up to three slides along axes of the parent's marker, then up to three successive turns, each with its own."""
 
     kind: Literal["general"]
+    """Selects this joint: slides, then turns, along axes of your choice."""
     slides: Annotated[list[Axis], Field(max_length=3)] = Field(default_factory=list)
+    """Axes of the slides, at most three, in the axes of the parent's marker."""
     turns: Annotated[list[Axis], Field(max_length=3)] = Field(default_factory=list)
+    """Axes of the turns, at most three; each is turned by those before it."""
     position: Lengths = ()
+    """Initial value of each slide. Left out: zero."""
     velocity: Speeds = ()
+    """Initial rate of each slide. Left out: zero."""
     slide_stiffness: SpringList = ()
+    """Spring on each slide. Left out: none."""
     slide_damping: DamperList = ()
+    """Damping coefficient of each slide. Left out: none."""
     slide_rest: Lengths = ()
+    """Value of each slide without spring force. Left out: zero."""
     angles: AngleList = ()
+    """Initial value of each turn. Left out: zero."""
     rates: RateList = ()
+    """Initial rate of each turn. Left out: zero."""
     stiffness: TurnSpringList = ()
+    """Rotational spring on each turn. Left out: none."""
     damping: TurnDamperList = ()
+    """Rotational damping coefficient of each turn. Left out: none."""
     rest: AngleList = ()
+    """Angle of each turn without spring torque. Left out: zero."""
     motion: GeneralMotion = GeneralMotion()
+    """Locked or specified slides and turns."""
 
     def coordinates(self) -> dict[str, str]:
         """Name and unit of every slide and turn that a law may act on."""

@@ -49,6 +49,39 @@ NEEDED = {
     "friction": ("force", "velocity"),
     "latch": ("at",),
 }
+MEANINGS = {
+    "spring": {
+        "kind": "Selects this law: a spring by a table.",
+        "at": "Values of the coordinate, rising [m or rad].",
+        "force": "Resisting force or torque at each value [N or N m].",
+    },
+    "damper": {
+        "kind": "Selects this law: a damper by a table.",
+        "rate": "Rates of the coordinate, rising [m/s or rad/s].",
+        "force": "Resisting force or torque at each rate [N or N m].",
+    },
+    "stop": {
+        "kind": "Selects this law: a stop at a lower limit, an upper limit, or both.",
+        "lower": "Lower limit of the coordinate [m or rad]. Left out: none.",
+        "upper": "Upper limit of the coordinate [m or rad]. Left out: none.",
+        "stiffness": "Stiffness beyond the limit [N/m or N m/rad].",
+        "damping": "Damping coefficient beyond the limit [N s/m or N m s/rad]. Left out: 0.",
+        "width": "Depth over which stiffness and damping rise [m or rad]. Left out: 0.01.",
+    },
+    "friction": {
+        "kind": "Selects this law: dry friction, force times tanh(rate / velocity).",
+        "force": "Friction force or torque at high rates [N or N m].",
+        "velocity": "Rate at which 76 % of the friction is reached [m/s or rad/s].",
+    },
+    "latch": {
+        "kind": "Selects this law: a latch that locks the coordinate.",
+        "at": "Value of the coordinate at which it locks [m or rad].",
+        "stiffness": "Stiffness after locking [N/m or N m/rad]. Left out: the latch is rigid and locks by an impact.",
+        "damping": "Damping coefficient after locking [N s/m or N m s/rad]. Left out: 0.",
+    },
+}
+COORDINATE = "Coordinate on which the law acts, such as slide, angle or angle2. Left out: the joint's only one."
+NAME = "Name in channels and terms. Left out: the kind of the law."
 
 
 class Laws(_Readable):
@@ -82,10 +115,10 @@ class Laws(_Readable):
             {
                 "type": "object",
                 "properties": {
-                    "kind": {"const": kind},
-                    "coordinate": {"type": "string"},
-                    "name": {"type": "string"},
-                    **{key: {} for key in keys},
+                    "kind": {"const": kind, "description": MEANINGS[kind]["kind"]},
+                    "coordinate": {"type": "string", "description": COORDINATE},
+                    "name": {"type": "string", "description": NAME},
+                    **{key: {"description": MEANINGS[kind][key]} for key in keys},
                 },
                 "required": ["kind", *NEEDED[kind]],
                 "additionalProperties": False,

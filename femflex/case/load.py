@@ -36,15 +36,22 @@ class LoadTable(Table):
     """
 
     name: Name
+    """Name in channels and messages."""
     body: str
+    """Body on which the load acts."""
     marker: str = "origin"
+    """Marker at which it acts."""
     frame: Literal["body", "marker", "inertial", "orbital"] = "body"
-    """Axes of the components."""
+    """Axes of the components: those of the body, of the marker (turned by deformation), inertial or orbital axes."""
     force: Annotated[Vector | Rows | None, _SteadyOrTable("N")] = None
+    """Force: three components, or one row of three per time."""
     torque: Annotated[Vector | Rows | None, _SteadyOrTable("N m")] = None
+    """Torque: three components, or one row of three per time."""
     times: Annotated[tuple[float, ...] | None, Quantity("s", (None,))] = None
+    """Times of the rows. Left out: the load is constant. Between the times it is linear, outside of them zero; a
+    repeated time is a jump."""
     table: str | None = None
-    """CSV file with columns "time [s]", "fx [N]", ..., "tz [N m]" instead of times, force and torque."""
+    """CSV file with columns "time [s]", "fx [N]", ..., "tz [N m]", in place of times, force and torque."""
 
     @model_validator(mode="after")
     def _rows_fit(self) -> LoadTable:

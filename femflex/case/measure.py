@@ -79,37 +79,40 @@ class _Component(_Readable):
 
 
 class MeasureTable(Table):
-    """One number taken from a run's channel, or from a body.
-
-    of        value (at time `at`; left out, the end), change (end minus start), peak (largest magnitude), maximum,
-              minimum, range, mean, rms, drift (largest departure from the start), frequency (Hz; of mean crossings,
-              or with tones > 1 of a fit of so many sinusoids), mode_frequency (Hz) and body_mass (kg) of a body,
-              system_frequency (Hz) of the whole craft about its equilibrium
-    channel   path in the result file, such as "markers/boom.tip/deflection"
-    component name or number (from 0) of the entry; left out, the magnitude of a vector
-    """
+    """One number taken from a run's channel, from a body, or from the whole craft."""
 
     of: Reduction = "value"
+    """How the number is formed. Of a channel: value, change (end minus start), peak (largest magnitude), maximum,
+    minimum, range, mean, rms, drift (largest departure from the start), or frequency. A value is that at time `at`.
+    A frequency [Hz] comes from crossings of the mean, or from a fit of `tones` sinusoids. Of a body:
+    mode_frequency [Hz] or body_mass [kg]. Of the craft: campbell_frequency [Hz] or system_frequency [Hz]."""
     channel: str | None = None
+    """Path in the result file, such as "markers/boom.tip/deflection"."""
     component: Annotated[str | int | None, _Component()] = None
+    """Name or number (from 0) of the component. Left out: the magnitude of a vector."""
     at: Time | None = None
+    """Time of the value, for of = "value". Left out: the end of the run."""
     start: Time | None = None
-    """Only from this time on."""
+    """First time that counts. Left out: the start of the run."""
     end: Time | None = None
-    """Only up to this time."""
+    """Last time that counts. Left out: the end of the run."""
     relative: StrictBool = False
     """Drift as a fraction of the largest magnitude."""
     tones: Whole = 1
+    """Number of sinusoids that are fitted; 1 counts mean crossings."""
     tone: Whole = 1
-    """Which of the fitted sinusoids, by frequency."""
+    """Number of the sinusoid that is reported, by rising frequency."""
     per_orbit: StrictBool = False
-    """Frequency in units of the mean motion."""
+    """Frequency in units of the orbit's mean motion."""
     body: str | None = None
+    """Body, for mode_frequency and body_mass."""
     mode: Whole = 1
+    """Number of the mode, from 1."""
     branch: str | None = None
-    """Of the Campbell diagram, such as "flap 1"; of system_frequency: name of the mode, in place of its number."""
+    """Name of the branch in the Campbell diagram, such as "flap 1". For system_frequency: name of the mode, in place of
+    its number."""
     speed: Annotated[float | None, Quantity("rad/s", least=0.0)] = None
-    """One of its speeds."""
+    """Speed of the Campbell diagram at which the frequency is taken; one of its speeds."""
 
     @model_validator(mode="after")
     def _belongs_together(self) -> MeasureTable:
@@ -139,14 +142,17 @@ class ExpectTable(MeasureTable):
     """A measured quantity and the answer it is held against."""
 
     value: Expected = None
+    """Expected value."""
     tolerance: Expected = None
-    """Largest difference from the value."""
+    """Largest permitted difference from the value."""
     relative_tolerance: Annotated[float | None, Quantity("", above=0.0)] = None
-    """Largest difference from the value as a fraction of it."""
+    """Largest permitted difference from the value, as a fraction of it."""
     above: Expected = None
+    """Lower limit; the measured number must exceed it."""
     below: Expected = None
+    """Upper limit; the measured number must stay below it."""
     source: str = ""
-    """Where the answer comes from."""
+    """Origin of the expected value."""
 
     def units(self) -> dict[str, str]:
         """Base unit of each of the numbers that were given with one."""
@@ -181,7 +187,7 @@ class ExpectationsTable(Table):
     __pydantic_extra__: dict[str, ExpectTable]
 
     slow: StrictBool = False
-    """The run takes longer than a test should."""
+    """The run takes longer than a quick test; it runs in the slow suite."""
 
     @property
     def answers(self) -> dict[str, ExpectTable]:

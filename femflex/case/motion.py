@@ -42,6 +42,37 @@ NEEDED = {
     "smooth_step": ("to", "start", "end"),
     "sum": ("parts",),
 }
+MEANINGS = {
+    "constant": {"kind": "Selects this motion: a constant value.", "value": "Value of the coordinate [m or rad]."},
+    "polynomial": {
+        "kind": "Selects this motion: a polynomial in time.",
+        "coefficients": "Coefficients, the constant first [m or rad, per power of second].",
+    },
+    "sine": {
+        "kind": "Selects this motion: mean + amplitude sin(2 pi frequency t + phase).",
+        "amplitude": "Amplitude [m or rad].",
+        "frequency": "Frequency [Hz].",
+        "phase": "Phase at t = 0 [rad]. Left out: 0.",
+        "mean": "Mean value [m or rad]. Left out: 0.",
+    },
+    "smooth_step": {
+        "kind": "Selects this motion: a step with continuous jerk.",
+        "from": "Value before the step [m or rad]. Left out: 0.",
+        "to": "Value after the step [m or rad].",
+        "start": "Time at which the step begins [s].",
+        "end": "Time at which the step ends [s].",
+    },
+    "table": {
+        "kind": "Selects this motion: a spline through a table.",
+        "times": "Times of the points, rising [s].",
+        "values": "Values at these times [m or rad].",
+        "file": "CSV file, relative to the case file, in place of times and values.",
+        "column": "Column of the CSV file; its head states the unit, as in 'azimuth [deg]'.",
+        "degree": "Degree of the spline, 3 or 5. Left out: 3.",
+        "ends": "End condition of the spline: 'not_a_knot' or 'rest'. Left out: not_a_knot.",
+    },
+    "sum": {"kind": "Selects this motion: a sum of motions.", "parts": "The motions that are added, at least two."},
+}
 
 
 @dataclass(frozen=True)
@@ -172,7 +203,10 @@ class MotionOf(_Readable):
         tables = [
             {
                 "type": "object",
-                "properties": {"kind": {"const": kind}, **{key: {} for key in keys}},
+                "properties": {
+                    "kind": {"const": kind, "description": MEANINGS[kind]["kind"]},
+                    **{key: {"description": MEANINGS[kind][key]} for key in keys},
+                },
                 "required": ["kind", *NEEDED.get(kind, ())],
                 "additionalProperties": False,
             }

@@ -47,41 +47,50 @@ class AngleMotion(Table):
     """How the angle moves."""
 
     angle: Angle = None
+    """Motion of the angle: "free", "locked", a value, or a profile over time."""
 
 
 class PositionMotion(Table):
     """How the slide moves."""
 
     position: Position = None
+    """Motion of the slide: "free", "locked", a value, or a profile over time."""
 
 
 class CylinderMotion(Table):
     """How slide and angle move."""
 
     position: Position = None
+    """Motion of the slide: "free", "locked", a value, or a profile over time."""
     angle: Angle = None
+    """Motion of the angle: "free", "locked", a value, or a profile over time."""
 
 
 class TwoAngles(Table):
     """How the two angles move."""
 
     angles: Annotated[Motions, MotionsOf("rad", 2)] = ()
+    """Motion of each of the two angles: "free", "locked", a value, or a profile over time."""
 
 
 class ThreeAngles(Table):
     """How the three angles of the joint's sequence move."""
 
     angles: Annotated[Motions, MotionsOf("rad", 3)] = ()
+    """Motion of each of the three angles: "free", "locked", a value, or a profile over time."""
 
 
 class FreeMotion(ThreeAngles):
     """How the three slides, and the three angles of the joint's sequence, move."""
 
     position: Annotated[Motions, MotionsOf("m", 3)] = ()
+    """Motion of each of the three slides: "free", "locked", a value, or a profile over time."""
 
 
 class GeneralMotion(Table):
     """How slides and turns move."""
 
     position: Annotated[Motions, MotionsOf("m")] = ()
+    """Motion of each slide: "free", "locked", a value, or a profile over time."""
     angles: Annotated[Motions, MotionsOf("rad")] = ()
+    """Motion of each turn: "free", "locked", a value, or a profile over time."""

@@ -19,20 +19,23 @@ class OrbitTable(Table):
     kind: Literal["none", "specified", "free"] = "specified"
     """none; specified: the centre of mass stays on the ellipse; free: its motion is solved for."""
     perigee_altitude: Length | None = None
-    """Height of the perigee over `radius`."""
+    """Height of the perigee above `radius`."""
     semi_major_axis: PositiveLength | None = None
+    """Semi-major axis, in place of perigee_altitude."""
     eccentricity: Fraction = 0.0
+    """Eccentricity of the ellipse."""
     inclination: Angle = 0.0
+    """Inclination to the equator."""
     node: Angle = 0.0
     """Right ascension of the ascending node."""
     perigee: Angle = 0.0
     """Argument of the perigee."""
     true_anomaly: Angle = 0.0
-    """Where on the orbit the run begins; 0 is the perigee."""
+    """True anomaly at t = 0; 0 is the perigee."""
     mu: Annotated[float, Quantity("m^3/s^2", above=0.0)] = 3.986004418e14
-    """Gravitational parameter of the central body; the Earth's when left out."""
+    """Gravitational parameter of the central body. Default: the Earth's."""
     radius: PositiveLength = 6378137.0
-    """Radius over which altitudes are counted; the Earth's equatorial one when left out."""
+    """Radius from which altitudes are measured. Default: the Earth's equatorial radius."""
 
     @model_validator(mode="after")
     def _one_size(self) -> OrbitTable:
@@ -67,36 +70,41 @@ class AttitudeTable(Table):
     """
 
     frame: Literal["orbital", "inertial", "spinning"] | None = None
-    """Frame the attitude is measured from; orbital when there is an orbit, else inertial."""
+    """Reference frame of the attitude. Left out: orbital if there is an orbit, else inertial."""
     spin: Rates | None = None
-    """Rate of the spinning frame, components in that frame."""
+    """Angular rate of the spinning frame, in its own axes."""
     held: StrictBool = False
-    """Keep the root body at its initial attitude in the frame."""
+    """Prescribe the initial attitude in the frame for the whole run."""
     root: str | None = None
-    """The root body; left out, the one body without a joint."""
+    """Root body of the tree. Left out: the one body without a joint."""
     nominal_axes: tuple[BodyAxis, BodyAxis, BodyAxis] | None = None
     """Body axes along x0, y0, z0 in the nominal attitude, such as ["y", "-z", "-x"]."""
     marker: str | None = None
-    """Marker of the root body whose axes lie along x0, y0, z0 in the nominal attitude, instead of nominal_axes."""
+    """Marker of the root body whose axes lie along x0, y0, z0 in the nominal attitude, in place of nominal_axes."""
     sequence: Sequence_ = "xzy"
-    """Order of the turns, intrinsic unless it says "extrinsic xzy"; "xzy" is pitch, roll, yaw."""
+    """Sequence of the turns, intrinsic unless it says "extrinsic xzy". "xzy" is pitch, roll, yaw."""
     angles: Angles | None = None
-    """The three turns in the order of the sequence."""
+    """The three initial angles in the order of the sequence."""
     pitch: Angle | None = None
+    """Initial pitch angle about x0, the orbit normal. Left out: zero."""
     yaw: Angle | None = None
+    """Initial yaw angle about y0, the outward vertical. Left out: zero."""
     roll: Angle | None = None
+    """Initial roll angle about z0, the flight direction. Left out: zero."""
     rates: Rates | None = None
-    """Rate relative to the frame, components along the libration axes; none: at rest in the frame."""
+    """Initial angular rate relative to the frame, along the libration axes. Left out: at rest in the frame."""
     rotation: RotationSet = "euler_parameters"
-    """Coordinates that describe the rotation while it is solved for: Euler parameters, an angle sequence, Gibbs' or
+    """Rotation coordinates of the root body: Euler parameters, an angle sequence, the Gibbs vector (rodrigues) or
     modified Rodrigues parameters."""
     rebase: StrictBool = False
-    """Count them from a new reference orientation, between two steps, whenever they near their singularity."""
+    """Measure the rotation from a new reference orientation, between two steps, when the coordinates come near their
+    singularity."""
     position: Position | None = None
-    """Of the root body in the frame, where it is free to move; none: the frame's origin (in a free orbit: the
-    centre of mass of the whole craft starts there)."""
+    """Initial position of the root body in the frame, where it is free to move. Left out: the frame's origin; in a free
+    orbit the centre of mass of the whole craft starts there."""
     velocity: Velocity | None = None
-    """Relative to the frame, in its axes; none: at rest (in a free orbit: the centre of mass is)."""
+    """Initial velocity of the root body relative to the frame, in its axes. Left out: at rest; in a free orbit the
+    centre of mass is at rest."""
 
     @model_validator(mode="after")
     def _consistent(self) -> AttitudeTable:

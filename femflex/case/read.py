@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
+from femflex.case.changed import changed_text
 from femflex.case.crosscheck import cross_problems
 from femflex.case.magnitudes import warn_of_doubtful_magnitudes
 from femflex.case.outline import Outline, outline
@@ -56,6 +57,22 @@ def parse_case(text: str, path: Path = Path("case.toml")) -> Case:
     warn_of_doubtful_numbers(raw, case)
     warn_of_doubtful_magnitudes(case)
     return case
+
+
+def with_values(case: Case, values: Mapping[str, Any]) -> Case:
+    """A case in which these values stand at their key paths: `with_values(case, {"bodies.hub.mass": 410.0})`.
+
+    Values are those of a case file: SI numbers, or texts with a unit. Entries of lists go by their number, from 0
+    ("loads.0.force"). The whole case is checked anew.
+    Raises CaseError for a path that leads nowhere, and for every problem of the changed case.
+    """
+    if not case.text:
+        raise ValueError("this case was not read from a file or a text, so it has no keys to change by their path")
+    try:
+        text = changed_text(case.text, values, case.path.name)
+    except ValueError as error:
+        raise CaseError(case.path.name, [Problem("", str(error))]) from None
+    return parse_case(text, case.path)
 
 
 def _mesh_problems(parts: Outline, folder: Path) -> list[Problem]:

@@ -74,11 +74,11 @@ class DampingTable(Table):
     """Elastic damping: a fraction of critical damping, or Rayleigh's two numbers."""
 
     ratio: Annotated[float | tuple[float, ...] | None, _Ratio()] = None
-    """Fraction of critical damping of every mode; 0.005 is half a percent."""
+    """Fraction of critical damping of the vibration modes at rest: one number, or one per mode; 0.005 is 0.5 %."""
     mass: Annotated[float, Quantity("1/s", least=0.0)] | None = None
-    """alpha of D = alpha M + beta K."""
+    """Mass-proportional coefficient alpha of Rayleigh damping, D = alpha M + beta K."""
     stiffness: Annotated[float, Quantity("s", least=0.0)] | None = None
-    """beta of D = alpha M + beta K."""
+    """Stiffness-proportional coefficient beta of Rayleigh damping, D = alpha M + beta K."""
 
     @model_validator(mode="after")
     def _one_kind(self) -> DampingTable:
@@ -96,26 +96,26 @@ class Stretchable(Table):
     """A set of shapes that may be given static derivatives."""
 
     derivatives: Derivatives = None
-    """How many static derivatives of pairs of shapes are added, so that bending need not stretch: a number, 'auto'
-    (until 1e-6 of their energy is left out, and all that a spin and the twist of a bent strip need), 'all', or 'none',
-    which nonlinear strain takes as a choice."""
+    """Modal derivatives added to the basis, so that bending need not stretch: a number, 'auto', 'all' or 'none'. 'auto'
+    adds them until 1e-6 of their energy is left out, and all that a spin and the twist of a bent strip need. With
+    nonlinear strain 'none' counts as your choice."""
     third_derivatives: Annotated[int, Count(0)] | None = None
-    """How many of the lowest shapes get a static answer of third order, at rest, as one more coordinate. It wants
-    nonlinear or condensed strain. Left out: none, but of flat plates so wide and thin that they stop curving crosswise
-    as they bend the lowest shape's own change, found by bending them far; `run` says so."""
+    """Number of the lowest shapes that get a static correction of third order, computed at rest. It needs nonlinear or
+    condensed strain. Left out: 0. Exception: a flat plate so wide and thin that it stops curving crosswise as it bends
+    gets one shape, found by large static deflections; `run` says so."""
     deflection: PositiveLength | None = None
-    """Largest deflection, of the lowest shape, that the derivatives are to serve: they are then taken from static
-    states bent so far (8 n^2 of n shapes) and not at rest. For what snaps through or bends by several thicknesses.
-    With `responses` it is theirs instead."""
+    """Largest deflection of the lowest shape that the derivatives must serve. They are then taken from static states
+    with this deflection (8 n^2 states of n shapes), not at rest. Use it for snap-through or for bends of several
+    thicknesses. With `responses` it is the deflection of the responses instead."""
     responses: Annotated[int, Count(0)] = 0
-    """How many shapes are taken from static responses up to `deflection`, both ways, to accelerations along the
-    directions of `attachment` and to the forces and moments of `loads` (both left out: the acceleration that moves the
-    body most). For curved panels and arches that snap through: eight of them do it. Wants strain = 'nonlinear'."""
+    """Number of shapes taken from static responses up to `deflection`, in both directions. The loads are accelerations
+    along `attachment` and the forces and moments of `loads`. Both left out: the acceleration that moves the body most.
+    Use 8 for curved panels and arches that snap through. It needs strain = 'nonlinear'."""
 
     joints: dict[str, list[Component]] | None = None
-    """Group -> directions of the forces and moments of joints there whose static shapes are added; at a clamped group,
-    of accelerations. Left out: those that change one of the craft's first three elastic frequencies, or one below
-    `band`, by 0.05 %; not at clamps where `attachment` is given, nor elsewhere where `loads` is. {} for none."""
+    """Group -> directions of joint forces and moments whose static shapes are added; at a clamped group, directions of
+    acceleration. Left out: those that change one of the craft's first three elastic frequencies, or one below `band`,
+    by 0.05 %. None are added at clamps if `attachment` is given, nor elsewhere if `loads` is given. {} adds none."""
 
     @model_validator(mode="after")
     def _derives(self) -> Stretchable:
@@ -138,19 +138,24 @@ class CantileverTable(Stretchable):
     """Vibration modes with groups clamped in the body frame."""
 
     method: Literal["cantilever"]
+    """Selects this reduction: vibration modes of the clamped structure."""
     clamp: Clamp
+    """Clamped groups: a name, a list of names, or group -> support. A support is a list of components such as ["x",
+    "y", "z"], { symmetry = NORMAL }, { antisymmetry = NORMAL }, or { components = [...], axes = [three directions] }.
+    """
     modes: Whole
+    """Number of vibration modes kept, the lowest first."""
     attachment: list[Component] = Field(default_factory=list)
-    """Directions of acceleration of the clamp whose static shapes are added. Left out where strain is nonlinear or
-    condensed with derivatives = 'auto': those of the weight, if there is gravity."""
+    """Directions of acceleration of the clamp whose static shapes are added. Left out: none, or those of the weight
+    where there is gravity, strain is nonlinear or condensed, and derivatives = 'auto'."""
     spin: StrictBool | None = None
-    """Static shapes of a spin (the slow ones of all six accelerations) beside the modes, where strain is nonlinear or
-    condensed with derivatives = 'auto'. Left out: where the case spins steadily, or is foreseen to spin up fast for
-    the body, if it is of beams and has five modes at most; not where `attachment` is said."""
+    """Static shapes of a spin beside the modes (the slow ones of all six accelerations). It needs nonlinear or
+    condensed strain with derivatives = 'auto'. Left out: true for bodies of beams with at most five modes that spin
+    steadily or are expected to spin up fast, unless `attachment` is given."""
     loads: dict[str, list[Component]] = Field(default_factory=dict)
-    """Group -> directions of unit forces and moments there whose static shapes are added. Left out: those of the case's
-    own loads that the modes leave 1 % of the work of, and with nonlinear or condensed strain all slow ones of its loads
-    and of where other bodies hang on it; {} for none."""
+    """Group -> directions of unit forces and moments whose static shapes are added. Left out: those of the case's loads
+    of whose work the modes miss 1 %; with nonlinear or condensed strain all slow ones of the loads and attached bodies.
+    {} adds none."""
 
     @model_validator(mode="after")
     def _is_held(self) -> CantileverTable:
@@ -166,40 +171,49 @@ class FreeFreeTable(Stretchable):
     """Elastic modes of the unconstrained structure; the body frame follows the mean motion."""
 
     method: Literal["free_free"]
+    """Selects this reduction: elastic modes of the unconstrained structure."""
     modes: Whole
+    """Number of elastic modes kept, the lowest first; rigid-body modes do not count."""
 
 
 class CraigBamptonTable(Stretchable):
     """Fixed-interface modes and constraint modes of interface groups."""
 
     method: Literal["craig_bampton"]
+    """Selects this reduction: fixed-interface modes and constraint modes."""
     interfaces: list[str] = Field(default_factory=list)
-    """Groups that joints hold; a segment's are its two ends."""
+    """Groups of nodes that joints hold; a segment's interfaces are its two ends."""
     modes: Annotated[int, Count(0)]
-    """Fixed-interface modes kept beside the constraint modes."""
+    """Number of fixed-interface modes kept beside the constraint modes."""
     clamp: Clamp = Field(default_factory=dict)
+    """Groups clamped in the body frame, written as for cantilever modes."""
     interface: Literal["rigid", "nodal"] = "rigid"
-    """rigid: the nodes of a group move as one; nodal: each has shapes of its own."""
+    """Motion of an interface: "rigid", its nodes move as one; "nodal", each node has shapes of its own."""
 
 
 class NodalTable(Table):
     """The nodal displacements themselves, with groups clamped: no reduction."""
 
     method: Literal["nodal"]
+    """Selects this reduction: every nodal displacement is a coordinate."""
     clamp: Clamp
+    """Groups clamped in the body frame, written as for cantilever modes."""
 
 
 class LumpedTable(Table):
     """Nodal translations with lumped masses; rotations condensed out."""
 
     method: Literal["lumped"]
+    """Selects this reduction: nodal translations with lumped masses."""
     clamp: Clamp
+    """Groups clamped in the body frame, written as for cantilever modes."""
 
 
 class StiffTable(Table):
     """No elastic coordinates: the mesh gives mass, inertia and picture."""
 
     method: Literal["rigid"]
+    """Selects this reduction: a rigid body."""
 
 
 Reduction = Annotated[
@@ -212,20 +226,26 @@ class FunctionsTable(Table):
     """Admissible functions of a beam: how many for each field, and which."""
 
     y: Annotated[int, Count(0)] = 0
-    """Bending along the section's y axis."""
+    """Number of functions for bending along the section's y axis."""
     z: Annotated[int, Count(0)] = 0
+    """Number of functions for bending along the section's z axis."""
     axial: Annotated[int, Count(0)] = 0
+    """Number of functions for axial displacement."""
     torsion: Annotated[int, Count(0)] = 0
+    """Number of functions for the twist angle."""
     family: Literal["characteristic", "polynomial"] = "characteristic"
+    """Functions: "characteristic", the vibration modes of a uniform beam; "polynomial", polynomials of the same
+    supports."""
     ends: str = "clamped-free"
-    """Supports of root and tip in the body frame, of free, pinned, clamped."""
+    """Supports of root and tip in the body frame, such as "clamped-free"; each is free, pinned or clamped."""
     static: StrictBool = False
     """The last functions are the static shapes of an accelerated root."""
     spin: StrictBool | None = None
-    """Static shapes of a spin beside the functions: two more along y and z each, one of axial and torsion each, where
-    strain is not linear. Of characteristic functions, clamped-free; polynomials hold them. Left out: where the case
-    spins steadily, or is foreseen to spin up fast for the body, unless `static` is said."""
+    """Static shapes of a spin beside the functions: two more along y and along z, one of axial displacement and one of
+    torsion, where strain is not linear. Only for clamped-free characteristic functions. Left out: true where the case
+    spins steadily, or is expected to spin up fast for the body, unless `static` is given."""
     joints: list[Literal["root", "tip"]] | None = None
-    """Static shapes of an accelerated root and of a force and moment at the tip beside the functions: two more along y
-    and z for each, one of axial and torsion. Of characteristic functions, clamped-free. Left out: those that change one
-    of the craft's first three elastic frequencies, or one below `band`, by 0.05 %, unless `static` is given."""
+    """Static shapes of an accelerated root and of a tip force and moment beside the functions: two more along y and z
+    for each, one of axial displacement and one of torsion. Only for clamped-free characteristic functions. Left out:
+    those that change one of the craft's first three elastic frequencies, or one below `band`, by 0.05 %, unless
+    `static` is given."""

@@ -20,25 +20,28 @@ class RunTable(Table):
     """Duration, output and integrator of a run."""
 
     duration: Duration | None = None
+    """Length of the run."""
     orbits: Annotated[float | None, Quantity("", above=0.0)] = None
-    """Duration in orbital periods, instead of duration."""
+    """Length of the run in orbital periods, in place of duration."""
     output_step: Duration | None = None
     """Time between rows of the result file."""
     samples: Annotated[int | None, Count(2)] = None
-    """Number of rows, first and last included, instead of output_step; 1001 when both are left out."""
+    """Number of rows, first and last included, in place of output_step. Both left out: 1001."""
     reactions: StrictBool = False
-    """Report the force and torque that every joint carries."""
+    """Report the force and torque that every joint transmits."""
     rtol: Annotated[float, Quantity("", above=0.0, most=0.1)] | None = None
-    """Relative error tolerance of a step; left out, 1e-11 (dop853), 1e-9 (esdirk4) or 1e-6 (generalized_alpha)."""
+    """Relative error tolerance of a step. Left out: 1e-11 (dop853), 1e-9 (esdirk4) or 1e-6 (generalized_alpha)."""
     atol: Annotated[float, Quantity("", above=0.0)] | None = None
-    """Absolute error tolerance; left out, a tenth of rtol, for rates of joints times a typical rate."""
+    """Absolute error tolerance. Left out: a tenth of rtol; for joint rates, times a typical rate."""
     integrator: Literal["auto", "dop853", "esdirk4", "generalized_alpha"] = "auto"
-    """dop853: explicit, order 8; esdirk4: implicit, order 4; generalized_alpha: implicit, order 2, damps high modes."""
+    """Integrator: auto; dop853, explicit, order 8; esdirk4, implicit, order 4; generalized_alpha, implicit, order 2,
+    which damps high modes."""
     band: Annotated[float, Quantity("Hz", above=0.0)] | None = None
-    """Highest frequency wanted, for the automatic choice; left out, what the output can show."""
+    """Highest frequency of interest, for the automatic choices. Left out: the highest that the output rows can show."""
     max_step: Duration | None = None
+    """Largest step of the integrator. Left out: no limit."""
     step: Duration | None = None
-    """Constant step of an implicit method, instead of error control."""
+    """Constant step of an implicit integrator, in place of error control."""
     rho: Annotated[float, Quantity("", least=0.0, most=1.0)] | None = None
     """Spectral radius of generalized_alpha at infinite frequency; 1 does not damp."""
 
@@ -99,58 +102,65 @@ class PicturesTable(Table):
     """What `run` leaves beside the result file, drawn off screen. Looks are those of `femflex render`."""
 
     times: Annotated[tuple[float, ...], Quantity("s", (None,), least=0.0)] = ()
-    """One picture of the deformed craft each."""
+    """Times at which the deformed craft is drawn."""
     picture: StrictBool = False
-    """A picture at the largest elastic displacement."""
+    """Draw the craft at its largest elastic displacement."""
     movie: StrictBool = False
+    """Make a movie of the run."""
     start: Time | None = None
-    """Of the movie; left out, the start of the run."""
+    """First time of the movie. Left out: the start of the run."""
     end: Time | None = None
+    """Last time of the movie. Left out: the end of the run."""
     speed: Annotated[float | None, Quantity("", above=0.0)] = None
-    """Seconds of the run in one of the movie; left out, real time for short runs, else a movie of 12 s."""
+    """Seconds of the run per second of the movie. Left out: 1 for short runs, else so that the movie takes 12 s."""
     fps: Annotated[float, Quantity("", above=0.0, most=240.0)] = 25.0
-    """Frames of the movie a second."""
+    """Frames of the movie per second."""
     modes: list[str] = Field(default_factory=list)
     """Bodies whose modes are drawn as a montage."""
     plots: list[str] = Field(default_factory=list)
     """Channels drawn over time, such as "attitude/angles"."""
     spectra: list[str] = Field(default_factory=list)
-    """Channels whose amplitude spectra are drawn: for swings too many to be told apart over time."""
+    """Channels whose amplitude spectra are drawn."""
     highest: Annotated[float | None, Quantity("Hz", above=0.0)] = None
-    """Last frequency of the spectra; left out, a little beyond their last peak."""
+    """Highest frequency of the spectra [Hz]. Left out: a little above the last peak."""
     without: list[str] = Field(default_factory=list)
-    """What a second run leaves out, as in `run --without`, such as "nonlinear_strain": its plots are dashed over the
-    first's, as far as it gets; its file stands beside the first with "_without" in its name."""
+    """Terms that a second run omits, as in `run --without`, such as "nonlinear_strain". Its curves are dashed in the
+    same plots; its result file has "_without" in its name."""
     traces: list[str] = Field(default_factory=list)
-    """Markers, "body.marker", and places of contact, "constraints/<name>", whose path is drawn."""
+    """Markers ("body.marker") and contact points ("constraints/NAME") whose paths are drawn."""
     scale: Annotated[float | str, _Scale()] = 1.0
-    """Factor on deformations; 1 is true, "auto" makes them visible; said in the picture."""
+    """Factor on deformations: 1 is true, "auto" makes them visible; the picture states it."""
     colour: str = "displacement"
-    """What colours bodies: displacement, energy, or strain:NAME such as strain:axial."""
+    """Quantity that colours bodies: displacement, energy, or strain:NAME such as strain:axial."""
     theme: Literal["light", "dark"] = "light"
+    """Colours of background and text."""
     camera: str = "auto"
-    """auto, fixed, follow, orbital, body or body:<name>."""
+    """Camera: auto, fixed, follow, orbital, body or body:NAME."""
     view: Direction | None = None
-    """Direction from the scene to the camera, in the camera's frame."""
+    """Direction from the scene to the camera, in the camera's frame. Left out: chosen automatically."""
     fit: Literal["run", "picture"] = "run"
-    """The camera is framed over the whole run, or over the instant of each picture."""
+    """Extent that the camera frames: the whole run, or the instant of each picture."""
     triads: StrictBool = True
+    """Draw the axes of frames."""
     edges: Literal["sharp", "mesh", "none"] = "sharp"
+    """Edges drawn: sharp ones, all mesh edges, or none."""
     size: tuple[Pixels, Pixels] = (1280, 720)
+    """Width and height of pictures in pixels."""
 
 
 class StudyTable(Table):
     """What `femflex converge` looks at."""
 
     quantity: MeasureTable
+    """Quantity whose convergence is judged."""
     modes: Annotated[list[Whole] | None, Field(min_length=3)] = None
-    """Numbers of modes tried; left out, chosen from the case."""
+    """Numbers of modes that are tried. Left out: chosen from the case."""
     refinements: Annotated[list[Annotated[int, Count(0)]] | None, Field(min_length=2)] = None
-    """Mesh refinements tried; left out, 0 to 4, as far as the mesh stays small."""
+    """Mesh refinements that are tried. Left out: 0 to 4, as long as the mesh stays small."""
     segments: Annotated[list[Whole] | None, Field(min_length=3)] = None
-    """Numbers of segments tried; left out, from a quarter of the case's own to four times it."""
+    """Numbers of segments that are tried. Left out: from a quarter of the case's own number to four times it."""
     body: str | None = None
-    """Whose modes, mesh or segments are varied; left out, all flexible bodies."""
+    """Body whose modes, mesh or segments are varied. Left out: all flexible bodies."""
     tolerance: Annotated[float, Quantity("", above=0.0)] = 1e-3
     """Relative change below which the quantity counts as converged."""
 

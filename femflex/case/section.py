@@ -24,78 +24,104 @@ class Isotropic(Table):
     """An isotropic linear elastic material."""
 
     kind: Literal["isotropic"] = "isotropic"
+    """Selects this material: isotropic."""
     E: Modulus
-    """Young's modulus."""
+    """Elastic (Young's) modulus."""
     nu: Poisson = 0.3
+    """Poisson's ratio."""
     density: Density
+    """Mass per volume."""
     G: Modulus | None = None
-    """Shear modulus; left out, E / 2(1 + nu)."""
+    """Shear modulus. Left out: E / 2(1 + nu)."""
 
 
 class Orthotropic(Table):
     """A material of plies: axes 1 and 2 in the plane."""
 
     kind: Literal["orthotropic"]
+    """Selects this material: orthotropic, for plies."""
     E1: Modulus
+    """Elastic modulus along axis 1."""
     E2: Modulus
+    """Elastic modulus along axis 2."""
     G12: Modulus
+    """In-plane shear modulus."""
     nu12: Plain
-    """Pull along 1, contraction along 2."""
+    """Poisson's ratio: contraction along 2 under tension along 1."""
     density: Density
+    """Mass per volume."""
     G13: Modulus | None = None
-    """Transverse shear modulus; left out, G12."""
+    """Transverse shear modulus in the 1-3 plane. Left out: G12."""
     G23: Modulus | None = None
+    """Transverse shear modulus in the 2-3 plane. Left out: G12."""
 
 
 class Core(Table):
     """A honeycomb or foam core that carries transverse shear only."""
 
     kind: Literal["core"]
+    """Selects this material: a core that carries transverse shear only."""
     density: Density
+    """Mass per volume."""
     G13: Modulus
+    """Transverse shear modulus in the 1-3 plane."""
     G23: Modulus | None = None
-    """Left out, G13."""
+    """Transverse shear modulus in the 2-3 plane. Left out: G13."""
 
 
 class Tube(Table):
     """Round tube."""
 
     kind: Literal["tube"]
+    """Selects this section: a round tube."""
     outer_radius: LengthAlong
+    """Outer radius."""
     thickness: LengthAlong
-    """Of the wall."""
+    """Thickness of the wall."""
 
 
 class Circle(Table):
     """Solid round bar."""
 
     kind: Literal["circle"]
+    """Selects this section: a solid round bar."""
     radius: LengthAlong
+    """Outer radius."""
 
 
 class Box(Table):
     """Hollow rectangle: width along the section's y, height along its z."""
 
     kind: Literal["box"]
+    """Selects this section: a hollow rectangle."""
     width: LengthAlong
+    """Outer width along the section's y axis."""
     height: LengthAlong
+    """Outer height along the section's z axis."""
     thickness: LengthAlong
+    """Thickness of the walls."""
 
 
 class Rectangle(Table):
     """Solid rectangle: width along the section's y, height along its z."""
 
     kind: Literal["rectangle"]
+    """Selects this section: a solid rectangle."""
     width: LengthAlong
+    """Outer width along the section's y axis."""
     height: LengthAlong
+    """Outer height along the section's z axis."""
 
 
 class ISection(Table):
     """Doubly symmetric I: flanges along y, web along z."""
 
     kind: Literal["I"]
+    """Selects this section: a doubly symmetric I."""
     width: LengthAlong
+    """Outer width along the section's y axis."""
     height: LengthAlong
+    """Outer height along the section's z axis."""
     flange: LengthAlong
     """Thickness of the flanges."""
     web: LengthAlong
@@ -106,39 +132,57 @@ class Given(Table):
     """A beam section by area and second moments; Iy bends in x-z, Iz in x-y."""
 
     kind: Literal["numbers"]
+    """Selects this section: by its numbers."""
     A: AreaAlong
+    """Area of the section."""
     Iy: SecondMomentAlong
+    """Second moment of area about y; it bends in the x-z plane."""
     Iz: SecondMomentAlong
+    """Second moment of area about z; it bends in the x-y plane."""
     J: SecondMomentAlong
+    """Torsion constant."""
     y_max: LengthAlong | None = None
+    """Largest distance of a fibre along y, for stresses and pictures. Left out: that of an ellipse of the same A and
+    Iz."""
     z_max: LengthAlong | None = None
+    """Largest distance of a fibre along z, for stresses and pictures. Left out: that of an ellipse of the same A and
+    Iy."""
 
 
 class Stiffness(Table):
     """A beam by its stiffness and mass per length; needs no material."""
 
     kind: Literal["stiffness"]
+    """Selects this section: by its stiffnesses."""
     EA: Annotated[Variable, Along("N")]
+    """Axial stiffness."""
     EIy: RigidityAlong
+    """Bending stiffness in the x-z plane."""
     EIz: RigidityAlong
+    """Bending stiffness in the x-y plane."""
     GJ: RigidityAlong
+    """Torsional stiffness."""
     mass_per_length: Annotated[Variable, Along("kg/m")]
+    """Mass per length."""
     ry: LengthAlong | None = None
-    """Radius of gyration of the mass, root of int z^2 dm over the mass."""
+    """Radius of gyration of the mass about y: root of int z^2 dm over the mass."""
     rz: LengthAlong | None = None
+    """Radius of gyration of the mass about z: root of int y^2 dm over the mass."""
     area: AreaAlong | None = None
-    """Of the round bar that is drawn; left out, an ellipse of the stiffness's radii of gyration."""
+    """Area of the round bar that is drawn. Left out: an ellipse with the stiffnesses' radii of gyration."""
 
 
 class Plate(Table):
     """A sheet of the member's material, isotropic or orthotropic."""
 
     kind: Literal["plate"]
+    """Selects this section: a sheet of the member's material."""
     thickness: PositiveLength
+    """Thickness of the sheet."""
     angle: Angle = 0.0
-    """Of an orthotropic material's axis 1 from the plate's x axis."""
+    """Angle of the material's axis 1 from the plate's x axis."""
     extra_mass: MassPerArea = 0.0
-    """Mass per area that is no structure (cells, wiring)."""
+    """Non-structural mass per area, such as cells and wiring."""
 
 
 class PlyTable(Table):
@@ -147,25 +191,33 @@ class PlyTable(Table):
     material: str
     """Name in [materials]."""
     thickness: PositiveLength
+    """Thickness of the layer."""
     angle: Angle = 0.0
-    """Of the material's axis 1 from the plate's x axis."""
+    """Angle of the material's axis 1 from the plate's x axis."""
 
 
 class Sandwich(Table):
     """Two equal faces on a core; the member needs no material."""
 
     kind: Literal["sandwich"]
+    """Selects this section: two equal faces on a core."""
     face: PlyTable
+    """Layer of each face."""
     core: PlyTable
+    """Layer of the core."""
     extra_mass: MassPerArea = 0.0
+    """Non-structural mass per area, such as cells and wiring."""
 
 
 class Layup(Table):
     """A stack of plies from the bottom to the top, symmetric about its middle; the member needs no material."""
 
     kind: Literal["layup"]
+    """Selects this section: a symmetric stack of plies."""
     plies: Annotated[list[PlyTable], Field(min_length=1)]
+    """Plies from the bottom to the top."""
     extra_mass: MassPerArea = 0.0
+    """Non-structural mass per area, such as cells and wiring."""
 
 
 def _isotropic_unless_said(value: Any) -> Any:

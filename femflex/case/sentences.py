@@ -105,7 +105,7 @@ def _unknown_key(place: _Place) -> str:
 
 def _needed(place: _Place) -> str:
     field = next((table.model_fields[place.key] for table in place.tables if place.key in table.model_fields), None)
-    text = (field.description or "").split("\n")[0].rstrip(".") if field else ""
+    text = " ".join((field.description or "").split()).partition(". ")[0].rstrip(".") if field else ""
     return f" ({text[0].lower()}{text[1:]})" if text else ""
 
 

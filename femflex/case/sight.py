@@ -12,17 +12,21 @@ class SightTable(Table):
     """A line of sight; the run reports by how much the axis misses the station, its range and elevation."""
 
     name: Name
+    """Name in channels and messages."""
     body: str
+    """Body that carries the instrument."""
     marker: str = "origin"
+    """Marker of the line of sight."""
     axis: Direction = (1.0, 0.0, 0.0)
-    """In the marker's axes."""
+    """Direction of the line of sight, in the marker's axes."""
     latitude: Angle = 0.0
+    """Geocentric latitude of the station."""
     longitude: Angle = 0.0
-    """Where the station's meridian stands at t = 0, from the inertial X (the node's reference)."""
+    """Longitude of the station at t = 0, from the inertial X axis (the node's reference)."""
     radius: PositiveLength = 6378137.0
-    """Of the station from the Earth's centre."""
+    """Distance of the station from the Earth's centre."""
     rate: Rate = 7.292115e-5
-    """At which the Earth turns."""
+    """Angular rate of the Earth."""
 
     @field_validator("axis")
     @classmethod

@@ -54,7 +54,14 @@ def support_schema() -> dict[str, Any]:
     vector = {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}
     held = {"type": "array", "items": {"enum": list(DIRECTIONS)}, "minItems": 1}
     axes = {"type": "array", "items": vector, "minItems": 3, "maxItems": 3}
-    tables = [{"symmetry": vector}, {"antisymmetry": vector}, {"components": held, "axes": axes}]
+    tables: list[dict[str, dict[str, Any]]] = [
+        {"symmetry": vector | {"description": "Normal of a plane of symmetry."}},
+        {"antisymmetry": vector | {"description": "Normal of a plane of antisymmetry."}},
+        {
+            "components": held | {"description": "Displacements and rotations along `axes` that are zero."},
+            "axes": axes | {"description": "Three directions at right angles to each other."},
+        },
+    ]
     return {
         "anyOf": [
             held,

@@ -170,7 +170,10 @@ class Along(_Readable):
     def json_schema(self) -> dict[str, Any]:
         """JSON Schema of the three forms."""
         one = Quantity(self.unit, least=self.least)
-        rows = {"s": Quantity("m", (None,)).json_schema(), "values": Quantity(self.unit, (None,)).json_schema()}
+        rows = {
+            "s": Quantity("m", (None,)).json_schema() | {"description": "Arc lengths along the member, rising."},
+            "values": Quantity(self.unit, (None,)).json_schema() | {"description": "Values at these arc lengths."},
+        }
         table = {"type": "object", "properties": rows, "required": ["s", "values"], "additionalProperties": False}
         text = {"type": "string", "description": "arithmetic of the arc length s and the whole length L, in SI"}
         formula = {

@@ -10,8 +10,10 @@ import typer
 
 from femflex.cli.advice_lines import say_notes, strain_data
 from femflex.cli.campbell_told import print_campbell, write_table
+from femflex.cli.outputs import DIAGRAM_SUFFIXES, PICTURE, TABLE, outputs
 from femflex.cli.progress import Bar, Patience
 from femflex.cli.tables import print_json
+from femflex.cli.times import seconds
 from femflex.cli.verb import complain, verb
 
 if TYPE_CHECKING:
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
     from femflex.studies.campbell.matching import Match
 
 
-@verb('femflex campbell cases/helicopter_blade.toml --speeds "0:400 rpm:41" --picture campbell.png -o campbell.csv')
+@verb('femflex campbell cases/helicopter_blade.toml --speeds "0:400 rpm:41" -o campbell.png -o campbell.csv')
 def campbell(
     case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
     speeds: Annotated[
@@ -32,9 +34,14 @@ def campbell(
     orders: Annotated[
         str | None, typer.Option("--orders", help="Multiples of the speed whose crossings are told: 1,2,3.")
     ] = None,
-    at: Annotated[float | None, typer.Option("--at", help="Time in s whose loads and motions are meant.")] = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Table of all points (CSV).")] = None,
-    picture: Annotated[Path | None, typer.Option("--picture", help="Draw the diagram (PNG or SVG).")] = None,
+    at: Annotated[
+        str | None,
+        typer.Option("--at", help="Time at which loads that vary are taken: seconds, or a text such as '2 min'."),
+    ] = None,
+    output: Annotated[
+        list[Path] | None,
+        typer.Option("-o", "--output", help="Table of all points (.csv) or diagram (.png, .svg); may be repeated."),
+    ] = None,
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
@@ -45,7 +52,8 @@ def campbell(
     followed by the likeness of their shapes, with speeds in between where shapes change fast. Frequencies are those
     seen in the spinning frame. Ctrl-C keeps what there is (exit code 130); so does a speed without equilibrium (3).
     """
-    wanted = Wanted(output, picture, theme, force)
+    files = outputs(output or (), {TABLE: (".csv",), PICTURE: DIAGRAM_SUFFIXES})
+    wanted, time = Wanted(files.get(TABLE), files.get(PICTURE), theme, force), seconds(at, "--at")
     wanted.check()
     with Patience("reading the case"):
         from femflex.case import read_case
@@ -57,7 +65,7 @@ def campbell(
         decided = decided_of(read)
     if not as_json:
         say_notes(decided.notes)
-    found, stopped = spun(read, at, decided)
+    found, stopped = spun(read, time, decided)
     if found is not None:
         wanted.tell(read, found, {"bodies": strain_data(decided)} if as_json else None)
     if stopped is not None:
@@ -143,17 +151,12 @@ class Wanted:
     def check(self) -> None:
         """Raise before any work what would be found wrong after it."""
         from femflex.results.place import check_place
-        from femflex.view.convergence import check_kind
         from femflex.view.theme import theme_of
 
-        if self.table is not None:
-            if self.table.suffix.lower() != ".csv":
-                raise ValueError(f"the table is written as .csv; {self.table.name} is not (--picture draws it)")
-            check_place(self.table, self.force)
-        if self.picture is not None:
-            theme_of(self.theme)
-            check_kind(self.picture)
-            check_place(self.picture, self.force)
+        theme_of(self.theme)
+        for path in (self.table, self.picture):
+            if path is not None:
+                check_place(path, self.force)
 
     def tell(self, case: Case, found: Campbell, beside: dict[str, Any] | None = None) -> None:
         """Print the diagram, as JSON where something goes beside it there, and leave the files asked for."""

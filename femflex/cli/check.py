@@ -11,6 +11,7 @@ from femflex.cli.advice_lines import say_notes, strain_data
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_json
 from femflex.cli.verb import BAD_INPUT, verb
+from femflex.cli.warned import tell_warnings, warnings_so_far
 
 if TYPE_CHECKING:
     from femflex.pipeline.decisions import Decided
@@ -23,6 +24,7 @@ def check(
 ) -> None:
     """Report every problem of a case: keys, units, names, meshes, structure, modes. Writes nothing."""
     from femflex.case.problems import CaseError
+    from femflex.case.values import count
 
     try:
         decided, told = examined(case)
@@ -32,9 +34,12 @@ def check(
             raise typer.Exit(BAD_INPUT) from None
         raise
     if as_json:
-        print_json({"problems": [], "bodies": strain_data(decided)})
+        print_json({"problems": [], "warnings": warnings_so_far(), "bodies": strain_data(decided)})
     else:
-        print(f"{case.name}: no problems; {told}")
+        tell_warnings()
+        warned = len(warnings_so_far())
+        verdict = f"no errors, {count(warned, 'warning', 'warnings')}" if warned else "no problems"
+        print(f"{case.name}: {verdict}; {told}")
         say_notes(decided.notes)
 
 

@@ -33,13 +33,10 @@ class Drawing:
         from femflex.results.place import check_place
 
         if self.mode is not None and self.movie is None:
-            raise ValueError("--mode names the mode of a movie; give --movie mode.mp4 with it")
-        for path, suffix, what in ((self.picture, ".png", "picture"), (self.movie, ".mp4", "movie")):
-            if path is None:
-                continue
-            if path.suffix.lower() != suffix:
-                raise ValueError(f"a {what} is written as {suffix}; {path.name} is not one")
-            check_place(path, self.force)
+            raise ValueError("--mode names the mode of a movie; give -o mode.mp4 with it")
+        for path in (self.picture, self.movie):
+            if path is not None:
+                check_place(path, self.force)
 
     def make(self, modes: SystemModes, title: str) -> list[tuple[str, Path]]:
         """The files written, each with its kind."""
@@ -57,11 +54,8 @@ class Drawing:
             mode = self.mode or (moving[0] if moving else 1)
             if not 1 <= mode <= len(modes.names):
                 raise ValueError(f"--mode is {mode}; the modes of the craft are 1 to {len(modes.names)}")
-            with Bar("drawing", 1.0, unit="") as bar:
-                path = craft_movie(
-                    modes.skin([mode]), caption(modes, mode), self.movie, force=self.force,
-                    progress=lambda done, count: bar(done / count),
-                )  # fmt: skip
+            with Bar("drawing", unit="frames") as bar:
+                path = craft_movie(modes.skin([mode]), caption(modes, mode), self.movie, force=self.force, progress=bar)
             out.append(("movie", path))
         return out
 

@@ -11,6 +11,7 @@ import typer
 from femflex.cli.advice_lines import say_notes, strain_data
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_json, print_table
+from femflex.cli.times import seconds
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -27,7 +28,8 @@ def equilibrium(
         Path | None, typer.Option("-o", "--output", help="Result file (HDF5) to draw, or to start a run from.")
     ] = None,
     at: Annotated[
-        float | None, typer.Option("--at", help="Time in s whose loads are meant, where they change over time.")
+        str | None,
+        typer.Option("--at", help="Time at which loads that vary are taken: seconds, or a text such as '2 min'."),
     ] = None,
     stable: Annotated[
         bool,
@@ -44,6 +46,7 @@ def equilibrium(
     """
     from femflex.results.place import check_place
 
+    time = seconds(at, "--at")
     if output is not None:
         check_place(output, force)
     with Patience("building bodies and compiling the equations of motion"):
@@ -54,7 +57,7 @@ def equilibrium(
         read = read_case(case)
         decided = decided_at_rest(read)
         try:
-            found = balanced(decided, at, stable)
+            found = balanced(decided, time, stable)
         except EquilibriumError as error:
             if output is not None:
                 keep(error.last, read, output, force=force, ended=str(error), decided=decided)

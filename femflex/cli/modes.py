@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from femflex.cli.backbone import backbone_data, print_backbone, read_lengths
+from femflex.cli.outputs import MOVIE, PICTURE, outputs
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_json, print_table
+from femflex.cli.times import seconds
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
-@verb("femflex modes cases/orbiter_beam.toml --picture modes.png")
+@verb("femflex modes cases/orbiter_beam.toml -o modes.png")
 def modes(
     file: Annotated[Path, typer.Argument(help="Case file (TOML) or body file (HDF5).", show_default=False)],
     body: Annotated[str | None, typer.Option("--body", help="Name of one body, for its modes alone.")] = None,
@@ -29,15 +31,22 @@ def modes(
         typer.Option("-n", "--number", min=1, help="Modes listed of the craft; of a body, instead of the case's."),
     ] = None,
     at: Annotated[
-        float | None, typer.Option("--at", help="Time in s of loads and motions that vary; left out, they are.")
+        str | None,
+        typer.Option(
+            "--at",
+            help="Time at which loads that vary are taken: seconds, or a text such as '2 min'. "
+            "Without it these loads are left out.",
+        ),
     ] = None,
     mac: Annotated[
         Path | None, typer.Option("--mac", help="Body file whose shapes are compared (modal assurance).")
     ] = None,
-    picture: Annotated[Path | None, typer.Option("--picture", help="Draw the modes as a montage (PNG).")] = None,
-    movie: Annotated[Path | None, typer.Option("--movie", help="Movie of one mode of the craft (MP4).")] = None,
+    output: Annotated[
+        list[Path] | None,
+        typer.Option("-o", "--output", help="Montage of modes (.png) or movie of one (.mp4); may be repeated."),
+    ] = None,
     mode: Annotated[int | None, typer.Option("--mode", min=1, help="Number of the mode of the movie.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite existing pictures.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
     backbone: Annotated[
         str | None,
         typer.Option("--backbone", help='Rising amplitudes, "1 mm, 5 mm": frequency of the lowest mode at each.'),
@@ -54,19 +63,21 @@ def modes(
     Effective masses are in per cent of the body's mass and of its inertia about the origin of its frame. With nonlinear
     or condensed strain --backbone tells how the lowest frequency changes with the amplitude, the frame held.
     """
+    files = outputs(output or (), {PICTURE: (".png",), MOVIE: (".mp4",)})
+    picture, movie, time = files.get(PICTURE), files.get(MOVIE), seconds(at, "--at")
     alone = body is not None or all_bodies or mac is not None or backbone is not None or _is_hdf5(file)
     if not alone:
         from femflex.cli.craft_modes import Drawing, craft_modes
 
-        return craft_modes(file, at, number, Drawing(picture, movie, mode, force), as_json)
+        return craft_modes(file, time, number, Drawing(picture, movie, mode, force), as_json)
     if movie is not None or mode is not None or at is not None:
-        raise ValueError("--movie, --mode and --at are for the modes of a craft; leave --body and its options out")
+        raise ValueError("movies, --mode and --at are for the modes of a craft; leave --body and its options out")
     amplitudes = None if backbone is None else read_lengths(backbone)
     with Patience("solving for the modes"):
         bodies, notes = flexible_bodies(file, body, number)
         other = None if mac is None else _body_file(mac)
     if picture is not None and len(bodies) > 1:
-        raise ValueError(f"--picture draws one body; name one of {sorted(bodies)} with --body")
+        raise ValueError(f"-o draws one body; name one of {sorted(bodies)} with --body")
     if picture is not None:
         from femflex.view import mode_montage
 

@@ -8,6 +8,8 @@ import time
 from types import TracebackType
 from typing import Any, Self
 
+from femflex.cli.warned import tell_warnings
+
 PATIENCE = 2.0  # seconds
 
 
@@ -17,15 +19,16 @@ def on_terminal() -> bool:
 
 
 class Bar:
-    """A progress bar over a range of simulated time [s], drawn only when the run takes long."""
+    """A progress bar over a range, such as simulated time in s, drawn only when the work takes long."""
 
-    def __init__(self, text: str, end: float, start: float = 0.0, unit: str = "s") -> None:
+    def __init__(self, text: str, end: float = 1.0, start: float = 0.0, unit: str = "s") -> None:
         self._text, self._end, self._first, self._unit = text, end, start, unit
         self._began = time.perf_counter()
         self._bar: Any = None
         self._task: Any = None
 
     def __enter__(self) -> Self:
+        tell_warnings()
         return self
 
     def __exit__(
@@ -34,14 +37,15 @@ class Bar:
         if self._bar is not None:
             self._bar.stop()
 
-    def __call__(self, reached: float) -> None:
-        """Tell how far it is."""
+    def __call__(self, reached: float, end: float | None = None) -> None:
+        """Tell how far it is, and where the end is if it was not known before."""
+        self._end = self._end if end is None else end
         if self._bar is None:
             if time.perf_counter() - self._began < PATIENCE or not on_terminal():
                 return
             self._open()
         told = f"{reached:.6g} of {self._end:.6g} {self._unit}"
-        self._bar.update(self._task, completed=reached - self._first, told=told)
+        self._bar.update(self._task, completed=reached - self._first, total=self._end - self._first, told=told)
 
     def _open(self) -> None:
         from rich.console import Console
@@ -77,6 +81,7 @@ class Patience:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._timer.cancel()
+        tell_warnings()
 
     def _say(self) -> None:
         self._said = self.text

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,6 +10,7 @@ import typer
 
 from femflex.cli.info import kind_of_hdf5
 from femflex.cli.progress import Bar
+from femflex.cli.times import seconds
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -23,16 +23,16 @@ def render(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="PNG picture, MP4 movie, or folder of PNG frames.")
     ] = None,
-    time: Annotated[
+    at: Annotated[
         str | None,
         typer.Option(
-            "--time",
-            help="Instant of the picture, such as 12.5 or '2 min'; left out, that of the largest displacement.",
+            "--at",
+            help="Time of the picture: seconds, or a text such as '2 min'; left out, that of the largest displacement.",
         ),
     ] = None,
     movie: Annotated[bool, typer.Option("--movie", help="Draw a movie instead of a picture.")] = False,
-    start: Annotated[str | None, typer.Option("--from", help="First instant of the movie.")] = None,
-    end: Annotated[str | None, typer.Option("--to", help="Last instant of the movie.")] = None,
+    start: Annotated[str | None, typer.Option("--from", help="First time of the movie.")] = None,
+    end: Annotated[str | None, typer.Option("--to", help="Last time of the movie.")] = None,
     speed: Annotated[float | None, typer.Option("--speed", help="Seconds of the run in one of the movie.")] = None,
     fps: Annotated[float, typer.Option("--fps", help="Frames a second.")] = 25.0,
     mode: Annotated[
@@ -82,7 +82,7 @@ def render(
             "triads": not no_triads,
             "traces": tuple(trace or ()),
         }
-        span = (None if start is None else seconds(start, "--from"), None if end is None else seconds(end, "--to"))
+        span = (seconds(start, "--from"), seconds(end, "--to"))
         movie = movie or (output is not None and output.suffix.lower() != ".png")
         target = output or file.with_suffix(".mp4" if movie else ".png")
         from femflex.results import open_run
@@ -94,7 +94,7 @@ def render(
             else:
                 from femflex.view import render_picture
 
-                render_picture(run, target, time=None if time is None else seconds(time, "--time"), force=force, **look)
+                render_picture(run, target, time=seconds(at, "--at"), force=force, **look)
     print(f"picture     {target}")
 
 
@@ -118,8 +118,8 @@ def draw_movie(
     from femflex.view import render_movie
 
     first, last = (run.time[k] if t is None else t for k, t in zip((0, -1), span, strict=True))
-    with Bar("drawing", 1.0, unit="of the frames") as bar:
-        render_movie(run, target, span=(first, last), progress=lambda done, count: bar(done / count), **how, **look)
+    with Bar("drawing", unit="frames") as bar:
+        render_movie(run, target, span=(first, last), progress=bar, **how, **look)
 
 
 def _draw_body(file: Path, output: Path | None, mode: int | None, look: dict[str, Any], fps: float) -> Path:
@@ -130,8 +130,8 @@ def _draw_body(file: Path, output: Path | None, mode: int | None, look: dict[str
     if mode is None:
         return mode_montage(body, output or file.with_suffix(".png"), title=f"modes of {file.stem}", **look)
     target = output or file.with_name(f"{file.stem}_mode{mode}.mp4")
-    with Bar("drawing", 1.0, unit="of the frames") as bar:
-        return mode_movie(body, target, mode, fps=fps, progress=lambda done, count: bar(done / count), **look)
+    with Bar("drawing", unit="frames") as bar:
+        return mode_movie(body, target, mode, fps=fps, progress=bar, **look)
 
 
 def numbers(text: str, n: int, option: str) -> tuple[float, ...]:
@@ -143,18 +143,6 @@ def numbers(text: str, n: int, option: str) -> tuple[float, ...]:
     if len(found) != n:
         raise ValueError(f"{option}: found {text!r}; expected {n} numbers, such as {','.join('1' * n)}")
     return found
-
-
-def seconds(text: str, option: str) -> float:
-    """A time [s] from "12.5" or "2 min". Raises ValueError naming the option."""
-    if re.fullmatch(r"\s*[-+.\deE]+\s*", text):
-        return float(text)
-    from femflex.case.units import UnitError, to_si
-
-    try:
-        return to_si(text, "s")
-    except UnitError as error:
-        raise ValueError(f"{option}: {error}") from None
 
 
 def _factor(text: str) -> float | str:

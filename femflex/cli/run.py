@@ -19,10 +19,12 @@ if TYPE_CHECKING:
     from femflex.results import FileLock, Run
 
 
-@verb("femflex run cases/orbiter_beam.toml -o run.h5")
+@verb("femflex run cases/orbiter_beam.toml -o beam.h5")
 def run(
     case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Result file (HDF5).")] = Path("run.h5"),
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="Result file (HDF5); left out, CASE.h5 in this folder.")
+    ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the unfinished run in the output file.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
     without: Annotated[
@@ -43,6 +45,7 @@ def run(
     from femflex.case import read_case
     from femflex.results import FileLock, open_run
 
+    output = output or Path(f"{case.stem}.h5")
     with ExitStack() as stack:
         with Patience("reading the case") as told:
             read = read_case(case)

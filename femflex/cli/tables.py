@@ -5,27 +5,57 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-
-def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], title: str = "") -> None:
-    """Print a table; the first column is text, the others are aligned to the right."""
-    from rich import box
-    from rich.table import Table
-
-    table = Table(box=box.SIMPLE_HEAD, title=title or None, title_justify="left", pad_edge=False, title_style="bold")
-    for k, head in enumerate(heads):
-        table.add_column(head, justify="left" if k == 0 else "right", no_wrap=True)
-    for row in rows:
-        table.add_row(*row)
-    console().print(table)
+WIDTH = 80  # columns where standard output is no terminal, and the least that is asked of one
+GAP = 2  # spaces between columns
+NUMERIC = tuple("0123456789+-.")  # what cells of a column of numbers begin with
 
 
-def console() -> Any:
-    """Standard output, as wide as needed where it is no terminal."""
+def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], title: str = "", keys: int = 1) -> None:
+    """Print a table: text to the left, numbers to the right.
+
+    A table that is wider than the terminal is folded: its columns follow in several tables one below the other, each
+    with the first `keys` columns.
+    """
+    cells = [list(map(str, row)) for row in rows]
+    left = [k == 0 or not any(row[k][:1] in NUMERIC for row in cells) for k in range(len(heads))]
+    widths = [max(len(part) for part in (head, *(row[k] for row in cells))) for k, head in enumerate(heads)]
+    lines = [title] * bool(title)
+    for group in folded(widths, keys, columns()):
+        lines += ["  ".join(aligned(heads[k], widths[k], left[k]) for k in group).rstrip()]
+        lines += ["─" * (sum(widths[k] for k in group) + GAP * (len(group) - 1))]
+        lines += ["  ".join(aligned(row[k], widths[k], left[k]) for k in group).rstrip() for row in cells]
+        lines += [""]
+    print("\n".join(lines))
+
+
+def folded(widths: Sequence[int], keys: int, width: int) -> list[list[int]]:
+    """Numbers of the columns of each table that a table of these widths (n,) is folded into.
+
+    Columns are spread evenly over as few tables as will do.
+
+    >>> folded([4, 30, 30, 30, 30], 1, 80)
+    [[0, 1, 2], [0, 3, 4]]
+    """
+    first, others = list(range(keys)), list(range(keys, len(widths)))
+    for count in range(1, len(others) + 1):
+        size = -(-len(others) // count)
+        groups = [first + others[k : k + size] for k in range(0, len(others), size)]
+        if size == 1 or all(sum(widths[k] for k in group) + GAP * (len(group) - 1) <= width for group in groups):
+            return groups
+    return [first]
+
+
+def aligned(text: str, width: int, left: bool) -> str:
+    """A cell filled up to its width with spaces, behind it or before it."""
+    return text.ljust(width) if left else text.rjust(width)
+
+
+def columns() -> int:
+    """How many columns a table may have."""
+    import shutil
     import sys
 
-    from rich.console import Console
-
-    return Console(highlight=False, width=None if sys.stdout.isatty() else 200, soft_wrap=True)
+    return max(shutil.get_terminal_size((WIDTH, 24)).columns, 40) if sys.stdout.isatty() else WIDTH
 
 
 def print_json(data: Any) -> None:

@@ -10,6 +10,7 @@ import typer
 
 from femflex.cli.advice_lines import say_notes
 from femflex.cli.progress import Patience
+from femflex.cli.times import seconds
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -31,8 +32,8 @@ def terms(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="PNG or SVG picture: motion, and what pushes it, stacked.")
     ] = None,
-    start: Annotated[float | None, typer.Option("--from", help="First time in s.")] = None,
-    end: Annotated[float | None, typer.Option("--to", help="Last time in s.")] = None,
+    start: Annotated[str | None, typer.Option("--from", help="First time: seconds, or a text such as '2 min'.")] = None,
+    end: Annotated[str | None, typer.Option("--to", help="Last time.")] = None,
     case: Annotated[
         Path | None,
         typer.Option("--case", help="Where the case file is now, if it has moved; meshes are looked for beside it."),
@@ -54,6 +55,7 @@ def terms(
     """
     if keep and (start is not None or end is not None):
         raise ValueError("--keep keeps the terms of the whole run; leave out --from and --to")
+    span = seconds(start, "--from"), seconds(end, "--to")
     from femflex.advice import advice_from, notes_of
     from femflex.pipeline import rebuilt
     from femflex.results import FileLock, open_run
@@ -67,8 +69,7 @@ def terms(
         with Patience("building the model again from the case text") as told:
             model = rebuilt(run, case)
             told("evaluating the terms")
-            first = float(run.time[0]) if start is None else start
-            last = float(run.time[-1]) if end is None else end
+            first, last = (float(run.time[k]) if t is None else t for k, t in zip((0, -1), span, strict=True))
             found = explain(run, model, (first, last))
         places = chosen(found, coordinate or [])
         if json:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import functools
 import os
 import sys
-import warnings
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 import typer
 
 from femflex.cli.errors import BAD_INPUT, FAILED, meaning
+from femflex.cli.warned import gather_warnings, tell_warnings
 
 __all__ = ["BAD_INPUT", "EXAMPLES", "FAILED", "INTERRUPTED", "complain", "verb"]
 
@@ -30,7 +30,7 @@ def verb(example: str) -> Callable[[F], F]:
     def decorate(function: F) -> F:
         @functools.wraps(function)
         def wrapped(*args: Any, **kwargs: Any) -> Any:
-            _show_warnings_neatly()
+            gather_warnings()
             try:
                 return function(*args, **kwargs)
             except BrokenPipeError:  # the reader of the output left, such as `head`
@@ -48,6 +48,8 @@ def verb(example: str) -> Callable[[F], F]:
                 for sentence in sentences:
                     complain(sentence)
                 raise typer.Exit(code) from None
+            finally:
+                tell_warnings()
 
         EXAMPLES[function.__name__] = f"Example: {example}"
         return wrapped  # type: ignore[return-value]
@@ -56,22 +58,6 @@ def verb(example: str) -> Callable[[F], F]:
 
 
 def complain(text: str) -> None:
-    """Say something on standard error."""
+    """Say something on standard error, after the warnings that wait."""
+    tell_warnings()
     print(f"femflex: {text}", file=sys.stderr)
-
-
-def _show_warnings_neatly() -> None:
-    """Print each warning of femflex once, however often the bodies it is about are built."""
-    from femflex.warning import CacheWarning, PhysicsWarning
-
-    told: set[str] = set()
-
-    def show(message: Warning | str, category: type[Warning], *_: Any) -> None:
-        if issubclass(category, CacheWarning | PhysicsWarning) and str(message) not in told:
-            told.add(str(message))
-            complain(f"warning: {message}")
-
-    warnings.simplefilter("ignore")
-    warnings.simplefilter("always", PhysicsWarning)
-    warnings.simplefilter("always", CacheWarning)
-    warnings.showwarning = show  # type: ignore[assignment]

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.constraints.contacts import observe_contacts
+from femflex.dynamics.effectors.states import has_events, observe_states, sensor_problems
 from femflex.dynamics.equilibria.frequency import highest_frequency
+from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.forces.orbit_force import observe_orbit_force
 from femflex.dynamics.joints.channels import observe_balls
 from femflex.dynamics.joints.drive_report import observe_held, specified_states
@@ -19,19 +21,23 @@ from femflex.dynamics.joints.law_report import observe_laws
 from femflex.dynamics.joints.reactions import observe_reactions
 from femflex.dynamics.lowering.layout import BALL_QUATERNION, body_records
 from femflex.dynamics.lowering.lower import lower
-from femflex.dynamics.lowering.pool import aligned
 from femflex.dynamics.lowering.ties import characteristic_length
 from femflex.dynamics.motion import equations
 from femflex.dynamics.reports.channels import channels_of, row_length, row_places
+from femflex.dynamics.reports.monitors import ROW_DISSIPATED
 from femflex.dynamics.reports.observe import observe
 from femflex.dynamics.reports.sights import observe_sights
 from femflex.dynamics.reports.static_stretch import add_static_stretch
+from femflex.dynamics.reports.variations import observe_variations
 from femflex.dynamics.terms.by_source import SWITCHED
+from femflex.dynamics.workspace import Workspace
 from femflex.rotations import is_extrinsic
 from femflex.system import Channel, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.constraints.constrained import Constraints
+    from femflex.dynamics.effectors.clock import Clock
+    from femflex.dynamics.effectors.events import AllEvents
     from femflex.dynamics.joints.latches import Latches
     from femflex.dynamics.motion.second_order import SecondOrderCalls
 
@@ -42,8 +48,11 @@ Array = NDArray[np.float64]
 class Model:
     """A System lowered to flat arrays; `rate(t, x, dx, table, pool, work)` is its compiled equation of motion.
 
-    table, pool, work   see femflex.dynamics.lowering.layout
-    x0                  (n_x,) initial state (q, u)
+    Nothing in it changes once it is compiled. Its calls write to arrays of a Workspace: each thread has its own, and
+    each run (`for_run`), so one model can run in many threads at once.
+
+    workspace           the arrays of its calls: table, pool, work (see femflex.dynamics.lowering.layout)
+    x0                  (n_x,) initial state (q, u, z)
     breaks              (n,) times at which a load or a specified motion is not smooth [s]
     renormalise         first positions in x of the quadruples of Euler parameters
     channels            path -> Channel of everything `observe` returns
@@ -53,11 +62,10 @@ class Model:
     """
 
     system: System
-    table: NDArray[np.int64]
-    pool: Array
-    work: Array
+    workspace: Workspace
     n_q: int
     n_u: int
+    n_z: int
     x0: Array
     breaks: Array
     renormalise: NDArray[np.int64]
@@ -68,9 +76,41 @@ class Model:
     project: Any = None
 
     @property
+    def table(self) -> NDArray[np.int64]:
+        """Records."""
+        return self.workspace.table
+
+    @property
+    def pool(self) -> Array:
+        """Numbers, as the calling thread has them."""
+        return self.workspace.own[1]
+
+    @property
+    def work(self) -> Array:
+        """Scratch of the calling thread."""
+        return self.workspace.own[2]
+
+    def for_run(self) -> Model:
+        """The same model with scratch arrays of its own, for one run."""
+        return self._over(self.workspace.fresh())
+
+    def _over(self, workspace: Workspace) -> Model:
+        held = None if self.constraints is None else replace(self.constraints, workspace=workspace)
+        return replace(self, workspace=workspace, constraints=held)
+
+    @property
     def n_x(self) -> int:
         """Number of states."""
-        return self.n_q + self.n_u
+        return self.n_q + self.n_u + self.n_z
+
+    def parts(self, x: Array) -> tuple[Array, Array, Array]:
+        """Views of q, u and z in states (..., n_x)."""
+        n = self.n_q + self.n_u
+        return x[..., : self.n_q], x[..., self.n_q : n], x[..., n:]
+
+    def at_rest(self, q: Array) -> Array:
+        """The state (n_x,) at coordinates q (n_q,) without velocities, its z as at the start."""
+        return np.concatenate([q, np.zeros(self.n_u), self.parts(self.x0)[2]])
 
     @property
     def second_order(self) -> SecondOrderCalls:
@@ -79,14 +119,14 @@ class Model:
             return self.tree
         from femflex.dynamics.motion.second_order import ConstrainedCalls
 
-        return ConstrainedCalls(self.n_q, self.n_u, self.reduced)
+        return ConstrainedCalls(self.n_q, self.n_u, self.n_z, self.reduced)
 
     @property
     def tree(self) -> SecondOrderCalls:
         """The calls of implicit integrators on the tree, without the forces of constraints."""
         from femflex.dynamics.motion.second_order import SecondOrderCalls
 
-        return SecondOrderCalls(self.n_q, self.n_u, self.reduced)
+        return SecondOrderCalls(self.n_q, self.n_u, self.n_z, self.reduced)
 
     @property
     def reduced(self) -> bool:
@@ -103,13 +143,26 @@ class Model:
         return switch
 
     @property
-    def events(self) -> Latches | None:
-        """The latches of the joints, or None where there are none."""
-        if not any(joint.latches for joint in self.system.joints):
+    def events(self) -> AllEvents | Latches | None:
+        """The latches of the joints and the events of effectors, or None where there are none."""
+        latched, eventful = any(joint.latches for joint in self.system.joints), has_events(self.system)
+        if not (latched or eventful):
             return None
+        from femflex.dynamics.effectors.events import AllEvents, StateEvents
         from femflex.dynamics.joints.latches import Latches
 
-        return Latches(self)
+        if not eventful:
+            return Latches(self)
+        return AllEvents((Latches(self), StateEvents(self)) if latched else (StateEvents(self),))
+
+    @cached_property
+    def clock(self) -> Clock | None:
+        """The sampled controllers, or None where there are none."""
+        if not self.system.controllers:
+            return None
+        from femflex.dynamics.effectors.clock import Clock
+
+        return Clock(self)
 
     @cached_property
     def max_frequency(self) -> float:
@@ -119,20 +172,20 @@ class Model:
     def state_rate(self, t: float, x: Array) -> Array:
         """dx/dt (n_x,) at the state x (n_x,)."""
         dx = np.empty(self.n_x)
-        self.rate(float(t), np.ascontiguousarray(x, float), dx, self.table, self.pool, self.work)
+        self.rate(float(t), np.ascontiguousarray(x, float), dx, *self.workspace.own)
         return dx
 
     def residual(self, t: float, x: Array, udot: Array) -> Array:
         """M udot + h - Q of eq. (9), (n_u,), without forces of constraints; udot - sddot on rows of held freedoms."""
         out = np.empty(self.n_u)
         q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
-        self.tree.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, self.table, self.pool, self.work)
+        self.tree.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, *self.workspace.own)
         return out
 
     def gather(self, t: float, x: Array, udot: Array) -> None:
         """Leave in the work array what every joint carries (W_P) when the state x moves on with udot (n_u,)."""
         q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
-        out, own = np.empty(self.n_u), (self.table, self.pool, self.work)
+        out, own = np.empty(self.n_u), self.workspace.own
         self.second_order.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, *own)
 
     def bias(self, t: float, x: Array) -> Array:
@@ -170,16 +223,17 @@ class Model:
         times = np.ascontiguousarray(times, float)
         states = np.ascontiguousarray(states, float)
         rows = np.empty((len(times), row_length(self.system)))
-        observe(times, states, rows, self.table, self.pool, self.work)
+        observe(times, states, rows, *self.workspace.own)
         out = {
             path: rows[:, place].reshape(len(times), *self.channels[path].shape)
             for path, place in row_places(self.system).items()
         }
         states = specified_states(self, times, states)
-        out["q"], out["u"] = states[:, : self.n_q], states[:, self.n_q :]
-        out |= observe_held(self, times, states) | observe_laws(self, states)
+        out |= dict(zip(("q", "u", "z"), self.parts(states), strict=True))
+        out |= observe_held(self, times, states) | observe_laws(self, states, rows[:, ROW_DISSIPATED])
+        out |= observe_states(self.system, out["z"])
         out |= observe_balls(self.system, states) | observe_locks(self.system, states)
-        out |= observe_orbit_force(self.system, out)
+        out |= observe_orbit_force(self.system, out) | observe_variations(self, times, states)
         if is_extrinsic(self.system.libration_sequence):
             out["attitude/angles"] = out["attitude/angles"][:, ::-1]
         records = body_records(self.table)
@@ -204,32 +258,36 @@ def compile_system(system: System) -> Model:
     """The compiled model of a system.
 
     The first process on a machine compiles the kernels once (some ten seconds); later ones load them.
+    Raises ValueError for an effector whose function cannot be compiled, and for a sensor that is no channel.
     """
-    table, pool, scratch = lower(system)
+    channels = channels_of(system)
+    if problems := sensor_problems(system, channels):
+        raise ValueError("\n".join(problems))
+    table, pool, scratch = lower(system, force_terms())
     n_q = len(system.coordinate_names())
-    n_u = len(system.velocity_names())
+    n_u, n_z = len(system.velocity_names()), len(system.state_names())
     quadruples = [int(b["q"] + b["n_slide"]) for b in body_records(table)[1:] if b["ball"] == BALL_QUATERNION]
-    knots = [load.times for load in system.loads if load.times is not None]
+    knots = [times for term in force_terms() for times in term.breaks(system)]
+    knots += [variation.breaks for variation in system.varying.values()]
     knots += [profile.breaks for joint in system.joints for profile in joint.held.values()]
     tree = Model(
         system=system,
-        table=table,
-        pool=pool,
-        work=aligned(scratch),
+        workspace=Workspace(table, pool, scratch, bool(system.varying)),
         n_q=n_q,
         n_u=n_u,
+        n_z=n_z,
         x0=system.initial_state(),
         breaks=np.unique(np.concatenate(knots)) if knots else np.zeros(0),
         renormalise=np.array(quadruples, np.int64),
-        channels=channels_of(system),
+        channels=channels,
         rate=rate_of(system),
     )
     return constrained(tree) if system.loops or system.constraints else tree
 
 
 def rate_of(system: System) -> Any:
-    """The compiled rate of a tree: the plain one, or that with held freedoms, laws and springs between markers."""
-    if not (system.springs or any(joint.held or joint.laws or joint.latches for joint in system.joints)):
+    """The compiled rate of a tree: the plain one, or that with held freedoms and states z."""
+    if not (system.state_names() or any(joint.held for joint in system.joints)):
         return equations.rate
     from femflex.dynamics.motion.led_equations import led_rate
 
@@ -245,12 +303,13 @@ def constrained(tree: Model) -> Model:
     from femflex.dynamics.constraints.assemble import assembled
     from femflex.dynamics.constraints.constrained import constraints_of_system
 
-    own = (tree.table, tree.pool, tree.work)
-    held = constraints_of_system(tree.system, own, tree.n_q, tree.n_u, tree.tree.kinematic)
+    held = constraints_of_system(tree.system, tree.workspace, tree.n_q, tree.n_u, tree.tree.kinematic)
+    x0 = assembled(held, tree.x0, characteristic_length(tree.system), tree.mass_matrix)
+    tree.workspace.keep_numbers()  # what play was taken up, and which pivots are lost
     return replace(
         tree,
         constraints=held,
-        x0=assembled(held, tree.x0, characteristic_length(tree.system), tree.mass_matrix),
+        x0=x0,
         rate=calls.rate,
         project=calls.project,
     )

@@ -20,7 +20,7 @@ from femflex.integrate import resume as head
 from femflex.integrate.events import eventful_blocks
 from femflex.integrate.outcome import Block, IntegrationError, Interrupted, Solution, failure, joined
 from femflex.integrate.pace import Pace, trials_of
-from femflex.integrate.protocol import Model, Progress
+from femflex.integrate.protocol import Clock, Model, Progress
 
 Array = NDArray[np.float64]
 Span = tuple[float, float, float]  # end of the interval, and the limits of the times at which the model may be asked
@@ -137,7 +137,7 @@ class Adaptive(ABC):
         if getattr(model, "events", None) is not None:
             yield from eventful_blocks(self, model, todo, breaks, resume)
             return
-        fill, budget, pace = self.filler(model), FIRST_BUDGET, Pace(resume)
+        fill, budget, pace, clock = self.filler(model), FIRST_BUDGET, Pace(resume), getattr(model, "clock", None)
         vectors = resume[head.HEAD :].reshape(self.n_vectors, -1)
         while todo.size:
             rows = np.empty((min(ROWS, todo.size), model.n_x))
@@ -145,13 +145,16 @@ class Adaptive(ABC):
             stop_at = perf_counter() + BLOCK_SECONDS
             try:
                 while kept[0] < len(rows) and status != head.STUCK and perf_counter() < stop_at:
-                    span = interval(resume[head.T], todo[-1], breaks)
+                    if clock is not None and clock.next(vectors[0]) <= resume[head.T]:
+                        clock.strike(float(resume[head.T]), vectors[0])
+                        self.start_anew(model, resume, until(clock, vectors[0], resume[head.T], todo[-1], breaks))
+                    span = until(clock, vectors[0], resume[head.T], todo[-1], breaks)
                     count, called = kept[0], perf_counter()
                     status, written = fill(resume, vectors, todo[count:], rows[count:], span, budget)
                     if status == head.PAUSE:
                         budget = adapted(budget, perf_counter() - called)
                     elif status == head.END:
-                        self.start_anew(model, resume, interval(resume[head.T], todo[-1], breaks))
+                        self.start_anew(model, resume, until(clock, vectors[0], resume[head.T], todo[-1], breaks))
                     if pace.hopeless(trials_of(resume), resume[head.T], span[0]):
                         status, resume[head.CAUSE] = head.STUCK, head.CREEPING
                     kept = count + written, resume.copy()
@@ -171,6 +174,14 @@ def interval(t: float, end: float, breaks: Array) -> Span:
     if after == breaks.size:
         return float(end), float(lo), math.inf
     return float(min(end, breaks[after])), float(lo), float(np.nextafter(breaks[after], -math.inf))
+
+
+def until(clock: Clock | None, x: Array, t: float, end: float, breaks: Array) -> Span:
+    """The smooth interval that holds t, up to the next instant at which a clock changes the state x (n_x,)."""
+    stop, lo, hi = interval(t, end, breaks)
+    if clock is not None and t < clock.next(x) < stop:
+        stop = clock.next(x)
+    return stop, lo, hi
 
 
 def adapted(budget: int, seconds: float) -> int:

@@ -1,8 +1,9 @@
 """Compiled steps of the order-4 implicit Runge-Kutta method: Newton's iteration of a stage, and the loop over steps.
 
-Stage s solves M udot_s = Q - h at q_s = q + h sum_j A[s, j] N(q_j) u_j, u_s = u + h sum_j A[s, j] udot_j; the last
-one is the end of the step. The vectors kept between calls are (4, n_x): x = (q, u), dx/dt, and both at the beginning
-of the last step. k (6, n_x) holds dx/dt = (N u, udot) of the stages.
+Stage s solves M udot_s = Q - h at q_s = q + h sum_j A[s, j] N(q_j) u_j, u_s = u + h sum_j A[s, j] udot_j, and
+zdot_s = f at z_s likewise; the last one is the end of the step. With v = (u, z) the vectors kept between calls are
+(4, n_x): x = (q, v), dx/dt, and both at the beginning of the last step. k (6, n_x) holds dx/dt = (N u, vdot) of the
+stages.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ IntArray = NDArray[np.int64]
 Span = tuple[float, float, float]
 
 N_STAGES = 6
-# rows of the scratch vectors: the stage, what is known of it beforehand, error, a correction in x; the rest (n_u,)
+# rows of the scratch vectors: the stage, what is known of it beforehand, error, a correction in x; the rest (n_v,)
 Y, BASE, E, CHANGE, DELTA = 0, 1, 2, 3, 4
 N_SCRATCH = 5
 SHRINK, GROW = 0.25, 4.0
@@ -60,7 +61,7 @@ def begin_stage(
             k[s, i] += GUESS[s, j] * k[j, i]
         y[i] = base[i] + h * GAMMA * k[s, i]
     kinematic(t, y[:n_q], y[n_q:], k[s][:n_q], *own)
-    for i in range(n_q):  # the guess of q must follow from that of u: Newton's matrix takes it for granted
+    for i in range(n_q):  # the guess of q must follow from that of v: Newton's matrix takes it for granted
         y[i] = base[i] + h * GAMMA * k[s, i]
 
 
@@ -83,19 +84,19 @@ def stage(
     """Whether Newton's method found stage s, scratch[Y] and k[s]; S = M + (gamma h) D + (gamma h)^2 K is its matrix."""
     begin_stage(kinematic, own, s, t, h, n_q, x, k, scratch)
     y, base, change = scratch[Y], scratch[BASE], scratch[CHANGE]
-    n_u = x.size - n_q
-    q, u, qdot, udot = y[:n_q], y[n_q:], k[s][:n_q], k[s][n_q:]
-    delta = scratch[DELTA][:n_u]
+    n_v = x.size - n_q
+    q, v, qdot, vdot = y[:n_q], y[n_q:], k[s][:n_q], k[s][n_q:]
+    delta = scratch[DELTA][:n_v]
     g = GAMMA * h
     before = 0.0
     for iteration in range(MAX_ITERATIONS):
-        correct(t, q, u, udot, delta, g, g**2, *own)
+        correct(t, q, v, vdot, delta, g, g**2, *own)
         state[head.EVALUATIONS] += 1
-        for i in range(n_u):
-            udot[i] += delta[i]
+        for i in range(n_v):
+            vdot[i] += delta[i]
             change[n_q + i] = g * delta[i]
-            u[i] += g * delta[i]
-        kinematic(t, q, u, qdot, *own)
+            v[i] += g * delta[i]
+        kinematic(t, q, v, qdot, *own)
         for i in range(n_q):
             new = base[i] + g * qdot[i]
             change[i] = new - q[i]

@@ -26,7 +26,7 @@ from femflex.integrate.pace import Pace, trials_of
 
 if TYPE_CHECKING:
     from femflex.integrate.driver import Adaptive, Fill
-    from femflex.integrate.protocol import Model
+    from femflex.integrate.protocol import Clock, Model
 
 Array = NDArray[np.float64]
 
@@ -95,6 +95,11 @@ class Stepper:
         return found
 
     @property
+    def clock(self) -> Clock | None:
+        """What changes the state at given instants, None where nothing does."""
+        return getattr(self.model, "clock", None)
+
+    @property
     def vectors(self) -> Array:
         """What the method keeps, the state first."""
         return self.resume[head.HEAD :].reshape(self.method.n_vectors, -1)
@@ -102,6 +107,9 @@ class Stepper:
     def advance(self, todo: Array, rows: list[Array]) -> bool:
         """Take a step, or what stands at its beginning; append the rows it reaches. True when the method is stuck."""
         t, x, resume = float(self.resume[head.T]), self.vectors[0], self.resume
+        if self.clock is not None and self.clock.next(x) <= t:
+            self.clock.strike(t, x)
+            self.start_anew()
         due = np.flatnonzero(self.events.values(t, x) <= 0.0)
         if due.size:
             return not self.happen(due.tolist())
@@ -208,6 +216,6 @@ class Stepper:
 
     def interval(self, t: float) -> tuple[float, float, float]:
         """The smooth interval that holds t."""
-        from femflex.integrate.driver import interval
+        from femflex.integrate.driver import until
 
-        return interval(t, max(self.end, t), self.breaks)
+        return until(self.clock, self.vectors[0], t, max(self.end, t), self.breaks)

@@ -35,7 +35,7 @@ class GeneralizedAlpha(Implicit):
     name: ClassVar[str] = "generalized_alpha"
     order: ClassVar[int] = 2
     number: ClassVar[int] = 2
-    n_vectors: ClassVar[int] = 5
+    n_vectors: ClassVar[int] = 6
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -43,13 +43,12 @@ class GeneralizedAlpha(Implicit):
             raise ValueError(f"the spectral radius rho = {self.rho} must lie between 0 (most damping) and 1 (none).")
 
     def set_slopes(self, model: Model, vectors: Array, t: float, h: float, span: Span) -> None:
-        """Set the slopes (a - udot) / h and d(udot)/dt at the beginning of a smooth interval."""
+        """Set the slopes (a - vdot) / h and d(vdot)/dt at the beginning of a smooth interval."""
         from femflex.integrate.generalized_alpha_kernel import parameters
 
         alpha_m, alpha_f, _, _ = parameters(self.rho)
-        n_q, n_u = self.calls(model).n_q, self.calls(model).n_u
-        jerk = slope(model, vectors, t, h, span)[n_q:]
-        vectors[4, :n_u], vectors[4, n_u : 2 * n_u] = (alpha_m - alpha_f) * jerk, jerk
+        jerk = slope(model, vectors, t, h, span)[self.calls(model).n_q :]
+        vectors[4, : jerk.size], vectors[5, : jerk.size] = (alpha_m - alpha_f) * jerk, jerk
 
     def filler(self, model: Model) -> Fill:
         """The compiled loop of `generalized_alpha_kernel`."""

@@ -1,8 +1,10 @@
 """Compiled steps of the generalised-alpha method: Newton's iteration, error, and the loop over steps.
 
-Notation of Arnold & Bruels (2007), with u for the velocity and w = udot. The vectors kept between calls are (5, n_x):
-x = (q, u), dx/dt, both at the beginning of the last step, and two slopes of w, each (n_u,): `g` = (a - w) / h, which
-carries the method's own acceleration a over a change of step, and `s`, the mean slope over the last step.
+Notation of Arnold & Bruels (2007), with v = (u, z) for what has a rate of its own and w = dv/dt: states z go by the
+method's formulas of velocities, which are of order 2 for them too and damp fast ones likewise. The vectors kept between
+calls are (6, n_x): x = (q, v), dx/dt, both at the beginning of the last step, and two slopes of w, each (n_v,):
+`g` = (a - w) / h, which carries the method's own acceleration a over a change of step, and `s`, the mean slope over the
+last step.
 """
 
 from __future__ import annotations
@@ -39,8 +41,8 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Span = tuple[float, float, float]
 
-SLOPES = 4  # row of the kept vectors, beside the four of `hermite`
-# rows of the scratch vectors: end of the trial step, its rate, error, a correction in x; the rest are (n_u,)
+SLOPES, MEAN_SLOPES = 4, 5  # rows of the kept vectors, beside the four of `hermite`
+# rows of the scratch vectors: end of the trial step, its rate, error, a correction in x; the rest are (n_v,)
 Y, YDOT, E, CHANGE, INCREMENT, A_NEW, DELTA, VELOCITY = 0, 1, 2, 3, 4, 5, 6, 7
 N_SCRATCH = 8
 SHRINK, GROW = 0.3, 3.0
@@ -64,7 +66,7 @@ def error_constants(rho: float) -> tuple[float, float]:
 
 @part
 def update(advance: Call, own: Own, h: float, rho: float, n_q: int, vectors: Array, scratch: Array) -> None:
-    """Set the end of the step (q, u) and a from its w, scratch[YDOT]."""
+    """Set the end of the step (q, v) and a from its w, scratch[YDOT]."""
     alpha_m, alpha_f, beta, gamma = parameters(rho)
     for i in range(vectors.shape[1] - n_q):
         u, w, w_new = vectors[X, n_q + i], vectors[XDOT, n_q + i], scratch[YDOT, n_q + i]
@@ -73,8 +75,8 @@ def update(advance: Call, own: Own, h: float, rho: float, n_q: int, vectors: Arr
         scratch[A_NEW, i] = a_new
         scratch[INCREMENT, i] = h * u + h**2 * ((0.5 - beta) * a + beta * a_new)
         scratch[Y, n_q + i] = u + h * ((1.0 - gamma) * a + gamma * a_new)
-    n_u = vectors.shape[1] - n_q
-    advance(vectors[X][:n_q], scratch[INCREMENT][:n_u], scratch[Y][:n_q], *own)
+    n_v = vectors.shape[1] - n_q
+    advance(vectors[X][:n_q], scratch[INCREMENT][:n_v], scratch[Y][:n_q], *own)
 
 
 @part
@@ -97,17 +99,17 @@ def newton(
     alpha_m, alpha_f, beta, gamma = parameters(rho)
     ratio = (1.0 - alpha_f) / (1.0 - alpha_m)
     c_damp, c_stiff = gamma * ratio * h, beta * ratio * h**2
-    n_u = vectors.shape[1] - n_q
+    n_v = vectors.shape[1] - n_q
     q, u, w = scratch[Y][:n_q], scratch[Y][n_q:], scratch[YDOT][n_q:]
-    delta, velocity = scratch[DELTA][:n_u], scratch[VELOCITY][:n_u]
-    for i in range(n_u):
-        w[i] = vectors[XDOT, n_q + i] + h * vectors[SLOPES, n_u + i]
+    delta, velocity = scratch[DELTA][:n_v], scratch[VELOCITY][:n_v]
+    for i in range(n_v):
+        w[i] = vectors[XDOT, n_q + i] + h * vectors[MEAN_SLOPES, i]
     update(advance, own, h, rho, n_q, vectors, scratch)
     before = 0.0
     for iteration in range(MAX_ITERATIONS):
         correct(t, q, u, w, delta, c_damp, c_stiff, *own)
         state[head.EVALUATIONS] += 1
-        for i in range(n_u):
+        for i in range(n_v):
             w[i] += delta[i]
             velocity[i] = c_stiff * delta[i]
             scratch[CHANGE, n_q + i] = c_damp * delta[i]
@@ -130,14 +132,14 @@ def set_error(
 ) -> None:
     """Set the error of the step, scratch[E], from the changes of a over the step and of the slope of w."""
     C_q, C_u = error_constants(rho)
-    n_u = vectors.shape[1] - n_q
-    velocity = scratch[VELOCITY][:n_u]
+    n_v = vectors.shape[1] - n_q
+    velocity = scratch[VELOCITY][:n_v]
     between = 0.5 * (h + state[head.T] - state[head.T_OLD])  # of the middles of the last two steps
-    for i in range(n_u):
+    for i in range(n_v):
         w = vectors[XDOT, n_q + i]
         velocity[i] = C_q * h**2 * (scratch[A_NEW, i] - w - h * vectors[SLOPES, i])
         slope = (scratch[YDOT, n_q + i] - w) / h
-        scratch[E, n_q + i] = C_u * h**3 * (slope - vectors[SLOPES, n_u + i]) / between
+        scratch[E, n_q + i] = C_u * h**3 * (slope - vectors[MEAN_SLOPES, i]) / between
     kinematic(t, scratch[Y][:n_q], velocity, scratch[E][:n_q], *own)
 
 
@@ -148,10 +150,10 @@ def move_on(h: float, n_q: int, vectors: Array, scratch: Array) -> None:
     put(vectors[XDOT], vectors[XDOT_OLD])
     put(scratch[Y], vectors[X])
     put(scratch[YDOT], vectors[XDOT])
-    n_u = vectors.shape[1] - n_q
-    for i in range(n_u):
+    n_v = vectors.shape[1] - n_q
+    for i in range(n_v):
         vectors[SLOPES, i] = (scratch[A_NEW, i] - scratch[YDOT, n_q + i]) / h
-        vectors[SLOPES, n_u + i] = (scratch[YDOT, n_q + i] - vectors[XDOT_OLD, n_q + i]) / h
+        vectors[MEAN_SLOPES, i] = (scratch[YDOT, n_q + i] - vectors[XDOT_OLD, n_q + i]) / h
 
 
 _CALLS = (*(types.FunctionType(call) for call in (RATE, CORRECT, KINEMATIC, ADVANCE, SWITCH)), HOLD)

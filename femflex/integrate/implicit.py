@@ -39,10 +39,11 @@ class Implicit(Adaptive):
                 f"the integrator {self.name!r} needs a model with second-order calls (correct, kinematic, "
                 "advance), and this one has only its rate. Choose 'dop853'."
             )
-        if offered.n_q + offered.n_u != model.n_x or offered.n_u > offered.n_q:
+        n_z = getattr(offered, "n_z", 0)
+        if offered.n_q + offered.n_u + n_z != model.n_x or offered.n_u > offered.n_q:
             raise ValueError(
-                f"the integrator {self.name!r} needs x = (q, u) with n_u <= n_q, but n_q = {offered.n_q}, "
-                f"n_u = {offered.n_u} and n_x = {model.n_x}."
+                f"the integrator {self.name!r} needs x = (q, u, z) with n_u <= n_q, but n_q = {offered.n_q}, "
+                f"n_u = {offered.n_u}, n_z = {n_z} and n_x = {model.n_x}."
             )
         return offered
 

@@ -27,14 +27,16 @@ CHANGE OF COORDINATES (models whose rotation sets need one)
                It sees every accepted state, and may keep note of the nearest to failing in a place of `work` of its
                own, which nothing here reads.
 
-SECOND-ORDER CALLS (models that offer the implicit methods). There x = (q, u) with q (n_q,) and u (n_u,),
-n_x = n_q + n_u; n_q may exceed n_u (Euler parameters). Quasi-coordinate increments are (n_u,), like u.
+SECOND-ORDER CALLS (models that offer the implicit methods). There x = (q, u, z) with q (n_q,), u (n_u,) and states z
+(n_z,) of first order, none unless the model says so, n_x = n_q + n_u + n_z; n_q may exceed n_u (Euler parameters).
+v = (u, z) (n_v,) is what has a rate of its own; it comes in one array. Quasi-coordinate increments are (n_u,), like u.
 
-    CORRECT    correct(t, q, u, udot, out, c_damp, c_stiff, table, pool, work)
-               out = -(M(q, t) + c_damp D + c_stiff K)^-1 (M udot + h(q, u, t) - Q(q, u, t)), (n_u,): what Newton's
-               method adds to udot; zero along the motion. D and K: the linear dampers and springs of modes and joints,
-               in quasi-coordinates; an approximation of -dQ/du and -dQ/dq is enough (it sets the speed of Newton's
-               method, never the answer).
+    CORRECT    correct(t, q, v, vdot, out, c_damp, c_stiff, table, pool, work)
+               out (n_v,): what Newton's method adds to vdot; zero along the motion. Of u it is
+               -(M(q, t) + c_damp D + c_stiff K)^-1 (M udot + h(q, v, t) - Q(q, v, t)), of z
+               (1 - c_damp J)^-1 (f(q, v, t) - zdot). D and K: the linear dampers and springs of modes and joints,
+               in quasi-coordinates; approximations of -dQ/du, -dQ/dq and J = df/dz are enough (they set the speed of
+               Newton's method, never the answer).
     KINEMATIC  kinematic(t, q, u, qdot, table, pool, work)
                qdot = N(q) u, (n_q,), linear in u.
     ADVANCE    advance(q, increment, out, table, pool, work)
@@ -74,7 +76,10 @@ OWN = types.Tuple(_OWN)  # the three arrays as kernels take them
 
 
 class SecondOrder(Protocol):
-    """The second-order calls of a model with x = (q, u); they share the model's table, pool and work."""
+    """The second-order calls of a model with x = (q, u, z); they share the model's table, pool and work.
+
+    A model with states z also says how many, `n_z`.
+    """
 
     @property
     def n_q(self) -> int:
@@ -140,8 +145,21 @@ class Model(Protocol):
     def second_order(self) -> SecondOrder | None:
         """The second-order calls, or None if the model has only its rate."""
 
-    # A model may also have `events` (see femflex.integrate.events): instants at which its state jumps; and `diagnosis`
-    # (see femflex.integrate.outcome): what it says of a state at which a method was stuck.
+    # A model may also have `clock` (see Clock); `events` (see femflex.integrate.events): instants at which its state
+    # jumps; and `diagnosis` (see femflex.integrate.outcome): what it says of a state at which a method was stuck.
+
+
+class Clock(Protocol):
+    """What changes a model's state at instants that the state itself names, such as samples of controllers.
+
+    A step ends at every such instant; a row handed out there shows the state before, but for the first row of a run.
+    """
+
+    def next(self, x: Array) -> float:
+        """The next instant after the state x (n_x,) [s]."""
+
+    def strike(self, t: float, x: Array) -> None:
+        """Change x (n_x,) in place; the next instant lies behind t afterwards."""
 
 
 Progress = Callable[[float], object]  # called with the time reached; a true answer stops the run

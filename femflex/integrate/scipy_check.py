@@ -15,7 +15,7 @@ import scipy.integrate
 from numpy.typing import NDArray
 
 from femflex.integrate import resume as head
-from femflex.integrate.driver import BLOCK_SECONDS, ROWS, Span, checked, collected, interval
+from femflex.integrate.driver import BLOCK_SECONDS, ROWS, Span, checked, collected, until
 from femflex.integrate.outcome import Block, IntegrationError, Solution, Steps
 from femflex.integrate.pace import Pace
 from femflex.integrate.protocol import Model, Progress
@@ -60,7 +60,10 @@ class Scipy:
         """Blocks of the states at `times` (n_t,), ascending [s]; x0 (n_x,) is the state at times[0]."""
         times, x0 = checked(times, x0, model.n_x)
         if getattr(model, "events", None) is not None:
-            raise ValueError(f"{self.name} does not follow latches; choose 'dop853', 'esdirk4' or 'generalized_alpha'.")
+            raise ValueError(
+                f"{self.name} does not follow latches and other events; choose 'dop853', 'esdirk4' or "
+                "'generalized_alpha'."
+            )
         if state is None:
             resume = np.concatenate([np.zeros(head.HEAD), x0])
             resume[head.METHOD], resume[head.N_X] = NUMBER, model.n_x
@@ -104,9 +107,11 @@ class Scipy:
     def _steps(self, model: Model, end: float, resume: Array) -> Iterator[Any]:
         """The solver at its start and after each step, a new one for each smooth interval and change of coordinates."""
         breaks, t, x = np.unique(np.asarray(model.breaks, float)), float(resume[head.T]), resume[head.HEAD :].copy()
-        pace = Pace(resume)
+        pace, clock = Pace(resume), getattr(model, "clock", None)
         while True:
-            rate = Rate(model, interval(t, end, breaks))
+            if clock is not None and clock.next(x) <= t:
+                clock.strike(t, x)
+            rate = Rate(model, until(clock, x, t, end, breaks))
             solver = self._solver(rate, t, x)
             yield solver
             while solver.status == "running":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +14,7 @@ from femflex.pipeline.resumed import is_finished
 if TYPE_CHECKING:
     from femflex.case import Case
     from femflex.results import Run
+    from femflex.system import Controller, Effector, Variation
 
 __all__ = [
     "Prepared",
@@ -36,13 +37,17 @@ def run(
     resume: bool = False,
     progress: Progress | None = None,
     without: Sequence[str] = (),
+    effectors: Sequence[Effector | Controller] = (),
+    varying: Mapping[str, Variation] | None = None,
 ) -> Run:
     """The finished run of a case, written to an HDF5 file as it goes and open for reading.
 
     resume    go on with the unfinished run in `output`; the answer is that of an uninterrupted one, bit for bit
               (a complete one is returned as it is)
     without   names of what is switched off, such as "gravity_gradient", a load or "flexibility"; the file says so
+    effectors effectors and controllers beside those of the case; a run with any is resumed by giving the same again
     progress  called with the time reached [s] after every block
+    varying   body name -> Variation: how its properties depend on time; to resume such a run, give the same again
     Raises CaseError for a case that cannot be run, FileExistsError for an existing output unless `force`,
     BlockingIOError when another run is writing the output, ValueError when `resume` finds other inputs, and
     IntegrationError when the numerics fail; the file then keeps what was computed and says so.
@@ -57,6 +62,8 @@ def run(
         with wrong_names_first(case, without):
             check_output(case, Path(output), force, resume)
     with FileLock(output) as lock:
-        prepared = prepare(case, output, force=force, resume=resume, without=without)
+        prepared = prepare(
+            case, output, force=force, resume=resume, without=without, effectors=effectors, varying=varying
+        )
         integrate(prepared, output, force=force, resume=resume, progress=progress, lock=lock)
     return open_run(output)

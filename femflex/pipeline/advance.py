@@ -39,11 +39,11 @@ def integrate(
     from femflex.integrate import IntegrationError
     from femflex.results.keeping import undisturbed
 
-    model, known = prepared.model, prepared.decided.known
+    model, known = prepared.model.for_run(), prepared.decided.known
     runaway, singularities = Runaway(model, known, prepared.decided.notes), Singularities(model)
     stiffening = Stiffening(model, known)
     if model.constraints is not None:
-        model.constraints.forget_passage()  # a trial of the integrator may have passed here before
+        model.constraints.forget_passage()
     with _writer(prepared, Path(output), force, resume, lock) as (writer, state, written):
         last = None
         try:
@@ -106,6 +106,7 @@ def _attributes(prepared: Prepared) -> dict[str, str]:
     """Attributes of the result file: what was run, and how."""
     from femflex.advice.advice import advice_text
     from femflex.pipeline.inputs import inputs_text
+    from femflex.pipeline.prepared import sampling
 
     case, model = prepared.case, prepared.model
     return {
@@ -114,17 +115,20 @@ def _attributes(prepared: Prepared) -> dict[str, str]:
         "case_path": str(case.path),
         "inputs": inputs_text(case),
         "without": ", ".join(model.omitted),
+        "varying": ", ".join(sorted(prepared.system.varying)),
         "start_moved": ", ".join(map(str, prepared.moved[:MOST_MOVED])),
         "start_taken_up": "; ".join(map(str, prepared.taken_up)),
         "integrator": prepared.integrator.name,
         "advice": advice_text(prepared.decided.advice),
+        "effectors": ", ".join(effector.name for effector in prepared.system.effectors),
+        "sampled": " ".join(sampling(prepared.system)),
         "frame": f"N inertial; attitude from the {prepared.system.frame.kind} frame",
     }
 
 
 def _kept(error: IntegrationError, writer: RunWriter, model: Model, written: float) -> IntegrationError:
     """The error with the body and coordinate that failed in its text; the last finite state goes into the file."""
-    names = [name for name, _ in (*model.system.coordinate_names(), *model.system.velocity_names())]
+    names = [name for name, _ in model.system.all_state_names()]
     where = f" in {names[error.coordinate]}" if error.coordinate >= 0 else ""
     text = f"the run stopped at t = {error.t:.9g} s{where}: {error.reason}"
     seen = _seen(error, model)

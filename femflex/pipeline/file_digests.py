@@ -71,7 +71,7 @@ def _last_row_digest(path: Path) -> str:
 
     with open_run(path) as run:
         last = slice(len(run) - 1, len(run))
-        return content_digest([(run.names(name), run.read(name, last)) for name in ("q", "u")])
+        return content_digest([(run.names(name), run.read(name, last)) for name in ("q", "u", "z") if name in run])
 
 
 def _body_digest(path: Path) -> str:

@@ -67,7 +67,7 @@ class Runaway:
     def _too_fast(self, block: Block) -> IntegrationError | None:
         from femflex.integrate import IntegrationError
 
-        u = np.abs(block.states[:, -len(self._fastest) :]) if len(self._fastest) else np.zeros((len(block.times), 0))
+        u = np.abs(self._model.parts(block.states)[1])
         over = np.flatnonzero((u > self._fastest).any(axis=1))
         if not len(over):
             return None
@@ -78,7 +78,7 @@ class Runaway:
             f"the motion has run away, {self._names[k]} is {u[over[0], k]:.3g} {self._units[k]}, beyond "
             f"{self._fastest[k]:g} {self._units[k]}, which no craft reaches. {self._cause(block, over[0], advice)}"
         )
-        column = block.states.shape[1] - len(self._fastest) + k
+        column = self._model.n_q + k
         return IntegrationError(text, block.times[row], block.states[row], column, block.steps)
 
     def _advice(self, name: str, shape: int, block: Block, row: int) -> str:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from femflex.dynamics.constraints.taken_up import TakenUp
     from femflex.integrate import Integrator
     from femflex.pipeline.decisions import Decided
-    from femflex.system import Part, System
+    from femflex.system import Controller, Effector, Part, System, Variation
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,16 +58,21 @@ class Prepared:
 
 def prepare(
     case: Case | str | Path,
-    output: str | Path = "run.h5",
+    output: str | Path | None = None,
     *,
     force: bool = False,
     resume: bool = False,
     bodies: Mapping[str, Part] | None = None,
     without: Sequence[str] = (),
+    effectors: Sequence[Effector | Controller] = (),
+    varying: Mapping[str, Variation] | None = None,
 ) -> Prepared:
     """The run of a case up to its first step, with these bodies or with its own; nothing is written.
 
+    output: the result file, when it is to be checked before anything is built that it can be written, or resumed
     without: names of what is switched off (see `femflex.dynamics.terms.without`)
+    effectors: effectors and controllers beside those of the case
+    varying: body name -> Variation, how its properties depend on time
 
     Raises as `femflex.run` does for what can be told before the first step.
     """
@@ -78,29 +83,43 @@ def prepare(
     from femflex.pipeline.decisions import decided
     from femflex.pipeline.integrator import chosen_integrator
     from femflex.pipeline.references import duration_of
-    from femflex.pipeline.resumed import check_same_model, check_same_times, integrator_of
+    from femflex.pipeline.resumed import check_same_effectors, check_same_model, check_same_times, integrator_of
 
     case = case if isinstance(case, Case) else read_case(case)
-    with wrong_names_first(case, without):
-        check_output(case, Path(output), force, resume)
+    if resume and output is None:
+        raise ValueError("a run is resumed from its file; say which one (`output`)")
+    if output is not None:
+        with wrong_names_first(case, without):
+            check_output(case, Path(output), force, resume)
+        if resume:
+            check_same_effectors(effectors, Path(output))
     found = decided(case, bodies)
     system = found.system
+    system = replace(system, effectors=(*system.effectors, *effectors), varying={**system.varying, **(varying or {})})
     model = compile_system(system)
     if without:
         model = model.without(*without)
         system = model.system
-    if resume:
+    if output is not None and resume:
         check_same_model(model, Path(output))
     times = case.run.times(duration_of(case, system))
     found = replace(found, advice=(*found.advice, *output_doubts(system.bodies, float(times[1] - times[0]))))
     warn_of(found.advice)
     chosen = case
-    if resume:
+    if output is not None and resume:
         check_same_times(times, Path(output))
         run = case.run.model_copy(update={"integrator": integrator_of(Path(output))})
         chosen = case.model_copy(update={"run": run})
     integrator, reason = chosen_integrator(chosen, model, times)
-    return Prepared(case, system, model, integrator, reason, times, found)
+    return Prepared(case, system, model, integrator, " ".join([reason, *sampling(system)]), times, found)
+
+
+def sampling(system: System) -> list[str]:
+    """A sentence on the period of every controller."""
+    return [
+        f"Controller {controller.name} is called every {controller.period:g} s, and its command held between."
+        for controller in system.controllers
+    ]
 
 
 @contextmanager

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,15 +12,18 @@ import numpy as np
 if TYPE_CHECKING:
     from femflex.dynamics import Model
     from femflex.results import Run
+    from femflex.system import Variation
 
 AGREED = 1e-6  # relative; energies of the rebuilt model and of the file
+STATES = ("q", "u", "z")
 CHECKED = ("monitors/kinetic", "monitors/elastic")
 
 
-def rebuilt(run: Run, case: str | Path | None = None) -> Model:
+def rebuilt(run: Run, case: str | Path | None = None, varying: Mapping[str, Variation] | None = None) -> Model:
     """The model that made a run, without what was switched off in it.
 
     case: where the case file is now, when it has moved; meshes are looked for beside it, its text is the run's.
+    varying: the bodies that vary with time, as they were handed to the run.
     Raises ValueError when the run keeps no case, its folder is gone, or the meshes have changed since; CaseError when
     they are not there.
     """
@@ -26,6 +31,7 @@ def rebuilt(run: Run, case: str | Path | None = None) -> Model:
     from femflex.dynamics import compile_system
     from femflex.pipeline.decisions import build_system
     from femflex.pipeline.inputs import changed_inputs, inputs_of
+    from femflex.pipeline.resumed import check_varying, effectors_of
 
     if not run.case_text:
         raise ValueError(f"{run.path} keeps no case text, so its model cannot be built again")
@@ -39,7 +45,13 @@ def rebuilt(run: Run, case: str | Path | None = None) -> Model:
     begun = inputs_of(run)
     if begun is not None and (changed := changed_inputs(begun, read)):
         raise ValueError(f"{run.path} was made with other inputs: {changed}. Undo the change, or run the case anew")
-    model = compile_system(build_system(read))
+    if given := effectors_of(run):
+        raise ValueError(
+            f"{run.path} was made with effectors from Python ({', '.join(given)}), which no case text holds, so its "
+            f"model cannot be built again; compile it in Python with the same ones"
+        )
+    model = compile_system(replace(build_system(read), varying=dict(varying or {})))
+    check_varying(run, model)
     if run.without:
         model = model.without(*run.without)
     check_agreement(run, model)
@@ -50,10 +62,11 @@ def check_agreement(run: Run, model: Model) -> None:
     """Raise ValueError when the run's last row is not what the model reports of its state."""
     if not len(run):
         raise ValueError(f"{run.path} holds no instants")
-    same = run.names("q") == model.channels["q"].names and run.names("u") == model.channels["u"].names
+    here = {path: channel.names for path, channel in model.channels.items() if path in STATES}
+    same = {path: run.names(path) for path in STATES if path in run} == here
     if same:
         last = slice(len(run) - 1, len(run))
-        seen = model.observe(run.read("time", last), np.hstack([run.read("q", last), run.read("u", last)]))
+        seen = model.observe(run.read("time", last), run.states(last))
         size = max(float(np.abs(run[path]).max()) for path in CHECKED)
         same = all(np.allclose(seen[path], run.read(path, last), rtol=AGREED, atol=1e-9 * size) for path in CHECKED)
     if not same:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from femflex.case import Case
     from femflex.dynamics import Model
     from femflex.results import Run
+    from femflex.system import Controller, Effector
 
 SAME_TIME = 1e-12  # relative: rounding of an output time
 
@@ -60,8 +61,40 @@ def check_same_model(model: Model, output: Path) -> None:
 
     with open_run(output) as unfinished:
         _check_omitted(unfinished.without, model.omitted, output)
+        check_varying(unfinished, model)
         if len(unfinished):
             check_agreement(unfinished, model)
+
+
+def check_same_effectors(effectors: Sequence[Effector | Controller], output: Path) -> None:
+    """Raise ValueError when the unfinished run was begun with other effectors from Python than these."""
+    from femflex.results import open_run
+
+    with open_run(output) as unfinished:
+        begun = effectors_of(unfinished)
+    now = [effector.name for effector in effectors]
+    if begun != now:
+        first, second = (", ".join(names) or "none" for names in (begun, now))
+        raise ValueError(
+            f"{output} was begun with the effectors {first} from Python, and now there are {second}; resume it from "
+            f"Python by femflex.run(..., resume=True, effectors=...) with the same ones, or start anew"
+        )
+
+
+def effectors_of(run: Run) -> list[str]:
+    """Names of the effectors and controllers that Python gave to a run beside its case."""
+    return list(filter(None, str(run.attributes.get("effectors", "")).split(", ")))
+
+
+def check_varying(run: Run, model: Model) -> None:
+    """Raise ValueError when other bodies vary with time in the model than did in the run."""
+    begun, now = str(run.attributes.get("varying", "")), ", ".join(sorted(model.system.varying))
+    if begun != now:
+        raise ValueError(
+            f"{run.path} was made with bodies that vary with time: {begun or 'none'}; now there are: {now or 'none'}. "
+            "The functions that write their properties are not kept in the file: hand the same ones over again from "
+            "Python (`varying`)"
+        )
 
 
 def check_same_times(times: NDArray[np.float64], output: Path) -> None:

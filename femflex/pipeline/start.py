@@ -101,7 +101,8 @@ def _last_row(case: Case, system: System) -> Array:
     assert case.initial is not None and case.initial.source is not None
     try:
         with open_run(case.beside(case.initial.source)) as run:
-            wanted = {"q": system.coordinate_names(), "u": system.velocity_names()}
+            wanted = {"q": system.coordinate_names(), "u": system.velocity_names(), "z": system.state_names()}
+            wanted = {path: names for path, names in wanted.items() if names or path in run}
             for path, names in wanted.items():
                 _check_names(case, run.names(path), tuple(name for name, _ in names))
             if not len(run):

@@ -17,7 +17,7 @@ from femflex.reduction.beam_functions import ends_of, gauss, points_for
 from femflex.reduction.beam_strain import beam_strain
 from femflex.reduction.clamps import Groups, held_dofs, names
 from femflex.reduction.condense import condense
-from femflex.reduction.damping import Damping, ModalDamping, bending_damping, is_added
+from femflex.reduction.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
 from femflex.reduction.foreshortening import foreshortening_of
 from femflex.reduction.modes import TURN
 from femflex.reduction.modeset import ModeSet
@@ -88,7 +88,9 @@ def _body(
     following = X.shape[1] > functions.own
     follower = "derivative" if strain == "condensed" else "remainder"
     beside = int(functions.added.sum()) if orthonormal and not functions.added.all() else 0
-    kinds = ("admissible",) * (functions.own - beside) + ("attachment",) * beside
+    alone = (X[: functions.own][functions.alone] ** 2).sum(axis=0) > 0.5 * (X**2).sum(axis=0)
+    answering = [UNANSWERED if one else "attachment" for one in alone[: functions.own][functions.own - beside :]]
+    kinds = ("admissible",) * (functions.own - beside) + tuple(answering)
     kinds += (follower,) * (X.shape[1] - functions.own)
     moments = point_moments(dm, rho, shapes @ X)
     V1 = X.T @ raw @ X
@@ -97,7 +99,9 @@ def _body(
     body = FlexibleBody(
         moments=moments,
         strain=StrainTensors.linear(V1) if strain == "linear" else beam_strain(beam, functions, X, V1, following),
-        damping=bending_damping(damping or ModalDamping(0.0), moments.elastic_mass(), V1, damped, is_added(kinds)),
+        damping=bending_damping(
+            damping or ModalDamping(0.0), moments.elastic_mass(), V1, damped, is_added(kinds), is_unanswered(kinds)
+        ),
         markers={
             name: _marker(beam, functions, end, X, strain != "linear") for end, name in enumerate(("root", "tip"))
         },

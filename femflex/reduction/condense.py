@@ -18,6 +18,7 @@ Index = NDArray[np.int64]
 
 DEPENDENT = 1e-12  # of the largest eigenvalue of V1 over the slaved shapes; below it a combination carries no strain
 CARRIED = 1.0  # frequency of a coordinate over the sum of a pair's, from which on the pair takes it along
+LOCKING = 0.05  # share of a coordinate's quartic energy that this takes back; below it nothing is carried
 NONE = 1e-8  # of the largest amplitude, by energy: what is carried along less is rounding
 UNCOUPLED = 1e-12  # of the two shapes' stiffness: what couples them below it is rounding
 BALANCED = 1e-9  # initial force on a slaved shape, against its stiffness times a unit amplitude
@@ -41,7 +42,7 @@ def condense(
     coordinates that is of first order (`first_order_part`), all of it when left out; the slaved shapes follow this part
     alone, and what the energy has beyond the fourth order goes. carried (n, n, n): the part of V2 over these
     coordinates (`membrane_cubic`) by which those faster than pairs of others are taken along; they count from there
-    (`carried_along`), and more slaved shapes, kind "carried", hold this.
+    (`carried_along`) where the body would lock otherwise (`locked`), and more slaved shapes, kind "carried", hold this.
 
     Raises ValueError when the body has linear strain or slaved shapes already, when no coordinate or no slaved shape
     is left, when shapes depend on each other, or when an initial stress pushes a slaved shape.
@@ -123,19 +124,41 @@ def _condensed_strain(
     V2 = unpacked(strain.V2, size, 3)[:, free][:, :, free] if strain.V2.size else np.zeros((size, n, n))
     V2 = np.tensordot(X.T, V2, axes=1)
     V1, driven = X.T @ ((strain.V1 + strain.V1.T) / 2) @ X, first.T @ V2 @ first
-    followers = -6.0 * np.linalg.solve(V1[n:, n:], driven[n:].reshape(size - n, -1)).reshape(-1, n, n)
+    followers = np.asarray(
+        -6.0 * np.linalg.solve(V1[n:, n:], driven[n:].reshape(size - n, -1)).reshape(-1, n, n), np.float64
+    )
     unit = np.sqrt(np.maximum(np.abs(np.diag(V1)), DEPENDENT * np.abs(np.diag(V1)).max()))
-    A = np.concatenate([moved, followers])
-    sizes = np.abs(A * unit[:, None, None] / np.outer(unit[:n], unit[:n])).max(axis=(1, 2))
-    A[:n][sizes[:n] <= NONE * sizes.max()] = 0.0
     if quartic is not None:
         V3 = quartic(free)
     else:
         V3 = picked(strain.V3, size, free, 4) if strain.V3.size else np.zeros(packed_size(n, 4))
-    followed = 0.25 * np.tensordot(V1, A, axes=1) + 3.0 * driven
-    V3 = with_first_order(V3, first) + packed(np.einsum("kij,klm->ijlm", followed, A, optimize=True))
+    V3 = with_first_order(V3, first) + _followed(V1[n:, n:], driven[n:], followers)
+    A = np.concatenate([moved if locked(V1[:n, :n], V3, moved) else np.zeros_like(moved), followers])
+    sizes = np.abs(A * unit[:, None, None] / np.outer(unit[:n], unit[:n])).max(axis=(1, 2))
+    A[:n][sizes[:n] <= NONE * sizes.max()] = 0.0
+    V3 = V3 + _followed(V1[:n, :n], driven[:n], A[:n])
     V2 = to_fourth_order(V2[:n], first) + 0.5 * np.tensordot(V1[:n, :n], A[:n], axes=1)
     return StrainTensors(strain.V1[np.ix_(free, free)], strain.f0[free], packed(V2), V3), A
+
+
+def _followed(V1: Array, driven: Array, A: Array) -> Array:
+    """Packed change of V3 where shapes of stiffness V1, driven by V2 (k, n, n), move by d.A d / 2."""
+    return packed(np.einsum("kij,klm->ijlm", 0.25 * np.tensordot(V1, A, axes=1) + 3.0 * driven, A, optimize=True))
+
+
+def locked(V1: Array, V3: Array, moved: Array) -> bool:
+    """Whether taking coordinates along, A = moved (n, n, n), gives back LOCKING of the quartic energy of any of them.
+
+    In a folded member it is most of it: legs draw each other in without being stretched. In a shallow arch, whose
+    bending stretches it, hardly any; there the fifth order, which the condensed form leaves out, would count for more
+    (0.6 % in the amplitude at which a harmonic meets another mode).
+    """
+    n = len(V1)
+    every = np.arange(n)
+    moves = moved[:, every, every]
+    back = np.einsum("ki,kl,li->i", moves, V1, moves) / 4
+    held = np.array([picked(V3, n, every[i : i + 1], 4)[0] for i in every])
+    return bool(np.any(back > LOCKING * np.abs(held)))
 
 
 def carried_along(V1: Array, Me: Array, driven: Array) -> Array:

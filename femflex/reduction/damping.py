@@ -50,7 +50,7 @@ def bending_damping(
 ) -> Array:
     """Damping matrix (n, n) on the shapes `damped` (n,) alone; those `added` (n,) define no modes.
 
-    unanswered (n,): see Damping; for linear strain alone.
+    unanswered (n,): see Damping; where strain is not linear, none that stretches.
 
     With nonlinear strain the others take back the stretch of bending: they move without being strained, in step with
     the square of the deflection. A fraction of the critical damping of so stiff a shape would then damp bending itself,
@@ -75,7 +75,7 @@ class ModalDamping:
     What added shapes hold outside the modes is damped at the rate of the first mode. They stand for modes that are not
     in the set, are stiffer than these, and answer quasi-statically: the ratio at their own frequency would damp slow
     motions (a wire boom at 20 rpm by 3.8 % instead of 0.6 %), and without damping they would ring on for ever.
-    Linear shapes that answer loads which move no mode (twist by a payload, of a set of bending modes) are damped at
+    Shapes that answer loads which move no mode (twist by a payload, of a set of bending modes) are damped at
     their own frequency instead: no mode damps what they carry, and of many modes this is the limit.
     With as many ratios as shapes, added ones among them, each of the modes of all shapes has its own.
     """

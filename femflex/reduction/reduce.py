@@ -69,6 +69,7 @@ def reduce_structure(
     moments = mass_moments(structure.inertia, structure.T @ phi)
     V1 = linear_stiffness(structure.K, phi)
     damped = [strain == "linear" or kind != "derivative" for kind in modes.kinds]
+    alone = _without_modes(structure, modes, strain)
     body = FlexibleBody(
         moments=moments,
         strain=_tensors(structure, phi, V1, strain),
@@ -78,7 +79,7 @@ def reduce_structure(
             V1,
             damped,
             is_added(modes.kinds),
-            is_unanswered(modes.kinds) if strain == "linear" else None,
+            alone,
         ),
         markers={
             name: replace(
@@ -88,7 +89,10 @@ def reduce_structure(
             for name, group in places.items()
         },
         skin=_skin(structure, phi),
-        kinds=modes.kinds if strain == "linear" else tuple("attachment" if k == UNANSWERED else k for k in modes.kinds),
+        kinds=tuple(
+            "attachment" if kind == UNANSWERED and not own else kind
+            for kind, own in zip(modes.kinds, alone, strict=True)
+        ),
         omega=modes.omega,
         strain_field=strain_field(structure, phi, strain != "linear"),
     )
@@ -103,6 +107,18 @@ def _tensors(structure: Structure, phi: Array, V1: Array, strain: Strain) -> Str
     if strain == "linear":
         return StrainTensors(V1, phi.T @ structure.f0)
     return strain_tensors(structure, phi) if strain == "nonlinear" else cubic_tensors(structure, phi)
+
+
+def _without_modes(structure: Structure, modes: ModeSet, strain: Strain) -> NDArray[np.bool_]:
+    """(n,): which shapes answer loads that move no mode; where strain is not linear, twist and bending alone.
+
+    Stretch moves there in step with the square of the deflection (`bending_damping`).
+    """
+    alone = is_unanswered(modes.kinds)
+    if strain != "linear":
+        for k in np.flatnonzero(alone):
+            alone[k] = first_order_part(structure, modes.phi[:, [k]]).any()
+    return alone
 
 
 def _followed(

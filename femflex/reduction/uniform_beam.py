@@ -194,6 +194,13 @@ class BeamFunctions:
         counts = (self.y, self.z, self.axial, self.torsion)
         return np.concatenate([np.arange(n) >= n - beside for n, beside in zip(counts, self._beside(), strict=True)])
 
+    @property
+    def alone(self) -> NDArray[np.bool_]:
+        """(own,): which of these bend or twist the beam in a way in which it has no other functions."""
+        counts = (self.y, self.z, 0, self.torsion)
+        only = [n <= beside for n, beside in zip(counts, self._beside(), strict=True)]
+        return self.added & np.repeat([*only[:2], False, only[3]], (self.y, self.z, self.axial, self.torsion))
+
     def _bending(self, n: int) -> FunctionSet:
         if self.family == "polynomial":
             root, tip = (BENDING_ORDER[support] for support in ends_of(self.ends))

@@ -94,6 +94,10 @@ class Run:
         data = self._find(path)
         return np.asarray(data[slice(*rows.indices(self._rows))], float)
 
+    def states(self, rows: slice = slice(None)) -> Array:
+        """The states x = (q, u, z) (n_t, n_x) of some rows."""
+        return np.hstack([self.read(path, rows) for path in ("q", "u", "z") if path in self])
+
     def __contains__(self, path: object) -> bool:
         return path in self._data
 

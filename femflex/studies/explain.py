@@ -125,13 +125,13 @@ def explain(run: Run, model: Model, span: tuple[float, float] | None = None) -> 
             f"the run has them from {run.time[0]:g} to {run.time[-1]:g} s"
         )
     part = slice(int(rows[0]), int(rows[-1]) + 1)
-    time, states = run.read("time", part), np.hstack([run.read("q", part), run.read("u", part)])
+    time, states = run.read("time", part), run.states(part)
     own = [""] * model.n_u
     for source, places in sources(model.system).items():
         own[places] = [INERTIA_OF + source] * (places.stop - places.start)
     names = tuple(name for name, _ in model.system.velocity_names())
     whole, split = terms(model, time, states), inertia_by_source(model, time, states)
-    return Explanation(time, whole, split, states[:, model.n_q :], names, tuple(force_units(model.system)), tuple(own))
+    return Explanation(time, whole, split, model.parts(states)[1], names, tuple(force_units(model.system)), tuple(own))
 
 
 def chosen(found: Explanation, names: Sequence[str]) -> list[int]:

@@ -7,8 +7,6 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from pathlib import Path
-from tempfile import gettempdir
 from typing import Any, Literal
 
 import numpy as np
@@ -172,7 +170,7 @@ class Study:
             return Seen(built.bodies)
         everything = self.constant | built.bodies | built.others
         bodies = {name: everything[name] for name in self.case.bodies}
-        prepared = prepare(self.case, Path(gettempdir()) / "study.h5", force=True, bodies=bodies)  # nothing is written
+        prepared = prepare(self.case, bodies=bodies)
         motion = None if prepared.system.orbit is None else prepared.system.orbit.mean_motion
         rtol = float(getattr(prepared.integrator, "rtol", 0.0))
         values, channel = watched(prepared, path, progress), prepared.model.channels[path]

@@ -3,6 +3,8 @@
 from femflex.system.ball import ball_coordinates
 from femflex.system.channel import Channel
 from femflex.system.constraint import Nonholonomic, knife_edge, rolling_disc, velocity_rows
+from femflex.system.controller import Controller
+from femflex.system.effector import Effector, StateEvent
 from femflex.system.environment import STANDARD_GRAVITY, Environment
 from femflex.system.joint import Joint
 from femflex.system.kinds import (
@@ -28,14 +30,18 @@ from femflex.system.spring import Spring
 from femflex.system.stop import Stop
 from femflex.system.system import System, assembled, started
 from femflex.system.tabulated import TabulatedDamper, TabulatedSpring
+from femflex.system.variation import Block, Variation
 
 __all__ = [
     "EARTH_RADIUS",
     "JOINTS",
     "MU_EARTH",
     "STANDARD_GRAVITY",
+    "Block",
     "Channel",
     "Closure",
+    "Controller",
+    "Effector",
     "Environment",
     "Frame",
     "Friction",
@@ -50,10 +56,12 @@ __all__ = [
     "Segments",
     "Sight",
     "Spring",
+    "StateEvent",
     "Stop",
     "System",
     "TabulatedDamper",
     "TabulatedSpring",
+    "Variation",
     "assembled",
     "ball_coordinates",
     "closure",

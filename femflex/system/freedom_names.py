@@ -15,12 +15,8 @@ Names = list[tuple[str, str]]  # name and unit
 
 
 def coordinate_names(joint: Joint) -> Names:
-    """Name and unit of each coordinate: of slides and turns, then of latches."""
-    found = _motion_names(joint)
-    for k in range(len(joint.latches)):
-        name = f"{joint.label}.latch{_number(k, joint.latches)}"
-        found += [(f"{name}_time", "s"), (f"{name}_loss", "J")]
-    return found
+    """Name and unit of each coordinate."""
+    return _motion_names(joint)
 
 
 def velocity_names(joint: Joint) -> Names:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-OPEN = (-1.0, 0.0)  # of a latch, in q: the time at which it locked (-1: it has not), and the energy that was lost
+OPEN = (-1.0, 0.0)  # states of a latch: the time at which it locked (-1: it has not), and the energy that was lost
 
 
 def started_motion(joint: Joint) -> tuple[Array, Array]:

@@ -93,11 +93,8 @@ class Joint:
         for key, size in (("stiffness", self.n_u), ("damping", self.n_u), ("rest", self.n_u), ("u0", self.n_u)):
             set_(self, key, _sized(getattr(self, key), size, key, self.label))
         q0 = np.asarray(self.q0, float)
-        latches = np.tile(OPEN, len(self.latches))
-        if self.rebase and q0.shape == (self.n_q - 4 - len(latches),):
+        if self.rebase and q0.shape == (self.n_q - 4,):
             q0 = np.concatenate([q0, [1.0, 0.0, 0.0, 0.0]])
-        if len(latches) and q0.shape == (self.n_q - len(latches),):
-            q0 = np.concatenate([q0, latches])
         set_(self, "q0", self._rest_coordinates() if q0.size == 0 else _sized(q0, self.n_q, "q0", self.label))
         for key in ("stiffness", "damping"):
             if np.any(getattr(self, key) < 0):
@@ -120,7 +117,7 @@ class Joint:
     def n_q(self) -> int:
         """Number of coordinates."""
         turns = len(self.rotations) if self.ball is None else (4 if self.ball == EULER_PARAMETERS else 3)
-        return len(self.translations) + turns + (4 if self.rebase else 0) + 2 * len(self.latches)
+        return len(self.translations) + turns + (4 if self.rebase else 0)
 
     @property
     def n_u(self) -> int:
@@ -142,10 +139,14 @@ class Joint:
         plain = [law.name or f"{self.label}.{law.kind}" for law in self.laws]
         return [f"{n}{plain[: k + 1].count(n)}" if plain.count(n) > 1 else n for k, n in enumerate(plain)]
 
-    def latch_places(self) -> list[int]:
-        """Where each latch's time stands in q of the joint; its loss follows."""
-        first = self.n_q - 2 * len(self.latches)
-        return [first + 2 * k for k in range(len(self.latches))]
+    def state_names(self) -> list[tuple[str, str]]:
+        """Name and unit of each state of its latches: when it locked (-1: it has not), and the energy that was lost."""
+        names = [f"{self.label}.latch{'' if len(self.latches) == 1 else k + 1}" for k in range(len(self.latches))]
+        return [pair for name in names for pair in ((f"{name}_time", "s"), (f"{name}_loss", "J"))]
+
+    def initial_states(self) -> Array:
+        """Initial states of its latches, all open (2 n_latches,)."""
+        return np.tile(OPEN, len(self.latches))
 
     def freedom_names(self) -> list[str]:
         """Name of each quasi-coordinate, as in "hinge.angle"; a ball's are those of its rates."""
@@ -182,7 +183,7 @@ class Joint:
         ball = np.zeros(len(self.rotations))
         if self.ball is not None:
             ball = ball_coordinates(self.ball, "xyz", np.zeros(3), self.rebase)
-        return np.concatenate([np.zeros(len(self.translations)), ball, np.tile(OPEN, len(self.latches))])
+        return np.concatenate([np.zeros(len(self.translations)), ball])
 
 
 def _unit_rows(axes: Array, what: str, label: str) -> Array:

@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
 from femflex.system.constraint import Nonholonomic
+from femflex.system.controller import Controller
+from femflex.system.effector import Effector
+from femflex.system.effector_problems import effector_problems
 from femflex.system.environment import Environment
 from femflex.system.joint import Joint
 from femflex.system.kept import keep_problems
@@ -22,6 +25,7 @@ from femflex.system.segments import Part, at_segments, expanded
 from femflex.system.sight import Sight
 from femflex.system.spring import Spring
 from femflex.system.ties import tie_places, tie_problems
+from femflex.system.variation import Variation
 
 Array = NDArray[np.float64]
 
@@ -36,14 +40,17 @@ class System:
     orbit    None, or the orbit of O; then one root body, and F's origin is O
     environment  uniform gravity, where there is no orbit
     delta0   body name -> initial elastic coordinates (n,);  ddelta0 their rates
+    z0       name of a state of z -> its initial value, where it is not the one that its owner gives
     libration_sequence  angles reported of the root joint's marker on the root body relative to F, such as "xzy" or
              "extrinsic xzy"
     loops        joints cut out of the tree: each closes a loop between two bodies, or to the base frame
     constraints  on velocities: rolling, knife edges, general rows
     springs      between two markers
+    effectors    forces computed by functions, with states of their own, and sampled controllers
     sights       axes that are to look at a station on the Earth
     reactions    whether runs report what the joints carry
     keep         joints, or slides and turns such as "drive.angle", whose initial values stay exact where loops close
+    varying  body name -> Variation: how its properties depend on time
     segments  body cut into segments -> names of the bodies that are its segments, near to far (see `assembled`)
 
     With a specified orbit O is the centre of mass: the root joint's translation is eliminated, so the root joint must
@@ -64,14 +71,19 @@ class System:
     constraints: tuple[Nonholonomic, ...] = ()
     springs: tuple[Spring, ...] = ()
     sights: tuple[Sight, ...] = ()
+    effectors: tuple[Effector | Controller, ...] = ()
     reactions: bool = False
     keep: tuple[str, ...] = ()
     environment: Environment = field(default_factory=Environment)
+    z0: dict[str, float] = field(default_factory=dict)
+    varying: dict[str, Variation] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         problems = [*self._tree_problems(), *self._orbit_problems(), *self._name_problems()]
         problems += keep_problems(self.keep, self.joints)
+        problems += self._variation_problems()
         problems += tie_problems(self.loops, self.constraints, self.springs, self.orbit)
+        problems += effector_problems(self.effectors, self.bodies, self.joints)
         if problems:
             raise ValueError("\n".join(problems))
 
@@ -100,6 +112,11 @@ class System:
         """The first body that hangs from the base frame."""
         return next(b for b in self.order if self.joint_of(b).parent is None)
 
+    @property
+    def controllers(self) -> list[Controller]:
+        """The sampled controllers."""
+        return [effector for effector in self.effectors if isinstance(effector, Controller)]
+
     def coordinate_names(self) -> list[tuple[str, str]]:
         """Name and unit of every coordinate of q: per body in tree order its joint's, then its elastic ones."""
         return [pair for b in self.order for pair in (*self.joint_of(b).coordinate_names(), *self._elastic(b, ""))]
@@ -108,14 +125,36 @@ class System:
         """Name and unit of every quasi-velocity of u, in the same order."""
         return [pair for b in self.order for pair in (*self.joint_of(b).velocity_names(), *self._elastic(b, "_rate"))]
 
+    def state_names(self) -> list[tuple[str, str]]:
+        """Name and unit of every state of z: per body in tree order those of its joint's latches, then of effectors."""
+        return [pair for owner in self._owners() for pair in owner.state_names()]
+
+    def state_sizes(self) -> Array:
+        """Usual sizes of the states of z (n_z,)."""
+        own = (getattr(owner, "sizes", np.ones(len(owner.state_names()))) for owner in self._owners())
+        return np.concatenate([np.zeros(0), *own])
+
+    def all_state_names(self) -> list[tuple[str, str]]:
+        """Name and unit of every state of x = (q, u, z)."""
+        return [*self.coordinate_names(), *self.velocity_names(), *self.state_names()]
+
     def initial_state(self) -> Array:
-        """x0 = (q, u) at t = 0."""
+        """x0 = (q, u, z) at t = 0."""
         q, u = [], []
         for b in self.order:
             n, joint = self.bodies[b].n_modes, self.joint_of(b)
             q += [joint.q0, self.delta0.get(b, np.zeros(n))]
             u += [joint.u0, self.ddelta0.get(b, np.zeros(n))]
-        return np.concatenate(q + u)
+        return np.concatenate([*q, *u, self._initial_z()])
+
+    def _owners(self) -> list[Joint | Effector | Controller]:
+        """What has states, in the order of z."""
+        return [*(self.joint_of(b) for b in self.order), *self.effectors]
+
+    def _initial_z(self) -> Array:
+        own = np.concatenate([np.zeros(0), *(owner.initial_states() for owner in self._owners())])
+        names = [name for name, _ in self.state_names()]
+        return np.array([self.z0.get(name, value) for name, value in zip(names, own, strict=True)])
 
     def _elastic(self, body: str, suffix: str) -> list[tuple[str, str]]:
         unit = "kg^1/2 m" + ("/s" if suffix else "")
@@ -209,6 +248,21 @@ class System:
                     out.append(f"{what} of body {body!r} has shape {np.shape(value)}; expected ({n},)")
         return out
 
+    def _variation_problems(self) -> list[str]:
+        unknown = [
+            f"body {name!r}, whose properties are to vary, does not exist; bodies are {sorted(self.bodies)}"
+            for name in self.varying
+            if name not in self.bodies
+        ]
+        known = {name: variation for name, variation in self.varying.items() if name in self.bodies}
+        growing = [name for name, variation in known.items() if "growth" in variation.acting]
+        if growing and self.orbit is not None:
+            unknown.append(
+                f"mass arrives on body {growing[0]!r}, and the system is in an orbit, whose gravity on arriving mass "
+                "is not counted in the balance of energy; leave 'growth' out of its variation, or give no orbit"
+            )
+        return unknown + [text for name, v in known.items() for text in v.problems(name, self.bodies[name])]
+
     def _illegal_names(self) -> list[str]:
         names: dict[str, list[str]] = {
             "body": [*self.bodies, *self.segments],
@@ -219,6 +273,7 @@ class System:
             "constraint": [constraint.name for constraint in self.constraints],
             "spring": [spring.name for spring in self.springs],
             "sight": [sight.name for sight in self.sights],
+            "effector": [effector.name for effector in self.effectors],
         }
         out = [problem for kind, given in names.items() for problem in name_problems(kind, dict.fromkeys(given))]
         own = [name for parts in self.segments.values() for name in parts]
@@ -227,15 +282,18 @@ class System:
 
 
 def started(system: System, x: Array) -> System:
-    """The system with the initial state x = (q, u)."""
-    q, u = np.split(np.asarray(x, float), [len(system.coordinate_names())])
+    """The system with the initial state x = (q, u, z)."""
+    n_q, n_u = len(system.coordinate_names()), len(system.velocity_names())
+    q, u, z = np.split(np.asarray(x, float), [n_q, n_q + n_u])
+    z0 = {name: float(value) for (name, _), value in zip(system.state_names(), z, strict=True)}
     joints, delta, ddelta = {}, {}, {}
     for name in system.order:
         joint, n = system.joint_of(name), system.bodies[name].n_modes
         joints[name] = joint.with_initial(q[: joint.n_q], u[: joint.n_u])
         delta[name], ddelta[name] = q[joint.n_q : joint.n_q + n], u[joint.n_u : joint.n_u + n]
         q, u = q[joint.n_q + n :], u[joint.n_u + n :]
-    return replace(system, joints=tuple(joints[joint.child] for joint in system.joints), delta0=delta, ddelta0=ddelta)
+    moved = tuple(joints[joint.child] for joint in system.joints)
+    return replace(system, joints=moved, delta0=delta, ddelta0=ddelta, z0=z0)
 
 
 def assembled(parts: Mapping[str, Part], joints: Sequence[Joint], loads: Sequence[Load] = (), **more: Any) -> System:

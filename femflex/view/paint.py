@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 UNITS = {"line": "J/m", "plate": "J/m²", "solid": "J/m³"}
+EVERY = "every"  # kind of a quantity that members of all kinds have: energy density as a part of its kind's largest
 MOST_VALUES = 4e7  # strains that are evaluated to find the range of a run
 NEGATIVE = 1e-3  # of the largest; an energy density below minus this is drawn on a signed bar
 
@@ -34,16 +35,21 @@ class Paint(Protocol):
 
 @dataclass(frozen=True)
 class Quantity:
-    """One strain of members of a kind, by its number, or their energy density (number None)."""
+    """One strain of members of a kind, by its number, or their energy density (number None).
+
+    largest  where members of several kinds are coloured together, whose densities have several units: the largest of
+             each kind, in per cent of which its members are coloured
+    """
 
     kind: str
     number: int | None
+    largest: Mapping[str, float] | None = None
 
     @property
     def unit(self) -> str:
         """Its SI unit."""
         if self.number is None:
-            return UNITS[self.kind]
+            return UNITS.get(self.kind, "%")
         return "1/m" if self.name.startswith("curvature") else "1"
 
     @property
@@ -54,17 +60,21 @@ class Quantity:
     @property
     def title(self) -> str:
         """What stands above the bar."""
+        if self.kind == EVERY:
+            return "strain energy,\nof the largest\nof its kind"
         first, _, rest = self.name.partition(" " if self.number is None else "_")
         known = first in ("curvature", "twist")
         return "\n".join([*filter(None, (first, rest)), *([] if self.number is None or known else ["strain"])])
 
     def of(self, part: StrainPart, y: Array) -> Array:
         """Its values (t, p) at the points of a part, amplitudes (t, n)."""
-        return part.energy(y) if self.number is None else part.strains(y)[:, :, self.number]
+        if self.number is not None:
+            return part.strains(y)[:, :, self.number]
+        return part.energy(y) * (100.0 / self.largest[part.kind] if self.largest else 1.0)
 
     def held(self, part: StrainPart) -> bool:
         """Whether a part has it."""
-        return part.kind == self.kind and (self.number is None or self.number < len(part.names))
+        return self.kind == EVERY or (part.kind == self.kind and (self.number is None or self.number < len(part.names)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +109,9 @@ class BodyPaint:
 def painted(run: Run, bodies: Mapping[str, RunBody], colour: str) -> tuple[dict[str, BodyPaint], Bar | None]:
     """Paints by body, and the bar over the range of the whole run; nothing for "displacement".
 
-    colour: "energy" or "strain:<name>"; where several kinds of members have it, "energy:<kind>", "strain:<name>".
+    colour: "energy", "energy:<kind>" or "strain:<name>". "energy" of several kinds of members is in per cent of the
+    largest of each kind.
+
     Raises ValueError for a name that is not known or that no body has, and for a file without strain fields.
     """
     if colour == "displacement":
@@ -112,6 +124,10 @@ def painted(run: Run, bodies: Mapping[str, RunBody], colour: str) -> tuple[dict[
         for name, field in fields.items()
         if (skin := bodies[name].skin) is not None and any(quantity.held(part) for part in field)
     }
+    if quantity.kind == EVERY:
+        kinds = {part.kind for paint in paints.values() for part, _ in paint.parts}
+        quantity = replace(quantity, largest={kind: _largest(run, paints, kind) for kind in kinds})
+        paints = {name: replace(paint, quantity=quantity) for name, paint in paints.items()}
     low, high = _range(run, paints)
     signed = quantity.number is not None or low < -NEGATIVE * high
     return paints, strain_bar(max(high, -low), quantity.unit, signed, quantity.title)
@@ -123,7 +139,7 @@ def chosen(colour: str, parts: list[StrainPart], where: str) -> Quantity:
     Raises ValueError with the known names, or where there are no parts to take it from.
     """
     kinds = [kind for kind in NAMES if any(part.kind == kind for part in parts)]
-    energies = {"energy": Quantity(kinds[0], None)} if len(kinds) == 1 else {}
+    energies = {"energy": Quantity(kinds[0] if len(kinds) == 1 else EVERY, None)} if kinds else {}
     energies |= {f"energy:{kind}": Quantity(kind, None) for kind in kinds if len(kinds) > 1}
     strains = {
         f"strain:{name}": Quantity(kind, number)
@@ -141,9 +157,18 @@ def chosen(colour: str, parts: list[StrainPart], where: str) -> Quantity:
             "femflex, or of matrices without elements. Make it again with `femflex run` or `femflex body`, or colour "
             "by displacement."
         )
-    several = " Energy densities of members of several kinds have several units." if len(kinds) > 1 else ""
     names = ", ".join(["displacement", *(known or every)])
-    raise ValueError(f"colour {colour!r} is not known for {where}; known are {names}.{several}")
+    raise ValueError(f"colour {colour!r} is not known for {where}; known are {names}.")
+
+
+def _largest(run: Run, paints: Mapping[str, BodyPaint], kind: str) -> float:
+    """The largest energy density of members of a kind over the run; 1 where there is none."""
+    found = (
+        replace(paint, parts=tuple((part, rows) for part, rows in paint.parts if part.kind == kind))
+        for paint in paints.values()
+    )
+    low, high = _range(run, dict(zip(paints, found, strict=True)))
+    return max(high, -low) or 1.0
 
 
 def _range(run: Run, paints: Mapping[str, BodyPaint]) -> tuple[float, float]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Skin
-from femflex.view.paint import BodyPaint, chosen
+from femflex.view.paint import EVERY, BodyPaint, chosen
 
 Array = NDArray[np.float64]
 
@@ -22,6 +22,12 @@ class ShapePaint:
 
     def choose(self, y: Array) -> None:
         """Turn to a shape of full amplitudes y (n,)."""
+        if self._paint.quantity.kind == EVERY:
+            densities: dict[str, float] = {}
+            for part, _ in self._paint.parts:
+                densities[part.kind] = max(densities.get(part.kind, 0.0), float(np.abs(part.energy(y[None])).max()))
+            largest = {kind: density or 1.0 for kind, density in densities.items()}
+            self._paint = replace(self._paint, quantity=replace(self._paint.quantity, largest=largest))
         self._largest = float(np.nanmax(np.abs(self._paint.values(y)), initial=0.0)) or 1.0
 
     def values(self, y: Array) -> NDArray[np.float32]:

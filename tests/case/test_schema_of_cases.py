@@ -8,6 +8,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 
+from femflex.case import CaseError, read_case
 from femflex.case.schema import json_schema
 
 CASES = sorted((Path(__file__).resolve().parents[2] / "cases").glob("*.toml"))
@@ -36,3 +37,40 @@ def test_shipped_cases_fit_the_schema(path, validator):
 )
 def test_mistakes_do_not_fit_it(old, new, craft, validator):
     assert validator.is_valid(tomllib.loads(craft)) and not validator.is_valid(tomllib.loads(craft.replace(old, new)))
+
+
+def keys_of(node, path=""):
+    """Path and schema of every key that the schema names, `if` branches left out."""
+    if isinstance(node, list):
+        for k, entry in enumerate(node):
+            yield from keys_of(entry, f"{path}[{k}]")
+    elif isinstance(node, dict):
+        for name, entry in node.get("properties", {}).items() if isinstance(node.get("properties"), dict) else ():
+            yield f"{path}.{name}", entry
+        for name, entry in node.items():
+            if name != "if":
+                yield from keys_of(entry, f"{path}.{name}")
+
+
+def test_every_key_has_a_description():
+    schema = json_schema()
+    found = [(path, about) for path, about in keys_of(schema) if not path.endswith(".options")]
+    assert len(found) > 500
+    bare = [path for path, about in found if len(about.get("description", "").split()) < 2]
+    assert not bare
+
+
+def test_descriptions_are_short_sentences():
+    long = [
+        (path, sentence)
+        for path, about in keys_of(json_schema())
+        for sentence in about.get("description", "").split(". ")
+        if len(sentence.split()) > 40
+    ]
+    assert not long
+
+
+def test_a_missing_key_is_told_with_its_meaning(write_case, craft):
+    path = write_case(craft.replace("mass = 200\n", ""))
+    with pytest.raises(CaseError, match=r"mass: this key is missing \(total mass\)"):
+        read_case(path)

@@ -116,22 +116,23 @@ def test_converge_studies_a_frequency_of_the_craft(femflex, case):
 def test_the_montage_and_the_movie_are_drawn(femflex, case, tmp_path):
     from matplotlib.image import imread
 
-    code, out, err = femflex("modes", case(modes=2), "--picture", "m.png", "--movie", "m.mp4", "--mode", "7")
+    code, out, err = femflex("modes", case(modes=2), "-o", "m.png", "-o", "m.mp4", "--mode", "7")
     assert code == 0 and "picture     m.png" in out and "movie       m.mp4" in out, err
     picture = imread(tmp_path / "m.png")
     assert picture.shape[0] > 300 and picture[..., :3].std() > 0.02
     assert (tmp_path / "m.mp4").stat().st_size > 5000
-    assert "m.png" in femflex("modes", case(), "--picture", "m.png")[2]  # it is there now
+    assert "m.png" in femflex("modes", case(), "-o", "m.png")[2]  # it is there now
 
 
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        (("--movie", "m.png"), "a movie is written as .mp4; m.png is not one"),
-        (("--picture", "m.jpg"), "a picture is written as .png; m.jpg is not one"),
-        (("--mode", "3"), "--mode names the mode of a movie; give --movie mode.mp4 with it"),
-        (("--movie", "m.mp4", "--mode", "99"), "--mode is 99; the modes of the craft are 1 to"),
-        (("--body", "beam", "--at", "1"), "--movie, --mode and --at are for the modes of a craft"),
+        (("-o", "m.jpg"), "-o m.jpg: found the suffix '.jpg'; expected .png for a picture; .mp4 for a movie"),
+        (("-o", "m.png", "-o", "n.png"), "-o names two files for the picture, m.png and n.png; give one"),
+        (("--at", "3 m"), "--at: "),
+        (("--mode", "3"), "--mode names the mode of a movie; give -o mode.mp4 with it"),
+        (("-o", "m.mp4", "--mode", "99"), "--mode is 99; the modes of the craft are 1 to"),
+        (("--body", "beam", "--at", "1"), "movies, --mode and --at are for the modes of a craft"),
     ],
 )
 def test_mistakes_are_answered_in_one_sentence(femflex, case, options, said, tmp_path):

@@ -37,7 +37,7 @@ class Jet:
 
 
 def const(m):
-    return Jet(np.asarray(m, float))
+    return m if isinstance(m, Jet) else Jet(np.asarray(m, float))  # what moves by itself comes as a jet
 
 
 def skew(v):

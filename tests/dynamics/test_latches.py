@@ -63,19 +63,17 @@ def test_the_jump_is_the_one_of_the_dense_equations():
     model = wing()
     rng = np.random.default_rng(2)
     x = model.x0.copy()
-    x[model.n_q :] = rng.normal(size=model.n_u)
+    x[model.n_q : model.n_q + model.n_u] = rng.normal(size=model.n_u)
     x[7] = 0.4
-    q, u = x[: model.n_q], x[model.n_q :].copy()
-    open_ = wing(latches=False)  # coordinates without those of latches
-    keep = [k for k, (name, _) in enumerate(model.system.coordinate_names()) if "latch" not in name]
-    M = open_.mass_matrix(0.0, np.concatenate([q[keep], u]))
+    q, u = (part.copy() for part in model.parts(x)[:2])
+    M = wing(latches=False).mass_matrix(0.0, np.concatenate([q, u]))
     k = 6
     column = np.linalg.solve(M, np.eye(model.n_u)[k])
     expected = u - column * u[k] / column[k]
     model.events.happen([0], 1.5, x)
-    assert x[model.n_q :] == pytest.approx(expected, abs=1e-11)
+    assert model.parts(x)[1] == pytest.approx(expected, abs=1e-11)
     lost = 0.5 * (u @ M @ u - expected @ M @ expected)
-    names = [name for name, _ in model.system.coordinate_names()]
+    names = [name for name, _ in model.system.all_state_names()]
     assert x[names.index("inner.latch_time")] == 1.5
     assert x[names.index("inner.latch_loss")] == pytest.approx(lost, rel=1e-11)
 
@@ -89,10 +87,9 @@ def test_after_the_latch_the_motion_is_that_of_a_locked_joint():
         for j in model.system.joints
     )
     welded = compile_system(replace(model.system, joints=joints))
-    keep = [k for k, (name, _) in enumerate(model.system.coordinate_names()) if "latch" not in name]
-    same = np.concatenate([x[keep], x[model.n_q :]])
+    same = np.concatenate(model.parts(x)[:2])
     rate = welded.state_rate(0.0, same)
-    assert model.state_rate(2.0, x)[model.n_q :] == pytest.approx(rate[welded.n_q :], abs=1e-9)
+    assert model.parts(model.state_rate(2.0, x))[1] == pytest.approx(rate[welded.n_q :], abs=1e-9)
     found = terms(model, np.array([2.0]), x[None])
     assert np.abs(sum(row[0] for row in found.values())).max() < 1e-10 * max(
         np.abs(row).max() for row in found.values()
@@ -170,9 +167,9 @@ def closing_bars(spin=0.4):
 def test_an_impact_beside_a_loop_is_the_one_of_the_dense_equations():
     model = closing_bars()
     x, k = model.x0.copy(), [name for name, _ in model.system.velocity_names()].index("drive.angle_rate")
-    x[model.n_q :] += np.random.default_rng(4).normal(size=model.n_u)
+    x[model.n_q : model.n_q + model.n_u] += np.random.default_rng(4).normal(size=model.n_u)
     model.project(0.0, x, model.table, model.pool, model.work)
-    u, M, A = x[model.n_q :].copy(), model.mass_matrix(0.0, x), model.constraints.matrix(0.0, x)
+    u, M, A = model.parts(x)[1].copy(), model.mass_matrix(0.0, x), model.constraints.matrix(0.0, x)
     B = np.vstack([A, np.eye(model.n_u)[k]])  # loops and the latch
     change = -np.linalg.solve(M, B.T) @ np.linalg.pinv(B @ np.linalg.solve(M, B.T), rcond=1e-10) @ (B @ u)
     crank = next(i for i, (name, _) in enumerate(model.system.coordinate_names()) if name == "drive.angle")
@@ -180,8 +177,8 @@ def test_an_impact_beside_a_loop_is_the_one_of_the_dense_equations():
     moved = replace(model.system.joints[1], latches=(latch,), q0=np.zeros(1))
     joints = (model.system.joints[0], moved, *model.system.joints[2:])
     replace(model, system=replace(model.system, joints=joints)).events.happen([0], 1.5, x)
-    assert x[model.n_q :] == pytest.approx(u + change, abs=1e-11)
-    names = [name for name, _ in model.system.coordinate_names()]
+    assert model.parts(x)[1] == pytest.approx(u + change, abs=1e-11)
+    names = [name for name, _ in model.system.all_state_names()]
     lost = 0.5 * (u @ M @ u - (u + change) @ M @ (u + change))
     assert lost > 0.01 and x[names.index("drive.latch_loss")] == pytest.approx(lost, rel=1e-10)
 

@@ -224,7 +224,7 @@ def test_a_model_with_only_its_rate_is_refused(method):
 def test_sizes_that_do_not_add_up_are_refused():
     good = chain(np.ones(2), np.full(3, 4.0))
     model = Compiled(5, good.rate, good.pool, good.table, good.work, second_order=good.second_order)
-    with pytest.raises(ValueError, match="n_q = 2, n_u = 2 and n_x = 5"):
+    with pytest.raises(ValueError, match="n_q = 2, n_u = 2, n_z = 0 and n_x = 5"):
         Esdirk4().solve(model, np.array([0.0, 1.0]), np.zeros(5))
 
 

@@ -68,12 +68,16 @@ def in_own_shapes(body, bent):
     return np.einsum("sk,sij,j->ki", parts, body.slaves[carried], bent)
 
 
-@pytest.mark.parametrize(("name", "error"), [(name, 5e-4 if name == "bent beam" else 3e-4) for name in MADE])
-def test_any_spin_and_acceleration_stiffens_the_set_as_the_full_elements_say(name, error):
+@pytest.mark.parametrize(
+    ("name", "keep", "error"),
+    [("plate", "auto", 3e-9), ("solid", "auto", 1e-8), ("bent beam", "auto", 1.3e-3), ("bent beam", "all", 1e-8)],
+)
+def test_any_spin_and_acceleration_stiffens_the_set_as_the_full_elements_say(name, keep, error):
+    """To rounding; "auto" leaves out those derivatives of the bent beam that are too slow to follow (4.4e-4)."""
     make, clamp, n = MADE[name]
     structure = make()
     modes = cantilever_modes(structure, clamp, n)
-    body = reduce_structure(structure, with_derivatives(structure, modes), strain="condensed")
+    body = reduce_structure(structure, with_derivatives(structure, modes, keep), strain="condensed")
     rng = np.random.default_rng(1)
     for k in range(4):
         B, b = (rng.normal(size=(3, 3)), np.zeros(3)) if k < 2 else (np.zeros((3, 3)), rng.normal(size=3))

@@ -74,16 +74,19 @@ def test_added_shapes_do_not_change_the_damping_of_the_modes(make, directions, r
     np.testing.assert_allclose(body.damping[n:, n:], np.diag(first), rtol=1e-6, atol=1e-6)
 
 
-def test_twist_by_what_hangs_at_the_tip_is_damped_as_with_many_modes():
+@pytest.mark.parametrize("strain", ["linear", "condensed", "nonlinear"])
+def test_twist_by_what_hangs_at_the_tip_is_damped_as_with_many_modes(strain):
     """J of the tip turns a boom with two bending modes: ratio and frequency are those of a set of 40 modes.
 
     Closed form of a light boom, w = sqrt(GJ / J L): the ratio is zeta w / w_r, w_r = sqrt(3 GJ / I_p L^2).
     """
     structure, J = boom(), 0.3
     found = []
-    for n in (2, 40):
+    for n, form in ((2, strain), (40, "linear")):
         modes = with_attachment(structure, cantilever_modes(structure, "start", n), (), {"end": ("y", "z", "rx")})
-        body = reduce_structure(structure, modes, {"tip": "end"}, ModalDamping(ZETA))
+        if form != "linear":
+            modes = with_derivatives(structure, modes)
+        body = reduce_structure(structure, modes, {"tip": "end"}, ModalDamping(ZETA), form).without_slaves()
         turn = body.markers["tip"].psi[0]
         M = body.moments.elastic_mass() + J * np.outer(turn, turn)
         squares, X = eigh(body.strain.V1, M)
@@ -95,6 +98,22 @@ def test_twist_by_what_hangs_at_the_tip_is_damped_as_with_many_modes():
     assert ratio == pytest.approx(limit, rel=0.1)
     own = np.sqrt(3 * 1.0 / (2e-6))  # ry^2 + rz^2 = 2e-6 m^2, with 1 kg/m
     assert few == pytest.approx(np.sqrt(1.0 / J), rel=1e-3) and ratio == pytest.approx(ZETA * few / own, rel=1e-3)
+
+
+@pytest.mark.parametrize("strain", ["linear", "condensed"])
+def test_twist_that_one_function_alone_holds_is_damped_as_with_many(strain):
+    """The same of a beam on functions, with none of torsion but the static ones."""
+    beam = UniformBeam(1.0, EA=1e6, EIy=1.0, EIz=1.9, GJ=1.0, mass_per_length=1.0, ry=1e-3, rz=1e-3)
+    J, found = 0.3, []
+    for torsion, tip in ((1, True), (12, False)):
+        body = beam_body(beam, BeamFunctions(y=4, torsion=torsion, tip=tip), ModalDamping(ZETA), strain=strain)
+        body = body.without_slaves()
+        turn = body.markers["tip"].psi[0]
+        squares, X = eigh(body.strain.V1, body.moments.elastic_mass() + J * np.outer(turn, turn))
+        k = int(np.argmax((turn @ X) ** 2))
+        found.append((np.sqrt(squares[k]), X[:, k] @ body.damping @ X[:, k] / (2 * np.sqrt(squares[k]))))
+    (few, ratio), (many, limit) = found
+    assert few == pytest.approx(many, rel=2e-2) and ratio == pytest.approx(limit, rel=0.15)
 
 
 def test_as_many_ratios_as_shapes_are_those_of_all_modes():

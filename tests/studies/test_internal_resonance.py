@@ -45,7 +45,8 @@ def missed(force, vibration):
     return np.abs(end[:2] - start).max() / np.abs(start).max()
 
 
-@pytest.mark.parametrize("coupling", [0.1, pytest.param(0.3, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("coupling", [0.1, 0.3])
 def test_a_curve_goes_into_the_tongue_of_a_three_to_one_resonance_and_over_it(coupling):
     """x'' + x + x^3 + 3 c x^2 y = 0, y'' + 3.1^2 y + c x^3 = 0: each motion on the way repeats itself."""
     body = oscillators([[1, 0], [0, 3.1**2]], {(0, 0, 0, 0): 0.25, (0, 0, 0, 1): coupling})

@@ -12,7 +12,7 @@ import pytest
 from femflex.case import Case
 from femflex.pipeline.decisions import build_body
 from femflex.reduction import save_body
-from femflex.studies import convergence, planned
+from femflex.studies import convergence, ladder, planned
 
 Built = Callable[..., Case]
 
@@ -87,9 +87,11 @@ def test_two_bodies_are_varied_together_or_one_alone(built: Built):
     assert planned(both, "mesh").ladder.varied == ("beam", "other")
 
 
-def test_large_meshes_are_refined_twice_at_most_unless_more_is_asked_for(built: Built):
-    assert [rung.level for rung in planned(built(FREQUENCY, cells=4000), "mesh").ladder.rungs] == [0, 1, 2]
-    assert [rung.level for rung in planned(built(FREQUENCY, cells=4000), "mesh", [0, 3]).ladder.rungs] == [0, 3]
+def test_large_meshes_are_refined_twice_at_most_unless_more_is_asked_for(built: Built, monkeypatch: pytest.MonkeyPatch):
+    assert [rung.level for rung in planned(built(FREQUENCY, cells=20), "mesh").ladder.rungs][:4] == [0, 1, 2, 3]
+    monkeypatch.setattr(ladder, "POINTS", 100)  # 161 points after three refinements
+    assert [rung.level for rung in planned(built(FREQUENCY, cells=20), "mesh").ladder.rungs] == [0, 1, 2]
+    assert [rung.level for rung in planned(built(FREQUENCY, cells=20), "mesh", [0, 3]).ladder.rungs] == [0, 3]
 
 
 def test_segments_are_a_ladder_of_their_own():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -191,8 +192,20 @@ def test_a_name_that_is_not_known_meets_those_that_are(swinging):
     with pytest.raises(ValueError, match=f"'strain:kink' is not known for beam.h5; known are {known}[.]"):
         planned(swinging, Look(colour="strain:kink"))
     parts = list(plate_and_beam().strain_field)
-    with pytest.raises(ValueError, match=r"'energy' is not known for b; .*energy:line, energy:plate.* several units"):
-        chosen("energy", parts, "b")
+    with pytest.raises(ValueError, match=r"'heat' is not known for b; .*energy, energy:line, energy:plate"):
+        chosen("heat", parts, "b")
+
+
+def test_energy_of_several_kinds_is_in_per_cent_of_the_largest_of_each():
+    body = plate_and_beam()
+    paint = BodyPaint.of(chosen("energy", list(body.strain_field), "b"), body.strain_field, body.skin)
+    assert paint.quantity.unit == "%" and not paint.bare.any() and len(paint.parts) == 2
+    y = np.array([1.0, 0.4, -0.3])
+    largest = {part.kind: part.energy(y[None]).max() for part, _ in paint.parts}
+    assert set(largest) == {"line", "plate"}
+    values = replace(paint, quantity=replace(paint.quantity, largest=largest)).values(y)
+    for part, rows in paint.parts:
+        assert values[rows] == pytest.approx(100 * part.energy(y[None])[0] / largest[part.kind], rel=1e-5)
 
 
 def test_a_run_without_strain_says_what_to_do(run):
@@ -208,6 +221,7 @@ def test_the_command_line_refuses_with_2_and_draws(swinging, tmp_path, femflex):
     body = save_body(tmp_path / "body.h5", plate_and_beam())
     assert len(load_body(body).strain_field) == 2
     assert femflex("render", body, "--colour", "energy:line", "-o", tmp_path / "m.png")[0] == 0
+    assert femflex("render", body, "--colour", "energy", "-o", tmp_path / "both.png")[0] == 0
 
 
 def test_bars_of_strain_have_sensible_units():

@@ -10,8 +10,8 @@ from femflex.dynamics.arithmetic.formula import formula
 from femflex.dynamics.arithmetic.lanes import Lanes, lane, nothing, plus, put, total
 from femflex.dynamics.arithmetic.section_turns import section_drift, section_slope, section_vector
 from femflex.dynamics.arithmetic.turns import moving_vector_turn
-from femflex.dynamics.arithmetic.vectors import ZERO, Matrix, Vector, add, load3, product, turn
-from femflex.dynamics.lowering.layout import TURNS
+from femflex.dynamics.arithmetic.vectors import ZERO, Matrix, Vector, add, load3, product, scale, turn
+from femflex.dynamics.lowering.layout import TURNS, VARIES
 
 Array = NDArray[np.float64]
 Record = np.void
@@ -89,20 +89,46 @@ def combined(a: Array, rows: int, row: int, work: Array, y: int) -> Vector:
 
 
 @inner
+def marker_velocity(pool: Array, place: int, shape: int, bends: int, carrier: Record, work: Array) -> Vector:
+    """Velocity of a marker relative to its carrier, in its components."""
+    wide = carrier["wide"]
+    v = combined(pool, shape, wide, work, carrier["ddelta"])
+    if bends >= VARIES:
+        v = add(v, add(load3(pool, place + 16), combined(pool, shape + 3 * wide, wide, work, carrier["delta"])))
+    return v
+
+
+@inner
+def moved_on(pool: Array, rows: int, carrier: Record, work: Array) -> Vector:
+    """2 phidot ddelta + phiddot delta of rows (3,wide) behind which their rates stand."""
+    wide = carrier["wide"]
+    twice = scale(2.0, combined(pool, rows + 3 * wide, wide, work, carrier["ddelta"]))
+    return add(twice, combined(pool, rows + 6 * wide, wide, work, carrier["delta"]))
+
+
+@inner
 def markers_motion(
     pool: Array, place: int, shape: int, spin: int, bends: int, carrier: Record, work: Array
 ) -> tuple[Vector, Vector, Matrix, Matrix, Vector, Vector, Vector]:
     """Displacement and velocity of a marker, its turn exp(skew(theta)), the tangent T, rate; bias accelerations.
 
     theta = psi delta, or what `section_turns` makes of it, and T psi gives the rate. The biases are of the turn and of
-    the displacement, the second zero unless shapes follow others.
+    the displacement, the second zero unless shapes follow others or the marker varies with time.
 
     All relative to the carrier, in its components.
     """
     wide, delta, ddelta = carrier["wide"], carrier["delta"], carrier["ddelta"]
-    moved, velocity = combined(pool, shape, wide, work, delta), combined(pool, shape, wide, work, ddelta)
+    moved, velocity = (
+        combined(pool, shape, wide, work, delta),
+        marker_velocity(pool, place, shape, bends, carrier, work),
+    )
     theta, dtheta = combined(pool, spin, wide, work, delta), combined(pool, spin, wide, work, ddelta)
-    if bends == TURNS:
+    lift, swing = ZERO, ZERO
+    if bends >= VARIES:
+        dtheta = add(dtheta, combined(pool, spin + 3 * wide, wide, work, delta))
+        lift = add(load3(pool, place + 19), moved_on(pool, shape, carrier, work))
+        swing = moved_on(pool, spin, carrier, work)
+    if bends == TURNS or bends == VARIES + TURNS:
         e = load3(pool, place + 12)
         F, extra = section_slope(e, theta), section_drift(e, theta, dtheta)
         bend, T, rate, bias = moving_vector_turn(section_vector(e, theta), turn(F, dtheta))
@@ -110,8 +136,9 @@ def markers_motion(
         T = product(T, F)
     else:
         bend, T, rate, bias = moving_vector_turn(theta, dtheta)
-    lift = ZERO
+    if bends >= VARIES:
+        bias = add(bias, turn(T, swing))
     if carrier["n_slaves"]:
-        lift = combined(pool, shape, wide, work, carrier["drift"])
+        lift = add(lift, combined(pool, shape, wide, work, carrier["drift"]))
         bias = add(bias, turn(T, combined(pool, spin, wide, work, carrier["drift"])))
     return moved, velocity, bend, T, rate, bias, lift

@@ -5,7 +5,8 @@ c2 V2 d + c3 V3 dd is one symmetric matrix. Its entries k <= l, packed, are sums
 
     force    (3 V2 d + 2 V3 dd) d      energy  1/2 d (2 V2 d + V3 dd) d      tangent  6 V2 d + 6 V3 dd
 
-The table lies in blocks of COLUMNS entries, monomial by monomial, so that the sums of a block stay in registers.
+The table (`femflex.system.variation.strain_table`) lies in blocks of COLUMNS entries, eight lanes, monomial by
+monomial, so that the sums of a block stay in registers.
 """
 
 from __future__ import annotations
@@ -13,28 +14,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.body import StrainTensors
-from femflex.body.symmetric import unpacked
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.formula import formula
 from femflex.dynamics.arithmetic.lanes import Lanes, lane, nothing, plus, put
+from femflex.system.variation import COLUMNS
 
 Array = NDArray[np.float64]
 Record = np.void
-
-COLUMNS = 32  # entries that are summed at once: eight lanes
-
-
-def monomial_table(strain: StrainTensors) -> Array:
-    """Blocks (n_blocks, n + pairs, COLUMNS): what each monomial adds to the packed matrix; filled up with zeros."""
-    n = len(strain.f0)
-    k, l = np.triu_indices(n)
-    V2 = unpacked(strain.V2, n, 3) if strain.V2.size else np.zeros((n, n, n))
-    V3 = unpacked(strain.V3, n, 4) if strain.V3.size else np.zeros((n, n, n, n))
-    rows = np.concatenate([V2[:, k, l], np.where(k == l, 1.0, 2.0)[:, None] * V3[k, l][:, k, l]])
-    blocks = -(-len(k) // COLUMNS)
-    rows = np.pad(rows, [(0, 0), (0, blocks * COLUMNS - len(k))])
-    return np.ascontiguousarray(rows.reshape(len(rows), blocks, COLUMNS).swapaxes(0, 1))
 
 
 @formula

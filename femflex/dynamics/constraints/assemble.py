@@ -66,7 +66,9 @@ def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: Mas
     for nearest in (stiff, bending):
         moving = x.copy()
         for _ in range(REFINED):
-            moving[constraints.n_q :] += nearest(0.0, x, -constraints.residuals(0.0, moving)[1])[0]
+            moving[constraints.n_q : constraints.n_q + constraints.n_u] += nearest(
+                0.0, x, -constraints.residuals(0.0, moving)[1]
+            )[0]
         if np.abs(constraints.residuals(0.0, moving)[1]).max() < tolerance:
             break
     refuse_moving(constraints, moving, tolerance)
@@ -175,7 +177,9 @@ def refuse_bent(constraints: Constraints, x0: Array, x: Array, size: float) -> N
 def refuse_moving(constraints: Constraints, x: Array, tolerance: float) -> None:
     """Raise ValueError for a constraint whose velocities x cannot satisfy, rows with play to what they may open at."""
     speeds = np.abs(constraints.residuals(0.0, x)[1])
-    limits = np.maximum(tolerance, SWAY * constraints.plays) * max(1.0, np.abs(x[constraints.n_q :]).max(initial=0.0))
+    limits = np.maximum(tolerance, SWAY * constraints.plays) * max(
+        1.0, np.abs(x[constraints.n_q : constraints.n_q + constraints.n_u]).max(initial=0.0)
+    )
     if np.all(speeds <= limits):
         return
     worst = max(constraints.names, key=lambda name: (speeds / limits)[constraints.rows_of(name)].max())

@@ -14,38 +14,43 @@ from femflex.dynamics.constraints.user import Rows
 from femflex.dynamics.lowering import tie_layout as at
 from femflex.dynamics.lowering.layout import W_CIN, body_records
 from femflex.dynamics.lowering.ties import slack_of
+from femflex.dynamics.workspace import Own, Workspace
 from femflex.system import System
 
 Array = NDArray[np.float64]
-Own = tuple[NDArray[np.int64], Array, Array]
 
 
 @dataclass(frozen=True, eq=False)
 class Constraints:
     """Loops and nonholonomic constraints of a compiled system.
 
-    own    table, pool and work of the model
+    workspace  the arrays of the model's calls
     rate   call of the constrained model: its rate leaves multipliers in the rows
     users  functions of general rows, kept alive
     """
 
     system: System
-    own: Own
+    workspace: Workspace
     n_q: int
     n_u: int
     rate: Any
     users: tuple[Rows, ...] = ()
 
+    @property
+    def own(self) -> Own:
+        """Table, pool and work of the calling thread."""
+        return self.workspace.own
+
     @cached_property
     def closing(self) -> np.void:
         """The CLOSING record."""
-        record: np.void = at.closing_record(self.own[0])[0]
+        record: np.void = at.closing_record(self.workspace.table)[0]
         return record
 
     @cached_property
     def records(self) -> NDArray[np.void]:
         """The CONSTRAINT records."""
-        return at.constraint_records(self.own[0])
+        return at.constraint_records(self.workspace.table)
 
     @property
     def n_rows(self) -> int:
@@ -82,7 +87,7 @@ class Constraints:
     def matrix(self, t: float, x: Array) -> Array:
         """A of A u = b, (n_rows, n_u)."""
         still = np.array(x, float)
-        still[self.n_q :] = 0.0
+        still[self.n_q : self.n_q + self.n_u] = 0.0
         rest = self.residuals(t, still)[1]
         columns = []
         for k in range(self.n_u):
@@ -127,11 +132,11 @@ class Constraints:
         n_t, work = len(times), self.own[2]
         udot, rows, rank = np.empty((n_t, self.n_u)), np.empty((n_t, self.n_rows, at.ROW_SIZE)), np.empty(n_t)
         places = [int(b["work"]) + W_CIN for b in body_records(self.own[0])]
-        turns, dx = np.empty((n_t, len(places), 3, 3)), np.empty(self.n_q + self.n_u)
+        turns, dx = np.empty((n_t, len(places), 3, 3)), np.empty(states.shape[1])
         for j in range(n_t):
             self.rate(float(times[j]), np.ascontiguousarray(states[j], float), dx, *self.own)
             self._raise_errors()
-            udot[j], rows[j], rank[j] = dx[self.n_q :], self.rows(), self.rank()
+            udot[j], rows[j], rank[j] = dx[self.n_q : self.n_q + self.n_u], self.rows(), self.rank()
             turns[j] = [work[place : place + 9].reshape(3, 3) for place in places]
         return udot, rows, rank, turns
 
@@ -191,11 +196,12 @@ class Constraints:
 
     def _ask(self, task: int, t: float, x: Array) -> None:
         """Call `project` for less than a projection."""
-        self.closing["task"] = task
+        asked, work = int(self.closing["task"]), self.own[2]
+        work[asked] = task
         try:
             calls.project(float(t), np.array(x, float), *self.own)
         finally:
-            self.closing["task"] = at.TASK_HOLD
+            work[asked] = at.TASK_HOLD
         self._raise_errors()
 
     def _raise_errors(self) -> None:
@@ -226,17 +232,17 @@ class Constraints:
         return next(name for name in self.names if self.rows_of(name).start <= row < self.rows_of(name).stop)
 
 
-def constraints_of_system(system: System, own: Own, n_q: int, n_u: int, kinematic: Any) -> Constraints:
+def constraints_of_system(system: System, workspace: Workspace, n_q: int, n_u: int, kinematic: Any) -> Constraints:
     """The constraints of a lowered system, addresses of user functions filled in."""
-    records, users = at.constraint_records(own[0]), []
+    records, users = at.constraint_records(workspace.table), []
 
     def rates(q: Array, u: Array) -> Array:
         dq = np.empty(n_q)
-        kinematic(0.0, np.ascontiguousarray(q), np.ascontiguousarray(u), dq, *own)
+        kinematic(0.0, np.ascontiguousarray(q), np.ascontiguousarray(u), dq, *workspace.own)
         return dq
 
     for record, c in zip(records[len(system.loops) :], system.constraints, strict=True):
         if c.function is not None:
             users.append(Rows(c.name, c.function, c.n_rows, n_q, n_u, rates))
             record["function"] = users[-1].address
-    return Constraints(system, own, n_q, n_u, calls.rate, tuple(users))
+    return Constraints(system, workspace, n_q, n_u, calls.rate, tuple(users))

@@ -25,6 +25,7 @@ from femflex.dynamics.lowering.layout import body_of, header_of, hold_of
 from femflex.dynamics.lowering.tie_layout import closing_of, constraint_of
 from femflex.dynamics.motion.equations import RATE, place
 from femflex.dynamics.motion.recursion import accelerate, reduce_to_root
+from femflex.dynamics.motion.states import take_states, write_state_rates
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -81,13 +82,15 @@ def add_answer(udot: Array, table: Table, pool: Array, work: Array, stiff: bool)
 
 @kernel(RATE)
 def rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
-    """dx/dt of the state x = (q, u): qdot = N(q) u and udot of the constrained system."""
+    """dx/dt of the state x = (q, u, z): qdot = N(q) u, udot of the constrained system, and zdot."""
     records, numbers = start(table), start(pool)
     head = header_of(records)
     q, u, dq, udot = start(x), beyond(x, head["n_q"]), start(dx), beyond(dx, head["n_q"])
+    take_states(u, records, start(work))
     if head["n_holds"] > 0:
         q, u = held_state(t, q, u, records, numbers, start(work))
     solve_motion(t, q, u, udot, records, numbers, start(work))
+    write_state_rates(beyond(udot, head["n_u"]), records, start(work))
     for i in range(1, head["n_bodies"]):
         coordinate_rates(body_of(records, i), q, u, dq, numbers)
 
@@ -148,6 +151,7 @@ def settle_held(t: float, q: Array, u: Array, table: Table, pool: Array, work: A
 @inner
 def bring_back(t: float, q: Array, u: Array, task: int, table: Table, pool: Array, work: Array) -> float:
     """Bring (q, u) onto the constraints, or do what the task says; what is left in units of what may be."""
+    take_states(u, table, work)
     if header_of(table)["n_holds"] > 0 and task != at.TASK_MEASURE:
         settle_held(t, q, u, table, pool, work)
     last, left = math.inf, 0.0
@@ -183,9 +187,14 @@ def project(t: float, x: Array, table: Table, pool: Array, work: Array) -> float
     Positions by Newton's method until the gap is that of rounding; the velocities' correction is linear. Without
     motion across the constraints the kinetic energy changes only by the square of what is taken away.
 
-    The CLOSING record's task may ask for less, so that one compiled call serves studies too: TASK_MEASURE only writes
-    the rows; TASK_NEAREST writes to `step` the smallest v by M with A v = the rows' right sides.
+    The task in the work array may ask for less, so that one compiled call serves studies too: TASK_MEASURE only writes
+    the rows; TASK_NEAREST writes to `step` the smallest v by M with A v = the rows' right sides; all else is TASK_HOLD.
     """
     records = start(table)
-    q, u, task = start(x), beyond(x, header_of(records)["n_q"]), closing_of(records)["task"]
+    q, u, asked = start(x), beyond(x, header_of(records)["n_q"]), work[closing_of(records)["task"]]
+    task = at.TASK_HOLD
+    if asked == at.TASK_MEASURE:
+        task = at.TASK_MEASURE
+    elif asked == at.TASK_NEAREST:
+        task = at.TASK_NEAREST
     return bring_back(t, q, u, task, records, start(pool), start(work))

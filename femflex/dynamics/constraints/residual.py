@@ -20,6 +20,7 @@ from femflex.dynamics.lowering.tie_layout import closing_of, constraint_of
 from femflex.dynamics.motion.equations import place
 from femflex.dynamics.motion.gathering import gather_residual
 from femflex.dynamics.motion.second_order import RESIDUAL
+from femflex.dynamics.motion.states import take_states
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -55,6 +56,7 @@ def write_constrained_residual(
 ) -> None:
     """out = M udot + h - Q - A^T lambda; W_P keeps what every joint carries."""
     head = header_of(table)
+    take_states(u, table, work)
     if head["n_holds"] > 0:
         q, u = held_state(t, q, u, table, pool, work)
     solve_motion(t, q, u, beyond(work, closing_of(table)["free"]), table, pool, work)

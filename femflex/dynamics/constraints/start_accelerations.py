@@ -29,7 +29,10 @@ def refuse_accelerations(constraints: Constraints, x: Array, size: float) -> Non
     white = constraints.own[2][first : first + m * width].reshape(m, width)
     asked = rows[0, :, at.R_TARGET]
     missing = np.abs(white @ (white.T @ rows[0, :, at.R_LAMBDA]) - asked)
-    speed, rate = np.abs(x[constraints.n_q :]).max(initial=0.0), np.abs(udot).max(initial=0.0)
+    speed, rate = (
+        np.abs(x[constraints.n_q : constraints.n_q + constraints.n_u]).max(initial=0.0),
+        np.abs(udot).max(initial=0.0),
+    )
     limits = AGREED * max(1.0, size, np.abs(asked).max()) + SWAY * constraints.plays * (speed**2 + rate)
     if np.all(missing <= limits):
         return

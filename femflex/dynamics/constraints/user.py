@@ -1,7 +1,4 @@
-"""Calls from compiled code of a Python function that writes the rows of a general constraint, by its address.
-
-The address is a number in the table, so that one compiled call serves every model.
-"""
+"""A Python function that writes the rows of a general constraint, as compiled code calls it: by its address."""
 
 from __future__ import annotations
 
@@ -9,12 +6,10 @@ import ctypes
 from collections.abc import Callable
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.symbols import extending, ir, types
+from femflex.dynamics.arithmetic.addresses import known_at
 
 Array = NDArray[np.float64]
 Function = Callable[[float, Array], tuple[Array, Array]]
@@ -23,37 +18,6 @@ STEP = 2e-3  # part of the time scale |q| / |qdot| over which the rates of A and
 STENCIL = ((1, 45.0), (2, -9.0), (3, 1.0))  # central difference of sixth order, over 60 h
 _REAL = ctypes.POINTER(ctypes.c_double)
 _PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_double, _REAL, _REAL, _REAL)
-_CALLED: dict[int, Callable[[float, Array, Array, Array], None]] = {}  # used with the compiler off
-
-
-@extending.intrinsic
-def _call(context: Any, address: Any, t: Any, q: Any, u: Any, out: Any) -> Any:
-    """Call of void(double, double*, double*, double*) at an address."""
-
-    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        real = ir.DoubleType()
-        kind = ir.FunctionType(ir.VoidType(), [real, *[real.as_pointer()] * 3])
-        builder.call(builder.inttoptr(args[0], kind.as_pointer()), args[1:])
-        return context.get_dummy_value()
-
-    return types.void(types.int64, types.float64, q, u, out), generate
-
-
-_numba: Any = numba  # its annotations do not cover what is used here
-_call_at: Any = _call
-
-if _numba.config.DISABLE_JIT:
-
-    def call_rows(address: int, t: float, q: Array, u: Array, out: Array) -> None:
-        """Write A, b and Adot u - bdot to out."""
-        _CALLED[int(address)](t, q, u, out)
-
-else:
-
-    @inner
-    def call_rows(address: int, t: float, q: Array, u: Array, out: Array) -> None:
-        """Write A, b and Adot u - bdot to out."""
-        _call_at(address, t, q, u, out)
 
 
 class Rows:
@@ -67,7 +31,7 @@ class Rows:
         self.error: Exception | None = None  # what the last call with a finite state raised
         self._callback = _PROTOTYPE(self._called)
         self.address = ctypes.cast(self._callback, ctypes.c_void_p).value or 0
-        _CALLED[self.address] = self.write
+        known_at(self.address, self.write)
 
     def checked(self, t: float, q: Array) -> tuple[Array, Array]:
         """A (n_rows, n_u) and b (n_rows,) at t and q, or a ValueError that says what is wrong with them."""

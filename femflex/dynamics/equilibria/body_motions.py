@@ -60,7 +60,7 @@ def body_motions(model: Model, x: Array) -> dict[str, BodyMotion]:
     q, sizes = x[: model.n_q], usual_sizes(model) * STEP
     steps = np.eye(model.n_u) * sizes
     rows = [q, *(advanced(model, q, s) for s in steps), *(advanced(model, q, -s) for s in steps)]
-    states = np.array([np.concatenate([row, np.zeros(model.n_u)]) for row in rows])
+    states = np.array([model.at_rest(row) for row in rows])
     seen = model.observe(np.zeros(len(states)), states)
     C_FN, n = base_attitude(model.system, np.zeros(1), seen)[0].T, model.n_u
     out = {}

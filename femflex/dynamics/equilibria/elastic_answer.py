@@ -35,7 +35,7 @@ def elastic_answer(model: Model, times: Array, states: Array, accelerations: Arr
 
     Raises ValueError and LinAlgError where there are no linear equations about rest (see `linearised`).
     """
-    t, rest = float(times[0]), np.concatenate([states[0, : model.n_q], np.zeros(model.n_u)])
+    t, rest = float(times[0]), model.at_rest(states[0, : model.n_q])
     linear, (own, Z) = linearised(model, t, rest), free_directions(model, t, rest)
     kept = ~np.isin(own, [place for *_, place in held_places(model.system)])  # a latch that will lock counts as locked
     M, D, K = (A[np.ix_(kept, kept)] for A in (linear.M, linear.D, linear.K))
@@ -43,7 +43,7 @@ def elastic_answer(model: Model, times: Array, states: Array, accelerations: Arr
     squares, phi = eigh((K + K.T) / 2, (M + M.T) / 2)
     omega, phi = np.sqrt(squares[squares > 0.0]), phi[:, squares > 0.0]
     damping = np.einsum("ik,ij,jk->k", phi, D, phi)
-    u, steps = states[:, model.n_q :], np.diff(times)[:, None]
+    u, steps = model.parts(states)[1], np.diff(times)[:, None]
     jumps = np.diff(u, axis=0) - steps * (accelerations[1:] + accelerations[:-1]) / 2
     force, impulse = left_over(model, times, states, accelerations, np.vstack([jumps, np.zeros(model.n_u)]))
     qe, ue = elastic_places(model)

@@ -192,7 +192,7 @@ def _beyond(problem: Steady, unstable: Equilibrium, begun: Array) -> Equilibrium
 
 def _told(problem: Steady, found: Balance, count: int, left: Equilibrium | None = None) -> Equilibrium:
     model = problem.full
-    x = np.concatenate([found.q, np.zeros(model.n_u)])
+    x = model.at_rest(found.q)
     return Equilibrium(
         model=model,
         x=x,
@@ -211,7 +211,7 @@ def _failed(problem: Steady, q: Array, share: float, count: int, tried: Balance)
     where = names[tried.worst] if names else "nothing"
     last = Equilibrium(
         model=problem.full,
-        x=np.concatenate([q, np.zeros(problem.full.n_u)]),
+        x=problem.full.at_rest(q),
         share=share,
         residual=tried.residual,
         iterations=count,

@@ -28,7 +28,20 @@ def highest_frequency(model: Model) -> float:
     displacements of the elastic, sliding and turning coordinates that have stiffness into the accelerations that they
     call up. Where dampers let motion die faster than anything vibrates, their rate.
     """
-    return max(linear_frequency(model), law_frequency(model), damping_rate(model))
+    return max(linear_frequency(model), law_frequency(model), damping_rate(model), state_frequency(model))
+
+
+def state_frequency(model: Model) -> float:
+    """Fastest rate of states z among themselves at rest, the largest eigenvalue of dzdot/dz [1/s]; 0 without any."""
+    if not model.system.effectors:
+        return 0.0
+    x, first, columns = model.at_rest(model.x0[: model.n_q]), model.n_q + model.n_u, []
+    base = model.state_rate(0.0, x)[first:]
+    for k in range(model.n_z):
+        moved, step = x.copy(), STEP * max(1.0, abs(x[first + k]))
+        moved[first + k] += step
+        columns.append((model.state_rate(0.0, moved)[first:] - base) / step)
+    return float(np.abs(np.linalg.eigvals(np.column_stack(columns))).max(initial=0.0)) if columns else 0.0
 
 
 def damping_rate(model: Model) -> float:
@@ -39,16 +52,22 @@ def damping_rate(model: Model) -> float:
     """
     if not damped(model.system):
         return 0.0
-    rest = np.concatenate([model.x0[: model.n_q], np.zeros(model.n_u)])
+    rest = model.at_rest(model.x0[: model.n_q])
 
     def slowed(velocity: Array) -> Array:
         ahead, behind = (
-            model.state_rate(0.0, rest + np.concatenate([np.zeros(model.n_q), sign * STEP * np.ravel(velocity)]))
+            model.parts(model.state_rate(0.0, with_velocities(model, rest, sign * STEP * np.ravel(velocity))))[1]
             for sign in (1.0, -1.0)
         )
-        return np.asarray((behind - ahead)[model.n_q :] / (2.0 * STEP))
+        return np.asarray((behind - ahead) / (2.0 * STEP))
 
     return max(0.0, largest_eigenvalue(slowed, model.n_u))
+
+
+def with_velocities(model: Model, x: Array, u: Array) -> Array:
+    """The state x (n_x,) with the quasi-velocities u (n_u,)."""
+    q, _, z = model.parts(x)
+    return np.concatenate([q, u, z])
 
 
 def damped(system: System) -> bool:
@@ -57,6 +76,7 @@ def damped(system: System) -> bool:
         any(joint.damping.any() or joint.laws for joint in system.joints)
         or any(body.damping.any() for body in system.bodies.values())
         or any(spring.damping for spring in system.springs)
+        or bool(system.effectors)
     )
 
 
@@ -84,7 +104,8 @@ def law_frequency(model: Model) -> float:
         stiffest = place.of.stiffest if isinstance(place.of, Law) else place.of.stiffness
         if stiffest > 0:
             q = np.ascontiguousarray(model.x0[: model.n_q])
-            model.tree.solve(0.0, q, unit, out, 1.0, 0.0, 0.0, model.table, model.pool, model.work)
+            rhs = np.concatenate([unit, model.parts(model.x0)[2]])
+            model.tree.solve(0.0, q, rhs, out, 1.0, 0.0, 0.0, model.table, model.pool, model.work)
             squares.append(stiffest * out[place.u])
     return float(np.sqrt(max(squares)))
 
@@ -95,22 +116,22 @@ def linear_frequency(model: Model) -> float:
     M^-1 K column by column: the accelerations that a unit of each elastic, sliding or turning coordinate calls up.
     """
     pairs = [pair for record in body_records(model.table)[1:] for pair in stiff_coordinates(record)]
-    if model.system.springs:  # these may act on any coordinate
+    if model.system.springs or model.system.effectors:  # these may act on any coordinate
         pairs = [(-1, k) for k in range(model.n_u)]
     if not pairs:
         return 0.0
     q, u = (np.array(side) for side in zip(*pairs, strict=True))
-    rest = np.concatenate([model.x0[: model.n_q], np.zeros(model.n_u)])
-    base = model.state_rate(0.0, rest)[model.n_q :][u]
+    rest = model.at_rest(model.x0[: model.n_q])
+    base = model.parts(model.state_rate(0.0, rest))[1][u]
 
     def called_up(displacement: Array) -> Array:
         moved = rest.copy()
-        if model.system.springs:
+        if model.system.springs or model.system.effectors:
             step, start = STEP * np.ravel(displacement), rest[: model.n_q].copy()
             model.tree.advance(start, step, moved[: model.n_q], model.table, model.pool, model.work)
         else:
             moved[q] += STEP * np.ravel(displacement)
-        return np.asarray((base - model.state_rate(0.0, moved)[model.n_q :][u]) / STEP)
+        return np.asarray((base - model.parts(model.state_rate(0.0, moved))[1][u]) / STEP)
 
     return float(np.sqrt(max(largest_eigenvalue(called_up, len(u)), 0.0)))
 

@@ -57,7 +57,7 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
     the state must be at rest. Raises ValueError for nonholonomic constraints, and for loops in motion.
     """
     accelerations = np.zeros(model.n_u) if udot is None else np.asarray(udot, float)
-    q, u = x[: model.n_q], x[model.n_q :]
+    q, u, z = model.parts(x)
     refuse_rolling(model.system, "linear equations")
     if model.system.loops and (u.any() or accelerations.any()):
         raise ValueError(
@@ -67,7 +67,7 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
     n = model.n_u
 
     def residual(q: Array, u: Array) -> Array:
-        return model.residual(t, np.concatenate([q, u]), accelerations)
+        return model.residual(t, np.concatenate([q, u, z]), accelerations)
 
     unit = np.eye(n) * max(1.0, float(np.abs(u).max(initial=0.0)))
     D = np.column_stack([(residual(q, u + e) - residual(q, u - e)) / (2 * e.max()) for e in unit])
@@ -109,12 +109,12 @@ def multipliers(model: Model, t: float, x: Array) -> Array:
 
 def stiffness(model: Model, t: float, x: Array, udot: Array, lambdas: Array) -> Array:
     """K (n_u, n_u): derivative of the residual by increments of the coordinates, at constant multipliers (n_rows,)."""
-    q, u = x[: model.n_q], x[model.n_q :]
+    q, u, z = model.parts(x)
     K, at = linear_stiffness(model)
     own = at >= 0
 
     def other(moved: Array) -> Array:
-        change, y = np.where(own, moved[at] - q[at], 0.0), np.concatenate([moved, u])
+        change, y = np.where(own, moved[at] - q[at], 0.0), np.concatenate([moved, u, z])
         tied = lambdas @ model.constraints.matrix(t, y) if model.constraints is not None else 0.0
         return model.residual(t, y, udot) - tied - K @ change
 

@@ -52,7 +52,7 @@ def rest_modes(system: System, bodies: Mapping[str, FlexibleBody] | None = None)
     """The natural motions of a system, some of its bodies in other sets if given."""
     system = _bare(system, bodies or {})
     model = compile_system(system)
-    rest = np.concatenate([model.x0[: model.n_q], np.zeros(model.n_u)])
+    rest = model.at_rest(model.x0[: model.n_q])
     Z = free_directions(model, 0.0, rest)[1]
     K = stiffness(model, 0.0, rest, np.zeros(model.n_u), multipliers(model, 0.0, rest))
     M, K = (Z.T @ A @ Z for A in (model.mass_matrix(0.0, rest), K))

@@ -42,7 +42,7 @@ class Steady:
 
     def forces(self, q: Array) -> tuple[Array, Array]:
         """Inner and outer generalised forces h - Q (n_u,) at the coordinates q, times the sizes [J]."""
-        x = np.concatenate([q, np.zeros(self.full.n_u)])
+        x = self.full.at_rest(q)
         inner, full = (np.where(self.held, 0.0, model.bias(0.0, x)) for model in (self.inner, self.full))
         return inner * self.sizes, (full - inner) * self.sizes
 
@@ -62,7 +62,7 @@ class Steady:
         """Kinetic energy of the turning base frame [J], whose rounding is left over where forces cancel; 0 if still."""
         if self.full.system.frame.kind != "spinning":
             return 0.0
-        x = np.concatenate([self.full.x0[: self.full.n_q], np.zeros(self.full.n_u)])
+        x = self.full.at_rest(self.full.x0[: self.full.n_q])
         return float(self.full.observe(np.zeros(1), x[None])["monitors/kinetic"][0])
 
     @cached_property
@@ -80,7 +80,7 @@ class Steady:
 
         Loops carry the multipliers (n_rows,) along.
         """
-        x, still = np.concatenate([q, np.zeros(self.full.n_u)]), np.zeros(self.full.n_u)
+        x, still = self.full.at_rest(q), np.zeros(self.full.n_u)
         K = share * stiffness(self.full, 0.0, x, still, lambdas)
         if share < 1.0:
             K += (1.0 - share) * stiffness(self.inner, 0.0, x, still, lambdas)
@@ -90,7 +90,7 @@ class Steady:
         """A (n_rows, n_u) of the loops at q, by increments in their sizes; no rows for a tree."""
         if self.full.constraints is None:
             return np.zeros((0, self.full.n_u))
-        A = self.full.constraints.matrix(0.0, np.concatenate([q, np.zeros(self.full.n_u)]))
+        A = self.full.constraints.matrix(0.0, self.full.at_rest(q))
         return np.where(self.held, 0.0, A * self.sizes)
 
     def directions(self, A: Array) -> tuple[Array, Array]:
@@ -108,7 +108,7 @@ class Steady:
         """The coordinates with their loops closed again, by the shortest way."""
         if self.full.constraints is None:
             return q
-        x = np.concatenate([q, np.zeros(self.full.n_u)])
+        x = self.full.at_rest(q)
         self.full.project(0.0, x, self.full.table, self.full.pool, self.full.work)
         return x[: self.full.n_q]
 
@@ -135,7 +135,7 @@ def steady(system: System, at: float | None = None) -> Steady:
 
 def _check_constant(found: Steady) -> None:
     """Raise ValueError when the forces at rest depend on time for a reason not named before."""
-    x = np.concatenate([found.full.x0[: found.full.n_q], np.zeros(found.full.n_u)])
+    x = found.full.at_rest(found.full.x0[: found.full.n_q])
     now, later = (np.where(found.held, 0.0, found.full.bias(t, x)) * found.sizes for t in (0.0, 12345.678))
     inertia = float((np.diag(found.full.mass_matrix(0.0, x)) * found.sizes**2).max(initial=0.0))
     turning = inertia * frame_rate(found.full.system) ** 2  # whose rounding is left where forces cancel

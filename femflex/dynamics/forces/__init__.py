@@ -1,1 +1,1 @@
-"""Forces from outside and between markers: gravity, loads, springs, and the motion of the base frame."""
+"""Forces on all bodies: of motion, strain and gravity; the calls of force terms; and the motion of the base frame."""

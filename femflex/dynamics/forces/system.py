@@ -1,4 +1,4 @@
-"""Forces on the system: of motion and strain, gravity, springs and dampers, loads; and their absence."""
+"""Forces on the system: of motion and strain, gravity, joint springs and dampers, force terms; and their absence."""
 
 from __future__ import annotations
 
@@ -8,13 +8,12 @@ from numpy.typing import NDArray
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.pairs import nothing_pair, put_pair
 from femflex.dynamics.arithmetic.vectors import ZERO
+from femflex.dynamics.bodies.flow import add_flow_forces
 from femflex.dynamics.bodies.inertia import add_elastic_forces, write_velocity_forces, zero_forces
+from femflex.dynamics.forces.calls import apply_terms
 from femflex.dynamics.forces.gravity import find_center_of_mass, gravity_field, local_field
-from femflex.dynamics.forces.loads import apply_load
-from femflex.dynamics.forces.springs import apply_springs
 from femflex.dynamics.joints.forces import write_spring_forces
-from femflex.dynamics.joints.laws import add_law_forces
-from femflex.dynamics.lowering.layout import ORBIT_NONE, W_BIAS, W_TAU, body_of, header_of, load_of
+from femflex.dynamics.lowering.layout import ORBIT_NONE, W_BIAS, W_TAU, body_of, header_of
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -23,16 +22,7 @@ Record = np.void
 
 @inner
 def write_forces(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
-    """Write all forces at the placed state, those of joint laws and of springs between markers among them."""
-    write_plain_forces(t, q, u, table, pool, work)
-    if header_of(table)["n_laws"] > 0:
-        add_law_forces(q, u, table, pool, work)
-    apply_springs(table, pool, work)
-
-
-@inner
-def write_plain_forces(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
-    """Write every body's bias wrench and elastic bias, and the spring forces of sprung joints, at the placed state."""
+    """Write every body's bias wrench and elastic bias, and the forces of sprung joints, at the placed state."""
     head = header_of(table)
     l, strength = ZERO, 0.0
     if head["orbit"] != ORBIT_NONE:
@@ -42,11 +32,12 @@ def write_plain_forces(t: float, q: Array, u: Array, table: Table, pool: Array, 
         b = body_of(table, i)
         field, uniform = local_field(b, head, l, strength, pool, work)
         write_velocity_forces(b, pool, work, field, uniform)
+        if b["flows"]:
+            add_flow_forces(b, pool, work)
         add_elastic_forces(b, pool, work)
         if b["sprung"]:
             write_spring_forces(b, q, u, pool, work)
-    for j in range(head["n_loads"]):
-        apply_load(t, load_of(table, j), table, pool, work)
+    apply_terms(t, q, u, table, pool, work)
 
 
 @inner

@@ -27,8 +27,6 @@ def coordinate_rates(b: Record, q: Array, u: Array, dq: Array, pool: Array) -> N
         ball_rates(b, q, load3(u, v), dq, pool)
     for k in range(b["n"]):
         dq[b["qe"] + k] = u[b["ue"] + k]
-    for k in range(b["n_latched"]):
-        dq[b["latched"] + k] = 0.0
 
 
 @inner
@@ -43,5 +41,3 @@ def advance_coordinates(b: Record, q: Array, step: Array, out: Array, pool: Arra
         advance_ball(b, q, load3(step, v), out, pool)
     for k in range(b["n"]):
         out[b["qe"] + k] = q[b["qe"] + k] + step[b["ue"] + k]
-    for k in range(b["n_latched"]):
-        out[b["latched"] + k] = q[b["latched"] + k]

@@ -86,5 +86,5 @@ def observe_held(model: Model, times: Array, states: Array) -> dict[str, Array]:
     out: dict[str, Array] = {}
     for joint in dict.fromkeys(joint for joint, *_ in places):
         out[f"joints/{joint.label}/drive"] = found[:, [u for other, _, _, u in places if other is joint]]
-    out["monitors/drive_power"] = np.sum(found * specified_states(model, times, states)[:, model.n_q :], axis=1)
+    out["monitors/drive_power"] = np.sum(found * model.parts(specified_states(model, times, states))[1], axis=1)
     return out

@@ -13,6 +13,7 @@ from femflex.dynamics.arithmetic.lanes import beyond, start
 from femflex.dynamics.joints.held import held_state
 from femflex.dynamics.lowering.layout import header_of
 from femflex.dynamics.motion.led_equations import write_accelerations
+from femflex.dynamics.motion.states import take_states
 from femflex.dynamics.reports.observe import OBSERVE
 
 Array = NDArray[np.float64]
@@ -23,6 +24,7 @@ Table = NDArray[np.int64]
 def write_drives(t: float, x: Array, out: Array, room: Array, table: Table, pool: Array, work: Array) -> None:
     """out (n_u,): generalised forces that hold the held freedoms at the state x, zero on the others."""
     head = header_of(table)
+    take_states(beyond(x, head["n_q"]), table, work)
     q, u = held_state(t, x, beyond(x, head["n_q"]), table, pool, work)
     write_accelerations(t, q, u, start(room), table, pool, work)
     for k in range(head["n_u"]):

@@ -24,9 +24,9 @@ Record = np.void
 
 @inner
 def held_state(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> tuple[Array, Array]:
-    """(q, u) with held freedoms where they are held; writes flags and known accelerations."""
+    """(q, u) with held freedoms where they are held, z taken already; writes flags and known accelerations."""
     head = header_of(table)
-    own_q, own_u = beyond(work, head["held_q"]), beyond(work, head["held_u"])
+    own_q, own_u, z = beyond(work, head["held_q"]), beyond(work, head["held_u"]), beyond(work, head["z"])
     for k in range(head["n_q"]):
         own_q[k] = q[k]
     for k in range(head["n_u"]):
@@ -35,9 +35,9 @@ def held_state(t: float, q: Array, u: Array, table: Table, pool: Array, work: Ar
     for j in range(head["n_holds"]):
         hold = hold_of(table, j)
         s, ds, dds, flag = q[hold["q"]], 0.0, 0.0, 1.0
-        if hold["latch"] == 0:
+        if hold["latch"] < 0:
             s, ds, dds = profile_at(t, hold["profile"], pool)
-        elif q[hold["latch"]] < 0.0:
+        elif z[hold["latch"]] < 0.0:
             ds, flag = u[hold["u"]], 0.0
         own_q[hold["q"]], own_u[hold["u"]] = s, ds
         work[head["flags"] + hold["u"]], work[head["known"] + hold["u"]] = flag, dds

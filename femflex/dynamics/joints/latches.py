@@ -48,11 +48,10 @@ class Latches:
     @cached_property
     def places(self) -> list[Place]:
         """Where each latch stands in the state, and from which side its coordinate comes."""
-        found = []
-        for joint, latch, time, freedom in latch_places(self.model.system):
-            first = time - joint.latch_places()[joint.latches.index(latch)]
-            side = 1.0 if joint.q0[latch.freedom] > latch.at else -1.0
-            found.append(Place(latch, time, first + latch.freedom, freedom, side))
+        found, first = [], self.model.n_q + self.model.n_u
+        for its in latch_places(self.model.system):
+            side = 1.0 if its.joint.q0[its.latch.freedom] > its.latch.at else -1.0
+            found.append(Place(its.latch, first + its.time, its.q, its.u, side))
         return found
 
     def values(self, t: float, x: Array) -> Array:
@@ -76,7 +75,7 @@ class Latches:
         after, impulses = impact(self.model, t, x, [place.freedom for place in stopped])
         for place, u, impulse in zip(stopped, moving, impulses, strict=True):
             x[place.time + 1] = -0.5 * impulse * u
-        x[self.model.n_q :] = after
+        x[self.model.n_q : self.model.n_q + self.model.n_u] = after
 
 
 def impact(model: Model, t: float, x: Array, freedoms: list[int]) -> tuple[Array, list[float]]:
@@ -85,10 +84,9 @@ def impact(model: Model, t: float, x: Array, freedoms: list[int]) -> tuple[Array
     Beside constraints in two steps, both the shortest by M: to rest of the freedoms, then onto the constraints with the
     freedoms at rest. Together they are the shortest way to both, for the second keeps what the first has reached.
     """
-    before = x[model.n_q :].copy()
-    rhs, change = np.zeros(model.n_u), np.empty(model.n_u)
+    q, before, z = (part.copy() for part in model.parts(x))
+    rhs, change = np.concatenate([np.zeros(model.n_u), z]), np.empty(model.n_u)
     rhs[freedoms] = -before[freedoms]
-    q = np.ascontiguousarray(x[: model.n_q])
     model.tree.solve(t, q, rhs, change, 1.0, 0.0, 0.0, model.table, model.pool, model.work)
     drives = int(model.table[:N_HEADER].view(HEADER)[0]["drives"])
     impulses = [float(model.work[drives + freedom]) for freedom in freedoms]
@@ -96,12 +94,13 @@ def impact(model: Model, t: float, x: Array, freedoms: list[int]) -> tuple[Array
     after[freedoms] = 0.0
     if model.constraints is None:
         return after, impulses
-    closed = np.concatenate([q, after])
+    closed = np.concatenate([q, after, z])
     model.project(t, closed, model.table, model.pool, model.work)
     multipliers = model.constraints.rows()[:, R_LAMBDA].copy()
-    more = closed[model.n_q :] - after
+    found = model.parts(closed)[1]
+    more = found - after
     held = [held_impulse(model, t, x, more, multipliers, freedom) for freedom in freedoms]
-    return closed[model.n_q :], [one + two for one, two in zip(impulses, held, strict=True)]
+    return found, [one + two for one, two in zip(impulses, held, strict=True)]
 
 
 def held_impulse(model: Model, t: float, x: Array, change: Array, multipliers: Array, freedom: int) -> float:
@@ -116,8 +115,8 @@ def held_impulse(model: Model, t: float, x: Array, change: Array, multipliers: A
 
 def _free_row(model: Model, t: float, x: Array, freedom: int) -> Array:
     """Row of the mass matrix (n_u,) that belongs to a freedom which a latch holds in x, as if it were open."""
-    opened = x.copy()
-    for _, latch, time, its in latch_places(model.system):
-        if its == freedom and latch.rigid:
-            opened[time] = -1.0
+    opened, first = x.copy(), model.n_q + model.n_u
+    for its in latch_places(model.system):
+        if its.u == freedom and its.latch.rigid:
+            opened[first + its.time] = -1.0
     return model.mass_matrix(t, opened)[freedom]

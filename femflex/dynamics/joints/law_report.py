@@ -1,4 +1,4 @@
-"""Channels of the laws and latches of joints: forces, what they take out of the motion, and when latches locked."""
+"""Where laws and latches of joints stand in the state; when latches locked; the power that is taken for good."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.system import Channel, Joint, Latch, Law, System
+from femflex.system import Channel, Effector, Joint, Latch, Law, System
+from femflex.system.freedoms import OPEN
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
@@ -20,7 +21,7 @@ FORCES = {"m/s": "N", "rad/s": "N m"}
 
 @dataclass(frozen=True, eq=False)
 class LawPlace:
-    """A law, or an elastic latch, and where what it needs stands in the state (q, u)."""
+    """A law, or an elastic latch, and where what it needs stands in q, in u, and in z (-1: nothing does)."""
 
     name: str
     joint: Joint
@@ -37,26 +38,40 @@ class LawPlace:
 
 def law_places(system: System) -> list[LawPlace]:
     """Every law in the order of the model's: per joint its laws, then its elastic latches."""
-    found, iq, iu = [], 0, 0
+    found, iq, iu, iz = [], 0, 0, 0
     for name in system.order:
         joint, n = system.joint_of(name), system.bodies[name].n_modes
         for law_name, law in zip(joint.law_names(), joint.laws, strict=True):
             found.append(LawPlace(law_name, joint, law, iq + law.freedom, iu + law.freedom, -1))
-        for latch, place in zip(joint.latches, joint.latch_places(), strict=True):
+        for latch in joint.latches:
             if not latch.rigid:
                 label = joint.freedom_names()[latch.freedom] + ".latch"
-                found.append(LawPlace(label, joint, latch, iq + latch.freedom, iu + latch.freedom, iq + place))
+                found.append(LawPlace(label, joint, latch, iq + latch.freedom, iu + latch.freedom, iz))
+            iz += len(OPEN)
         iq, iu = iq + joint.n_q + n, iu + joint.n_u + n
     return found
 
 
-def latch_places(system: System) -> list[tuple[Joint, Latch, int, int]]:
-    """(joint, latch, place of its time in q, place of its freedom in u) of every latch."""
-    found, iq, iu = [], 0, 0
+@dataclass(frozen=True, eq=False)
+class LatchPlace:
+    """A latch, and where its coordinate stands in q, its freedom in u, and its time in z; its loss follows there."""
+
+    joint: Joint
+    latch: Latch
+    q: int
+    u: int
+    time: int
+
+
+def latch_places(system: System) -> list[LatchPlace]:
+    """Every latch, per body in tree order."""
+    found: list[LatchPlace] = []
+    iq = iu = 0
     for name in system.order:
         joint, n = system.joint_of(name), system.bodies[name].n_modes
-        for latch, place in zip(joint.latches, joint.latch_places(), strict=True):
-            found.append((joint, latch, iq + place, iu + latch.freedom))
+        for latch in joint.latches:
+            k = latch.freedom
+            found.append(LatchPlace(joint, latch, iq + k, iu + k, len(OPEN) * len(found)))
         iq, iu = iq + joint.n_q + n, iu + joint.n_u + n
     return found
 
@@ -64,17 +79,16 @@ def latch_places(system: System) -> list[tuple[Joint, Latch, int, int]]:
 def is_damped(system: System) -> bool:
     """Whether anything takes energy out of the motion for good."""
     joints = any(joint.damping.any() or joint.laws or joint.latches for joint in system.joints)
+    joints = joints or any(spring.damping for spring in system.springs)
+    joints = joints or any(isinstance(e, Effector) and "dissipation" in e.accounts for e in system.effectors)
     return joints or any(body.damping.any() for body in system.bodies.values())
 
 
 def law_channels(system: System) -> dict[str, Channel]:
-    """Path, unit and meaning of what is reported of laws and latches."""
-    out = {
-        f"laws/{place.name}/force": Channel(place.unit, f"what {place.name} resists with")
-        for place in law_places(system)
-    }
-    for joint, latch, _, _ in latch_places(system):
-        name = joint.freedom_names()[latch.freedom]
+    """Path, unit and meaning of what is reported of latches, and of the power that is lost."""
+    out = {}
+    for its in latch_places(system):
+        name = its.joint.freedom_names()[its.latch.freedom]
         path = f"latches/{name}"
         out[f"{path}/locked"] = Channel("1", f"1 from when {name} latched")
         out[f"{path}/time"] = Channel("s", f"when {name} latched; -1 before")
@@ -84,28 +98,17 @@ def law_channels(system: System) -> dict[str, Channel]:
     return out
 
 
-def observe_laws(model: Model, states: Array) -> dict[str, Array]:
-    """The channels of `law_channels` at states (n_t, n_x)."""
-    system, q, u = model.system, states[:, : model.n_q], states[:, model.n_q :]
+def observe_laws(model: Model, states: Array, taken: Array) -> dict[str, Array]:
+    """The channels of `law_channels` at states (n_t, n_x), where force terms take the power `taken` (n_t,) [W]."""
+    system, (_, u, z) = model.system, model.parts(states)
     if not is_damped(system):
         return {}
     out: dict[str, Array] = {}
-    power = linear_dissipation(system, u)
-    for place in law_places(system):
-        x, rate = q[:, place.q], u[:, place.u]
-        if isinstance(place.of, Law):
-            force, taken = place.of.force(x, rate), place.of.power(x, rate)
-        else:
-            locked = q[:, place.time] >= 0
-            force = locked * (place.of.stiffness * (x - place.of.at) + place.of.damping * rate)
-            taken = locked * place.of.damping * rate**2
-        out[f"laws/{place.name}/force"] = force
-        power = power + taken
-    for joint, latch, at, _ in latch_places(system):
-        path = f"latches/{joint.freedom_names()[latch.freedom]}"
-        out[f"{path}/time"], out[f"{path}/loss"] = q[:, at], q[:, at + 1]
-        out[f"{path}/locked"] = (q[:, at] >= 0).astype(float)
-    return {**out, "monitors/dissipation": power}
+    for its in latch_places(system):
+        path = f"latches/{its.joint.freedom_names()[its.latch.freedom]}"
+        out[f"{path}/time"], out[f"{path}/loss"] = z[:, its.time], z[:, its.time + 1]
+        out[f"{path}/locked"] = (z[:, its.time] >= 0).astype(float)
+    return {**out, "monitors/dissipation": linear_dissipation(system, u) + taken}
 
 
 def linear_dissipation(system: System, u: Array) -> Array:

@@ -48,7 +48,7 @@ def observe_reactions(model: Model, times: Array, states: Array) -> dict[str, Ar
     wrenches = np.empty((len(times), len(order), 6))  # at the bodies' origins, body components
     turns = np.empty((len(times), len(order), 3, 3))
     for j in range(len(times)):
-        udot = model.state_rate(times[j], states[j])[model.n_q :]
+        udot = model.parts(model.state_rate(times[j], states[j]))[1]
         model.gather(times[j], states[j], udot)
         for i, record in enumerate(records[1:]):
             p, c = int(record["work"]) + W_P, int(record["work"]) + W_CIN

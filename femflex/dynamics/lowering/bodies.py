@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, StrainTensors
 from femflex.dynamics.arithmetic.lanes import padded
-from femflex.dynamics.bodies.stiffening import monomial_table
 from femflex.dynamics.lowering import layout as at
 from femflex.dynamics.lowering.pool import Pool, Scratch
+from femflex.system.variation import COLUMNS, strain_table
 
 Array = NDArray[np.float64]
 
@@ -46,12 +46,17 @@ def lower_body(record: np.void, body: FlexibleBody, pool: Pool, scratch: Scratch
 
 def lower_curved_strain(record: np.void, strain: StrainTensors, pool: Pool, scratch: Scratch) -> None:
     """V2 and V3 of a body with nonlinear strain."""
-    if strain.is_linear or not len(strain.f0):
-        return
-    table = monomial_table(strain)
-    n_blocks, count, columns = table.shape
-    record["nonlinear"], record["n_blocks"], record["curved"] = 1, n_blocks, pool.put(table)
-    record["monomials"], record["varying"] = scratch.take(count), scratch.take(n_blocks * columns)
+    if not strain.is_linear and len(strain.f0):
+        record["curved"] = pool.put(strain_table(strain.V2, strain.V3, len(strain.f0)))
+        take_monomials(record, scratch)
+
+
+def take_monomials(record: np.void, scratch: Scratch) -> None:
+    """Places in the work array of what nonlinear strain is summed up from."""
+    n = int(record["n"])
+    pairs = n * (n + 1) // 2
+    record["nonlinear"], record["n_blocks"] = 1, -(-pairs // COLUMNS)
+    record["monomials"], record["varying"] = scratch.take(n + pairs), scratch.take(record["n_blocks"] * COLUMNS)
 
 
 def lower_slaves(record: np.void, slaves: Array, pool: Pool, scratch: Scratch) -> None:

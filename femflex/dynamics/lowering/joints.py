@@ -1,4 +1,4 @@
-"""Joints lowered to flat arrays: axes, springs, what they hold, laws and latches, and the markers they join."""
+"""Joints lowered to flat arrays: axes, springs, what they hold, and the markers they join."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from femflex.dynamics.lowering import layout as at
 from femflex.dynamics.lowering.pool import Pool, Scratch, put_marker
 from femflex.rotations import EULER_PARAMETERS, MODIFIED, NAMED_SEQUENCES, RODRIGUES, is_extrinsic, letters_of
 from femflex.system import Joint, System
-from femflex.system.law import LATCHED
+from femflex.system.freedoms import OPEN
 
 Array = NDArray[np.float64]
 
@@ -43,15 +43,16 @@ def lower_holds(
     head: np.void, bodies: NDArray[np.void], system: System, pool: Pool, scratch: Scratch
 ) -> NDArray[np.void]:
     """One HOLD record per held freedom, and where the model keeps what it holds."""
-    found = []
+    found, z = [], 0
     for record, name in zip(bodies[1:], system.order, strict=True):
         joint = system.joint_of(name)
         for k, profile in joint.held.items():
-            found.append((int(record["q"]) + k, int(record["u"]) + k, pool.put(profile.numbers), 0))
-        for latch, place in zip(joint.latches, joint.latch_places(), strict=True):
+            found.append((int(record["q"]) + k, int(record["u"]) + k, pool.put(profile.numbers), -1))
+        for latch in joint.latches:
             k = latch.freedom
             if latch.rigid:
-                found.append((int(record["q"]) + k, int(record["u"]) + k, 0, int(record["q"]) + place))
+                found.append((int(record["q"]) + k, int(record["u"]) + k, 0, z))
+            z += len(OPEN)
         if joint.held or joint.locking:
             record["held"], record["full"] = 1, 0
     head["n_holds"] = len(found)
@@ -64,39 +65,19 @@ def lower_holds(
     return np.array(found, at.HOLD)
 
 
-def lower_laws(head: np.void, bodies: NDArray[np.void], system: System, pool: Pool) -> NDArray[np.void]:
-    """LAW records: the pieces of every law, then the springs and dampers of elastic latches."""
-    found: list[tuple[int, ...]] = []
-    row = 0
-    for i, name in enumerate(system.order, start=1):
-        record, joint = bodies[i], system.joint_of(name)
-        q, u = int(record["q"]), int(record["u"])
-        for law in joint.laws:
-            k = law.freedom
-            found += [(i, k, q + k, u + k, kind, pool.put(numbers), 0, row) for kind, numbers in law.pieces()]
-            row += 1
-        for latch, place in zip(joint.latches, joint.latch_places(), strict=True):
-            if not latch.rigid:
-                k, numbers = latch.freedom, pool.put([latch.stiffness, latch.damping, latch.at])
-                found.append((i, k, q + k, u + k, LATCHED, numbers, q + place, row))
-                row += 1
-        record["n_latched"] = 2 * len(joint.latches)
-        record["latched"] = q + joint.n_q - record["n_latched"]
-        if joint.laws or any(not latch.rigid for latch in joint.latches):
-            record["sprung"], record["lawful"], record["full"] = 1, 1, 0
-    head["n_laws"], head["law_rows"] = len(found), row
-    return np.array(found, at.LAW)
-
-
 def lower_markers(bodies: NDArray[np.void], i: int, joint: Joint, system: System, pool: Pool, scratch: Scratch) -> None:
     """Markers P and Q of the joint of body i; their carriers' elastic blocks become dense when the markers move."""
     record, parent = bodies[i], bodies[bodies[i]["parent"]]
     own = system.bodies[joint.child].marker(joint.child_marker)
-    above = (
-        Marker.rigid(np.zeros(3)) if joint.parent is None else system.bodies[joint.parent].marker(joint.parent_marker)
+    above = Marker.rigid(np.zeros(3))
+    if joint.parent is not None:
+        above = system.bodies[joint.parent].marker(joint.parent_marker)
+    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(
+        joint.parent, joint.parent_marker, system, pool
     )
-    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(above, pool)
-    record["own_place"], record["own_shape"], record["own_spin"], record["own_bends"] = put_marker(own, pool)
+    record["own_place"], record["own_shape"], record["own_spin"], record["own_bends"] = put_marker(
+        joint.child, joint.child_marker, system, pool
+    )
     record["Phi"] = scratch.take(6 * parent["row"])
     if record["bends"]:
         parent["dense"] = 1

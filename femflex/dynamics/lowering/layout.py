@@ -1,11 +1,12 @@
 """Flat arrays of a compiled system: one integer table of records, one pool of numbers, one scratch array.
 
-table  header record, then one BODY record per body (record 0 is the base frame), then one LOAD record per load, the
-       reported markers, the freedoms that are held, the laws of joint freedoms, and what `constraint_layout` describes
-pool   constants: moments, shapes at markers, axes, springs, load tables, orbit
+table  header record, then one BODY record per body (record 0 is the base frame), the reported markers, the freedoms
+       that are held, the records of force terms, one TERM record per force term, and what `tie_layout` describes
+pool   numbers: moments, shapes at markers, axes, springs, load tables, orbit; constants, but for the blocks of bodies
+       that vary with time, which are written anew at every evaluation (see varying)
 work   scratch, one block per body: the offsets W_* below, then arrays whose place the record holds
 
-Kernels read the records through `header_of`, `body_of`, `load_of` and `marker_of`. Rows over shapes are as long as
+Kernels read the records through `header_of`, `body_of`, `term_of` and `marker_of`. Rows over shapes are as long as
 `row` says, the numbers past n are zero; rows and blocks begin at whole lanes.
 """
 
@@ -28,10 +29,11 @@ HEADER = np.dtype(
         (name, "i8")
         for name in (
             "n_bodies",  # records, the base included
-            "n_loads",
             "n_markers",
             "n_q",
             "n_u",
+            "n_z",  # states beside coordinates and velocities
+            "z", "zdot",  # work (n_z,) each: the states, taken from behind the velocities, and their rates
             "orbit",  # ORBIT_*
             "frame",  # FRAME_*
             "orbit_data",  # pool: mu, a, e, n, mean anomaly at t = 0, C_NP (9)
@@ -40,14 +42,15 @@ HEADER = np.dtype(
             "mass",  # pool: total mass
             "orbit_state",  # work: radius; the true anomaly's rate, acceleration, value; C_NO (9), place, velocity
             "angle_axes",  # pool: axis numbers of the reported attitude angles (3), C_QL (9)
-            "total",  # work: centre of mass (3), uniform field (3)
+            "total",  # work: centre of mass (3); uniform field, or that in which the centre of mass stays at O (3)
             "kept",  # pool: 1 or 0 for every term of femflex.dynamics.terms.ledger; read by reduced models alone
             "n_holds", "holds",  # HOLD records and where in the table they begin
-            "n_laws", "laws", "law_rows",  # LAW records, where they begin, and how many laws are reported
+            "n_terms", "terms",  # TERM records and where in the table they begin
+            "account",  # work (A_SIZE): see femflex.dynamics.forces.calls
             "held_q", "held_u",  # work (n_q,), (n_u,): the state with held freedoms where they are held
             "known", "flags", "drives",  # work (n_u,): their accelerations; 1 where held; forces that hold them
-            "n_springs",  # between markers
-            "springs", "closing",  # table: where their records begin (see constraint_layout)
+            "closing",  # table: where records of constraints begin (see tie_layout)
+            "n_varying",  # bodies whose properties depend on time
         )
     ]
 )  # fmt: skip
@@ -74,7 +77,6 @@ BODY = np.dtype(
             "spring", "damper", "rest",  # pool (n_slide + n_turn | 3)
             "sprung",  # 1: the joint has springs, dampers or laws
             "lawful",  # 1: it has laws
-            "latched", "n_latched",  # q: first number of the joint's latches, and how many numbers they have
             "held",  # 1: some of the joint's freedoms are held, now or at times
             "known", "flags", "drives",  # work (n_u of the joint): the header's, from this joint on
             "mass",  # pool: m, s (3) and Q (9) of the undeformed body
@@ -111,19 +113,16 @@ BODY = np.dtype(
             "columns", "spread",  # work, condensed bodies: columns of a marker (6,wide), coupling rows (wide,8)
             "monomials", "varying",  # work: d_i, d_i d_j (n+pairs); the stiffness they make up (pairs)
             "Phi",  # work (6,row_p): columns of marker P
-        )
-    ]
-)  # fmt: skip
-
-LOAD = np.dtype(
-    [
-        (name, "i8")
-        for name in (
-            "body",
-            "frame",  # LOAD_FRAME_*
-            "place", "shape", "spin", "bends",  # as for marker P
-            "n_times",  # 0: constant
-            "times", "values",  # pool (n_times,), (n_times | 1, 6): force, torque
+            "varies",  # 1: a function writes properties of this body at every evaluation, see varying
+            "write", "numbers", "block",  # its address; pool: its constants, and what it writes
+            "derived",  # 1: moments vary, so rows that follow from them are written anew
+            "flows",  # 1: material moves inside the body, see flow
+            "rates",  # pool: drift, kick (3), flow, turn (9) of the undeformed body, speed, its rate
+            "drifts", "kicks",  # pool (3,wide)
+            "flow0", "turn0", "flow", "turn",  # pool (9,wide) twice, (1+n_shapes,9,wide) twice
+            "speeds",  # pool (1+n_shapes,wide)
+            "carried",  # work: int w dm (3), 0, int r w^T dm (9), of the material's velocity w
+            "carriedZ",  # work (3,3,wide): int phi_k w^T dm
         )
     ]
 )  # fmt: skip
@@ -134,31 +133,31 @@ HOLD = np.dtype(
         for name in (
             "q", "u",  # the freedom's place in the state
             "profile",  # pool: its motion (see profiles)
-            "latch",  # 0, or q of a latch's time: the freedom stays where it is from then on
+            "latch",  # -1, or place in z of a latch's time: the freedom stays where it is from then on
         )
     ]
 )  # fmt: skip
 
-LAW = np.dtype(
+TERM = np.dtype(
     [
         (name, "i8")
         for name in (
-            "body", "freedom",  # whose joint, and which freedom of it
-            "q", "u",  # the freedom's place in the state
-            "kind", "numbers",  # LAW_*; pool (see laws)
-            "latch",  # q of a latch's time: acts from then on
-            "row",  # number among the reported laws
+            "apply", "report", "resist", "relax",  # addresses of its calls (see femflex.dynamics.forces.calls); 0: none
+            "at", "n",  # table: where its own records begin; its items
+            "energy",  # ENERGY_*
+            "reported",  # numbers that `report` writes
         )
     ]
 )  # fmt: skip
 
-MARKER = np.dtype([(name, "i8") for name in ("body", "place", "shape", "spin", "bends")])  # as in LOAD
+MARKER = np.dtype([(name, "i8") for name in ("body", "place", "shape", "spin", "bends")])  # as for marker P
 
 ORBIT_NONE, ORBIT_SPECIFIED, ORBIT_FREE = 0, 1, 2
 FRAME_INERTIAL, FRAME_ORBITAL, FRAME_SPINNING = 0, 1, 2
 STAYS, BENDS, TURNS = 0, 1, 2  # a marker: not at all; by exp(psi delta); as a section of a beam (`section_turns`)
+VARIES = 4  # added: its place and its rows change with time, and their rates stand behind them
 BALL_NONE, BALL_QUATERNION, BALL_ANGLES, BALL_EXTRINSIC, BALL_RODRIGUES, BALL_MODIFIED = 0, 1, 2, 3, 4, 5
-LOAD_BODY, LOAD_MARKER, LOAD_INERTIAL, LOAD_ORBITAL = 0, 1, 2, 3
+ENERGY_SPRING, ENERGY_LOAD, ENERGY_EFFECTOR = 0, 1, 2  # what the stored energy of a force term counts to
 
 W_CIP = 0  # C_ip: parent components to body components, three rows of four
 W_ACC = 12  # acceleration of the origin (3), 0, of the rate (3), 1
@@ -183,9 +182,7 @@ W_FIXED = 244  # first of the arrays whose place the record holds
 
 SLOTS = (0, 1, 2, 4, 5, 6)  # where the components of force and couple stand among the eight of a row
 
-N_HEADER, N_BODY, N_LOAD, N_MARKER, N_HOLD, N_LAW = (
-    len(record.names or ()) for record in (HEADER, BODY, LOAD, MARKER, HOLD, LAW)
-)
+N_HEADER, N_BODY, N_TERM, N_MARKER, N_HOLD = (len(record.names or ()) for record in (HEADER, BODY, TERM, MARKER, HOLD))
 
 
 def body_records(table: Table) -> NDArray[np.void]:
@@ -211,9 +208,7 @@ def record_reader(record: np.dtype[Any]) -> Callable[[Table, int], np.void]:
     return read
 
 
-_header, _body, _load, _marker, _hold, _law = (
-    record_reader(record) for record in (HEADER, BODY, LOAD, MARKER, HOLD, LAW)
-)
+_header, _body, _term, _marker, _hold = (record_reader(record) for record in (HEADER, BODY, TERM, MARKER, HOLD))
 
 
 @inner
@@ -229,24 +224,18 @@ def body_of(table: Table, i: int) -> np.void:
 
 
 @inner
-def load_of(table: Table, i: int) -> np.void:
-    """Load record i."""
-    return _load(table, N_HEADER + N_BODY * table[0] + N_LOAD * i)
+def term_of(table: Table, i: int) -> np.void:
+    """TERM record i."""
+    return _term(table, header_of(table)["terms"] + N_TERM * i)
 
 
 @inner
 def marker_of(table: Table, i: int) -> np.void:
     """Record i of the markers whose motion is reported."""
-    return _marker(table, N_HEADER + N_BODY * table[0] + N_LOAD * table[1] + N_MARKER * i)
+    return _marker(table, N_HEADER + N_BODY * table[0] + N_MARKER * i)
 
 
 @inner
 def hold_of(table: Table, i: int) -> np.void:
     """Record i of the freedoms that are held."""
     return _hold(table, header_of(table)["holds"] + N_HOLD * i)
-
-
-@inner
-def law_of(table: Table, i: int) -> np.void:
-    """Record i of the laws of joint freedoms."""
-    return _law(table, header_of(table)["laws"] + N_LAW * i)

@@ -2,25 +2,44 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Protocol
+
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.lowering import layout as at
 from femflex.dynamics.lowering.bodies import lower_body
-from femflex.dynamics.lowering.joints import axis_numbers, lower_holds, lower_joint, lower_laws, lower_markers
+from femflex.dynamics.lowering.joints import axis_numbers, lower_holds, lower_joint, lower_markers
 from femflex.dynamics.lowering.pool import Pool, Scratch, length_of, put_marker
-from femflex.dynamics.lowering.ties import lower_constraints, lower_springs
-from femflex.system import Load, System
+from femflex.dynamics.lowering.ties import lower_constraints
+from femflex.dynamics.lowering.variation import lower_variation
+from femflex.system import System
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
 
 FRAME_CODES = {"inertial": at.FRAME_INERTIAL, "orbital": at.FRAME_ORBITAL, "spinning": at.FRAME_SPINNING}
-LOAD_CODES = {"body": at.LOAD_BODY, "marker": at.LOAD_MARKER, "inertial": at.LOAD_INERTIAL, "orbital": at.LOAD_ORBITAL}
+N_ACCOUNT = 9  # numbers of the header's account
 
 
-def lower(system: System) -> tuple[Table, Array, int]:
-    """Integer table, pool and size of the work array of a system (see layout)."""
+class Lowered(Protocol):
+    """What lowering asks of a force term (see femflex.dynamics.force_terms)."""
+
+    def items(self, system: System) -> list[str]:
+        """Names of its items in a system."""
+
+    def lower(
+        self, system: System, head: np.void, bodies: NDArray[np.void], pool: Pool, scratch: Scratch, at: int
+    ) -> NDArray[np.void] | Table:
+        """Its own records, which will stand in the table from place `at` on; may change the bodies' records."""
+
+    def record(self, system: System, at: int) -> NDArray[np.void]:
+        """Its TERM record, its own records standing at a place."""
+
+
+def lower(system: System, terms: Sequence[Lowered]) -> tuple[Table, Array, int]:
+    """Integer table, pool and size of the work array of a system under these force terms (see layout)."""
     pool, scratch = Pool(), Scratch()
     order = system.order
     bodies = np.zeros(1 + len(order), at.BODY)
@@ -35,25 +54,32 @@ def lower(system: System) -> tuple[Table, Array, int]:
         nq, nu = nq + joint.n_q + body.n_modes, nu + joint.n_u + body.n_modes
         lower_joint(record, joint, system, pool)
         lower_body(record, body, pool, scratch)
+        if name in system.varying:
+            lower_variation(record, name, body, system.varying[name], pool, scratch)
     for i, name in enumerate(order, start=1):
         lower_markers(bodies, i, system.joint_of(name), system, pool, scratch)
-    loads = np.array([lower_load(load, system, order, pool) for load in system.loads], at.LOAD)
     markers = np.array([lower_marker(b, m, system, order, pool) for b, m in reported_markers(system)], at.MARKER)
     head = np.zeros(1, at.HEADER)
-    head[0]["n_bodies"], head[0]["n_loads"], head[0]["n_markers"] = len(bodies), len(loads), len(markers)
-    head[0]["n_q"], head[0]["n_u"] = nq, nu
+    head[0]["n_bodies"], head[0]["n_markers"] = len(bodies), len(markers)
+    head[0]["n_q"], head[0]["n_u"], head[0]["n_z"] = nq, nu, len(system.state_names())
     head[0]["angle_axes"] = pool.put(axis_numbers(system.libration_sequence))
-    head[0]["mass"] = pool.put([sum(body.moments.mass for body in system.bodies.values())])
+    head[0]["mass"] = pool.put_own([sum(body.moments.mass for body in system.bodies.values())])
+    head[0]["n_varying"] = len(system.varying)
     head[0]["orbit_state"], head[0]["total"] = scratch.take(19), scratch.take(6)
+    head[0]["z"], head[0]["zdot"] = (scratch.take(int(head[0]["n_z"])) for _ in range(2))
+    head[0]["account"] = scratch.take(N_ACCOUNT)
     lower_orbit(head[0], system, pool)
-    parts: list[NDArray[np.void]] = [head, bodies, loads, markers]
+    parts: list[NDArray[np.void] | Table] = [head, bodies, markers]
     holds = lower_holds(head[0], bodies, system, pool, scratch)
     head[0]["holds"] = length_of(parts)
     parts.append(holds)
-    head[0]["laws"] = length_of(parts)
-    parts.append(lower_laws(head[0], bodies, system, pool))
-    head[0]["springs"] = length_of(parts)
-    parts.append(lower_springs(head[0], system, pool))
+    present = [term for term in terms if term.items(system)]
+    places = []
+    for term in present:
+        places.append(length_of(parts))
+        parts.append(term.lower(system, head[0], bodies, pool, scratch, places[-1]))
+    head[0]["n_terms"], head[0]["terms"] = len(present), length_of(parts)
+    parts += [term.record(system, place) for term, place in zip(present, places, strict=True)]
     head[0]["closing"] = length_of(parts)
     parts += lower_constraints(head[0], bodies, system, pool, scratch)
     table = np.concatenate([part.view(np.int64).ravel() for part in parts])
@@ -75,18 +101,6 @@ def lower_orbit(head: np.void, system: System, pool: Pool) -> None:
     head["orbit_data"] = pool.put([o.mu, o.semi_major_axis, o.eccentricity, o.mean_motion, mean, *o.C_NP().ravel()])
 
 
-def lower_load(load: Load, system: System, order: list[str], pool: Pool) -> NDArray[np.void]:
-    """One LOAD record."""
-    record = np.zeros((), at.LOAD)
-    record["body"], record["frame"] = 1 + order.index(load.body), LOAD_CODES[load.frame]
-    marker = system.bodies[load.body].marker(load.marker)
-    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(marker, pool)
-    record["n_times"] = 0 if load.times is None else len(load.times)
-    record["times"] = pool.put(np.zeros(1) if load.times is None else load.times)
-    record["values"] = pool.put(np.hstack([np.atleast_2d(load.force), np.atleast_2d(load.torque)]))
-    return record
-
-
 def reported_markers(system: System) -> list[tuple[str, str]]:
     """(body, marker) of every named marker whose motion a run reports."""
     return [(b, m) for b in system.order for m in sorted(system.bodies[b].markers) if m[0] != "." and m != "origin"]
@@ -96,7 +110,5 @@ def lower_marker(body: str, name: str, system: System, order: list[str], pool: P
     """One MARKER record."""
     record = np.zeros((), at.MARKER)
     record["body"] = 1 + order.index(body)
-    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(
-        system.bodies[body].marker(name), pool
-    )
+    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(body, name, system, pool)
     return record

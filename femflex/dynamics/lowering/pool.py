@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from femflex.body import Marker
 from femflex.dynamics.arithmetic.lanes import padded
-from femflex.dynamics.lowering.layout import BENDS, STAYS, TURNS
+from femflex.dynamics.lowering.layout import BENDS, STAYS, TURNS, VARIES
+from femflex.system import System
 
 Array = NDArray[np.float64]
 
@@ -26,6 +27,7 @@ class Pool:
         self._pieces: list[Array] = []
         self._known: dict[bytes, int] = {}
         self.size = 0
+        self.varying_markers: dict[tuple[str, str], tuple[int, int, int]] = {}  # (body, marker): place, phi, psi
 
     def put(self, values: object) -> int:
         """Place of the flattened values."""
@@ -68,18 +70,22 @@ class Scratch:
         return start
 
 
-def length_of(parts: list[NDArray[np.void]]) -> int:
-    """Number of integers in record arrays."""
-    return sum(part.size * len(part.dtype.names or ()) for part in parts)
+def length_of(parts: list[NDArray[np.void] | NDArray[np.int64]]) -> int:
+    """Number of integers in arrays of records or integers."""
+    return sum(part.nbytes // 8 for part in parts)
 
 
-def put_marker(marker: Marker, pool: Pool) -> tuple[int, int, int, int]:
-    """Places of position, axes and beam's axis, phi, psi, and whether the marker moves: STAYS, BENDS or TURNS.
+def put_marker(body: str | None, name: str, system: System, pool: Pool) -> tuple[int, int, int, int]:
+    """Places of position, axes and beam's axis, phi, psi, and how the marker moves: STAYS, BENDS or TURNS, and VARIES.
 
-    TURNS: as a section of a beam.
+    TURNS: as a section of a beam. body None: the origin of the base frame.
     """
+    marker = Marker.rigid(np.zeros(3)) if body is None else system.bodies[body].marker(name)
     bends = BENDS if np.any(marker.phi) or np.any(marker.psi) else STAYS
     if bends and marker.axis.any():
         bends = TURNS
+    if body is not None and (body, name) in pool.varying_markers:
+        turns = TURNS if marker.axis.any() and marker.phi.shape[1] else BENDS
+        return (*pool.varying_markers[body, name], VARIES + turns)
     place = pool.put(np.concatenate([marker.position, marker.orientation.ravel(), marker.axis]))
     return place, pool.put_rows(marker.phi), pool.put_rows(marker.psi), bends

@@ -1,7 +1,7 @@
-"""Records of what ties bodies together beside the tree: constraints (loops, nonholonomic) and springs between markers.
+"""Records of what ties bodies together beside the tree: constraints (loops, nonholonomic).
 
-They stand behind all other records of the table, where the header's `closing` and `springs` say: first one CLOSING
-record, then the CONSTRAINT records; then the SPRING records. A row of a constraint has its place in the work array.
+They stand behind all other records of the table, where the header's `closing` says: first one CLOSING record, then the
+CONSTRAINT records. A row of a constraint has its place in the work array.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ CLOSING = np.dtype(
         (name, "i8")
         for name in (
             "n_constraints",
-            "task",  # TASK_*, of `project`
+            "task",  # work: TASK_*, of `project`
             "n_rows",  # of all constraints
             "n_hidden",  # eliminated translations, 0 or 3
             "width",  # n_u + n_hidden
@@ -65,8 +65,6 @@ CONSTRAINT = np.dtype(
     ]
 )  # fmt: skip
 
-SPRING = np.dtype([(name, "i8") for name in (*ENDS, "data")])  # pool: stiffness, damping, free length
-
 TASK_HOLD, TASK_MEASURE, TASK_NEAREST = 0, 1, 2
 CONSTRAINT_LOOP, CONSTRAINT_DISC, CONSTRAINT_EDGE, CONSTRAINT_GENERAL = 0, 1, 2, 3
 
@@ -85,9 +83,9 @@ N_COUNT, N_FIRST, N_T0, N_P0, N_T1, N_P1 = 7, 8, 11, 12, 13, 14
 NOTED = N_T0 - N_FIRST
 NOTE_SIZE = 16
 
-N_CLOSING, N_CONSTRAINT, N_SPRING = (len(record.names or ()) for record in (CLOSING, CONSTRAINT, SPRING))
+N_CLOSING, N_CONSTRAINT = (len(record.names or ()) for record in (CLOSING, CONSTRAINT))
 
-_closing, _constraint, _spring = (record_reader(record) for record in (CLOSING, CONSTRAINT, SPRING))
+_closing, _constraint = (record_reader(record) for record in (CLOSING, CONSTRAINT))
 
 
 @inner
@@ -100,12 +98,6 @@ def closing_of(table: Table) -> np.void:
 def constraint_of(table: Table, i: int) -> np.void:
     """Record i of the constraints."""
     return _constraint(table, header_of(table)["closing"] + N_CLOSING + N_CONSTRAINT * i)
-
-
-@inner
-def spring_of(table: Table, i: int) -> np.void:
-    """Record i of the springs between markers."""
-    return _spring(table, header_of(table)["springs"] + N_SPRING * i)
 
 
 def closing_record(table: Table) -> NDArray[np.void]:

@@ -1,11 +1,11 @@
-"""Lowering loops, nonholonomic constraints and springs between markers to records, pool and scratch."""
+"""Lowering loops and nonholonomic constraints to records, pool and scratch."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.body import FlexibleBody, Marker
+from femflex.body import FlexibleBody
 from femflex.dynamics.constraints.multipliers import DEPENDENT
 from femflex.dynamics.lowering import tie_layout as at
 from femflex.dynamics.lowering.pool import Pool, Scratch, put_marker
@@ -78,6 +78,7 @@ def take_scratch(closing: np.void, head: np.void, scratch: Scratch) -> None:
         "moved_by": width,
         "note": at.NOTE_SIZE,
         "marks": int(head["n_bodies"]),
+        "task": 1,
     }
     for key, count in sizes.items():
         closing[key] = scratch.take(count)
@@ -114,24 +115,13 @@ def lower_nonholonomic(record: np.void, constraint: Nonholonomic, system: System
     record["scales"] = pool.put([free_scales(ends, system)[0]] * constraint.n_rows)
 
 
-def lower_springs(head: np.void, system: System, pool: Pool) -> NDArray[np.void]:
-    """SPRING records of all springs between markers."""
-    records = np.zeros(len(system.springs), at.SPRING)
-    head["n_springs"] = len(records)
-    for record, spring in zip(records, system.springs, strict=True):
-        lower_ends(record, ((spring.parent, spring.parent_marker), (spring.body, spring.marker)), system, pool)
-        record["data"] = pool.put([spring.stiffness, spring.damping, spring.length])
-    return records
-
-
 def lower_ends(record: np.void, ends: Ends, system: System, pool: Pool) -> None:
     """Bodies and markers P and Q into the record."""
     for side, role, (name, marker_name) in zip("PQ", ("parent", "child"), ends, strict=True):
-        marker = Marker.rigid(np.zeros(3))
         if name is not None:
-            marker = system.bodies[name].marker(marker_name)
             record[role] = 1 + system.order.index(name)
-        for key, place in zip(("place", "shape", "spin", "bends"), put_marker(marker, pool), strict=True):
+        found = put_marker(name, marker_name, system, pool)
+        for key, place in zip(("place", "shape", "spin", "bends"), found, strict=True):
             record[f"{key}_{side}"] = place
 
 

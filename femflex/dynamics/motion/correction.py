@@ -11,16 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.compiled import inner, kernel
-from femflex.dynamics.arithmetic.lanes import lane, nothing, put, start
+from femflex.dynamics.arithmetic.lanes import beyond, lane, nothing, put, start
 from femflex.dynamics.bodies.elastic import write_elastic_block, write_rows
 from femflex.dynamics.bodies.stiffening import add_varying_force
+from femflex.dynamics.forces.calls import write_resistance
 from femflex.dynamics.forces.system import write_forces
 from femflex.dynamics.joints.held import add_known_accelerations, held_state
-from femflex.dynamics.joints.laws import write_law_resistance
 from femflex.dynamics.lowering.layout import W_RESIST, W_TAU, body_of, header_of
 from femflex.dynamics.motion.equations import place
 from femflex.dynamics.motion.recursion import accelerate, reduce_written
 from femflex.dynamics.motion.second_order import CORRECT
+from femflex.dynamics.motion.states import correct_states, take_states
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -68,8 +69,8 @@ def resisted_accelerations(
     head = header_of(table)
     place(t, q, u, table, pool, work)
     write_forces(t, q, u, table, pool, work)
-    if head["n_laws"] > 0:
-        write_law_resistance(q, u, c_d, c_k, table, pool, work)
+    if head["n_terms"] > 0:
+        write_resistance(t, q, u, c_d, c_k, table, pool, work)
     if head["n_holds"] > 0:
         add_known_accelerations(table, work)
     for i in range(1, head["n_bodies"]):
@@ -94,11 +95,18 @@ def correct(
     pool: Array,
     work: Array,
 ) -> None:
-    """out = -(M + c_d D + c_k K)^-1 (M udot + h - Q) at the state (q, u), in O(n); sddot - udot of held freedoms."""
+    """out = -(M + c_d D + c_k K)^-1 (M udot + h - Q) at the state (q, u), in O(n); sddot - udot of held freedoms.
+
+    The states' part of out follows (see `correct_states`).
+    """
     records, numbers, scratch, x, v = start(table), start(pool), start(work), start(q), start(u)
     head = header_of(records)
+    take_states(v, records, scratch)
     if head["n_holds"] > 0:
         x, v = held_state(t, x, v, records, numbers, scratch)
     resisted_accelerations(t, x, v, start(udot), start(out), c_d, c_k, False, records, numbers, scratch)
     for k in range(head["n_u"]):
         out[k] -= udot[k]
+    if head["n_z"] > 0:
+        given, found = beyond(start(udot), head["n_u"]), beyond(start(out), head["n_u"])
+        correct_states(t, given, c_d, found, records, numbers, scratch)

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 from femflex.dynamics.arithmetic.compiled import inner, kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
 from femflex.dynamics.arithmetic.symbols import types
+from femflex.dynamics.bodies.flow import carry_material
 from femflex.dynamics.bodies.inertia import deform
+from femflex.dynamics.bodies.varying import write_varying_bodies
 from femflex.dynamics.forces.base import move_base
-from femflex.dynamics.forces.system import write_plain_forces
+from femflex.dynamics.forces.system import write_forces
 from femflex.dynamics.joints.coordinates import coordinate_rates
 from femflex.dynamics.lowering.layout import body_of, header_of
 from femflex.dynamics.motion.kinematics import place_body
@@ -30,20 +32,24 @@ RATE = types.void(types.float64, _vector, _vector, types.int64[::1], _vector, _v
 def place(t: float, q: Array, u: Array, table: Table, pool: Array, work: Array) -> None:
     """Place every body at the state (q, u) and write its moments."""
     move_base(t, table, pool, work)
+    if header_of(table)["n_varying"] > 0:
+        write_varying_bodies(t, table, pool, work)
     for i in range(1, header_of(table)["n_bodies"]):
         b = body_of(table, i)
         place_body(b, body_of(table, b["parent"]), q, u, pool, work)
         deform(b, pool, work)
+        if b["flows"]:
+            carry_material(b, pool, work)
 
 
 @kernel(RATE)
 def rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
-    """dx/dt of the state x = (q, u): qdot = N(q) u and M udot = Q - h, in O(n); without holds, laws, springs."""
+    """dx/dt of the state x = (q, u): qdot = N(q) u and M udot = Q - h, in O(n); without held freedoms and states."""
     records, numbers, scratch = start(table), start(pool), start(work)
     head = header_of(records)
     q, u, dq, udot = start(x), beyond(x, head["n_q"]), start(dx), beyond(dx, head["n_q"])
     place(t, q, u, records, numbers, scratch)
-    write_plain_forces(t, q, u, records, numbers, scratch)
+    write_forces(t, q, u, records, numbers, scratch)
     reduce_to_root(records, numbers, scratch, 0.0, 0.0, False)
     accelerate(records, scratch, udot, False)
     for i in range(1, head["n_bodies"]):

@@ -19,17 +19,18 @@ from femflex.dynamics.arithmetic.pairs import (
     put_pair,
 )
 from femflex.dynamics.arithmetic.spatial import Rows, six_rows
-from femflex.dynamics.arithmetic.vectors import ZERO, add, load3, load9, load_rows, scale, turn, turn_back
+from femflex.dynamics.arithmetic.vectors import ZERO, add, load3, load9, load_rows, scale, store3, turn, turn_back
 from femflex.dynamics.bodies.columns import along, columns_times, six_lanes
 from femflex.dynamics.bodies.elastic import write_rows
 from femflex.dynamics.bodies.inertia import accelerate_uniformly, zero_forces
 from femflex.dynamics.bodies.slaves import write_tied_mass
+from femflex.dynamics.forces.calls import write_resistance
 from femflex.dynamics.forces.system import write_forces
 from femflex.dynamics.joints.held import add_known_accelerations, held_state, hold_rows, is_held
-from femflex.dynamics.joints.laws import write_law_resistance
 from femflex.dynamics.lowering.layout import W_ACC, W_BIAS, W_CIN, W_CIP, W_H, W_M, W_P, W_R, W_TAU, body_of, header_of
 from femflex.dynamics.motion.equations import place
 from femflex.dynamics.motion.recursion import accelerate, carry_acceleration, reduce_to_root
+from femflex.dynamics.motion.states import take_states
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -45,6 +46,7 @@ def write_residual(
     On the rows of held freedoms out = udot - sddot.
     """
     holds = header_of(table)["n_holds"] > 0
+    take_states(u, table, work)
     if holds:
         q, u = held_state(t, q, u, table, pool, work)
     place(t, q, u, table, pool, work)
@@ -68,6 +70,7 @@ def gather_residual(udot: Array, out: Array, table: Table, pool: Array, work: Ar
         total = add(total, turn_back(load9(work, w + W_CIN), load3(work, w + W_P)))
     if body_of(table, 1)["hidden"]:  # the centre of mass stays at O
         a_c = scale(-1.0 / pool[head["mass"]], total)
+        store3(work, head["total"] + 3, scale(-1.0, a_c))
         for i in range(1, head["n_bodies"]):
             b = body_of(table, i)
             accelerate_uniformly(b, turn(load9(work, b["work"] + W_CIN), a_c), pool, work)
@@ -166,17 +169,18 @@ def write_solution(
 ) -> None:
     """out = (c_m M + c_d D + c_k K)^-1 rhs; the velocities handed to `place` only reach biases, which are cleared.
 
-    On held freedoms the matrix is c_m times the unit matrix. K counts the stiffness of laws; D leaves out what these
-    resist at a rate, which is not known here.
+    On held freedoms the matrix is c_m times the unit matrix. K counts the stiffness of force terms; D leaves out
+    what these resist at a rate, which is not known here. The states stand behind rhs.
     """
     head = header_of(table)
+    take_states(rhs, table, work)
     if head["n_holds"] > 0:
         q, _ = held_state(t, q, rhs, table, pool, work)
         for k in range(head["n_u"]):
             work[head["known"] + k] = work[head["flags"] + k] * rhs[k] / c_m
     place(t, q, rhs, table, pool, work)
-    if head["n_laws"] > 0:
-        write_law_resistance(q, rhs, 0.0, c_k / c_m, table, pool, work)
+    if c_k != 0.0 and head["n_terms"] > 0:
+        write_resistance(t, q, rhs, 0.0, c_k / c_m, table, pool, work)
     for i in range(1, head["n_bodies"]):
         b = body_of(table, i)
         w = b["work"]

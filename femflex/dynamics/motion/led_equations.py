@@ -1,4 +1,4 @@
-"""The equations of motion (9) of a model with held joint freedoms, laws, or springs between markers.
+"""The equations of motion (9) of a model with held joint freedoms or states z.
 
 Compiled apart from `rate`, and only for such models: the others keep their speed and their first compilation.
 """
@@ -16,6 +16,7 @@ from femflex.dynamics.joints.held import add_known_accelerations, held_state
 from femflex.dynamics.lowering.layout import body_of, header_of
 from femflex.dynamics.motion.equations import RATE, place
 from femflex.dynamics.motion.recursion import accelerate, reduce_to_root
+from femflex.dynamics.motion.states import take_states, write_state_rates
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -34,12 +35,14 @@ def write_accelerations(t: float, q: Array, u: Array, udot: Array, table: Table,
 
 @kernel(RATE)
 def led_rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
-    """dx/dt of the state x = (q, u): qdot = N(q) u and M udot = Q - h; held freedoms have (sdot, sddot)."""
+    """dx/dt of the state x = (q, u, z): qdot = N(q) u, M udot = Q - h and zdot; held freedoms have (sdot, sddot)."""
     records, numbers, scratch = start(table), start(pool), start(work)
     head = header_of(records)
     q, u, dq, udot = start(x), beyond(x, head["n_q"]), start(dx), beyond(dx, head["n_q"])
+    take_states(u, records, scratch)
     if head["n_holds"] > 0:
         q, u = held_state(t, q, u, records, numbers, scratch)
     write_accelerations(t, q, u, udot, records, numbers, scratch)
+    write_state_rates(beyond(udot, head["n_u"]), records, scratch)
     for i in range(1, head["n_bodies"]):
         coordinate_rates(body_of(records, i), q, u, dq, numbers)

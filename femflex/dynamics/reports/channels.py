@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from femflex.dynamics.constraints.contacts import contact_channels
+from femflex.dynamics.effectors.states import state_channels
+from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.forces.orbit_force import orbit_channels
 from femflex.dynamics.joints.channels import ball_channels
 from femflex.dynamics.joints.drive_report import held_channels
 from femflex.dynamics.joints.gimbal_lock import lock_channels
 from femflex.dynamics.joints.law_report import law_channels
 from femflex.dynamics.joints.reactions import reaction_channels
+from femflex.dynamics.lowering.layout import ENERGY_EFFECTOR, ENERGY_LOAD
 from femflex.dynamics.lowering.lower import reported_markers
 from femflex.dynamics.reports import monitors
 from femflex.dynamics.reports import observe as seen
 from femflex.dynamics.reports.sights import sight_channels
 from femflex.dynamics.reports.static_stretch import stretching_markers
+from femflex.dynamics.reports.variations import variation_channels
 from femflex.rotations import is_extrinsic, is_symmetric, letters_of
 from femflex.system import Channel, System
 from femflex.system.segments import marker_label
@@ -31,7 +37,8 @@ def conservative_loads(system: System) -> list[str]:
 def row_length(system: System) -> int:
     """Numbers per observed instant."""
     counts = len(system.bodies) * seen.ROW_BODY + len(reported_markers(system)) * seen.ROW_MARKER
-    return monitors.ROW_FIXED + counts + len(system.loads) * seen.ROW_LOAD
+    terms = (channel for term in force_terms() for channel in term.channels(system).values())
+    return monitors.ROW_FIXED + counts + sum(int(np.prod(channel.shape)) for channel in terms)
 
 
 def row_places(system: System) -> dict[str, slice | int]:
@@ -59,7 +66,9 @@ def row_places(system: System) -> dict[str, slice | int]:
     if system.environment.has_weight:
         places["monitors/gravity"] = s.ROW_GRAVITY
     if conservative_loads(system):
-        places["monitors/load"] = s.ROW_LOAD_ENERGY
+        places["monitors/load"] = s.ROW_STORED + ENERGY_LOAD
+    if system.effectors:
+        places |= {"monitors/effector": s.ROW_STORED + ENERGY_EFFECTOR, "monitors/supplied": s.ROW_SUPPLIED}
     at = s.ROW_FIXED
     for name in system.order:
         for key, start, stop in (("position", 0, 3), ("attitude", 3, 7), ("rate", 7, 10)):
@@ -69,16 +78,16 @@ def row_places(system: System) -> dict[str, slice | int]:
         for key, start in (("position", 0), ("velocity", 3), ("deflection", 6)):
             places[f"markers/{marker_label(system.segments, body, marker)}/{key}"] = slice(at + start, at + start + 3)
         at += seen.ROW_MARKER
-    for load in system.loads:
-        for key, start in (("force", 0), ("torque", 3)):
-            places[f"loads/{load.name}/{key}"] = slice(at + start, at + start + 3)
-        at += seen.ROW_LOAD
+    for path, channel in (pair for term in force_terms() for pair in term.channels(system).items()):
+        size = int(np.prod(channel.shape))
+        places[path] = slice(at, at + size) if channel.shape else at
+        at += size
     return places
 
 
 def channels_of(system: System) -> dict[str, Channel]:
     """Path, unit, meaning and frame of everything a run reports."""
-    q, u = system.coordinate_names(), system.velocity_names()
+    q, u, z = system.coordinate_names(), system.velocity_names(), system.state_names()
     where = "from O" if system.orbit else "from the inertial origin"
     sequence = system.libration_sequence
     angles, kind = letters_of(sequence), "extrinsic" if is_extrinsic(sequence) else "intrinsic"
@@ -100,6 +109,10 @@ def channels_of(system: System) -> dict[str, Channel]:
         "monitors/center_of_mass": Channel("m", f"centre of mass {where}", (3,), XYZ, "inertial"),
         "monitors/quaternion_norm": Channel("1", "largest departure of Euler parameters from unit length"),
     }
+    if z:
+        out["z"] = Channel(
+            _units(z), "states of latches, effectors and controllers", (len(z),), tuple(name for name, _ in z)
+        )
     if conservative_loads(system):
         out["monitors/load"] = Channel("J", "energy of forces that are constant in inertial axes, -F.r")
     if system.environment.has_weight:
@@ -137,12 +150,13 @@ def channels_of(system: System) -> dict[str, Channel]:
             f"markers/{label}/velocity": Channel("m/s", f"velocity of {label} {where}", (3,), XYZ, "inertial"),
             f"markers/{label}/deflection": Channel("m", f"{shown} of {label}", (3,), XYZ, "body"),
         }
-    out |= ball_channels(system) | lock_channels(system)
-    for load in system.loads:
-        out |= {
-            f"loads/{load.name}/force": Channel("N", f"force of {load.name}", (3,), XYZ, "body"),
-            f"loads/{load.name}/torque": Channel("N m", f"torque of {load.name}", (3,), XYZ, "body"),
-        }
+    out |= ball_channels(system) | lock_channels(system) | variation_channels(system)
+    for term in force_terms():
+        out |= term.channels(system)
+    out |= state_channels(system)
+    if system.effectors:
+        out["monitors/effector"] = Channel("J", "energy stored by effectors")
+        out["monitors/supplied"] = Channel("W", "power that effectors bring in from outside the model")
     out |= held_channels(system) | law_channels(system) | orbit_channels(system)
     out |= sight_channels(system) | contact_channels(system)
     return out | constraint_channels(system) | reaction_channels(system)

@@ -25,15 +25,16 @@ from femflex.dynamics.arithmetic.vectors import (
     turn,
     turn_back,
 )
+from femflex.dynamics.bodies.flow import flow_motion
 from femflex.dynamics.bodies.shapes import nothing3, rows3, rows9, totals3, turning_of
 from femflex.dynamics.bodies.stiffening import varying_energy, write_varying_stiffness
 from femflex.dynamics.forces.gravity import find_center_of_mass, gravity_field, inertia_along
-from femflex.dynamics.forces.loads import energy_of_loads
-from femflex.dynamics.forces.springs import energy_of_springs
 from femflex.dynamics.joints.forces import spring_energy
-from femflex.dynamics.joints.laws import law_energy
 from femflex.dynamics.lowering.layout import (
     BALL_QUATERNION,
+    ENERGY_EFFECTOR,
+    ENERGY_LOAD,
+    ENERGY_SPRING,
     ORBIT_FREE,
     ORBIT_NONE,
     W_CIN,
@@ -54,15 +55,19 @@ Record = np.void
 ROW_RADIUS, ROW_ANOMALY, ROW_ORBIT, ROW_ANGLES = 0, 1, 2, 6
 ROW_KINETIC, ROW_ELASTIC, ROW_SPRING, ROW_GRAVITY, ROW_ENERGY, ROW_JACOBI = 9, 10, 11, 12, 13, 14
 ROW_MOMENTUM, ROW_ANGULAR, ROW_CENTER, ROW_NORM = 15, 18, 21, 24
-ROW_LOAD_ENERGY = 25
-ROW_FIXED = 26
+ROW_STORED = 25  # energy stored by force terms, by ENERGY_*
+ROW_DISSIPATED, ROW_SUPPLIED = 28, 29  # power that they take for good, and that they bring in
+ROW_FIXED = 30
 
 
 @inner
 def observe_energies(
-    t: float, q: Array, row: Array, shift: Vector, drift: Vector, table: Table, pool: Array, work: Array
+    q: Array, row: Array, shift: Vector, drift: Vector, table: Table, pool: Array, work: Array
 ) -> None:
-    """Orbit, attitude angles, energies, momenta and quaternion norm into the fixed part of a row."""
+    """Orbit, attitude angles, energies, momenta and quaternion norm into the fixed part of a row.
+
+    What force terms store stands there already.
+    """
     head = header_of(table)
     mass = pool[head["mass"]]
     kinetic = elastic = spring = 0.0
@@ -92,17 +97,15 @@ def observe_energies(
             j = b["q"] + b["n_slide"]
             w2, x2, y2, z2 = q[j] * q[j], q[j + 1] * q[j + 1], q[j + 2] * q[j + 2], q[j + 3] * q[j + 3]
             norm = max(norm, abs(math.sqrt(w2 + x2 + y2 + z2) - 1.0))
-    spring += energy_of_springs(table, pool, work)
-    if head["n_laws"] > 0:
-        spring += law_energy(q, table, pool)
+    spring += row[ROW_STORED + ENERGY_SPRING]
     center = scale(1.0 / mass, center)
     row[ROW_KINETIC], row[ROW_ELASTIC], row[ROW_SPRING] = kinetic, elastic, spring
     store3(row, ROW_MOMENTUM, momentum)
     store3(row, ROW_ANGULAR, sub(spin, cross(center, momentum)))
     store3(row, ROW_CENTER, center)
     row[ROW_NORM] = norm
-    row[ROW_LOAD_ENERGY] = energy_of_loads(t, shift, table, pool, work)
-    observe_orbit(row, kinetic + elastic + spring + row[ROW_LOAD_ENERGY], spin, momentum, table, pool, work)
+    stored = row[ROW_STORED + ENERGY_LOAD] + row[ROW_STORED + ENERGY_EFFECTOR]
+    observe_orbit(row, kinetic + elastic + spring + stored, spin, momentum, table, pool, work)
     observe_angles(body_of(table, 1), row, head, pool, work)
 
 
@@ -154,7 +157,10 @@ def observe_angles(b: Record, row: Array, head: Record, pool: Array, work: Array
 
 @inner
 def shape_motion(b: Record, pool: Array, work: Array) -> tuple[Vector, Vector, float, float]:
-    """Momentum and angular momentum that the shapes' rates add, their own kinetic energy, and the strain energy."""
+    """Momentum and angular momentum that the shapes' rates add, their own kinetic energy, and the strain energy.
+
+    Material that moves inside the body counts with the shapes.
+    """
     row, wide, delta, ddelta = b["row"], b["wide"], b["delta"], b["ddelta"]
     ds, h = nothing3(), nothing3()
     kinetic, strain = nothing(), nothing()
@@ -175,4 +181,8 @@ def shape_motion(b: Record, pool: Array, work: Array) -> tuple[Vector, Vector, f
     if b["nonlinear"]:
         write_varying_stiffness(b, pool, work, 2.0, 1.0)
         energy += varying_energy(b, work)
-    return totals3(ds), totals3(h), total(kinetic), energy
+    p, turning, motion = totals3(ds), totals3(h), total(kinetic)
+    if b["flows"]:
+        drift, flow, of_flow = flow_motion(b, pool, work)
+        p, turning, motion = add(p, drift), add(turning, flow), motion + of_flow
+    return p, turning, motion, energy

@@ -23,21 +23,29 @@ from femflex.dynamics.arithmetic.vectors import (
     transpose,
     turn_back,
 )
-from femflex.dynamics.bodies.shapes import combined
+from femflex.dynamics.bodies.shapes import combined, marker_velocity
+from femflex.dynamics.forces.calls import A_DISSIPATION, A_DRIFT, A_ENERGY, A_SHIFT, A_SUPPLIED, call_report
 from femflex.dynamics.forces.gravity import find_center_of_mass
-from femflex.dynamics.forces.loads import load_wrench
 from femflex.dynamics.joints.held import held_state
-from femflex.dynamics.lowering.layout import W_CIN, W_OMEGA, W_POS, W_S, W_VEL, body_of, header_of, load_of, marker_of
+from femflex.dynamics.lowering.layout import W_CIN, W_OMEGA, W_POS, W_S, W_VEL, body_of, header_of, marker_of, term_of
 from femflex.dynamics.motion.equations import place
-from femflex.dynamics.reports.monitors import ROW_FIXED, observe_energies, shape_motion
+from femflex.dynamics.motion.states import take_states
+from femflex.dynamics.reports.monitors import (
+    ROW_DISSIPATED,
+    ROW_FIXED,
+    ROW_STORED,
+    ROW_SUPPLIED,
+    observe_energies,
+    shape_motion,
+)
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
 Record = np.void
 
 # one row: the fixed part (see monitors), then per body position 3, attitude 4, rate 3; per marker position 3,
-# velocity 3, deflection 3; per load force 3, torque 3
-ROW_BODY, ROW_MARKER, ROW_LOAD = 10, 9, 6
+# velocity 3, deflection 3; then what every force term reports
+ROW_BODY, ROW_MARKER = 10, 9
 
 _matrix, _vector, _integers = types.float64[:, ::1], types.float64[::1], types.int64[::1]
 OBSERVE = types.void(_vector, _matrix, _matrix, _integers, _vector, _vector)
@@ -89,12 +97,42 @@ def observe_marker(
     w = b["work"]
     C = load9(work, w + W_CIN)
     u = combined(pool, m["shape"], b["wide"], work, b["delta"])
-    du = combined(pool, m["shape"], b["wide"], work, b["ddelta"])
+    du = marker_velocity(pool, m["place"], m["shape"], m["bends"], b, work)
     r = add(load3(pool, m["place"]), u)
     v = add(load3(work, w + W_VEL), add(cross(load3(work, w + W_OMEGA), r), du))
     store3(row, at, sub(add(load3(work, w + W_POS), turn_back(C, r)), shift))
     store3(row, at + 3, sub(turn_back(C, v), drift))
     store3(row, at + 6, u)
+
+
+@inner
+def observe_terms(
+    t: float,
+    q: Array,
+    u: Array,
+    row: Array,
+    at: int,
+    shift: Vector,
+    drift: Vector,
+    table: Table,
+    pool: Array,
+    work: Array,
+) -> None:
+    """What force terms report, from place `at` of the row on; their energies and powers into its fixed part."""
+    head = header_of(table)
+    account = beyond(work, head["account"])
+    store3(account, A_SHIFT, shift)
+    store3(account, A_DRIFT, drift)
+    for k in range(ROW_STORED, ROW_FIXED):
+        row[k] = 0.0
+    for i in range(head["n_terms"]):
+        term = term_of(table, i)
+        account[A_ENERGY] = account[A_DISSIPATION] = account[A_SUPPLIED] = 0.0
+        call_report(term["report"], t, q, u, term["at"], term["n"], beyond(row, at), account, table, pool, work)
+        row[ROW_STORED + term["energy"]] += account[A_ENERGY]
+        row[ROW_DISSIPATED] += account[A_DISSIPATION]
+        row[ROW_SUPPLIED] += account[A_SUPPLIED]
+        at += term["reported"]
 
 
 @kernel(OBSERVE)
@@ -105,11 +143,14 @@ def observe(times: Array, states: Array, rows: Array, table: Table, pool: Array,
     for j in range(len(times)):
         q, row = start(states[j]), start(rows[j])
         u = beyond(q, head["n_q"])
+        take_states(u, records, scratch)
         if head["n_holds"] > 0:
             q, u = held_state(times[j], q, u, records, numbers, scratch)
         place(times[j], q, u, records, numbers, scratch)
         shift, drift = origin(records, numbers, scratch)
-        observe_energies(times[j], q, row, shift, drift, records, numbers, scratch)
+        at = ROW_FIXED + ROW_BODY * (head["n_bodies"] - 1) + ROW_MARKER * head["n_markers"]
+        observe_terms(times[j], q, u, row, at, shift, drift, records, numbers, scratch)
+        observe_energies(q, row, shift, drift, records, numbers, scratch)
         at = ROW_FIXED
         for i in range(1, head["n_bodies"]):
             observe_body(body_of(records, i), row, at, shift, scratch)
@@ -117,8 +158,3 @@ def observe(times: Array, states: Array, rows: Array, table: Table, pool: Array,
         for i in range(head["n_markers"]):
             observe_marker(marker_of(records, i), records, row, at, shift, drift, numbers, scratch)
             at += ROW_MARKER
-        for i in range(head["n_loads"]):
-            force, torque, _, _ = load_wrench(times[j], load_of(records, i), records, numbers, scratch)
-            store3(row, at, force)
-            store3(row, at + 3, torque)
-            at += ROW_LOAD

@@ -55,7 +55,7 @@ def body_fields(model: Model, times: Array, states: Array, bodies: list[int]) ->
     gravity, e = model.system.environment.gravity, np.eye(3)
     fields, turns = np.empty((len(times), len(bodies), 4, 3)), np.empty((len(times), len(bodies), 3, 3))
     for j, (t, x) in enumerate(zip(times, states, strict=True)):
-        model.gather(float(t), x, model.state_rate(float(t), x)[model.n_q :])
+        model.gather(float(t), x, model.parts(model.state_rate(float(t), x))[1])
         for i, w in enumerate(places):
             C = turns[j, i] = model.work[w + W_CIN : w + W_CIN + 9].reshape(3, 3)
             acceleration, omega = model.work[w + W_ACC : w + W_ACC + 8], model.work[w + W_OMEGA : w + W_OMEGA + 3]

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.joints.drive_report import held_places
-from femflex.dynamics.joints.law_report import law_places
 from femflex.system import System
+from femflex.system.variation import MARKER
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
@@ -17,12 +18,12 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 GRAVITY = "gravity"
-# the ledger's rows in its order, with what they say; then come "loads/<name>", "drives/<held freedom>", "laws/<law>"
+# the ledger's rows in its order, with what they say; then come "drives/<held freedom>" and the items of force terms
 TERMS = {
     "inertia": "M udot",
     "coriolis_centrifugal": "part of h quadratic in u",
-    "gyroscopic": "G u, linear in u, from a turning base frame or specified joints",
-    "specified_motion": "Gamma_t - T0,q: the motion of the base frame and of specified joints by itself",
+    "gyroscopic": "G u, linear in u, from a turning base frame, specified joints or moving material",
+    "specified_motion": "Gamma_t - T0,q: the motion of base frame, specified joints and material by itself",
     "elastic": "K1 delta",
     "elastic_K2": "K2 delta, quadratic in delta",
     "elastic_K3": "K3 delta, cubic in delta",
@@ -32,7 +33,7 @@ TERMS = {
     "joint_dampers": "dampers of joints",
     "gravity_gradient": "gravity relative to O",
     GRAVITY: "weight of the bodies in uniform gravity",
-    "moving_mass": "M_t u: the mass matrix changes with specified joints",
+    "moving_mass": "M_t u: the mass matrix changes with specified joints and moving material",
 }
 SWITCHED = (  # in the compiled equations
     "coriolis_centrifugal",
@@ -41,7 +42,7 @@ SWITCHED = (  # in the compiled equations
     "gravity_gradient",
     "moving_mass",
 )
-LOADS, DRIVES, LAWS, SPRINGS_OF, INERTIA_OF = "loads/", "drives/", "laws/", "springs/", "inertia/"
+DRIVES, INERTIA_OF = "drives/", "inertia/"
 FORCE_UNITS = {"m/s": "N", "rad/s": "N m", "kg^1/2 m/s": "kg^1/2 m/s^2"}
 
 
@@ -50,8 +51,9 @@ def terms(model: Model, times: Array, states: Array) -> dict[str, Array]:
 
     times (n_t,) [s], states (n_t, n_x); udot is the model's own. Row k is the generalised force on the coordinate with
     quasi-velocity u_k (units as in `force_units`). The names are those of `TERMS`, without what the system has not,
-    "loads/<name>", "drives/<freedom>" of held freedoms, "laws/<law>" of joints, "springs/<name>", "loops/<name>" and
-    "constraints/<name>"; -Q and -A^T lambda carry their minus. The terms sum to zero to rounding, row by row.
+    "drives/<freedom>" of held freedoms, those of force terms ("loads/<name>", "laws/<law>", "springs/<name>",
+    "effectors/<name>"), "loops/<name>" and "constraints/<name>"; -Q and -A^T lambda carry their minus. The terms sum
+    to zero to rounding, row by row.
     """
     times, states, rates = _motion(model, times, states)
     out = _ledger(model, times, states, rates)
@@ -102,7 +104,7 @@ def _motion(model: Model, times: Array, states: Array) -> tuple[Array, Array, Ar
         )
     rates = np.empty((len(times), model.n_u))
     for k, (t, x) in enumerate(zip(times, states, strict=True)):
-        rates[k] = model.state_rate(t, x)[model.n_q :]
+        rates[k] = model.parts(model.state_rate(t, x))[1]
     return times, states, rates
 
 
@@ -118,37 +120,39 @@ def _ledger(model: Model, times: Array, states: Array, rates: Array) -> Array:
 
 def linear_terms(model: Model, t: float, x: Array) -> tuple[Array, Array]:
     """M_t (symmetric) and G (skew), both (n_u, n_u), of the part of h linear in u, (M_t + G) u, at x (n_x,)."""
-    from femflex.dynamics.terms.rows import LINEAR
+    from femflex.dynamics.terms.rows import LINEAR, MOVING
 
     n = model.n_u
-    states = np.hstack([np.tile(np.asarray(x, float)[: model.n_q], (n, 1)), np.eye(n)])
-    L = _ledger(model, np.full(n, float(t)), states, np.zeros((n, n)))[:, LINEAR].T
+    q, _, z = model.parts(np.asarray(x, float))
+    states = np.hstack([np.tile(q, (n, 1)), np.eye(n), np.tile(z, (n, 1))])
+    rows = _ledger(model, np.full(n, float(t)), states, np.zeros((n, n)))
+    L = (rows[:, LINEAR] + rows[:, MOVING]).T
     return (L + L.T) / 2, (L - L.T) / 2
 
 
 def all_rows(system: System) -> list[str]:
     """Names of the ledger's rows for a system, also of those that are zero throughout."""
     drives = (DRIVES + joint.freedom_names()[k] for joint, k, _, _ in held_places(system))
-    laws = (LAWS + place.name for place in law_places(system))
-    springs = (SPRINGS_OF + spring.name for spring in system.springs)
-    return [*TERMS, *(LOADS + load.name for load in system.loads), *drives, *laws, *springs]
+    return [*TERMS, *drives, *(name for term in force_terms() for name in term.names(system))]
 
 
 def term_names(system: System) -> list[str]:
     """Names of the terms that the system has, in the ledger's order."""
     bodies = system.bodies.values()
     led = any(profile.moves for joint in system.joints for profile in joint.held.values())
+    varying = {part for variation in system.varying.values() for part in variation.acting}
+    led = led or any(part == "flow" or part.startswith(MARKER) for part in varying)
     turning = system.frame.kind != "inertial" or led
     there = {
         "inertia": True,
         "coriolis_centrifugal": True,
         "gyroscopic": turning,
         "specified_motion": turning,
-        "elastic": any(body.strain.V1.any() for body in bodies),
-        "elastic_K2": any(body.strain.V2.any() for body in bodies),
-        "elastic_K3": any(body.strain.V3.any() for body in bodies),
-        "prestress": any(body.strain.f0.any() for body in bodies),
-        "damping": any(body.damping.any() for body in bodies),
+        "elastic": "stiffness" in varying or any(body.strain.V1.any() for body in bodies),
+        "elastic_K2": "strain" in varying or any(body.strain.V2.any() for body in bodies),
+        "elastic_K3": "strain" in varying or any(body.strain.V3.any() for body in bodies),
+        "prestress": "stiffness" in varying or any(body.strain.f0.any() for body in bodies),
+        "damping": "damping" in varying or any(body.damping.any() for body in bodies),
         "joint_springs": any(joint.stiffness.any() for joint in system.joints),
         "joint_dampers": any(joint.damping.any() for joint in system.joints),
         "gravity_gradient": system.orbit is not None,

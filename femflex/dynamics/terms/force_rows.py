@@ -1,4 +1,4 @@
-"""Rows of what pushes or holds: elastic forces by degree, joints, gravity, springs between markers, drives."""
+"""Rows of what pushes or holds: elastic forces by degree, joints, gravity, force terms, drives."""
 
 from __future__ import annotations
 
@@ -10,12 +10,11 @@ from femflex.dynamics.arithmetic.lanes import beyond
 from femflex.dynamics.arithmetic.vectors import ZERO, store3
 from femflex.dynamics.bodies.inertia import write_velocity_forces
 from femflex.dynamics.bodies.stiffening import add_varying_force, write_varying_stiffness
+from femflex.dynamics.forces.calls import call_apply
 from femflex.dynamics.forces.gravity import find_center_of_mass, gravity_field, local_field
-from femflex.dynamics.forces.springs import apply_spring
 from femflex.dynamics.forces.system import clear
 from femflex.dynamics.joints.forces import write_spring_forces
-from femflex.dynamics.lowering.layout import BALL_NONE, ORBIT_NONE, W_OMEGA, W_TAU, body_of, header_of, hold_of
-from femflex.dynamics.lowering.tie_layout import spring_of
+from femflex.dynamics.lowering.layout import BALL_NONE, ORBIT_NONE, W_OMEGA, W_TAU, body_of, header_of, hold_of, term_of
 from femflex.dynamics.motion.equations import place
 from femflex.dynamics.motion.gathering import gather_residual
 from femflex.dynamics.motion.led_equations import write_accelerations
@@ -24,12 +23,11 @@ from femflex.dynamics.terms.rows import (
     DAMPERS,
     DAMPING,
     ELASTIC,
-    FIRST_LOAD,
+    FIRST_HELD,
     PRESTRESS,
     QUADRATIC_STRAIN,
     SPRINGS,
     TRIAL,
-    n_rows,
 )
 
 Array = NDArray[np.float64]
@@ -41,13 +39,13 @@ Record = np.void
 def write_drive_rows(
     t: float, q: Array, u: Array, rows: Array, spare: Array, table: Table, pool: Array, work: Array
 ) -> None:
-    """Rows of the forces that hold freedoms, from the recursion: one row per hold, after the loads."""
+    """Rows of the forces that hold freedoms, from the recursion: one row per hold."""
     head = header_of(table)
     n_u = head["n_u"]
     write_accelerations(t, q, u, beyond(spare, TRIAL * n_u), table, pool, work)
     for j in range(head["n_holds"]):
         k = hold_of(table, j)["u"]
-        rows[(FIRST_LOAD + head["n_loads"] + j) * n_u + k] = -work[head["drives"] + k]
+        rows[(FIRST_HELD + j) * n_u + k] = -work[head["drives"] + k]
 
 
 @inner
@@ -111,13 +109,17 @@ def write_gravity_row(still: Array, row: Array, table: Table, pool: Array, work:
 
 
 @inner
-def write_spring_rows(
+def write_term_rows(
     t: float, q: Array, u: Array, rows: Array, still: Array, table: Table, pool: Array, work: Array
 ) -> None:
-    """Rows of springs between markers, one each, behind all others."""
+    """Rows of the items of force terms, one each, behind all others."""
     head = header_of(table)
     place(t, q, u, table, pool, work)
-    for i in range(head["n_springs"]):
-        clear(table, work)
-        apply_spring(spring_of(table, i), table, pool, work)
-        gather_residual(still, beyond(rows, (n_rows(table) - head["n_springs"] + i) * head["n_u"]), table, pool, work)
+    row = FIRST_HELD + head["n_holds"]
+    for i in range(head["n_terms"]):
+        term = term_of(table, i)
+        for k in range(term["n"]):
+            clear(table, work)
+            call_apply(term["apply"], t, q, u, term["at"], k, k + 1, table, pool, work)
+            gather_residual(still, beyond(rows, row * head["n_u"]), table, pool, work)
+            row += 1

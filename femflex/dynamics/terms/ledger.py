@@ -19,21 +19,19 @@ from numpy.typing import NDArray
 from femflex.dynamics.arithmetic.compiled import inner, kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
 from femflex.dynamics.arithmetic.symbols import types
-from femflex.dynamics.forces.loads import apply_load
 from femflex.dynamics.forces.system import clear
 from femflex.dynamics.joints.held import held_state
-from femflex.dynamics.joints.laws import write_law_rows
-from femflex.dynamics.lowering.layout import ORBIT_NONE, header_of, load_of
+from femflex.dynamics.lowering.layout import ORBIT_NONE, header_of
 from femflex.dynamics.motion.gathering import gather_residual
+from femflex.dynamics.motion.states import take_states
 from femflex.dynamics.terms.force_rows import (
     write_drive_rows,
     write_elastic_rows,
     write_gravity_row,
     write_joint_rows,
-    write_spring_rows,
+    write_term_rows,
 )
 from femflex.dynamics.terms.rows import (
-    FIRST_LOAD,
     FREE_UDOT,
     GRADIENT,
     HELD_U,
@@ -75,30 +73,24 @@ def write_terms(
     n_u = head["n_u"]
     for k in range(n_rows(table) * n_u):
         rows[k] = 0.0
+    take_states(u, table, work)
     if head["n_holds"] > 0:
         q, u = held_state(t, q, u, table, pool, work)
     split_held(u, udot, spare, table, work)
     if head["n_holds"] > 0:
         write_drive_rows(t, q, u, rows, spare, table, pool, work)
-    if head["n_springs"] > 0:
-        write_spring_rows(t, q, u, rows, spare, table, pool, work)
+    if head["n_terms"] > 0:
+        write_term_rows(t, q, u, rows, spare, table, pool, work)
     write_velocity_rows(t, q, u, rows, spare, table, pool, work)
     write_elastic_rows(q, u, rows, table, pool, work)
     write_joint_rows(q, u, rows, spare, table, pool, work)
     clear(table, work)
     gather_residual(beyond(spare, FREE_UDOT * n_u), beyond(rows, INERTIA * n_u), table, pool, work)
-    for j in range(head["n_loads"]):
-        clear(table, work)
-        apply_load(t, load_of(table, j), table, pool, work)
-        gather_residual(spare, beyond(rows, (FIRST_LOAD + j) * n_u), table, pool, work)
     if head["orbit"] != ORBIT_NONE:
         write_gravity_row(spare, beyond(rows, GRADIENT * n_u), table, pool, work)
     if head["weighs"]:
         write_gravity_row(spare, beyond(rows, WEIGHT * n_u), table, pool, work)
-    laws = FIRST_LOAD + head["n_loads"] + head["n_holds"]
-    if head["n_laws"] > 0:
-        write_law_rows(q, u, beyond(rows, laws * n_u), table, pool)
-    if head["n_holds"] > 0:
+    if head["n_holds"] > 0 or head["n_varying"] > 0:
         split_moving_mass(t, q, u, rows, spare, table, pool, work)
 
 

@@ -16,6 +16,7 @@ from femflex.dynamics.lowering.layout import body_of, header_of
 from femflex.dynamics.motion.equations import RATE
 from femflex.dynamics.motion.gathering import write_solution
 from femflex.dynamics.motion.second_order import RESIDUAL
+from femflex.dynamics.motion.states import write_state_rates
 from femflex.dynamics.terms.ledger import write_terms
 from femflex.dynamics.terms.rows import HELD_UDOT, SPARE, n_rows
 
@@ -48,7 +49,7 @@ def reduced_residual(
 ) -> None:
     """out = M udot + h - Q with the terms that the header's `kept` leaves."""
     records = start(table)
-    room = np.zeros((SPARE + n_rows(records)) * len(u))
+    room = np.zeros((SPARE + n_rows(records)) * header_of(records)["n_u"])
     write_reduced(t, start(q), start(u), start(udot), start(out), room, records, start(pool), start(work))
 
 
@@ -56,13 +57,18 @@ def reduced_residual(
 def write_reduced_rate(
     t: float, x: Array, dx: Array, room: Array, bias: Array, table: Table, pool: Array, work: Array
 ) -> None:
-    """dx/dt from the terms that are left; room (SPARE + n_terms, n_u) begins with zeros, bias (n_u,) for -(h - Q)."""
+    """dx/dt from the terms that are left; room (SPARE + n_terms, n_u) begins with zeros.
+
+    bias (n_u + n_z,): room for -(h - Q), z behind it.
+    """
     head = header_of(table)
     q, u, dq, udot, force = x, beyond(x, head["n_q"]), dx, beyond(dx, head["n_q"]), start(bias)
     write_reduced(t, q, u, start(room), force, room, table, pool, work)
     n_u = head["n_u"]
     for k in range(n_u):
         force[k] = -force[k]
+    for k in range(n_u, n_u + head["n_z"]):
+        force[k] = u[k]
     known = beyond(room, HELD_UDOT * n_u)  # they stand in the specified motion, not in the accelerations solved for
     if head["n_holds"] > 0:
         for k in range(n_u):
@@ -72,6 +78,7 @@ def write_reduced_rate(
         for k in range(n_u):
             udot[k] = udot[k] + known[k]
         q, u = held_state(t, q, u, table, pool, work)
+    write_state_rates(beyond(udot, n_u), table, work)
     for i in range(1, head["n_bodies"]):
         coordinate_rates(body_of(table, i), q, u, dq, pool)
 
@@ -80,6 +87,6 @@ def write_reduced_rate(
 def reduced_rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
     """dx/dt of a model from which terms have been left out; some three to five times the cost of `rate`."""
     records = start(table)
-    n_u = header_of(records)["n_u"]
-    room, bias = np.zeros((SPARE + n_rows(records)) * n_u), np.empty(n_u)
+    n_u, n_z = header_of(records)["n_u"], header_of(records)["n_z"]
+    room, bias = np.zeros((SPARE + n_rows(records)) * n_u), np.empty(n_u + n_z)
     write_reduced_rate(t, start(x), start(dx), room, bias, records, start(pool), start(work))

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.compiled import kernel
 from femflex.dynamics.arithmetic.lanes import start
+from femflex.dynamics.lowering.layout import header_of
 from femflex.dynamics.motion.second_order import CORRECT
 from femflex.dynamics.terms.reduced_constraints import constrain_freely
 from femflex.dynamics.terms.reduced_correction import reduced_correct
@@ -29,9 +30,10 @@ def reduced_constrained_correct(
     work: Array,
 ) -> None:
     """out = what Newton's method adds to udot, as `constrained_correction.correct`, with the terms that are left."""
+    n_u = header_of(start(table))["n_u"]
     reduced_correct(t, q, u, udot, out, c_d, c_k, table, pool, work)
-    for k in range(len(u)):
+    for k in range(n_u):
         out[k] += udot[k]
     constrain_freely(t, start(q), start(u), start(out), c_d, c_k, start(table), start(pool), start(work))
-    for k in range(len(u)):
+    for k in range(n_u):
         out[k] -= udot[k]

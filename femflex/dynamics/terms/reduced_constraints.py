@@ -14,9 +14,9 @@ from femflex.dynamics.arithmetic.compiled import inner, kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
 from femflex.dynamics.constraints.equations import add_answer
 from femflex.dynamics.constraints.rows import aim_accelerations, write_rows
+from femflex.dynamics.forces.calls import write_resistance
 from femflex.dynamics.forces.system import clear
 from femflex.dynamics.joints.held import held_state
-from femflex.dynamics.joints.laws import write_law_resistance
 from femflex.dynamics.lowering.layout import body_of, header_of
 from femflex.dynamics.motion.equations import RATE, place
 from femflex.dynamics.motion.gathering import accelerate_body
@@ -43,8 +43,8 @@ def constrain_freely(
     write_rows(t, q, u, table, pool, work)
     aim_accelerations(udot, table, work)
     clear(table, work)
-    if head["n_laws"] > 0:
-        write_law_resistance(q, u, 0.0, c_k, table, pool, work)  # as the free accelerations were solved for
+    if c_k != 0.0 and head["n_terms"] > 0:
+        write_resistance(t, q, u, 0.0, c_k, table, pool, work)  # as the free accelerations were solved for
     reduce_to_root(table, pool, work, c_d, c_k, True)
     add_answer(udot, table, pool, work, c_d != 0.0 or c_k != 0.0)
 
@@ -54,7 +54,7 @@ def reduced_constrained_rate(t: float, x: Array, dx: Array, table: Table, pool: 
     """dx/dt of a model with constraints from which terms have been left out."""
     records, numbers, scratch = start(table), start(pool), start(work)
     head = header_of(records)
-    room, bias = np.zeros((SPARE + n_rows(records)) * head["n_u"]), np.empty(head["n_u"])
+    room, bias = np.zeros((SPARE + n_rows(records)) * head["n_u"]), np.empty(head["n_u"] + head["n_z"])
     write_reduced_rate(t, start(x), start(dx), room, bias, records, numbers, scratch)
     q, u, udot = start(x), beyond(x, head["n_q"]), beyond(dx, head["n_q"])
     constrain_freely(t, q, u, udot, 0.0, 0.0, records, numbers, scratch)

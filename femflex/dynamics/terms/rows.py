@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.lowering.layout import header_of
+from femflex.dynamics.lowering.layout import header_of, term_of
 
 Table = NDArray[np.int64]
 
-# rows of the ledger; loads follow in the system's order
+# rows of the ledger; those of held freedoms follow, then those of the items of force terms
 INERTIA, QUADRATIC, LINEAR, SPECIFIED = 0, 1, 2, 3
 ELASTIC, QUADRATIC_STRAIN, CUBIC_STRAIN, PRESTRESS, DAMPING = 4, 5, 6, 7, 8
-SPRINGS, DAMPERS, GRADIENT, WEIGHT, MOVING, FIRST_LOAD = 9, 10, 11, 12, 13, 14
+SPRINGS, DAMPERS, GRADIENT, WEIGHT, MOVING, FIRST_HELD = 9, 10, 11, 12, 13, 14
 
 # vectors of `spare`: zeros; u and udot of held freedoms alone; udot of the others; -u; trial velocities and their h
 ZEROS, HELD_U, HELD_UDOT, FREE_UDOT, BACKWARDS, TRIAL, TRIAL_H, SPARE = 0, 1, 2, 3, 4, 5, 6, 8
@@ -23,5 +23,7 @@ ZEROS, HELD_U, HELD_UDOT, FREE_UDOT, BACKWARDS, TRIAL, TRIAL_H, SPARE = 0, 1, 2,
 def n_rows(table: Table) -> int:
     """Number of rows of the ledger."""
     head = header_of(table)
-    behind = int(head["n_holds"]) + int(head["law_rows"]) + int(head["n_springs"])
-    return FIRST_LOAD + int(head["n_loads"]) + behind
+    count = FIRST_HELD + int(head["n_holds"])
+    for i in range(head["n_terms"]):
+        count += int(term_of(table, i)["n"])
+    return count

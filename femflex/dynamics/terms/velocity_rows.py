@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from femflex.dynamics.arithmetic.compiled import inner
 from femflex.dynamics.arithmetic.lanes import beyond
 from femflex.dynamics.arithmetic.vectors import ZERO
+from femflex.dynamics.bodies.flow import add_flow_forces
 from femflex.dynamics.bodies.inertia import write_velocity_forces
 from femflex.dynamics.forces.gravity import NO_GRADIENT
 from femflex.dynamics.forces.system import release_joint
@@ -38,6 +39,8 @@ def velocity_row(t: float, q: Array, u: Array, udot: Array, row: Array, table: T
         b = body_of(table, i)
         release_joint(b, work)
         write_velocity_forces(b, pool, work, NO_GRADIENT, ZERO)
+        if b["flows"]:
+            add_flow_forces(b, pool, work)
     gather_residual(udot, row, table, pool, work)
 
 
@@ -69,6 +72,13 @@ def spare_vectors(spare: Array, n_u: int) -> tuple[Array, Array, Array]:
 
 
 @inner
+def is_free(k: int, table: Table, work: Array) -> bool:
+    """Whether coordinate k is not held."""
+    head = header_of(table)
+    return head["n_holds"] == 0 or work[head["flags"] + k] == 0.0
+
+
+@inner
 def split_moving_mass(
     t: float, q: Array, u: Array, rows: Array, spare: Array, table: Table, pool: Array, work: Array
 ) -> None:
@@ -76,13 +86,12 @@ def split_moving_mass(
 
     A row of a held freedom keeps all of it as gyroscopic.
     """
-    head = header_of(table)
-    n_u, flags = head["n_u"], head["flags"]
+    n_u = header_of(table)["n_u"]
     linear, moving = beyond(rows, LINEAR * n_u), beyond(rows, MOVING * n_u)
     rest, known, _ = spare_vectors(spare, n_u)
     trial, plus, minus = beyond(spare, TRIAL * n_u), beyond(spare, TRIAL_H * n_u), beyond(spare, (TRIAL_H + 1) * n_u)
     for k in range(n_u):
-        if work[flags + k] == 0.0:
+        if is_free(k, table, work):
             for j in range(n_u):
                 trial[j] = rest[j]
             trial[k] = 1.0
@@ -91,7 +100,7 @@ def split_moving_mass(
             velocity_row(t, q, trial, known, minus, table, pool, work)
             transposed = 0.0
             for j in range(n_u):
-                if work[flags + j] == 0.0:
+                if is_free(j, table, work):
                     transposed += 0.5 * (plus[j] - minus[j]) * u[j]
             moving[k] = 0.5 * (linear[k] + transposed)
     for k in range(n_u):

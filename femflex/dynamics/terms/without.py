@@ -11,19 +11,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.body import FlexibleBody, StrainTensors
-from femflex.dynamics.joints.law_report import law_places
+from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.terms.by_source import (
     DRIVES,
     GRAVITY,
-    LAWS,
-    LOADS,
-    SPRINGS_OF,
     SWITCHED,
     TERMS,
     all_rows,
     term_names,
 )
-from femflex.system import Environment, Joint, Latch, System
+from femflex.system import Environment, Joint, System
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -32,8 +29,7 @@ if TYPE_CHECKING:
 FLEXIBILITY = "flexibility"
 NONLINEAR = "nonlinear_strain"
 
-LOOPS, CONSTRAINTS = "loops/", "constraints/"
-FOLDERS = (LOADS, LAWS, SPRINGS_OF, LOOPS, CONSTRAINTS)  # whose parts may go by their own name alone
+LOOPS, CONSTRAINTS, VARYING = "loops/", "constraints/", "varying/"
 SHORT = {"K1": "elastic", "K2": "elastic_K2", "K3": "elastic_K3"}
 
 
@@ -61,6 +57,14 @@ BODY_CHANGES: dict[str, Callable[[FlexibleBody], FlexibleBody]] = {
     "prestress": lambda body: without_strain(body, "f0"),
     "damping": lambda body: replace(body, damping=0.0 * body.damping),
     NONLINEAR: lambda body: with_linear_strain(body),
+}
+FROZEN: dict[str, tuple[str, ...]] = {  # the parts of a varying body that go with them
+    "elastic": ("V1",),
+    "elastic_K2": ("strain",),
+    "elastic_K3": ("strain",),
+    "prestress": ("f0",),
+    "damping": ("damping",),
+    NONLINEAR: ("strain",),
 }
 JOINT_CHANGES: dict[str, Callable[[Joint], Joint]] = {
     "joint_springs": lambda joint: replace(joint, stiffness=0.0 * joint.stiffness),
@@ -95,13 +99,16 @@ def switchable(model: Model) -> list[str]:
     flexible = [name for name in system.order if system.bodies[name].n_modes]
     pieces = {piece for parts in system.segments.values() for piece in parts}
     flexible = [*(name for name in flexible if name not in pieces), *system.segments]
-    latches = [LAWS + place.name for place in law_places(system) if isinstance(place.of, Latch)]
-    fixed = ("inertia", *latches, *(name for name in term_names(system) if name.startswith(DRIVES)))
+    held = [f"{term.folder}/{item}" for term in force_terms() for item in term.fixed(system)]
+    fixed = ("inertia", *held, *(name for name in term_names(system) if name.startswith(DRIVES)))
     names = [name for name in term_names(system) if name not in fixed and name not in model.omitted]
     if model.constraints is not None:
         names += model.constraints.paths
+    names += [f"{term.folder}/{item}" for term in force_terms() for item in term.others(system)]
+    names = [name for name in names if name not in model.omitted]
     if NONLINEAR not in model.omitted and any(bends_nonlinearly(body) for body in system.bodies.values()):
         names.append(NONLINEAR)
+    names += [VARYING + name for name in system.varying]
     return [*names, *([FLEXIBILITY] if flexible else []), *(f"{FLEXIBILITY}/{name}" for name in flexible)]
 
 
@@ -109,7 +116,7 @@ def resolved(model: Model, name: str) -> str:
     """The full name of something that can be switched off; a load may go by its own name alone, stiffness by K1."""
     known = switchable(model)
     name = SHORT.get(name, name)
-    for full in (name, *(folder + name for folder in FOLDERS)):
+    for full in (name, *(folder + name for folder in folders())):
         if full in known:
             return full
     if name == "inertia":
@@ -126,6 +133,11 @@ def resolved(model: Model, name: str) -> str:
     raise ValueError(f"{why} Known here are {', '.join(known)}." if known else f"{why} Nothing can be, here.")
 
 
+def folders() -> tuple[str, ...]:
+    """First parts of the names of what may go by its own name alone."""
+    return (*(f"{term.folder}/" for term in force_terms()), LOOPS, CONSTRAINTS, VARYING)
+
+
 def nearest(name: str, known: list[str]) -> str:
     """The known name that is meant by another one, in full where its last part alone would not do; "" for none."""
     short = {full.partition("/")[2]: full for full in known if "/" in full}
@@ -136,17 +148,26 @@ def nearest(name: str, known: list[str]) -> str:
 def changed(system: System, name: str) -> System:
     """The system without the thing; itself where the compiled equations leave it out."""
     if name in BODY_CHANGES:
-        return replace(system, bodies={key: BODY_CHANGES[name](body) for key, body in system.bodies.items()})
+        mixed = [key for key, v in system.varying.items() if "strain" in v.acting]
+        if mixed and name in ("elastic_K2", "elastic_K3"):
+            raise ValueError(
+                f"{name!r} cannot be switched off: the strain of body {mixed[0]!r} varies with time as a whole; switch "
+                f"off {NONLINEAR!r}, or let its function write the part that is to stay"
+            )
+        return replace(
+            system,
+            bodies={key: BODY_CHANGES[name](body) for key, body in system.bodies.items()},
+            varying={key: v.without(*FROZEN[name]) for key, v in system.varying.items()},
+        )
     if name in JOINT_CHANGES:
         return replace(system, joints=tuple(JOINT_CHANGES[name](joint) for joint in system.joints))
     if name == GRAVITY:
         return replace(system, environment=Environment())
-    if name.startswith(LAWS):
-        return replace(system, joints=tuple(without_law(joint, name.removeprefix(LAWS)) for joint in system.joints))
-    if name.startswith(LOADS):
-        return replace(system, loads=tuple(load for load in system.loads if LOADS + load.name != name))
-    if name.startswith(SPRINGS_OF):
-        return replace(system, springs=tuple(s for s in system.springs if SPRINGS_OF + s.name != name))
+    if name.startswith(VARYING):
+        return replace(system, varying={key: v for key, v in system.varying.items() if VARYING + key != name})
+    for term in force_terms():
+        if name.startswith(f"{term.folder}/"):
+            return term.without(system, name.removeprefix(f"{term.folder}/"))
     if name.startswith(LOOPS):
         return replace(system, loops=tuple(loop for loop in system.loops if LOOPS + loop.label != name))
     if name.startswith(CONSTRAINTS):
@@ -157,19 +178,12 @@ def changed(system: System, name: str) -> System:
     return system
 
 
-def without_law(joint: Joint, name: str) -> Joint:
-    """The joint without the law of that name; itself when it has none."""
-    laws = [
-        replace(law, name=own) for law, own in zip(joint.laws, joint.law_names(), strict=True) if own != name
-    ]  # the others keep their names
-    return replace(joint, laws=tuple(laws)) if len(laws) < len(joint.laws) else joint
-
-
 def stiffened(system: System, names: set[str]) -> System:
     """The system with those bodies rigid in their undeformed shape."""
     return replace(
         system,
         bodies={name: rigid(body) if name in names else body for name, body in system.bodies.items()},
+        varying={key: v.stiffened(system.bodies[key]) if key in names else v for key, v in system.varying.items()},
         delta0={name: value for name, value in system.delta0.items() if name not in names},
         ddelta0={name: value for name, value in system.ddelta0.items() if name not in names},
     )
@@ -201,17 +215,20 @@ def reduced(model: Model, omitted: tuple[str, ...]) -> Model:
         return replace(model, omitted=omitted)
     from femflex.dynamics.lowering.layout import HEADER, N_HEADER
     from femflex.dynamics.lowering.pool import aligned
+    from femflex.dynamics.workspace import Workspace
 
     kept = [0.0 if name in SWITCHED and name in omitted else 1.0 for name in rows]
-    table, pool = model.table.copy(), aligned(len(model.pool) + len(kept))
-    pool[:] = np.concatenate([model.pool, kept])
-    table[:N_HEADER].view(HEADER)[0]["kept"] = len(model.pool)
-    model = replace(model, table=table, pool=pool, omitted=omitted)
+    own, table = model.workspace, model.table.copy()
+    numbers = aligned(len(own.numbers) + len(kept))
+    numbers[:] = np.concatenate([own.numbers, kept])
+    table[:N_HEADER].view(HEADER)[0]["kept"] = len(own.numbers)
+    workspace = Workspace(table, numbers, own.n_work, own.varies)
+    model = replace(model, workspace=workspace, omitted=omitted)
     if model.constraints is None:
         from femflex.dynamics.terms.reduced import reduced_rate
 
         return replace(model, rate=reduced_rate)
     from femflex.dynamics.terms.reduced_constraints import reduced_constrained_rate as rate
 
-    tied = replace(model.constraints, own=(table, pool, model.work), rate=rate)
+    tied = replace(model.constraints, workspace=workspace, rate=rate)
     return replace(model, rate=rate, constraints=tied)

@@ -1,0 +1,245 @@
+"""Reference of every key of a case file, from the JSON Schema that `femflex schema` prints."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from femflex.case.schema import json_schema
+from generate.markdown import cell, code, save, table
+
+Schema = dict[str, Any]
+HEAD = """# Keys of a case file
+
+A case is a TOML file. Plain numbers are in SI. A text such as `"33 m"` or `"30 deg"` carries its own unit, which is
+checked for dimension. This page is generated from the schema, which `femflex schema` prints. A key without a default is
+required; a dash marks a key that may be left out.
+
+"""
+PARENTS = {
+    "materials": "[materials.NAME]",
+    "sections": "[sections.NAME]",
+    "bodies": "[bodies.NAME]",
+    "joints": "[[joints]] and [[loops]]",
+    "constraints": "[[constraints]]",
+    "springs": "[[springs]]",
+    "loads": "[[loads]]",
+    "sights": "[[sights]]",
+    "expect": "[expect] and [expect.NAME]",
+}
+SKIPPED = {"loops"}  # written like joints
+
+
+def write(target: Path) -> None:
+    """Write the page case_keys.md."""
+    save(target / "case_keys.md", page(json_schema()))
+
+
+def page(schema: Schema) -> str:
+    """The whole page."""
+    root = schema["properties"]
+    plain = {key: about for key, about in root.items() if not tables_of(about, schema)}
+    parts = [HEAD, "## Top of the file\n", keys_table(plain, schema.get("required", []), schema)]
+    for key, about in root.items():
+        if key in plain or key in SKIPPED:
+            continue
+        parts.append(f"\n## {PARENTS.get(key, f'[{key}]')}\n\n{cell(about.get('description', ''))}\n")
+        found = tables_of(about, schema)
+        for name, inner in found.items():
+            single = len(found) == 1
+            parts.append(section(name, inner, schema, 2 if single else 3, single))
+        if key == "bodies":
+            parts.append(shared(schema))
+    return "\n".join(parts)
+
+
+SHARED = {"markers.NAME": "MarkerTable", "initial": "InitialTable", "damping": "DampingTable"}  # of several bodies
+
+
+def shared(schema: Schema) -> str:
+    """The tables that several kinds of bodies have, once."""
+    return "".join(section(f"bodies.NAME.{name}", schema["$defs"][of], schema) for name, of in SHARED.items())
+
+
+def section(name: str, about: Schema, schema: Schema, depth: int = 3, single: bool = False) -> str:
+    """One table of the case with the tables inside it."""
+    head = "" if single else f"\n{'#' * depth} {name}\n\n"
+    text = f"{head}{cell(about.get('description', ''))}\n\n"
+    text += keys_table(about.get("properties", {}), about.get("required", []), schema)
+    extra = about.get("additionalProperties")
+    inner: dict[str, tuple[str, Schema]] = {}
+    for key, entry in about.get("properties", {}).items():
+        if key in ("laws", "options"):
+            continue
+        if any(key == of.partition(".")[0] for of in SHARED):
+            continue
+        for of, found in tables_of(entry, schema).items():
+            inner.setdefault(of, (key, found))
+    if isinstance(extra, dict):
+        inner |= {of: ("NAME", found) for of, found in tables_of(extra, schema).items()}
+    for of, (key, found) in inner.items():
+        kind = f" ({of})" if is_kind(found) else ""
+        text += section(f"{name}.{key}{kind}", found, schema, min(depth + 1, 5))
+    text += "".join(
+        laws(entry) for key, entry in about.get("properties", {}).items() if key == "laws" and name == "weld"
+    )
+    if "allOf" in about:
+        text += options(about)
+    return text
+
+
+def tables_of(about: Schema, schema: Schema) -> dict[str, Schema]:
+    """Name -> schema of the tables that a key holds: one, or one of several kinds; {} for a value."""
+    out: dict[str, Schema] = {}
+    for entry in leaves(about):
+        if "$ref" in entry:
+            found = schema["$defs"][entry["$ref"].rsplit("/", 1)[-1]]
+            if "properties" in found or "additionalProperties" in found:
+                out[label(found, entry["$ref"])] = found
+    return out
+
+
+def label(found: Schema, ref: str) -> str:
+    """The kind or method that selects a table, or its name."""
+    for key in ("kind", "method"):
+        const = found.get("properties", {}).get(key, {}).get("const")
+        if const:
+            return str(const)
+    return ref.rsplit("/", 1)[-1].removesuffix("Table").lower()
+
+
+def is_kind(found: Schema) -> bool:
+    """Whether a table is one of several, selected by a key."""
+    return any("const" in found.get("properties", {}).get(key, {}) for key in ("kind", "method"))
+
+
+def leaves(about: Schema) -> Iterator[Schema]:
+    """The schema itself, or those of a choice, of a list and of named entries."""
+    for key in ("anyOf", "oneOf"):
+        for entry in about.get(key, ()):
+            yield from leaves(entry)
+    if isinstance(about.get("items"), dict):
+        yield from leaves(about["items"])
+    for entry in about.get("patternProperties", {}).values():
+        yield from leaves(entry)
+    yield about
+
+
+def keys_table(keys: dict[str, Schema], required: list[str], schema: Schema) -> str:
+    """Key, value, unit, default and meaning of every key."""
+    rows = []
+    for key, about in keys.items():
+        default = "required" if key in required else default_of(about)
+        rows.append([code(key), value_of(about, schema), unit_of(about), default, cell(about.get("description", ""))])
+    return table(("key", "value", "unit", "default", "meaning"), rows) if rows else ""
+
+
+def unit_of(about: Schema) -> str:
+    """SI unit of plain numbers."""
+    for entry in leaves(about):
+        unit = entry.get("unit")
+        if unit and unit != "1":
+            return str(unit)
+    return ""
+
+
+def default_of(about: Schema) -> str:
+    """The default as TOML writes it; a dash for none, and for tables."""
+    default = about.get("default")
+    if default is None or isinstance(default, dict) or default in ([], ""):
+        return "–"
+    return code(json.dumps(default))
+
+
+def value_of(about: Schema, schema: Schema) -> str:
+    """What the key may hold, in a few words."""
+    words = list(dict.fromkeys(_words(about, schema)))
+    return " or ".join(words)
+
+
+def _words(about: Schema, schema: Schema) -> Iterator[str]:
+    if "const" in about:
+        yield code(json.dumps(about["const"]))
+    elif "enum" in about:
+        shown = [str(word) for word in about["enum"]]
+        yield ", ".join(code(word) for word in shown) if len(shown) <= 8 else f"one of {len(shown)} words"
+    elif "$ref" in about:
+        yield "table"
+    elif "anyOf" in about or "oneOf" in about:
+        entries = about.get("anyOf") or about["oneOf"]
+        if "unit" in about and any(entry.get("type") == "number" for entry in entries):
+            yield "number"
+            return
+        for entry in entries:
+            yield from _words(entry, schema)
+    elif about.get("type") == "array":
+        yield _list(about, schema)
+    elif about.get("type") == "object":
+        yield "tables by name" if "patternProperties" in about else "table"
+    elif about.get("type") == "integer":
+        yield "whole number"
+    elif about.get("type") == "boolean":
+        yield "true, false"
+    elif about.get("type") == "string":
+        yield "text"
+    elif about.get("type") == "number":
+        yield "number"
+
+
+def _list(about: Schema, schema: Schema) -> str:
+    inner = about.get("items", {})
+    n = about.get("minItems") if about.get("minItems") == about.get("maxItems") else None
+    if inner.get("type") == "array" and n:
+        return f"{n} x {inner.get('minItems', 'n')} numbers"
+    if not inner:
+        return f"list of {n}" if n else "list"
+    what = value_of(inner, schema)
+    plural = {"number": "numbers", "text": "texts", "table": "tables", "whole number": "whole numbers"}.get(what)
+    if n:
+        return f"{n} {plural}" if plural else f"list of {n}: {what}"
+    return f"list of {plural or what}"
+
+
+def laws(about: Schema) -> str:
+    """The kinds of [[joints.laws]] with their keys."""
+    text = "\n### joints.laws\n\n" + cell(about["description"]) + "\n\n"
+    rows = []
+    for entry in about["items"]["anyOf"]:
+        kind = entry["properties"]["kind"]["const"]
+        for key, inner in entry["properties"].items():
+            if key not in ("kind", "coordinate", "name"):
+                needed = "required" if key in entry["required"] else "–"
+                rows.append([code(kind), code(key), needed, cell(inner["description"])])
+    first = about["items"]["anyOf"][0]["properties"]
+    rows += [["all", code(key), "–", cell(first[key]["description"])] for key in ("coordinate", "name")]
+    text += table(("kind", "key", "default", "meaning"), rows)
+    return text + "\n### Motions of joint coordinates\n\n" + MOTIONS + motions()
+
+
+MOTIONS = """A motion is `"free"`, `"locked"` (at its initial value), a value, or a table of one of these kinds.
+
+"""
+
+
+def motions() -> str:
+    """The kinds of motion with their keys."""
+    from femflex.case.motion import KEYS, MEANINGS, NEEDED
+
+    rows = []
+    for kind, keys in KEYS.items():
+        for key in keys:
+            needed = "required" if key in NEEDED.get(kind, ()) else "–"
+            rows.append([code(kind), code(key), needed, cell(MEANINGS[kind][key])])
+    return table(("kind", "key", "default", "meaning"), rows)
+
+
+def options(about: Schema) -> str:
+    """Options of each family of members."""
+    rows = []
+    for branch in about["allOf"]:
+        family = branch["if"]["properties"]["family"]["const"]
+        for key, inner in branch["then"]["properties"]["options"]["properties"].items():
+            rows.append([code(family), code(key), unit_of(inner), default_of(inner), cell(inner["description"])])
+    return "\n##### options of the families\n\n" + table(("family", "option", "unit", "default", "meaning"), rows)

@@ -1,0 +1,49 @@
+"""Comparisons with answers from outside: the rows of docs/validation.toml, and all answers of the shipped cases."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+from femflex import read_case
+from generate.cases import expected, quantity, rows_of, shipped
+from generate.markdown import cell, code, save, table
+
+DATA = Path(__file__).resolve().parents[1] / "validation.toml"
+HEAD = """# Validation
+
+Every row compares femflex with an answer from outside: a closed form, a published number, another program, or the full
+finite elements. The command of a row reproduces it. `pytest -m ""` includes slow tests.
+
+"""
+TITLES = {
+    "fem": "Finite elements",
+    "reduction": "Reduced bodies",
+    "studies": "Backbone curves and Campbell diagrams",
+    "case": "Choices made for a case",
+    "view": "Pictures",
+    "dynamics": "Motion",
+    "cases": "Cases, in words",
+}
+
+
+def rows() -> dict[str, list[dict[str, str]]]:
+    """The rows of validation.toml by subject."""
+    return tomllib.loads(DATA.read_text(encoding="utf-8"))
+
+
+def write(target: Path) -> None:
+    """Write the page validation.md."""
+    parts = [HEAD]
+    for subject, entries in rows().items():
+        cells = [[cell(e["what"]), cell(e["answer"]), cell(e["femflex"]), code(e["command"])] for e in entries]
+        parts.append(f"## {TITLES[subject]}\n\n{table(('what', 'answer from outside', 'femflex', 'command'), cells)}")
+    parts.append("## Every expected answer of the shipped cases\n\nEach is checked by `pytest tests/test_cases.py`.\n")
+    of_cases = []
+    for path in shipped():
+        case = read_case(path)
+        for name, about in rows_of(case):
+            row = [code(path.stem), cell(name.replace("_", " ")), cell(quantity(about)), cell(expected(about))]
+            of_cases.append([*row, cell(about.source)])
+    parts.append(table(("case", "name", "quantity", "expected", "source"), of_cases))
+    save(target / "validation.md", "\n".join(parts))

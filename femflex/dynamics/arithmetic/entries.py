@@ -1,0 +1,83 @@
+"""Compiled functions that others call by their address: one caller serves all of them, and is compiled once.
+
+`@entry(signature)` keeps a function on disk like a kernel, but compiles it only when its address is first asked for.
+`caller(signature)` is how other compiled code calls whatever stands at an address: the first argument is the address,
+which models keep in their tables. Arguments are numbers, integers and pointers. With the compiler off an address is a
+number under which the plain function is known, and pointers are arrays.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+import numba.core.typing.templates
+
+from femflex.dynamics.arithmetic.symbols import extending, ir, types
+from femflex.kernel_cache import stored
+from femflex.kernel_linking import KernelCompiler
+
+templates: Any = numba.core.typing.templates
+
+NUMBERS, INTEGERS = types.CPointer(types.float64), types.CPointer(types.int64)  # pointers to the first of some
+REAL, INTEGER, NOTHING = types.float64, types.int64, types.void
+
+_PLAIN: dict[int, Callable[..., Any]] = {}  # by address, with the compiler off
+
+
+class Entry:
+    """A function of one fixed signature that is called by its address."""
+
+    def __init__(self, function: Callable[..., Any], signature: Any) -> None:
+        self.function, self.signature = function, signature
+
+    @cached_property
+    def address(self) -> int:
+        """Where it stands in this process; compiled, or read from disk, when first asked for."""
+        options = {"error_model": "numpy", "pipeline_class": KernelCompiler, "no_cpython_wrapper": True}
+        compiled = stored(self.signature, **options)(self.function)
+        if compiled is self.function:
+            return known(self.function)
+        result = compiled.overloads[self.signature.args]
+        return int(result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name))
+
+
+def entry(signature: Any) -> Callable[[Callable[..., Any]], Entry]:
+    """Decorator of a function that is called by its address."""
+    return lambda function: Entry(function, signature)
+
+
+def known(function: Callable[..., Any]) -> int:
+    """An address for a plain function, for code that runs with the compiler off."""
+    address = 1 + len(_PLAIN)
+    _PLAIN[address] = function
+    return address
+
+
+def caller(signature: Any) -> Callable[..., Any]:
+    """The function (address, *arguments) that calls what stands at the address, compiled into its own caller."""
+
+    def call(address: int, *arguments: Any) -> Any:
+        return _PLAIN[int(address)](*arguments)
+
+    names = ["address", *(f"a{k}" for k in range(len(signature.args)))]
+    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
+
+    @extending.type_callable(call)
+    def typer(context: Any) -> Any:
+        def typed(*_: Any) -> Any:
+            return templates.signature(signature.return_type, types.int64, *signature.args)
+
+        typed.__signature__ = inspect.Signature([inspect.Parameter(name, kind) for name in names])  # type: ignore[attr-defined]
+        return typed
+
+    @extending.lower_builtin(call, types.VarArg(types.Any))
+    def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        given = [context.get_value_type(argument) for argument in signature.args]
+        function = ir.FunctionType(context.get_value_type(signature.return_type), given)
+        found = builder.call(builder.inttoptr(args[0], function.as_pointer()), args[1:])
+        return context.get_dummy_value() if signature.return_type == types.void else found
+
+    return call

@@ -1,0 +1,90 @@
+"""Material that moves inside a body: momentum, energy and forces of its velocity w = zdot_A y_A (THEORY section 6).
+
+The acceleration of a point is that of the frame and the coordinates, and 2 omega x w + b with b = 2 zdot_A ddot(y)_A +
+zddot_A y_A. The integrals are those of `femflex.system.variation`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.arithmetic.lanes import lane, nothing, plus, put, total
+from femflex.dynamics.arithmetic.pairs import add_pair, pair_of
+from femflex.dynamics.arithmetic.vectors import Vector, add, add9, cross, dot, load3, load9, scale, store3, store9
+from femflex.dynamics.bodies.inertia import coriolis_couple, totals9, twist_of
+from femflex.dynamics.bodies.shapes import nothing3, nothing9, put_rows9, rows3, rows9, totals3, turning_of
+from femflex.dynamics.lowering.layout import W_OMEGA, W_P
+
+Array = NDArray[np.float64]
+Record = np.void
+
+DRIFT, KICK, FLOW, TURN, SPEED = 0, 3, 6, 15, 24  # of the undeformed body, see Block.rates
+C_DRIFT, C_FLOW = 0, 4  # of what is carried: int w dm, int r w^T dm
+
+
+@inner
+def carry_material(b: Record, pool: Array, work: Array) -> None:
+    """Write int w dm, int r w^T dm and int phi_k w^T dm of the placed body."""
+    n, wide, delta, rates = b["n_shapes"], b["wide"], b["delta"], b["rates"]
+    drift, flow = load3(pool, rates + DRIFT), load9(pool, rates + FLOW)
+    if n > 0:
+        d_drift, d_flow = nothing3(), nothing9()
+        for k in range(0, wide, 4):
+            z = rows9(pool, b["flow"] + k, wide)
+            for j in range(n):
+                z = plus(z, work[delta + j], rows9(pool, b["flow"] + 9 * wide * (j + 1) + k, wide))
+            put_rows9(work, b["carriedZ"] + k, wide, z)
+            d = lane(work, delta + k)
+            d_drift = plus(d_drift, d, rows3(pool, b["drifts"] + k, wide))
+            d_flow = plus(d_flow, d, add9(z, rows9(pool, b["flow0"] + k, wide)))
+        drift, flow = add(drift, totals3(d_drift)), add9(flow, totals9(d_flow))
+    store3(work, b["carried"] + C_DRIFT, drift)
+    store9(work, b["carried"] + C_FLOW, flow)
+
+
+@inner
+def add_flow_forces(b: Record, pool: Array, work: Array) -> None:
+    """Add the inertia forces of moving material to the bias wrench and the elastic bias."""
+    w, n, wide, delta, ddelta, rates = b["work"], b["n_shapes"], b["wide"], b["delta"], b["ddelta"], b["rates"]
+    omega = load3(work, w + W_OMEGA)
+    drift, flow = load3(work, b["carried"] + C_DRIFT), load9(work, b["carried"] + C_FLOW)
+    kick, turn = load3(pool, rates + KICK), load9(pool, rates + TURN)  # int b dm, int r b^T dm
+    if n > 0:
+        d_kick, d_turn = nothing3(), nothing9()
+        for k in range(0, wide, 4):
+            B = rows9(pool, b["turn"] + k, wide)  # int phi_k b^T dm
+            for j in range(n):
+                place = 9 * wide * (j + 1) + k
+                B = plus(B, 2.0 * work[ddelta + j], rows9(pool, b["flow"] + place, wide))
+                B = plus(B, work[delta + j], rows9(pool, b["turn"] + place, wide))
+            Z = rows9(work, b["carriedZ"] + k, wide)
+            d, dd = lane(work, delta + k), 2.0 * lane(work, ddelta + k)
+            d_kick = plus(d_kick, dd, rows3(pool, b["drifts"] + k, wide))
+            d_kick = plus(d_kick, d, rows3(pool, b["kicks"] + k, wide))
+            d_turn = plus(d_turn, dd, rows9(pool, b["flow0"] + k, wide))
+            d_turn = plus(d_turn, d, add9(B, rows9(pool, b["turn0"] + k, wide)))
+            force = B[0] + B[4] + B[8] - dot(scale(2.0, omega), turning_of(Z))
+            put(work, b["pn"] + k, lane(work, b["pn"] + k) + force)
+        kick, turn = add(kick, totals3(d_kick)), add9(turn, totals9(d_turn))
+    force = add(kick, scale(2.0, cross(omega, drift)))
+    add_pair(work, w + W_P, pair_of(force, add(twist_of(turn), scale(2.0, coriolis_couple(omega, flow)))))
+
+
+@inner
+def flow_motion(b: Record, pool: Array, work: Array) -> tuple[Vector, Vector, float]:
+    """Momentum and angular momentum about the origin of the moving material, and the energy of w and the shapes' rates.
+
+    The energy is int w . (phi_k ddelta_k + w/2) dm.
+    """
+    n, wide, delta, ddelta = b["n_shapes"], b["wide"], b["delta"], b["ddelta"]
+    energy = nothing()
+    for k in range(0, wide, 4):
+        Z = rows9(work, b["carriedZ"] + k, wide)
+        speed = lane(pool, b["speeds"] + k)  # with rho: counted once, for it stands once in the table
+        for j in range(n):
+            speed = speed + (0.5 * work[delta + j]) * lane(pool, b["speeds"] + wide * (j + 1) + k)
+        energy = energy + lane(work, ddelta + k) * (Z[0] + Z[4] + Z[8]) + lane(work, delta + k) * speed
+    drift, flow = load3(work, b["carried"] + C_DRIFT), load9(work, b["carried"] + C_FLOW)
+    return drift, twist_of(flow), total(energy) + 0.5 * pool[b["rates"] + SPEED]

@@ -1,0 +1,94 @@
+"""Sampled controllers at work: when the next one is called, and what its call does to the state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.reports.sensing import Sensing
+from femflex.system import Controller
+
+if TYPE_CHECKING:
+    from femflex.dynamics.model import Model
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Sampler:
+    """A controller and the places of its commands, memory and next sample in x."""
+
+    controller: Controller
+    commands: slice
+    memory: slice
+    next: int
+
+
+@dataclass(frozen=True, eq=False)
+class Clock:
+    """The controllers of a model (see `Clock` in femflex.integrate.protocol)."""
+
+    model: Model
+
+    @cached_property
+    def samplers(self) -> list[Sampler]:
+        """The controllers, in the system's order."""
+        names = [name for name, _ in self.model.system.all_state_names()]
+        found = []
+        for controller in self.model.system.controllers:
+            first = names.index(controller.state_names()[0][0])
+            memory = first + len(controller.commands)
+            last = memory + len(controller.memory)
+            found.append(Sampler(controller, slice(first, memory), slice(memory, last), last))
+        return found
+
+    @cached_property
+    def _sensing(self) -> Sensing:
+        return Sensing(self.model)
+
+    def next(self, x: Array) -> float:
+        """Time of the next call [s]."""
+        return float(min(x[sampler.next] for sampler in self.samplers))
+
+    def strike(self, t: float, x: Array) -> None:
+        """Call every controller that is due at t; its commands, memory and next instant go into x, in place.
+
+        Those that are due together see the state before any of them is called.
+        """
+        due = [sampler for sampler in self.samplers if x[sampler.next] <= t]
+        paths = sorted({path for sampler in due for path in sampler.controller.sensors})
+        seen = self._sensing.read(t, x, paths)
+        for sampler in due:
+            own = {path: np.array(seen[path]) for path in sampler.controller.sensors}
+            command, memory = called(sampler.controller, t, own, x[sampler.memory].copy())
+            x[sampler.commands], x[sampler.memory] = command, memory
+            k = round((t - sampler.controller.start) / sampler.controller.period) + 1
+            x[sampler.next] = sampler.controller.instant(k)
+
+
+def called(controller: Controller, t: float, sensors: Mapping[str, Array], memory: Array) -> tuple[Array, Array]:
+    """Commands and memory that a controller answers, checked."""
+    answer = controller.law(t, sensors, memory)
+    if not (isinstance(answer, tuple) and len(answer) == 2):
+        raise ValueError(
+            f"controller {controller.name!r} answered {answer!r} at t = {t:.9g} s; expected (command, memory)"
+        )
+    checked = []
+    for what, value, n in (("command", answer[0], len(controller.commands)), ("memory", answer[1], len(memory))):
+        found = np.atleast_1d(np.asarray([] if value is None else value, float))
+        if found.shape != (n,):
+            raise ValueError(
+                f"the {what} of controller {controller.name!r} at t = {t:.9g} s has shape {found.shape}; "
+                f"expected ({n},)"
+            )
+        if not np.all(np.isfinite(found)):
+            raise ValueError(
+                f"the {what} of controller {controller.name!r} at t = {t:.9g} s is not finite: {found.tolist()}"
+            )
+        checked.append(found)
+    return checked[0], checked[1]

@@ -1,0 +1,102 @@
+"""Events of a model: those of latches and those of effectors, as one list (see femflex.integrate.events)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.system import Effector, StateEvent, System
+
+if TYPE_CHECKING:
+    from femflex.dynamics.model import Model
+
+Array = NDArray[np.float64]
+
+STEP = 1e-6  # s, over which the rate of an event's value is taken along the motion
+
+
+class Source(Protocol):
+    """Events of one kind."""
+
+    def values(self, t: float, x: Array) -> Array:
+        """(n,) one number per event, positive before it and again once it has happened."""
+
+    def rates(self, t: float, x: Array) -> Array:
+        """(n,) rates of these numbers."""
+
+    def happen(self, together: Sequence[int], t: float, x: Array) -> None:
+        """Change x in place as these events do that happen at once."""
+
+
+@dataclass(frozen=True, eq=False)
+class AllEvents:
+    """Events of several sources, one after another."""
+
+    sources: tuple[Source, ...]
+
+    def values(self, t: float, x: Array) -> Array:
+        """(n,) of all sources."""
+        return np.concatenate([source.values(t, x) for source in self.sources])
+
+    def rates(self, t: float, x: Array) -> Array:
+        """(n,) of all sources."""
+        return np.concatenate([source.rates(t, x) for source in self.sources])
+
+    def happen(self, together: Sequence[int], t: float, x: Array) -> None:
+        """Let each source's events happen, the first source's first."""
+        first = 0
+        for source in self.sources:
+            n = len(source.values(t, x))
+            own = [k - first for k in together if first <= k < first + n]
+            if own:
+                source.happen(own, t, x)
+            first += n
+
+
+@dataclass(frozen=True, eq=False)
+class StateEvents:
+    """The events of a model's effectors."""
+
+    model: Model
+
+    @cached_property
+    def places(self) -> list[tuple[Effector, StateEvent, slice]]:
+        """Every event, and where the states of its effector stand in x."""
+        names = [name for name, _ in self.model.system.all_state_names()]
+        found = []
+        for effector in eventful(self.model.system):
+            first = names.index(effector.state_names()[0][0])
+            found += [(effector, event, slice(first, first + len(effector.states))) for event in effector.events]
+        return found
+
+    def values(self, t: float, x: Array) -> Array:
+        """Their values."""
+        return np.array([float(event.value(t, x[own].copy())) for _, event, own in self.places])
+
+    def rates(self, t: float, x: Array) -> Array:
+        """Rates of their values along the motion, by a difference."""
+        dx = self.model.state_rate(t, x)
+        ahead, behind = (self.values(t + sign * STEP, x + sign * STEP * dx) for sign in (1.0, -1.0))
+        return np.asarray((ahead - behind) / (2.0 * STEP))
+
+    def happen(self, together: Sequence[int], t: float, x: Array) -> None:
+        """Let them happen one after another."""
+        for k in together:
+            effector, event, own = self.places[k]
+            new = np.asarray(event.happen(t, x[own].copy()), float)
+            if new.shape != (len(effector.states),):
+                raise ValueError(
+                    f"event {event.name!r} of effector {effector.name!r} gave states of shape {new.shape}; expected "
+                    f"({len(effector.states)},)"
+                )
+            x[own] = new
+
+
+def eventful(system: System) -> list[Effector]:
+    """Effectors with events."""
+    return [effector for effector in system.effectors if isinstance(effector, Effector) and effector.events]

@@ -1,0 +1,52 @@
+"""What is reported of the states of effectors and controllers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.system import Channel, Controller, Effector, System
+from femflex.system.effector_problems import unknown
+
+Array = NDArray[np.float64]
+
+
+def state_channels(system: System) -> dict[str, Channel]:
+    """Channels of the states of effectors and controllers."""
+    out = {}
+    for effector in system.effectors:
+        held = ""
+        if isinstance(effector, Controller):
+            held = f", held between samples every {effector.period:g} s"
+        for name, unit in effector.state_names():
+            own = name.removeprefix(effector.name + ".")
+            out[f"effectors/{effector.name}/{own}"] = Channel(unit, f"state {own} of {effector.name}{held}")
+    return out
+
+
+def observe_states(system: System, z: Array) -> dict[str, Any]:
+    """The channels of `state_channels` at states z (n_t, n_z)."""
+    places = {name: k for k, (name, _) in enumerate(system.state_names())}
+    return {
+        f"effectors/{effector.name}/{name.removeprefix(effector.name + '.')}": z[:, places[name]]
+        for effector in system.effectors
+        for name, _ in effector.state_names()
+    }
+
+
+def sensor_problems(system: System, channels: Mapping[str, Channel]) -> list[str]:
+    """Sentences on sensors of controllers that are no channels."""
+    return [
+        unknown(f"sensor {path!r} of controller {controller.name!r} is no channel", path, list(channels))
+        for controller in system.controllers
+        for path in controller.sensors
+        if path not in channels
+    ]
+
+
+def has_events(system: System) -> bool:
+    """Whether an effector of the system has events."""
+    return any(isinstance(effector, Effector) and effector.events for effector in system.effectors)

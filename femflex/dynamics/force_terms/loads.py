@@ -1,0 +1,204 @@
+"""Loads at markers, constant or tabulated in time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.arithmetic.entries import Entry, entry
+from femflex.dynamics.arithmetic.section_turns import section_slope, section_vector
+from femflex.dynamics.arithmetic.turns import vector_tangent, vector_turn
+from femflex.dynamics.arithmetic.vectors import (
+    UNIT,
+    ZERO,
+    Matrix,
+    Vector,
+    add,
+    dot,
+    load3,
+    load9,
+    product,
+    scale,
+    store3,
+    sub,
+    turn,
+)
+from femflex.dynamics.bodies.shapes import combined
+from femflex.dynamics.force_terms.registry import ForceTerm, Records
+from femflex.dynamics.forces.calls import A_ENERGY, A_SHIFT, APPLY, REPORT
+from femflex.dynamics.forces.push import push
+from femflex.dynamics.lowering.layout import (
+    ENERGY_LOAD,
+    ORBIT_NONE,
+    TURNS,
+    VARIES,
+    W_CIN,
+    W_POS,
+    body_of,
+    header_of,
+    record_reader,
+)
+from femflex.dynamics.lowering.pool import Pool, Scratch, put_marker
+from femflex.system import Channel, Load, System
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+Record = np.void
+
+LOAD = np.dtype(
+    [
+        (name, "i8")
+        for name in (
+            "body",
+            "frame",  # LOAD_*
+            "place", "shape", "spin", "bends",  # as for marker P
+            "n_times",  # 0: constant
+            "times", "values",  # pool (n_times,), (n_times | 1, 6): force, torque
+        )
+    ]
+)  # fmt: skip
+N_LOAD = len(LOAD.names or ())
+LOAD_BODY, LOAD_MARKER, LOAD_INERTIAL, LOAD_ORBITAL = 0, 1, 2, 3
+CODES = {"body": LOAD_BODY, "marker": LOAD_MARKER, "inertial": LOAD_INERTIAL, "orbital": LOAD_ORBITAL}
+XYZ = ("x", "y", "z")
+
+load_at = record_reader(LOAD)
+
+
+@inner
+def tabulated(t: float, load: Record, pool: Array) -> tuple[Vector, Vector]:
+    """Force and torque of a load at t: linear between the times, zero outside, a repeated time is a jump."""
+    n, times, values = load["n_times"], load["times"], load["values"]
+    if n == 0:
+        return load3(pool, values), load3(pool, values + 3)
+    if t < pool[times] or t > pool[times + n - 1]:
+        return ZERO, ZERO
+    low, high = 0, n - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if pool[times + middle] <= t:
+            low = middle
+        else:
+            high = middle
+    t0, t1 = pool[times + low], pool[times + high]
+    s = 1.0 if t1 == t0 else (t - t0) / (t1 - t0)
+    before, after = values + 6 * low, values + 6 * high
+    force = add(scale(1.0 - s, load3(pool, before)), scale(s, load3(pool, after)))
+    return force, add(scale(1.0 - s, load3(pool, before + 3)), scale(s, load3(pool, after + 3)))
+
+
+@inner
+def load_wrench(
+    t: float, load: Record, table: Table, pool: Array, work: Array
+) -> tuple[Vector, Vector, Vector, Matrix]:
+    """Force, torque and place of a load, and the tangent T of its marker's turn, all in body components."""
+    b = body_of(table, load["body"])
+    C_iN = load9(work, b["work"] + W_CIN)
+    force, torque = tabulated(t, load, pool)
+    r = load3(pool, load["place"])
+    C_iM = load9(pool, load["place"] + 3)
+    T = UNIT
+    if load["bends"]:
+        r = add(r, combined(pool, load["shape"], b["wide"], work, b["delta"]))
+        theta = combined(pool, load["spin"], b["wide"], work, b["delta"])
+        if load["bends"] == TURNS or load["bends"] == VARIES + TURNS:
+            e = load3(pool, load["place"] + 12)
+            F, theta = section_slope(e, theta), section_vector(e, theta)
+            T = product(vector_tangent(theta), F)
+        else:
+            T = vector_tangent(theta)
+        C_iM = product(vector_turn(theta), C_iM)
+    if load["frame"] == LOAD_MARKER:
+        C = C_iM
+    elif load["frame"] == LOAD_INERTIAL:
+        C = C_iN
+    elif load["frame"] == LOAD_BODY:
+        C = UNIT
+    else:
+        C = product(C_iN, load9(work, header_of(table)["orbit_state"] + 4))
+    return turn(C, force), turn(C, torque), r, T
+
+
+@inner
+def energy_of_load(
+    load: Record, force: Vector, torque: Vector, r: Vector, shift: Vector, head: Record, w: int, work: Array
+) -> float:
+    """Potential energy -F.r of a load that has one: a force constant in inertial axes, with no torque, in no orbit.
+
+    r of the marker from `shift`, inertial components.
+    """
+    if head["orbit"] != ORBIT_NONE or load["n_times"] != 0 or load["frame"] != LOAD_INERTIAL:
+        return 0.0
+    at = add(r, turn(load9(work, w + W_CIN), sub(load3(work, w + W_POS), shift)))
+    return -dot(force, at) if dot(torque, torque) == 0.0 else 0.0
+
+
+@entry(APPLY)
+def apply(t: float, q: Array, u: Array, at: int, first: int, last: int, table: Table, pool: Array, work: Array) -> None:
+    """Put loads on their bodies."""
+    for i in range(first, last):
+        load = load_at(table, at + N_LOAD * i)
+        force, torque, r, T = load_wrench(t, load, table, pool, work)
+        push(body_of(table, load["body"]), force, torque, r, T, load["bends"], load["shape"], load["spin"], pool, work)
+
+
+@entry(REPORT)
+def report(
+    t: float, q: Array, u: Array, at: int, n: int, row: Array, account: Array, table: Table, pool: Array, work: Array
+) -> None:
+    """Force and torque of every load, body components; the energy of those that have one."""
+    head, shift = header_of(table), load3(account, A_SHIFT)
+    for i in range(n):
+        load = load_at(table, at + N_LOAD * i)
+        force, torque, r, _ = load_wrench(t, load, table, pool, work)
+        store3(row, 6 * i, force)
+        store3(row, 6 * i + 3, torque)
+        w = body_of(table, load["body"])["work"]
+        account[A_ENERGY] += energy_of_load(load, force, torque, r, shift, head, w, work)
+
+
+class Loads(ForceTerm):
+    """The loads of a system."""
+
+    folder, energy = "loads", ENERGY_LOAD
+
+    @property
+    def apply(self) -> Entry:
+        return apply
+
+    @property
+    def report(self) -> Entry:
+        return report
+
+    def items(self, system: System) -> list[str]:
+        return [load.name for load in system.loads]
+
+    def lower(self, system: System, head: Record, bodies: Records, pool: Pool, scratch: Scratch, at: int) -> Records:
+        return np.array([lowered(load, system, pool) for load in system.loads], LOAD)
+
+    def channels(self, system: System) -> dict[str, Channel]:
+        out = {}
+        for load in system.loads:
+            out[f"loads/{load.name}/force"] = Channel("N", f"force of {load.name}", (3,), XYZ, "body")
+            out[f"loads/{load.name}/torque"] = Channel("N m", f"torque of {load.name}", (3,), XYZ, "body")
+        return out
+
+    def without(self, system: System, item: str) -> System:
+        return replace(system, loads=tuple(load for load in system.loads if load.name != item))
+
+    def breaks(self, system: System) -> list[Array]:
+        return [load.times for load in system.loads if load.times is not None]
+
+
+def lowered(load: Load, system: System, pool: Pool) -> NDArray[np.void]:
+    """One LOAD record."""
+    record = np.zeros((), LOAD)
+    record["body"], record["frame"] = 1 + system.order.index(load.body), CODES[load.frame]
+    record["place"], record["shape"], record["spin"], record["bends"] = put_marker(load.body, load.marker, system, pool)
+    record["n_times"] = 0 if load.times is None else len(load.times)
+    record["times"] = pool.put(np.zeros(1) if load.times is None else load.times)
+    record["values"] = pool.put(np.hstack([np.atleast_2d(load.force), np.atleast_2d(load.torque)]))
+    return record

@@ -1,0 +1,106 @@
+"""What a force term says of itself, and the register of all of them."""
+
+from __future__ import annotations
+
+import pkgutil
+from abc import ABC, abstractmethod
+from functools import cache
+from importlib import import_module
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.entries import Entry
+from femflex.dynamics.lowering.layout import ENERGY_EFFECTOR, TERM
+from femflex.dynamics.lowering.pool import Pool, Scratch
+from femflex.system import Channel, System
+
+Array = NDArray[np.float64]
+Records = NDArray[np.void]
+
+
+class ForceTerm(ABC):
+    """A kind of force, with any number of items in a system.
+
+    folder    first part of the names of its items in ledger, channels and `without`, as in "loads/thrust"
+    energy    ENERGY_*: the monitor to which its stored energy counts
+    """
+
+    folder: ClassVar[str]
+    energy: ClassVar[int] = ENERGY_EFFECTOR
+
+    @abstractmethod
+    def items(self, system: System) -> list[str]:
+        """Names of its items in a system, in the order of the ledger's rows."""
+
+    @abstractmethod
+    def lower(self, system: System, head: np.void, bodies: Records, pool: Pool, scratch: Scratch, at: int) -> Any:
+        """Its own records, which will stand in the table from place `at` on; may change the bodies' records."""
+
+    @property
+    @abstractmethod
+    def apply(self) -> Entry:
+        """The call of signature APPLY (see `femflex.dynamics.forces.calls`)."""
+
+    @property
+    @abstractmethod
+    def report(self) -> Entry:
+        """The call of signature REPORT."""
+
+    @property
+    def resist(self) -> Entry | None:
+        """The call of signature RESIST, None for a term without."""
+        return None
+
+    @property
+    def relax(self) -> Entry | None:
+        """The call of signature RELAX, None for a term whose items have no states."""
+        return None
+
+    @abstractmethod
+    def channels(self, system: System) -> dict[str, Channel]:
+        """What `report` writes, in its order: path -> Channel."""
+
+    @abstractmethod
+    def without(self, system: System, item: str) -> System:
+        """The system without the item of that name."""
+
+    def fixed(self, system: System) -> list[str]:
+        """Names of items that cannot be left out."""
+        return []
+
+    def others(self, system: System) -> list[str]:
+        """Names of what can be left out, and has no row in the ledger."""
+        return []
+
+    def breaks(self, system: System) -> list[Array]:
+        """Times at which a force is not smooth [s]."""
+        return []
+
+    def resists(self, system: System) -> bool:
+        """Whether it takes energy out of the motion for good."""
+        return False
+
+    def names(self, system: System) -> list[str]:
+        """Full names of its items, as in "loads/thrust"."""
+        return [f"{self.folder}/{item}" for item in self.items(system)]
+
+    def record(self, system: System, at: int) -> Records:
+        """Its TERM record, its own records standing at a place."""
+        made = np.zeros(1, TERM)
+        made["apply"], made["report"] = self.apply.address, self.report.address
+        made["resist"], made["relax"] = (0 if call is None else call.address for call in (self.resist, self.relax))
+        made["at"], made["n"], made["energy"] = at, len(self.items(system)), self.energy
+        made["reported"] = sum(int(np.prod(channel.shape)) for channel in self.channels(system).values())
+        return made
+
+
+@cache
+def force_terms() -> tuple[ForceTerm, ...]:
+    """All force terms, by the names of their files."""
+    package = import_module("femflex.dynamics.force_terms")
+    for found in pkgutil.iter_modules(package.__path__):
+        import_module(f"{package.__name__}.{found.name}")
+    kinds = sorted(ForceTerm.__subclasses__(), key=lambda kind: kind.__module__)
+    return tuple(kind() for kind in kinds)

@@ -1,0 +1,48 @@
+"""The states z that stand behind the velocities: where kernels find them, and their rates.
+
+Latch flags are constant between events. The other states belong to effectors, which write their rates into the work
+array whenever forces are written.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.forces.calls import call_relax
+from femflex.dynamics.lowering.layout import header_of, term_of
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+
+
+@inner
+def take_states(u: Array, table: Table, work: Array) -> None:
+    """Copy the states that stand behind u (n_u,) to where all that is evaluated finds them."""
+    head = header_of(table)
+    for k in range(head["n_z"]):
+        work[head["z"] + k] = u[head["n_u"] + k]
+
+
+@inner
+def write_state_rates(dz: Array, table: Table, work: Array) -> None:
+    """dz/dt (n_z,) at the state at which forces were last written."""
+    head = header_of(table)
+    for k in range(head["n_z"]):
+        dz[k] = work[head["zdot"] + k]
+
+
+@inner
+def correct_states(t: float, given: Array, c_d: float, out: Array, table: Table, pool: Array, work: Array) -> None:
+    """out (n_z,): what Newton's method adds to the given dz/dt, (1 - c_d J)^-1 (zdot - given).
+
+    zdot is that at which forces were last written. J = dzdot/dz is known to the terms whose states they are.
+    """
+    head = header_of(table)
+    for k in range(head["n_z"]):
+        out[k] = work[head["zdot"] + k] - given[k]
+    for i in range(head["n_terms"]):
+        term = term_of(table, i)
+        if term["relax"] != 0:
+            call_relax(term["relax"], t, given, c_d, out, term["at"], term["n"], table, pool, work)

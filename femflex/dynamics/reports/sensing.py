@@ -1,0 +1,44 @@
+"""Single channels at one instant, as sensors of controllers read them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.joints.drive_report import specified_states
+from femflex.dynamics.reports.channels import row_length, row_places
+from femflex.dynamics.reports.observe import observe
+
+if TYPE_CHECKING:
+    from femflex.dynamics.model import Model
+
+Array = NDArray[np.float64]
+
+STATES = ("q", "u", "z")
+
+
+class Sensing:
+    """Reads channels of a model; those that stand in an observed row, and states, without all the others."""
+
+    def __init__(self, model: Model) -> None:
+        self._model, self._row = model, np.empty((1, row_length(model.system)))
+        angles = "attitude/angles"  # reported in another order than it stands in the row
+        self._places = {path: at for path, at in row_places(model.system).items() if path != angles}
+
+    def read(self, t: float, x: Array, paths: Sequence[str]) -> dict[str, Array]:
+        """Channels by path at the state x (n_x,)."""
+        model, times, states = self._model, np.array([t]), np.ascontiguousarray(x[None], float)
+        if not paths:
+            return {}
+        if any(path not in self._places and path not in STATES for path in paths):
+            seen = model.observe(times, states)
+            return {path: seen[path][0] for path in paths}
+        observe(times, states, self._row, model.table, model.pool, model.work)
+        out = dict(zip(STATES, model.parts(specified_states(model, times, states)[0]), strict=True))
+        for path in paths:
+            if path in self._places:
+                out[path] = self._row[0, self._places[path]].reshape(model.channels[path].shape)
+        return {path: np.array(out[path]) for path in paths}

@@ -1,0 +1,188 @@
+"""What bodies that vary with time report: their mass, and the power that the change gives to the system.
+
+The power belongs to whatever drives the change, and nothing else in the balance of energy holds it:
+
+    flow       int w . (a - f) dm of moving material, a its acceleration and f gravity; what is lost as material is
+               picked up or stopped is taken off, for d/dt int w.w/2 dm is what the rates of `speed` say
+    markers    of joints, at markers that move with time, by the velocity of these
+    stiffness  energy of strain that changes at a fixed shape
+    growth     energy of motion, and of weight, that arriving mass has at the velocity of its place
+
+Loads, springs and loops at markers that move with time, and gravity of an orbit on arriving mass are not counted.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.lowering.layout import (
+    HEADER,
+    N_HEADER,
+    ORBIT_FREE,
+    ORBIT_NONE,
+    VARIES,
+    W_ACC,
+    W_CIN,
+    W_CIP,
+    W_OMEGA,
+    W_P,
+    W_POS,
+    W_R,
+    W_VEL,
+    body_records,
+)
+from femflex.dynamics.reports.material import BodyMotion, flow_power, growth_power, stiffness_power, strain_power
+from femflex.system import Channel, System
+from femflex.system.variation import COLUMNS, Block
+
+if TYPE_CHECKING:
+    from femflex.dynamics.model import Model
+
+Array = NDArray[np.float64]
+
+
+def variation_channels(system: System) -> dict[str, Channel]:
+    """Path, unit and meaning of what bodies that vary report; nothing for a system without any."""
+    out = {}
+    for name in varying_names(system):
+        out[f"bodies/{name}/mass"] = Channel("kg", f"mass of {name}")
+        out[f"bodies/{name}/power"] = Channel("W", f"power that the change of {name} gives to the system")
+    if out:
+        out["monitors/variation_power"] = Channel("W", "power that bodies which vary with time give to the system")
+    return out
+
+
+def varying_names(system: System) -> list[str]:
+    """Names of the bodies that vary, in tree order."""
+    return [name for name in system.order if name in system.varying]
+
+
+def observe_variations(model: Model, times: Array, states: Array) -> dict[str, Array]:
+    """The channels of `variation_channels` at times (n_t,) and states (n_t, n_x)."""
+    names = varying_names(model.system)
+    if not names:
+        return {}
+    mass, power = np.empty((len(times), len(names))), np.empty((len(times), len(names)))
+    for j, (t, x) in enumerate(zip(times, states, strict=True)):
+        gather(model, float(t), x)
+        for i, name in enumerate(names):
+            k = 1 + model.system.order.index(name)
+            mass[j, i], power[j, i] = model.pool[int(body_records(model.table)[k]["mass"])], power_of(model, k)
+    out = {}
+    for i, name in enumerate(names):
+        out[f"bodies/{name}/mass"], out[f"bodies/{name}/power"] = mass[:, i], power[:, i]
+    out["monitors/variation_power"] = power.sum(axis=1)
+    return out
+
+
+def gather(model: Model, t: float, x: Array) -> None:
+    """Leave in the work array how everything moves at the state x (n_x,), and what joints carry."""
+    from femflex.dynamics.motion.residual import residual
+
+    n_q, udot = model.n_q, model.parts(model.state_rate(t, x))[1]
+    q, u = np.ascontiguousarray(x[:n_q], float), np.ascontiguousarray(x[n_q:], float)
+    residual(t, q, u, udot.copy(), np.empty(model.n_u), *model.workspace.own)
+
+
+def power_of(model: Model, k: int) -> float:
+    """Power of the change of body record k [W], at the state that was gathered last."""
+    records, pool, work = body_records(model.table), model.pool, model.work
+    b, name = records[k], model.system.order[k - 1]
+    variation = model.system.varying[name]
+    at = Block(variation.whole or model.system.bodies[name], variation.varies)
+    parts, motion = variation.acting, body_motion(model, k)
+    delta, block, total = motion.y[1:], int(b["block"]), 0.0
+    if "flow" in parts:
+        total += flow_power(b, pool, motion)
+    if "growth" in parts:
+        power, mass, s = growth_power(block + at.growth, int(b["n_shapes"]), pool, motion)
+        w, g = int(b["work"]), model.system.environment.gravity
+        total += power - float(g @ (mass * work[w + W_POS : w + W_POS + 3] + _C(work, w).T @ s))
+    if "stiffness" in parts:
+        total += stiffness_power(block + at.stiffness_rate, block + at.f0_rate, int(b["n"]), pool, delta)
+    if "strain" in parts:
+        place = block + at.strain_rate
+        total += strain_power(place, int(b["n"]), int(b["n_blocks"]), COLUMNS, pool, delta[: int(b["n"])])
+    for child in records[k + 1 :]:
+        if child["parent"] == k and child["bends"] >= VARIES:
+            total += carried_power(child, b, pool, work, motion)
+    if b["own_bends"] >= VARIES:
+        total += bearing_power(b, pool, work, motion)
+    return total
+
+
+def body_motion(model: Model, k: int) -> BodyMotion:
+    """How a body moves, its acceleration less gravity, at the state that was gathered last."""
+    b, work, pool = body_records(model.table)[k], model.work, model.pool
+    w, n, n_shapes = int(b["work"]), int(b["n"]), int(b["n_shapes"])
+    delta, ddelta = (work[int(b[key]) : int(b[key]) + n_shapes] for key in ("delta", "ddelta"))
+    ddy = np.zeros(1 + n_shapes)
+    ddy[1 : 1 + n] = work[int(b["accel"]) : int(b["accel"]) + n]
+    C, head = _C(work, w), model.table[:N_HEADER].view(HEADER)[0]
+    a, gradient = work[w + W_ACC : w + W_ACC + 3].copy(), np.zeros((3, 3))
+    if head["orbit"] == ORBIT_NONE:
+        a = a - C @ model.system.environment.gravity
+    else:
+        o, c = int(head["orbit_state"]), work[int(head["total"]) : int(head["total"]) + 6]
+        R = work[o + 13 : o + 16] + (c[:3] if head["orbit"] == ORBIT_FREE else 0.0)
+        radius = float(np.linalg.norm(R))
+        e = C @ R / radius
+        gradient = pool[int(head["orbit_data"])] / radius**3 * (np.eye(3) - 3.0 * np.outer(e, e))
+        a = a + gradient @ (C @ (work[w + W_POS : w + W_POS + 3] - c[:3]))
+        a = a - C @ c[3:]
+    velocity = work[w + W_VEL : w + W_VEL + 3].copy()
+    alpha, omega = work[w + W_ACC + 4 : w + W_ACC + 7].copy(), work[w + W_OMEGA : w + W_OMEGA + 3].copy()
+    y, dy = np.concatenate([[1.0], delta]), np.concatenate([[0.0], ddelta])
+    return BodyMotion(velocity, a, omega, alpha, gradient, y, dy, ddy)
+
+
+def carried_power(child: np.void, parent: np.void, pool: Array, work: Array, motion: BodyMotion) -> float:
+    """Power of what a joint carries by the velocity that its marker P has of itself [W]."""
+    place, w = int(child["place"]), int(child["work"])
+    C = work[w + W_CIP : w + W_CIP + 12].reshape(3, 4)[:, :3]  # parent to child components
+    force, torque = C.T @ work[w + W_P : w + W_P + 3], C.T @ work[w + W_P + 4 : w + W_P + 7]
+    rows = int(child["shape"]), int(child["spin"])
+    return marker_power(parent, (place, *rows), pool, motion, force, torque, work[w + W_R : w + W_R + 3])
+
+
+def bearing_power(b: np.void, pool: Array, work: Array, motion: BodyMotion) -> float:
+    """Power of what a body hangs by, by the velocity that its own marker Q has of itself; taken off [W]."""
+    p, rows = int(b["work"]) + W_P, (int(b["own_place"]), int(b["own_shape"]), int(b["own_spin"]))
+    return -marker_power(b, rows, pool, motion, work[p : p + 3], work[p + 4 : p + 7], np.zeros(3))
+
+
+def marker_power(
+    b: np.void, rows: tuple[int, int, int], pool: Array, motion: BodyMotion, force: Array, torque: Array, at: Array
+) -> float:
+    """Power of a force and of a torque about the place `at`, by the velocity and rate that a marker has of itself.
+
+    All in components of the body b; rows: where the marker's place, phi and psi stand in the pool.
+    """
+    n, wide, delta = int(b["n_shapes"]), int(b["wide"]), motion.y[1:]
+    place, shape, spin = rows
+    phi, dphi, psi, dpsi = (
+        pool[first : first + 3 * wide].reshape(3, wide)[:, :n]
+        for start in (shape, spin)
+        for first in (start, start + 3 * wide)
+    )
+    velocity = pool[place + 16 : place + 19] + dphi @ delta
+    rate = _tangent(psi @ delta) @ (dpsi @ delta)
+    arm = at - (pool[place : place + 3] + phi @ delta)
+    return float(force @ velocity + (torque + np.cross(arm, force)) @ rate)
+
+
+def _C(work: Array, w: int) -> Array:
+    """C_iN: inertial components to body components."""
+    return work[w + W_CIN : w + W_CIN + 9].reshape(3, 3)
+
+
+def _tangent(theta: Array) -> Array:
+    """T of a rotation vector: rate of the turn = T dtheta/dt."""
+    angle = float(np.linalg.norm(theta))
+    X = np.cross(np.eye(3), theta) * -1.0
+    if angle < 1e-4:
+        return np.eye(3) + X / 2 + X @ X / 6
+    return np.eye(3) + (1 - np.cos(angle)) / angle**2 * X + (angle - np.sin(angle)) / angle**3 * X @ X

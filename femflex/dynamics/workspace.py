@@ -1,0 +1,51 @@
+"""The arrays that the calls of a compiled model get: its records and numbers, and scratch of the run's own."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.lowering.pool import aligned
+
+Array = NDArray[np.float64]
+Own = tuple[NDArray[np.int64], Array, Array]  # table, pool, work
+
+
+class Workspace:
+    """Scratch arrays of one run of a model; every thread that calls with it gets arrays of its own.
+
+    table    records, shared by all and never written to
+    numbers  the pool of the model, shared and never written to; where bodies vary with time every thread has a copy,
+             in which their blocks are written anew at every evaluation
+    own      table, pool and work, as every compiled call takes them
+    """
+
+    def __init__(self, table: NDArray[np.int64], numbers: Array, n_work: int, varies: bool) -> None:
+        self.table, self.numbers, self.n_work, self.varies = table, numbers, n_work, varies
+        self._local = threading.local()
+
+    @property
+    def own(self) -> Own:
+        """The calling thread's arrays, made at its first call."""
+        try:
+            own: Own = self._local.own
+        except AttributeError:
+            own = self._local.own = (self.table, self._pool(), aligned(self.n_work))
+        return own
+
+    def fresh(self) -> Workspace:
+        """Scratch arrays for another run of the same model."""
+        return Workspace(self.table, self.numbers, self.n_work, self.varies)
+
+    def keep_numbers(self) -> None:
+        """Make what stands in the calling thread's pool the numbers of the model, while it is being compiled."""
+        self.numbers[:] = self.own[1]
+
+    def _pool(self) -> Array:
+        if not self.varies:
+            return self.numbers
+        pool = aligned(len(self.numbers))
+        pool[:] = self.numbers
+        return pool

@@ -1,0 +1,133 @@
+"""Effectors: forces at markers and along joints that a function computes, with states of their own.
+
+THE SOCKET. An Effector names markers, slides or turns of joints, states, channels and constants, and holds a function
+
+    act(seen, out)
+
+that the compiled model calls at every evaluation. It reads `seen`, writes into the arrays of `out` (zero beforehand),
+and returns nothing:
+
+    seen.time        time [s]
+    seen.position    (n_markers, 3) place of each marker from the inertial origin, or from O in orbit [m]
+    seen.attitude    (n_markers, 3, 3) C_NM, marker components to inertial ones
+    seen.velocity    (n_markers, 3) its velocity [m/s]         seen.rate  (n_markers, 3) its angular rate [rad/s]
+    seen.coordinate  (n_freedoms,) coordinate of each slide or turn [m, rad]      seen.speed  (n_freedoms,) its rate
+    seen.input       (n_inputs,) states of other effectors and controllers
+    seen.z           (n_states,) its own states                seen.parameters  (n_parameters,) its constants
+    out.force        (n_markers, 3) force on the marker's body [N]     out.torque  (n_markers, 3) torque [N m]
+    out.effort       (n_freedoms,) force or torque along each slide or turn [N, N m]
+    out.zdot         (n_states,) rates of its states           out.channel  (n_channels,) what it reports
+    out.energy, out.dissipation, out.supplied, out.mass_flow   (1,) each: stored energy [J]; power lost for good [W];
+                     power brought in from outside the model [W]; mass that leaves the craft [kg/s]
+
+Vectors are in inertial components. The function is one that Numba can compile, or has compiled; it raises nothing (a
+value that is not finite stops the run), and it is smooth between `breaks` and events. What it gives to the motion,
+F.v + T.omega + effort speed, should be supplied - dissipation - d(energy)/dt; then the balance of energies closes.
+
+Mass that leaves is reported. The moments of the body that it leaves follow from a Variation of the body by the state
+that holds the mass, where it matters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Act = Callable[[Any, Any], None]
+
+ACCOUNTS = {  # what an effector may report of energy and mass
+    "energy": ("J", "stored energy"),
+    "dissipation": ("W", "power lost for good"),
+    "supplied": ("W", "power brought in from outside the model"),
+    "mass_flow": ("kg/s", "mass that leaves the craft"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class StateEvent:
+    """An instant at which an effector's states jump.
+
+    value   (t, z) -> number, positive before the event, zero when it happens, positive again once it has happened
+    happen  (t, z) -> new states z (n_states,)
+    """
+
+    name: str
+    value: Callable[[float, Array], float]
+    happen: Callable[[float, Array], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Effector:
+    """What acts at markers and along joints (see this module).
+
+    markers     (body, marker) of each
+    freedoms    names of slides and turns, as in "hinge.angle"
+    states      name -> unit; the full name of a state is "<effector>.<state>"
+    z0          (n_states,) their initial values
+    sizes       (n_states,) their usual sizes, in which the integrator's absolute tolerance counts
+    inputs      full names of states of other effectors and controllers
+    channels    name -> unit of what it reports beside forces and states
+    accounts    which of energy, dissipation, supplied and mass_flow it writes
+    parameters  (n,) constants
+    jacobian    (seen, J) -> None: J (n_states, n_states) = d zdot / d z for implicit integrators; None: by differences
+    events      instants at which its states jump
+    breaks      (n,) times at which it is not smooth [s]
+    """
+
+    name: str
+    act: Act
+    markers: tuple[tuple[str, str], ...] = ()
+    freedoms: tuple[str, ...] = ()
+    states: Mapping[str, str] = field(default_factory=dict)
+    z0: Array = field(default_factory=lambda: np.zeros(0))
+    sizes: Array = field(default_factory=lambda: np.zeros(0))
+    inputs: tuple[str, ...] = ()
+    channels: Mapping[str, str] = field(default_factory=dict)
+    accounts: tuple[str, ...] = ()
+    parameters: Array = field(default_factory=lambda: np.zeros(0))
+    jacobian: Act | None = None
+    events: tuple[StateEvent, ...] = ()
+    breaks: Array = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        n = len(self.states)
+        for key, default in (("z0", 0.0), ("sizes", 1.0)):
+            value = np.asarray(getattr(self, key), float)
+            object.__setattr__(
+                self, key, _checked(self.name, key, np.full(n, default) if value.size == 0 else value, n)
+            )
+        for key in ("parameters", "breaks"):
+            value = np.atleast_1d(np.asarray(getattr(self, key), float))
+            object.__setattr__(self, key, _checked(self.name, key, value, value.size))
+        if not np.all(self.sizes > 0.0):
+            raise ValueError(f"sizes of effector {self.name!r} are {self.sizes.tolist()}; they must be positive")
+        if unknown := [key for key in self.accounts if key not in ACCOUNTS]:
+            raise ValueError(f"effector {self.name!r} accounts for {unknown[0]!r}; known are {list(ACCOUNTS)}")
+        for key in ("states", "channels"):
+            if clash := [name for name in getattr(self, key) if name in taken_names(self, key)]:
+                raise ValueError(f"{clash[0]!r} of effector {self.name!r} is the name of two of the things it reports")
+
+    def state_names(self) -> list[tuple[str, str]]:
+        """Full name and unit of each state."""
+        return [(f"{self.name}.{state}", unit) for state, unit in self.states.items()]
+
+    def initial_states(self) -> Array:
+        """Initial values of its states (n_states,)."""
+        return self.z0
+
+
+def taken_names(effector: Effector, key: str) -> set[str]:
+    """Names under which an effector reports other things than its states, or than its channels."""
+    own = {"force", "torque", "effort", "power", *ACCOUNTS}
+    return own if key == "states" else own | set(effector.states)
+
+
+def _checked(name: str, key: str, value: Array, n: int) -> Array:
+    if value.shape != (n,) or not np.all(np.isfinite(value)):
+        raise ValueError(f"{key} of effector {name!r} is {value.tolist()}; expected {n} finite numbers, one per state")
+    return value

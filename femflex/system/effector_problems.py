@@ -1,0 +1,61 @@
+"""What is wrong with the effectors and controllers of a system, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from difflib import get_close_matches
+from typing import TYPE_CHECKING
+
+from femflex.system.controller import Controller
+from femflex.system.effector import Effector
+from femflex.system.joint import Joint
+
+if TYPE_CHECKING:
+    from femflex.body import FlexibleBody
+
+
+MOST = 20  # known names in a sentence
+
+
+def effector_problems(
+    effectors: Sequence[Effector | Controller], bodies: dict[str, FlexibleBody], joints: Sequence[Joint]
+) -> list[str]:
+    """Sentences on names that stand for nothing in the system."""
+    names = [effector.name for effector in effectors]
+    out = [
+        f"the name {n!r} stands for {names.count(n)} effectors; name each apart"
+        for n in sorted(set(names))
+        if names.count(n) > 1
+    ]
+    freedoms = movable(joints)
+    states = [name for effector in effectors for name, _ in effector.state_names()]
+    for effector in effectors:
+        if not isinstance(effector, Effector):
+            continue
+        who = f"effector {effector.name!r}"
+        for body, marker in effector.markers:
+            if body not in bodies:
+                out.append(f"body {body!r} of {who} does not exist; bodies are {sorted(bodies)}")
+            elif marker not in bodies[body].markers:
+                known = sorted(bodies[body].markers)
+                out.append(f"marker {marker!r} of {who} is not on body {body!r}; its markers are {known}")
+        out += [unknown(f"freedom {name!r} of {who} is no slide or turn", name, freedoms)
+                for name in effector.freedoms if name not in freedoms]  # fmt: skip
+        out += [unknown(f"input {name!r} of {who} is no state", name, states)
+                for name in effector.inputs if name not in states]  # fmt: skip
+    return out
+
+
+def movable(joints: Sequence[Joint]) -> list[str]:
+    """Names of the slides and turns along which effectors may act: those of balls only as torques at markers."""
+    return [
+        name for joint in joints for name in joint.freedom_names()[: len(joint.translations) + len(joint.rotations)]
+    ]
+
+
+def unknown(what: str, name: str, known: Sequence[str]) -> str:
+    """A sentence on a name that is not known, with the nearest one."""
+    near = get_close_matches(name, known, n=1)
+    hint = f"did you mean {near[0]!r}? " if near else ""
+    more = ", ..." if len(known) > MOST else ""
+    return f"{what}; {hint}known are {', '.join(known[:MOST]) or 'none'}{more}"

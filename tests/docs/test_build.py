@@ -1,0 +1,97 @@
+"""The pages are generated from the program, and are built without a warning."""
+
+from __future__ import annotations
+
+import importlib
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from femflex.case.schema import json_schema
+from femflex.cli.app import app
+
+TOP = Path(__file__).resolve().parents[2]
+CHANNELS = (
+    "bodies/BODY/position",
+    "bodies/LINE.K/delta",
+    "markers/BODY.MARKER/deflection",
+    "joints/JOINT/drive",
+    "joints/JOINT/rotation",
+    "joints/JOINT/force",
+    "loops/LOOP/torque",
+    "constraints/CONSTRAINT/multipliers",
+    "laws/LAW/force",
+    "latches/JOINT.slide/loss",
+    "loads/LOAD/force",
+    "sights/SIGHT/error",
+    "orbit/force",
+    "monitors/jacobi",
+    "monitors/dissipation",
+    "monitors/constraint_rank",
+)
+
+
+@pytest.fixture
+def generated(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], str]:
+    """Generates a page by its name; returns its text."""
+    monkeypatch.syspath_prepend(str(TOP / "docs"))
+
+    def generate(name: str) -> str:
+        importlib.import_module(f"generate.{name}").write(tmp_path)
+        return (tmp_path / f"{name}.md").read_text(encoding="utf-8")
+
+    return generate
+
+
+def test_the_reference_has_every_key_of_a_case(generated: Callable[[str], str]):
+    page = generated("case_keys")
+    schema = json_schema()
+    for name, table in {"case": schema, **schema["$defs"]}.items():
+        for key, about in table.get("properties", {}).items():
+            if name == "case" and f"[{key}" in page:
+                continue
+            assert f"| `{key}` |" in page, f"{name}.{key}"
+            first = " ".join(about.get("description", "").split())[:30].split("|")[0].split("<")[0].split("*")[0]
+            assert first in page, f"{name}.{key}: {first}"
+
+
+def test_the_reference_has_every_verb(generated: Callable[[str], str]):
+    page = generated("verbs")
+    names = [command.callback.__name__ for command in app.registered_commands if command.callback]
+    assert len(names) >= 12
+    for name in names:
+        assert f"\n## {name}\n" in page
+
+
+def test_the_reference_has_every_kind_of_channel_and_term(generated: Callable[[str], str]):
+    page = generated("channels")
+    assert not [path for path in CHANNELS if f"| `{path}` |" not in page]
+    assert all(f"`{term}`" in page for term in ("inertia", "elastic", "gravity_gradient", "loads/LOAD", "loops/LOOP"))
+
+
+def test_the_gallery_has_every_case(generated: Callable[[str], str]):
+    page = generated("cases")
+    for path in (TOP / "cases").glob("*.toml"):
+        assert f"## {path.stem}\n" in page
+
+
+@pytest.mark.slow
+def test_the_pages_are_built_without_a_warning(tmp_path: Path):
+    pytest.importorskip("sphinx", reason='needs pip install ".[docs]"')
+    words = [sys.executable, "-m", "sphinx", "-E", "-W", "--keep-going", "-b", "html", "docs", str(tmp_path)]
+    done = subprocess.run(words, cwd=TOP, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "generated" / "case_keys.html").stat().st_size > 100_000
+
+
+@pytest.mark.slow
+def test_pictures_of_the_gallery_are_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.syspath_prepend(str(TOP / "docs"))
+    pictures = importlib.import_module("generate.pictures")
+    monkeypatch.setattr(pictures, "PICTURES", tmp_path)
+    pictures.main(["chaplygin_sleigh"])
+    assert len(pictures.drawn("chaplygin_sleigh")) >= 3
+    assert not list((TOP / "cases").glob(".*"))

@@ -1,0 +1,96 @@
+"""The pages: links lead somewhere, case fragments fit the schema, tables name what exists, sentences are short."""
+
+from __future__ import annotations
+
+import re
+import statistics
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+from pages import PAGES, TOP, blocks_of, name_of
+
+from femflex.case import read_case
+from femflex.case.schema import json_schema
+
+VALIDATION = tomllib.loads((TOP / "docs" / "validation.toml").read_text(encoding="utf-8"))
+ROWS = [row for rows in VALIDATION.values() for row in rows]
+FRAGMENTS = [block for path in PAGES for block in blocks_of(path) if block.language == "toml"]
+LINK = re.compile(r"\]\(([^)#]+)(?:#[^)]*)?\)")
+GENERATED = {"case_keys.md", "verbs.md", "channels.md", "api.md", "validation.md", "cases.md"}
+MEDIAN, LONGEST = 14, 40  # words of a sentence
+
+
+def loosened(schema: Any) -> Any:
+    """The schema of a fragment of a case: nothing is required, and a kind may be left out."""
+    if isinstance(schema, list):
+        return [loosened(entry) for entry in schema]
+    if not isinstance(schema, dict):
+        return schema
+    out = {
+        key: loosened(entry)
+        for key, entry in schema.items()
+        if key not in ("required", "discriminator", "minProperties")
+    }
+    if "oneOf" in out:
+        out["anyOf"] = out.pop("oneOf")
+    return out
+
+
+@pytest.fixture(scope="module")
+def fragments() -> jsonschema.Draft202012Validator:
+    return jsonschema.Draft202012Validator(loosened(json_schema()))
+
+
+@pytest.mark.parametrize("block", FRAGMENTS, ids=lambda block: f"{Path(block.page).stem}-{block.text[:24].strip()}")
+def test_a_fragment_of_a_case_has_only_known_keys(block, fragments):
+    problems = [error.message[:300] for error in fragments.iter_errors(tomllib.loads(block.text))]
+    assert not problems, f"{block.page}: {problems}\n{block.text}"
+
+
+def test_a_wrong_key_in_a_fragment_is_found(fragments):
+    assert not fragments.is_valid({"run": {"durtion": 1}})
+    assert not fragments.is_valid({"joints": [{"kind": "revolute", "position": 1}]})
+    assert not fragments.is_valid({"bodies": {"b": {"kind": "flexible", "inertia": [1, 1, 1]}}})
+
+
+@pytest.mark.parametrize("path", PAGES, ids=name_of)
+def test_links_lead_to_files(path: Path):
+    for target in LINK.findall(path.read_text(encoding="utf-8")):
+        if "://" not in target:
+            there = path.parent / target
+            assert there.exists() or (there.parent.name == "generated" and there.name in GENERATED), target
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: row["what"][:60])
+def test_a_row_of_the_validation_names_a_command_that_exists(row: dict[str, str]):
+    assert set(row) == {"what", "answer", "femflex", "command"} and all(row.values())
+    files = re.findall(r"(?:tests|cases)/[\w/]+\.(?:py|toml)", row["command"])
+    assert files and all((TOP / name).exists() for name in files), row["command"]
+
+
+def test_the_gallery_and_the_validation_hold_every_case():
+    for path in sorted((TOP / "cases").glob("*.toml")):
+        assert read_case(path).expect.answers, path.stem
+
+
+def sentences(text: str) -> list[list[str]]:
+    """Words of every sentence of a page's prose: paragraphs, entries of lists and cells of tables."""
+    text = re.sub(r"<!--.*?-->|^```.*?^```|\$\$.*?\$\$", "\n\n", text, flags=re.DOTALL | re.MULTILINE)
+    pieces = re.split(r"\n\s*\n|\n(?=[-#|\d])|\|", text)
+    found = []
+    for piece in pieces:
+        for sentence in re.split(r"(?<=[.;:!?])\s+", " ".join(piece.split())):
+            words = [word for word in sentence.split() if re.search(r"\w", word)]
+            if len(words) > 3:
+                found.append(words)
+    return found
+
+
+def test_sentences_of_the_pages_are_short():
+    found = [(name_of(path), words) for path in PAGES for words in sentences(path.read_text(encoding="utf-8"))]
+    long = [(page, len(words), " ".join(words[:12])) for page, words in found if len(words) > LONGEST]
+    assert not long
+    assert statistics.median(len(words) for _, words in found) <= MEDIAN
