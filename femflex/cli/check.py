@@ -21,13 +21,19 @@ if TYPE_CHECKING:
 def check(
     case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
     as_json: Annotated[bool, typer.Option("--json", help="Print the problems for programs.")] = False,
+    write_advice: Annotated[
+        bool,
+        typer.Option("--write-advice", help="Write CASE_advised.toml, with what is chosen for bodies as keys."),
+    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing copy.")] = False,
 ) -> None:
-    """Report every problem of a case: keys, units, names, meshes, structure, modes. Writes nothing."""
+    """Report every problem of a case: keys, units, names, meshes, structure, modes. Writes nothing but a copy."""
     from femflex.case.problems import CaseError
     from femflex.case.values import count
 
     try:
         decided, told = examined(case)
+        copy = written(case, decided, force) if write_advice else None
     except CaseError as error:
         if as_json:
             print_json({"problems": [{"where": p.where, "text": p.text} for p in error.problems]})
@@ -41,6 +47,20 @@ def check(
         verdict = f"no errors, {count(warned, 'warning', 'warnings')}" if warned else "no problems"
         print(f"{case.name}: {verdict}; {told}")
         say_notes(decided.notes)
+        if copy is not None:
+            print(f"advice      {copy}")
+
+
+def written(case: Path, decided: Decided, force: bool) -> Path:
+    """The copy of a case with the advice in it, beside the case."""
+    from femflex.case import read_case
+    from femflex.pipeline.advised_case import advised_text
+    from femflex.results.place import check_place
+
+    copy = case.with_name(f"{case.stem}_advised.toml")
+    check_place(copy, force)
+    copy.write_text(advised_text(read_case(case), decided), encoding="utf-8")
+    return copy
 
 
 def examined(case: Path) -> tuple[Decided, str]:

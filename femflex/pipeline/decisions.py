@@ -158,6 +158,7 @@ def _decided(case: Case, thorough: bool) -> Decided:
     advice += buckling_doubts(system, known, near)
     advice += truncation_doubts(system, richer, case.run.band or 0.0)
     advice += doubts(system, known, duration)
+    case = with_strains(case, _forms(system, names, strains))
     return Decided(case, system, tuple(advice), {name: one.origin for name, one in built.items() if one.origin})
 
 
