@@ -91,16 +91,19 @@ def warn_of_build(advice: Iterable[Advice]) -> None:
     warn_of((one for one in advice if one.decision != "mass"), stacklevel=4)
 
 
-def decided(case: Case, bodies: Mapping[str, Part] | None = None, *, thorough: bool = False) -> Decided:
+def decided(
+    case: Case, bodies: Mapping[str, Part] | None = None, *, thorough: bool = False, loaded: bool = True
+) -> Decided:
     """The case with all choices made, and its system: of these bodies, or of its own.
 
     Doubts are in its advice, not given as warnings; a run watches on its own what linear strain leaves out of bodies
-    that ask for it. thorough: that is estimated here too.
+    that ask for it. thorough: that is estimated here too. loaded: bodies whose strain is given are judged by what
+    buckles them, which costs a Lanczos run for each.
 
     Raises CaseError with everything that does not fit together.
     """
     with shared_structures():
-        return _given(case, bodies) if bodies is not None else _decided(case, thorough)
+        return _given(case, bodies) if bodies is not None else _decided(case, thorough, loaded)
 
 
 def with_own_joints(case: Case) -> Case:
@@ -119,7 +122,7 @@ def _given(case: Case, bodies: Mapping[str, Part]) -> Decided:
     return Decided(case, system, tuple(doubts(system, KnownBodies({}), duration_of(case, system))), {})
 
 
-def _decided(case: Case, thorough: bool) -> Decided:
+def _decided(case: Case, thorough: bool, loaded: bool) -> Decided:
     case, built, richer, joints = _joined(case)
     names = undecided(case)
     linear = with_strains(case, dict.fromkeys(names, "linear"))
@@ -148,7 +151,7 @@ def _decided(case: Case, thorough: bool) -> Decided:
     if changed:
         built |= changed
         system, known = _system(with_strains(case, _forms(system, names, strains)), built)
-    if not names:
+    if loaded and not names:
         near = nearest(rigid, system, known)
     advice = [*joints, *spun, *strains]
     advice += [Advice(name, "shapes", None, text) for name, one in built.items() for text in one.notes]
@@ -371,7 +374,7 @@ def _strain_notes(case: Case, warning: bool = False) -> tuple[Case, dict[str, st
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PhysicsWarning)  # told where the bodies are built
-            found = decided(case)
+            found = decided(case, loaded=False)
     except CaseError as error:
         first = error.problems[0]
         note = f"strain is linear: its system cannot be built to see what it calls for ({first.where}: {first.text})"

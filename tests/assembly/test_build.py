@@ -197,12 +197,17 @@ def test_a_body_drawn_far_aside_does_not_start_stretched(
             r'rates: 360 is read as 360 rad/s \(57.3 turns a second\).*"360 deg/s" \(6.283 rad/s\)',
         ),
         ("rates", '["360 rad/s", 0, 0]', r"attitude.rates: 360 is read as"),
+        ("angles", "[0, 0, 3.5]", r'attitude.angles: 3.5 is read as 3.5 rad .*"3.5 deg" \(0.06109 rad\)'),
         ("yaw", "30", r'attitude.yaw: 30 is read as 30 rad \(4.77 turns\).*"30 deg" \(0.5236 rad\)'),
     ],
 )
 def test_numbers_that_look_like_degrees_are_warned_of_with_both_readings(key: str, value: str, told: str):
     with pytest.warns(PhysicsWarning, match=told):
         parse_case(HUB + f"[attitude]\n{key} = {value}\n")
+
+
+def test_an_angle_that_says_radians_may_be_over_half_a_turn():
+    assert parse_case(HUB + "[attitude]\nyaw = '3.5 rad'\n").attitude.turns()[2] == 3.5
 
 
 def test_fast_rates_with_their_unit_are_not_warned_of():
