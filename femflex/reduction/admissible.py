@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -14,17 +15,18 @@ from femflex.fem.line.section_points import section_points
 from femflex.fem.structure import Structure
 from femflex.reduction.beams.beam_functions import ends_of, gauss, points_for
 from femflex.reduction.beams.beam_strain import beam_strain
-from femflex.reduction.beams.strain_points import beam_field
-from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
 from femflex.reduction.boundary.clamps import Groups, held_dofs, names
-from femflex.reduction.boundary.rigid import lifted
-from femflex.reduction.inertia.moments import point_moments
-from femflex.reduction.modes.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
-from femflex.reduction.modes.modeset import ModeSet
-from femflex.reduction.modes.vibration import TURN
 from femflex.reduction.strain.condense import condense
+from femflex.reduction.modes.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
+from femflex.reduction.bends.foreshortening import foreshortening_of
+from femflex.reduction.modes.vibration import TURN
+from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.inertia.moments import point_moments
+from femflex.reduction.boundary.rigid import lifted
 from femflex.reduction.strain.static_stretch import with_stretch_of_slaved
+from femflex.reduction.beams.strain_points import beam_field
 from femflex.reduction.strain.turned_sections import Sections, with_turned_sections
+from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
 
 Array = NDArray[np.float64]
 
@@ -62,6 +64,9 @@ def beam_body(
     if strain == "condensed" or (strain == "nonlinear" and not functions.holds_squares):
         functions = functions.with_followers()
     body = _body(beam, functions, damping, orthonormal, strain)
+    if strain == "linear" and (functions.y or functions.z):
+        bending = beam_body(beam, replace(functions, axial=0, torsion=0), strain="condensed")
+        return replace(body, foreshortening=foreshortening_of(bending))
     n = functions.own
     return with_stretch_of_slaved(condense(body, range(n, body.n_modes)), body, n) if n < body.n_modes else body
 

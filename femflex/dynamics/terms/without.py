@@ -205,7 +205,7 @@ def without_reactions(system: System, omitted: tuple[str, ...]) -> System:
 
 def rigid(body: FlexibleBody) -> FlexibleBody:
     """The body without its shapes, and so without any stiffness that its strain could leave out."""
-    return replace(body.without_slaves().truncated(0), damping=np.zeros((0, 0)), ignored=None)
+    return replace(body.without_slaves().truncated(0), damping=np.zeros((0, 0)), foreshortening=None)
 
 
 def reduced(model: Model, omitted: tuple[str, ...]) -> Model:
