@@ -38,4 +38,4 @@ def correct(
     release_joints(records, scratch)
     x, v = resisted_accelerations(t, start(q), start(u), rates, found, c_d, c_k, True, records, numbers, scratch)
     constrain(t, x, v, found, records, numbers, scratch, c_d != 0.0 or c_k != 0.0)
-    less_rates(t, found, rates, c_d, records, numbers, scratch)
+    less_rates(t, x, v, found, rates, c_d, records, numbers, scratch)

@@ -35,6 +35,8 @@ HEADER = np.dtype(
             "n_u",
             "n_z",  # states beside coordinates and velocities
             "z", "zdot",  # work (n_z,) each: the states, taken from behind the velocities, and their rates
+            "relaxes",  # 1: states have rates of their own
+            "moved_u",  # work (n_u,): velocities at which these are tried
             "orbit",  # ORBIT_*
             "frame",  # FRAME_*
             "orbit_data",  # pool: mu, a, e, n, mean anomaly at t = 0, C_NP (9)

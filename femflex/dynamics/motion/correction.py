@@ -90,13 +90,16 @@ def resisted_accelerations(
 
 
 @inner
-def less_rates(t: float, out: Array, udot: Array, c_d: float, table: Table, pool: Array, work: Array) -> None:
+def less_rates(
+    t: float, q: Array, u: Array, out: Array, udot: Array, c_d: float, table: Table, pool: Array, work: Array
+) -> None:
     """Take udot off the accelerations that were solved for, and write the states' part behind: Newton's correction."""
     head = header_of(table)
     for k in range(head["n_u"]):
         out[k] -= udot[k]
     if head["n_z"] > 0:
-        correct_states(t, beyond(udot, head["n_u"]), c_d, beyond(out, head["n_u"]), table, pool, work)
+        given, found = beyond(udot, head["n_u"]), beyond(out, head["n_u"])
+        correct_states(t, q, u, out, given, c_d, found, table, pool, work)
 
 
 @kernel(CORRECT)
@@ -117,5 +120,5 @@ def correct(
     The states' part of out follows (see `correct_states`).
     """
     records, numbers, scratch, found, rates = start(table), start(pool), start(work), start(out), start(udot)
-    resisted_accelerations(t, start(q), start(u), rates, found, c_d, c_k, False, records, numbers, scratch)
-    less_rates(t, found, rates, c_d, records, numbers, scratch)
+    x, v = resisted_accelerations(t, start(q), start(u), rates, found, c_d, c_k, False, records, numbers, scratch)
+    less_rates(t, x, v, found, rates, c_d, records, numbers, scratch)

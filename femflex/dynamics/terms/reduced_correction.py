@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.compiled import kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
+from femflex.dynamics.joints.held import held_state
 from femflex.dynamics.lowering.layout import header_of
 from femflex.dynamics.lowering.tie_layout import closing_of
 from femflex.dynamics.motion.residual import solve
 from femflex.dynamics.motion.second_order import CORRECT
-from femflex.dynamics.motion.states import correct_states
+from femflex.dynamics.motion.states import correct_states, take_states
 from femflex.dynamics.terms.reduced import reduced_residual
 from femflex.dynamics.terms.reduced_constraints import constrain_freely
 
@@ -43,9 +44,6 @@ def reduced_correct(
     head = header_of(records)
     force = np.empty(len(u))
     reduced_residual(t, q, u, udot, force, table, pool, work)
-    if head["n_z"] > 0:
-        given, found = beyond(start(udot), head["n_u"]), beyond(start(out), head["n_u"])
-        correct_states(t, given, c_d, found, records, start(pool), scratch)
     for k in range(len(u)):
         force[k] = -force[k] if k < head["n_u"] else u[k]
     solve(t, q, force, out, 1.0, c_d, c_k, table, pool, work)
@@ -55,3 +53,10 @@ def reduced_correct(
         constrain_freely(t, start(q), start(u), start(out), c_d, c_k, records, start(pool), scratch)
         for k in range(head["n_u"]):
             out[k] -= udot[k]
+    if head["n_z"] > 0:
+        x, v, numbers, step = start(q), start(u), start(pool), start(out)
+        take_states(v, records, scratch)
+        if head["n_holds"] > 0:
+            x, v = held_state(t, x, v, records, numbers, scratch)
+        given = beyond(start(udot), head["n_u"])
+        correct_states(t, x, v, step, given, c_d, beyond(step, head["n_u"]), records, numbers, scratch)
