@@ -39,7 +39,7 @@ _CompileResult: Any = numba.core.compiler.CompileResult
 _serialize: Any = numba.core.serialize
 
 
-def stored(signature: Any, **options: Any) -> Callable[[Any], Any]:
+def kept(signature: Any, **options: Any) -> Callable[[Any], Any]:
     """Decorator like `numba.njit` of one signature, with the machine code read from disk or written there.
 
     With the compiler off the plain function is returned.

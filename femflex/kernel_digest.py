@@ -26,12 +26,14 @@ SOURCES = (  # closed under import: `tests/test_kernel_cache.py`
     "integrate",
     "system",
     "body",
-    "reduction/strain_kernel.py",
+    "reduction/strain/strain_kernel.py",
     "rotations.py",
     "warning.py",
     "kernel_cache.py",
     "kernel_digest.py",
     "kernel_linking.py",
+    "kernels.py",
+    "numba_interfaces.py",
 )
 OPTIONS = (  # of Numba, from NUMBA_... variables, that change the code
     "BOUNDSCHECK",

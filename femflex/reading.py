@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+NO_NUMBER = re.compile(
+    r"(?:invalid literal for int\(\) with base \d+|could not convert string to float): (.+)"
+)  # Python's
 
 
 @contextmanager
@@ -25,6 +30,18 @@ def reading(path: Path, kind: str, advice: str) -> Iterator[None]:
             raise
         if isinstance(error, ValueError | OSError) and path.name in str(error):
             raise
-        detail = str(error.args[0]) if isinstance(error, KeyError) and error.args else str(error)
-        said = " ".join(f"{type(error).__name__} {detail}".split())[:300]
-        raise ValueError(f"{path.name} could not be read as {kind}: {said}. {advice}") from error
+        raise ValueError(f"{path.name} could not be read as {kind}: {what_is_wrong(error)}. {advice}") from error
+
+
+def what_is_wrong(error: BaseException) -> str:
+    """What an error says of a file, in words of femflex alone: libraries speak of their own insides."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    module = "" if trace is None else str(trace.tb_frame.f_globals.get("__name__", ""))
+    number = NO_NUMBER.search(str(error))
+    if number:
+        return f"it has {number[1]} where a number belongs"
+    if isinstance(error, ValueError | RuntimeError) and module.startswith("femflex.") and error.args:
+        return " ".join(str(error.args[0]).split())[:300].rstrip(". ")
+    return "its contents are not those of this format"

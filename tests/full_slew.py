@@ -21,7 +21,7 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from femflex.reduction import cantilever_modes
-from femflex.reduction.clamps import held_dofs
+from femflex.reduction.boundary.clamps import held_dofs
 
 SPECTRAL = 0.8  # spectral radius at infinite frequency
 SLOW = 0.05  # a correction over the one before from which on the tangent is made anew

@@ -8,7 +8,8 @@ from femflex.fem import structure as fem_structure
 from femflex.fem.assembly import assembler
 from femflex.fem.eigen import shift_invert
 from femflex.mesh import write_mesh
-from femflex.reduction import buckling, pivots
+from femflex.reduction.boundary import pivots
+from femflex.reduction.modes import buckling
 
 CASE = """
 title = "One flexible body on a hub"

@@ -37,14 +37,34 @@ def write(target: Path) -> None:
     save(target / "channels.md", HEAD + listing(found) + terms_page())
 
 
+def _act(seen: Any, out: Any) -> None:
+    out.zdot[0] = -seen.z[0]
+
+
+def _law(_t: float, _sensors: Any, memory: Any) -> tuple[float, Any]:
+    return 0.0, memory
+
+
+CONTROLLER = nouns.Controller("CONTROLLER", _law, 1.0, commands={"COMMAND": "N"})
+EFFECTOR = nouns.Effector(
+    "EFFECTOR",
+    _act,
+    markers=(("BODY", "MARKER"),),
+    freedoms=("JOINT1.angle",),
+    states={"STATE": "N"},
+    channels={"CHANNEL": "m"},
+    accounts=("energy", "dissipation", "supplied", "mass_flow"),
+)
+
+
 def model_of(path: Path) -> Any:
-    """The compiled model of a case, with one constraint that only Python can give."""
+    """The compiled model of a case; on the ground with a constraint and effectors that only Python can give."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         system = femflex.build_system(femflex.read_case(path))
         if system.orbit is None:
             rows = nouns.velocity_rows("CONSTRAINT1", 1, _no_rows(len(system.velocity_names())))
-            system = replace(system, constraints=(*system.constraints, rows))
+            system = replace(system, constraints=(*system.constraints, rows), effectors=(EFFECTOR, CONTROLLER))
         return femflex.compile_system(system)
 
 
@@ -80,9 +100,9 @@ def listing(found: dict[str, dict[str, list[Any]]]) -> str:
         same = [channel for kind in kinds for channel in found[kind][path]]
         meaning = "; ".join(dict.fromkeys(plain(channel.description) for channel in same))
         only = "" if len(kinds) == len(found) or path.split("/")[0] not in ("monitors", "orbit", "sights") else kinds[0]
-        varied = path in ("q", "u") or path.endswith(("delta", "drive", "multipliers"))
+        varied = path in ("q", "u", "z") or path.endswith(("delta", "drive", "multipliers"))
         size = "one per column" if varied else " x ".join(str(n) for n in same[0].shape) or "1"
-        unit = "of the column" if path in ("q", "u") else " or ".join(dict.fromkeys(c.unit for c in same))
+        unit = "of the column" if path in ("q", "u", "z") else " or ".join(dict.fromkeys(c.unit for c in same))
         row = [code(path), size, cell(unit), same[0].frame, only, cell(meaning)]
         groups.setdefault(path.partition("/")[0], []).append(row)
     head = ("channel", "numbers", "unit", "axes", "only", "meaning")
@@ -93,8 +113,7 @@ def terms_page() -> str:
     """Names of the terms of the equations of motion."""
     names: dict[str, None] = {}
     for case in KINDS.values():
-        system = femflex.build_system(femflex.read_case(HERE / case))
-        model = femflex.compile_system(system)
+        model = model_of(HERE / case)
         for name in model.terms(np.zeros(1), model.x0[None]):
             names.setdefault(plain(name))
     text = "\n## Terms\n\n`femflex terms run.h5 --keep` adds every term of the equations of motion as `terms/NAME`, "

@@ -17,13 +17,14 @@ finite elements. The command of a row reproduces it. `pytest -m ""` includes slo
 
 """
 TITLES = {
-    "fem": "Finite elements",
-    "reduction": "Reduced bodies",
-    "studies": "Backbone curves and Campbell diagrams",
-    "case": "Choices made for a case",
-    "view": "Pictures",
-    "dynamics": "Motion",
-    "cases": "Cases, in words",
+    "finite_elements": "Finite elements",
+    "modes_and_small_motions": "Modes and small motions",
+    "large_deflection": "Large deflection",
+    "snap_through": "Snap-through",
+    "buckling": "Buckling",
+    "spin": "Spin",
+    "craft_and_orbit": "Craft and orbit",
+    "multibody": "Multibody systems and mechanisms",
 }
 
 

@@ -12,7 +12,7 @@ from femflex.advice.buckling.burden import Bearing
 from femflex.advice.buckling.structure import StructureBearing
 from femflex.advice.enriched_bodies import BeamEnrichment, Enriched, MeshedEnrichment
 from femflex.body import FlexibleBody
-from femflex.reduction.curvature import hardening, rise, softest
+from femflex.reduction.bends.curvature import hardening, rise, softest
 from femflex.reduction.origin import Analytic, LeftOpen, Meshed, Origin
 from femflex.reduction.reduce import MANY
 

@@ -11,15 +11,22 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors
 from femflex.fem.structure import Structure
 from femflex.reduction.admissible import beam_body
-from femflex.reduction.beam_functions import STATIC_AXIAL, STATIC_BENDING, TIP_AXIAL, TIP_BENDING, gauss, points_for
-from femflex.reduction.markers import marker_rows
-from femflex.reduction.modes import load_vectors, ritz
-from femflex.reduction.modeset import ModeSet
-from femflex.reduction.moments import linear_stiffness
-from femflex.reduction.residuals import combined, residual_vectors
-from femflex.reduction.rigid import DIRECTIONS, rigid_shapes
-from femflex.reduction.statics import static_solver
-from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
+from femflex.reduction.beams.beam_functions import (
+    STATIC_AXIAL,
+    STATIC_BENDING,
+    TIP_AXIAL,
+    TIP_BENDING,
+    gauss,
+    points_for,
+)
+from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
+from femflex.reduction.boundary.markers import marker_rows
+from femflex.reduction.boundary.rigid import DIRECTIONS, rigid_shapes
+from femflex.reduction.inertia.moments import linear_stiffness
+from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.residuals import combined, residual_vectors
+from femflex.reduction.modes.statics import static_solver
+from femflex.reduction.modes.vibration import load_vectors, ritz
 
 Array = NDArray[np.float64]
 Place = tuple[str, str]  # group or end of the body, and a direction there ("" for all that belong together)

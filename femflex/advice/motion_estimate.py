@@ -16,7 +16,7 @@ from femflex.advice.limits import MANY, MOST_RATES
 from femflex.body import FlexibleBody
 from femflex.dynamics import Model, compile_system
 from femflex.dynamics.equilibria.elastic_answer import elastic_answer, elastic_places
-from femflex.dynamics.joints.drive_report import specified_states
+from femflex.dynamics.joints.held_places import specified_states
 from femflex.dynamics.terms.without import stiffened
 from femflex.integrate import Dop853, IntegrationError
 from femflex.integrate.driver import collected

@@ -24,7 +24,7 @@ from femflex.advice.bodies import KnownBodies
 from femflex.advice.enriched_bodies import Enriched, Place
 from femflex.advice.limits import DOUBTFUL, LOWEST, MANY_RICHER, ROUNDING, SHARE
 from femflex.dynamics.equilibria.rest_modes import RestModes, rest_modes, truncation
-from femflex.reduction.rigid import DIRECTIONS
+from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.system import System
 from femflex.system.ties import tie_places
 from femflex.warning import TruncationWarning

@@ -24,7 +24,7 @@ from femflex.case.joint_base import JointTable
 from femflex.case.reduction import CantileverTable
 from femflex.case.support import DIRECTIONS
 from femflex.reduction import ModeSet
-from femflex.reduction.damping import UNANSWERED
+from femflex.reduction.modes.damping import UNANSWERED
 
 LEFT_OVER = 0.01  # of a load's static work, by which modes with linear strain may fall short
 

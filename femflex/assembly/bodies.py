@@ -39,7 +39,7 @@ from femflex.reduction import (
     require_stretch,
     with_derivatives,
 )
-from femflex.reduction.modeset import ModeSet
+from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.origin import Analytic, Meshed, Origin
 from femflex.system import Part, Segments
 from femflex.warning import PhysicsWarning

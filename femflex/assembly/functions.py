@@ -13,7 +13,7 @@ from femflex.assembly.acting import load_directions, spins
 from femflex.case.body import AnalyticTable
 from femflex.case.case import Case
 from femflex.case.reduction import FunctionsTable
-from femflex.reduction.uniform_beam import BeamFunctions
+from femflex.reduction.beams.uniform_beam import BeamFunctions
 
 STATIC = 2  # shapes of bending along each direction: of a root that accelerates, and that starts to turn
 HELD = 4  # polynomials along a direction that hold these shapes; they have all four frequencies within 0.5 %

@@ -15,7 +15,7 @@ from femflex.case.case import Case
 from femflex.case.load import LoadTable
 from femflex.case.problems import CaseError, Problem
 from femflex.fem import Structure
-from femflex.reduction.markers import MarkerRows, marker_rows
+from femflex.reduction.boundary.markers import MarkerRows, marker_rows
 from femflex.system import Load
 
 Array = NDArray[np.float64]

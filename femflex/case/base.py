@@ -13,7 +13,6 @@ from femflex.case.values import Angles, Matrix, Quantity, ValueProblem, _Readabl
 from femflex.system.names import PATTERN
 
 Name = Annotated[str, StringConstraints(pattern=rf"^{PATTERN}$")]  # becomes a path in the result file
-NameOrNone = Annotated[str, StringConstraints(pattern=rf"^({PATTERN})?$")]
 
 
 class Table(BaseModel):

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import model_validator
 
-from femflex.case.base import NameOrNone, Table, refuse
+from femflex.case.base import Name, Table, refuse
 from femflex.case.law import Laws, read_laws
 from femflex.case.motion import Motion
 from femflex.case.values import Quantity, ValueProblem
@@ -35,7 +35,7 @@ class JointTable(Table):
     """Marker of the child at the joint."""
     parent_marker: str = "origin"
     """Marker of the parent at the joint; its axes are the joint's axes."""
-    name: NameOrNone = ""
+    name: Name = ""
     """Name in channels and messages. Left out: "parent-child"."""
     play: Annotated[float, Quantity("m", least=0.0)] = 0.0
     """Assembly tolerance of a loop with redundant constraints, for lengths and axes given with few digits. A misfit up

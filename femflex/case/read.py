@@ -21,6 +21,7 @@ from femflex.case.problems import CaseError, Problem, near
 from femflex.case.sentences import schema_problems
 from femflex.case.suspicion import warn_of_doubtful_numbers
 
+FEW = 8  # names of other case files that a message lists
 DEEPEST = 20  # levels of tables and lists; schema and motions (sums of tables) need ten
 DEPTH_ALLOWED = f"a case has at most {DEEPEST} levels, so write it flatter"
 
@@ -88,14 +89,22 @@ def _mesh_problems(parts: Outline, folder: Path) -> list[Problem]:
     ]
 
 
+def _not_there(path: Path) -> str:
+    if path.suffix != ".toml":
+        return "there is no such file; give the name of one that is there"
+    known = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
+    told = near(path.name, known)
+    few = len(known) <= FEW or told.startswith("did you")
+    return f"there is no such case file; {told if few else f'{len(known)} others are there, such as {known[0]!r}'}"
+
+
 def _text(path: Path) -> str:
     if path.is_dir():
         raise CaseError(str(path), [Problem("", "found a folder; name a case file (TOML) in it")])
     try:
         return path.read_text(encoding="utf-8-sig")  # editors on Windows begin files with a mark
     except FileNotFoundError:
-        known = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
-        raise CaseError(str(path), [Problem("", f"there is no such case file; {near(path.name, known)}")]) from None
+        raise CaseError(str(path), [Problem("", _not_there(path))]) from None
     except UnicodeDecodeError:
         raise CaseError(str(path), [Problem("", "this file is not text; a case is a TOML file in UTF-8")]) from None
     except OSError as error:

@@ -34,8 +34,8 @@ def modes(
         str | None,
         typer.Option(
             "--at",
-            help="Time at which loads that vary are taken: seconds, or a text such as '2 min'. "
-            "Without it these loads are left out.",
+            help="Time at which loads and motions given as functions of time are evaluated: a number of seconds, or a "
+            "text such as '2 min'. Without it, such loads are left out.",
         ),
     ] = None,
     mac: Annotated[

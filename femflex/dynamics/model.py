@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.constraints.contacts import observe_contacts
 from femflex.dynamics.effectors.states import has_events, observe_states, sensor_problems
 from femflex.dynamics.equilibria.frequency import highest_frequency
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.forces.orbit_force import observe_orbit_force
 from femflex.dynamics.joints.channels import observe_balls
-from femflex.dynamics.joints.drive_report import observe_held, specified_states
 from femflex.dynamics.joints.gimbal_lock import observe_locks
+from femflex.dynamics.joints.held_places import specified_states
 from femflex.dynamics.joints.law_report import observe_laws
 from femflex.dynamics.joints.reactions import observe_reactions
 from femflex.dynamics.lowering.layout import BALL_QUATERNION, body_records
@@ -24,6 +23,8 @@ from femflex.dynamics.lowering.lower import lower
 from femflex.dynamics.lowering.ties import characteristic_length
 from femflex.dynamics.motion import equations
 from femflex.dynamics.reports.channels import channels_of, row_length, row_places
+from femflex.dynamics.reports.contacts import observe_contacts
+from femflex.dynamics.reports.drive_report import observe_held
 from femflex.dynamics.reports.monitors import ROW_DISSIPATED
 from femflex.dynamics.reports.observe import observe
 from femflex.dynamics.reports.sights import observe_sights
@@ -35,11 +36,11 @@ from femflex.rotations import is_extrinsic
 from femflex.system import Channel, System
 
 if TYPE_CHECKING:
+    from femflex.dynamics.calls import SecondOrderCalls
+    from femflex.dynamics.clock import Clock
     from femflex.dynamics.constraints.constrained import Constraints
-    from femflex.dynamics.effectors.clock import Clock
     from femflex.dynamics.effectors.events import AllEvents
     from femflex.dynamics.joints.latches import Latches
-    from femflex.dynamics.motion.second_order import SecondOrderCalls
 
 Array = NDArray[np.float64]
 
@@ -117,14 +118,14 @@ class Model:
         """The calls of implicit integrators, compiled when first asked for."""
         if self.constraints is None:
             return self.tree
-        from femflex.dynamics.motion.second_order import ConstrainedCalls
+        from femflex.dynamics.calls import ConstrainedCalls
 
         return ConstrainedCalls(self.n_q, self.n_u, self.n_z, self.reduced)
 
     @property
     def tree(self) -> SecondOrderCalls:
         """The calls of implicit integrators on the tree, without the forces of constraints."""
-        from femflex.dynamics.motion.second_order import SecondOrderCalls
+        from femflex.dynamics.calls import SecondOrderCalls
 
         return SecondOrderCalls(self.n_q, self.n_u, self.n_z, self.reduced)
 
@@ -160,7 +161,7 @@ class Model:
         """The sampled controllers, or None where there are none."""
         if not self.system.controllers:
             return None
-        from femflex.dynamics.effectors.clock import Clock
+        from femflex.dynamics.clock import Clock
 
         return Clock(self)
 

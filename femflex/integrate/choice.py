@@ -34,6 +34,7 @@ def choose(
     trial: Trial,
     band: float | None = None,
     asked: str = "auto",
+    why: str = "requested",
 ) -> Choice:
     """The method for a run, or the one `asked` for, with a sentence that says why.
 
@@ -41,13 +42,14 @@ def choose(
     duration     of the run [s]
     output_step  between output times [s]
     trial        foretells the cost by a method at the tolerance of the explicit one; called only where it decides
+    why          that one is used, in words
     band         highest frequency wanted [rad/s]; by default what the output can show, pi / output_step
 
     The implicit method is chosen when modes lie above the band and it costs less at the same tolerance. What it costs
     depends on whether they swing, not on how high they are: hence the trial.
     """
     if asked != "auto":
-        return Choice(asked, f"{asked} (as asked): {_frequencies(highest, output_step, band)}.")
+        return Choice(asked, f"{asked} ({why}): {_frequencies(highest, output_step, band)}.")
     wanted = math.pi / output_step if band is None else band
     told = _frequencies(highest, output_step, band)
     if highest <= wanted:

@@ -11,8 +11,7 @@ from typing import Any
 import numba
 import numba.types
 
-from femflex.kernel_cache import stored
-from femflex.kernel_linking import KernelCompiler, PartCompiler
+from femflex.kernels import part_options, stored
 
 types: Any = numba.types  # numba's own annotations do not cover its types and first-class functions
 njit: Any = numba.njit
@@ -24,12 +23,11 @@ SPAN = types.UniTuple(REAL, 3)  # end of a smooth interval, and the limits withi
 ENDED = types.UniTuple(INTEGER, 2)  # how a kernel call ended, and the number of rows it wrote
 
 shared: Any = njit(error_model="numpy", fastmath={"contract"})  # a part that Python calls as well
-_PART = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "pipeline_class": PartCompiler}
+_PART = part_options()
 part: Any = njit(error_model="numpy", fastmath={"contract"}, **_PART)  # of a kernel; only other kernels call it
 summing: Any = njit(error_model="numpy", fastmath={"contract", "reassoc"}, **_PART)  # a part that may reorder its sums
 
 
 def kernel(signature: Any) -> Any:
     """Decorator of a kernel: compiled for this one signature, stored on disk, and free of the interpreter's lock."""
-    how = {"fastmath": {"contract"}, "nogil": True, "pipeline_class": KernelCompiler}
-    return stored(signature, error_model="numpy", **how)
+    return stored(signature, error_model="numpy", fastmath={"contract"}, nogil=True)

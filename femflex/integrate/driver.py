@@ -145,7 +145,8 @@ class Adaptive(ABC):
             stop_at = perf_counter() + BLOCK_SECONDS
             try:
                 while kept[0] < len(rows) and status != head.STUCK and perf_counter() < stop_at:
-                    if clock is not None and clock.next(vectors[0]) <= resume[head.T]:
+                    due = clock is not None and clock.next(vectors[0]) <= resume[head.T]
+                    if clock is not None and due and todo[kept[0]] > resume[head.T]:  # all rows up to here are out
                         clock.strike(float(resume[head.T]), vectors[0])
                         self.start_anew(model, resume, until(clock, vectors[0], resume[head.T], todo[-1], breaks))
                     span = until(clock, vectors[0], resume[head.T], todo[-1], breaks)
@@ -153,7 +154,7 @@ class Adaptive(ABC):
                     status, written = fill(resume, vectors, todo[count:], rows[count:], span, budget)
                     if status == head.PAUSE:
                         budget = adapted(budget, perf_counter() - called)
-                    elif status == head.END:
+                    elif status == head.END and not due:
                         self.start_anew(model, resume, until(clock, vectors[0], resume[head.T], todo[-1], breaks))
                     if pace.hopeless(trials_of(resume), resume[head.T], span[0]):
                         status, resume[head.CAUSE] = head.STUCK, head.CREEPING
@@ -177,11 +178,12 @@ def interval(t: float, end: float, breaks: Array) -> Span:
 
 
 def until(clock: Clock | None, x: Array, t: float, end: float, breaks: Array) -> Span:
-    """The smooth interval that holds t, up to the next instant at which a clock changes the state x (n_x,)."""
+    """The smooth interval that holds t, up to the next instant at which a clock changes the state x (n_x,).
+
+    It ends at t where that instant has come.
+    """
     stop, lo, hi = interval(t, end, breaks)
-    if clock is not None and t < clock.next(x) < stop:
-        stop = clock.next(x)
-    return stop, lo, hi
+    return stop if clock is None else max(t, min(stop, clock.next(x))), lo, hi
 
 
 def adapted(budget: int, seconds: float) -> int:

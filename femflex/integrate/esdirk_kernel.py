@@ -27,15 +27,15 @@ from femflex.integrate.hermite import (
     contraction,
     converged,
     hand_out,
-    reject,
+    held_end,
+    judged,
+    newton_failed,
     renew_coordinates,
-    scaled_norm,
-    shorter,
-    step_accepted,
 )
 from femflex.integrate.holding import HOLD, Hold
 from femflex.integrate.protocol import CORRECT, KINEMATIC, OWN, RATE, SWITCH, Call, Own
-from femflex.integrate.vectors import clipped, cut, first_not_finite, normalise, put, retreat, standing
+from femflex.integrate.step_control import cut, scaled_norm, standing, step_accepted
+from femflex.integrate.vectors import clipped, normalise, put
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -187,23 +187,15 @@ def fill(
         renew_coordinates(switch, kinematic, own, span, n_q, state, vectors)
         h = cut(t, wanted, span[0])
         if not stages(correct, kinematic, own, span, h, n_q, rtol, atol, state, vectors, k, scratch):
-            reject(head.NEWTON, 0.5 * h, scratch[CHANGE], x, scratch[CHANGE], rtol, atol, state)
+            newton_failed(0.5 * h, scratch[CHANGE], x, rtol, atol, state)
             continue
         t_new = span[0] if h == span[0] - t else t + h
         normalise(y, renormalise)
         asked = clipped(t_new, span[1], span[2])
-        if hold[0] and hold[1](asked, y, *own) > 1.0:
-            retreat(h * SHRINK, state)
+        if not held_end(rate, kinematic, hold, own, asked, h * SHRINK, n_q, y, k[5], state):
             continue
-        if hold[0]:
-            rate(asked, y, k[5], *own)
-        else:
-            kinematic(asked, y[:n_q], y[n_q:], k[5][:n_q], *own)
-        error = scaled_norm(scratch[E], x, y, rtol, atol)
-        if fixed > 0.0 and math.isfinite(error):
-            error = 0.0
-        if not error <= 1.0 or first_not_finite(k[5]) >= 0:
-            reject(head.ERROR_TEST, h * shorter(error, 4, SHRINK), scratch[E], x, k[5], rtol, atol, state)
+        error = judged(h, 4, SHRINK, fixed, scratch[E], x, y, k[5], rtol, atol, state)
+        if error < 0.0:
             continue
         put(x, vectors[X_OLD])
         put(vectors[XDOT], vectors[XDOT_OLD])

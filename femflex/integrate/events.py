@@ -107,15 +107,16 @@ class Stepper:
     def advance(self, todo: Array, rows: list[Array]) -> bool:
         """Take a step, or what stands at its beginning; append the rows it reaches. True when the method is stuck."""
         t, x, resume = float(self.resume[head.T]), self.vectors[0], self.resume
-        if self.clock is not None and self.clock.next(x) <= t:
-            self.clock.strike(t, x)
-            self.start_anew()
         due = np.flatnonzero(self.events.values(t, x) <= 0.0)
         if due.size:
             return not self.happen(due.tolist())
         if todo[0] <= t:
             rows.append(x.copy())
             resume[head.LAST_OUT] = todo[0]
+            return False
+        if self.clock is not None and self.clock.next(x) <= t:
+            self.clock.strike(t, x)
+            self.start_anew()
             return False
         span = self.interval(t)
         last_out, taken = resume[head.LAST_OUT], resume[head.ACCEPTED]

@@ -27,15 +27,15 @@ from femflex.integrate.hermite import (
     contraction,
     converged,
     hand_out,
-    reject,
+    held_end,
+    judged,
+    newton_failed,
     renew_coordinates,
-    scaled_norm,
-    shorter,
-    step_accepted,
 )
 from femflex.integrate.holding import HOLD, Hold
 from femflex.integrate.protocol import ADVANCE, CORRECT, KINEMATIC, OWN, RATE, SWITCH, Call, Own
-from femflex.integrate.vectors import clipped, cut, first_not_finite, normalise, put, retreat, standing
+from femflex.integrate.step_control import cut, scaled_norm, standing, step_accepted
+from femflex.integrate.vectors import clipped, normalise, put
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -205,22 +205,14 @@ def fill(
         t_new = span[0] if h == span[0] - t else t + h
         asked = clipped(t_new, span[1], span[2])
         if not newton(correct, kinematic, advance, own, asked, h, rho, n_q, rtol, atol, state, vectors, scratch):
-            reject(head.NEWTON, 0.5 * h, scratch[CHANGE], x, scratch[CHANGE], rtol, atol, state)
+            newton_failed(0.5 * h, scratch[CHANGE], x, rtol, atol, state)
             continue
         normalise(y, renormalise)
-        if hold[0] and hold[1](asked, y, *own) > 1.0:
-            retreat(h * SHRINK, state)
+        if not held_end(rate, kinematic, hold, own, asked, h * SHRINK, n_q, y, scratch[YDOT], state):
             continue
-        if hold[0]:
-            rate(asked, y, scratch[YDOT], *own)
-        else:
-            kinematic(asked, y[:n_q], y[n_q:], scratch[YDOT][:n_q], *own)
         set_error(kinematic, own, asked, h, rho, n_q, state, vectors, scratch)
-        error = scaled_norm(scratch[E], x, y, rtol, atol)
-        if fixed > 0.0 and math.isfinite(error):
-            error = 0.0
-        if not error <= 1.0 or first_not_finite(scratch[YDOT]) >= 0:
-            reject(head.ERROR_TEST, h * shorter(error, 3, SHRINK), scratch[E], x, scratch[YDOT], rtol, atol, state)
+        error = judged(h, 3, SHRINK, fixed, scratch[E], x, y, scratch[YDOT], rtol, atol, state)
+        if error < 0.0:
             continue
         move_on(h, n_q, vectors, scratch)
         step_accepted(t_new, h, wanted, fixed, error, 3, SHRINK, GROW, state)

@@ -1,4 +1,5 @@
-"""Compiled parts shared by the implicit methods: output by cubic Hermite polynomials, Newton's verdict, step sizes.
+"""Compiled parts shared by the implicit methods: output by cubic Hermite polynomials, Newton's verdict,
+and the judgement of a step.
 
 The vectors kept between calls begin with the four rows x, dx/dt at the end of the last step and at its beginning.
 """
@@ -14,7 +15,8 @@ from femflex.integrate import resume as head
 from femflex.integrate.compiled import part
 from femflex.integrate.holding import Hold
 from femflex.integrate.protocol import Call, Own
-from femflex.integrate.vectors import accept, clipped, first_not_finite, normalise, put
+from femflex.integrate.step_control import SAFETY, reject, retreat, scaled_norm, shorter
+from femflex.integrate.vectors import clipped, first_not_finite, normalise, put
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -23,7 +25,6 @@ Span = tuple[float, float, float]
 X, XDOT, X_OLD, XDOT_OLD = 0, 1, 2, 3
 KAPPA = 0.01  # Newton's error at the end of an iteration, in units of the tolerance
 MAX_ITERATIONS, SLOWEST = 10, 0.8  # an iteration that contracts less is given up
-SAFETY = 0.9
 DOUBT = 0.5  # contraction assumed where none is known
 
 
@@ -57,15 +58,6 @@ def hand_out(
 
 
 @part
-def scaled_norm(e: Array, x: Array, y: Array, rtol: float, atol: Array) -> float:
-    """Root mean square of e in units of the tolerance at x and y."""
-    total = 0.0
-    for i in range(e.size):
-        total += (e[i] / (atol[i] + rtol * max(abs(x[i]), abs(y[i])))) ** 2
-    return float(math.sqrt(total / e.size))
-
-
-@part
 def contraction(iteration: int, change: float, before: float, memory: float) -> float:
     """Ratio of the last two Newton corrections; before there are two, that of the step before, worsened.
 
@@ -83,23 +75,6 @@ def converged(theta: float, change: float) -> bool:
 
 
 @part
-def reject(cause: int, h_new: float, e: Array, x: Array, bad: Array, rtol: float, atol: Array, state: Array) -> None:
-    """Shorten the step after a failed trial and note why: an entry of `bad` not finite, or the largest error in e."""
-    state[head.REJECTED] += 1
-    state[head.REJECTED_LAST] = 1.0
-    state[head.H] = h_new
-    state[head.CONTRACTION] = DOUBT
-    index = first_not_finite(bad)
-    state[head.CAUSE] = head.NOT_FINITE if index >= 0 else cause
-    largest = -1.0
-    for i in range(e.size if index < 0 else 0):
-        scaled = abs(e[i]) / (atol[i] + rtol * abs(x[i]))
-        if scaled > largest:
-            largest, index = scaled, i
-    state[head.COORDINATE] = max(index, 0)
-
-
-@part
 def renew_coordinates(
     switch: Call, kinematic: Call, own: Own, span: Span, n_q: int, state: Array, vectors: Array
 ) -> None:
@@ -112,25 +87,57 @@ def renew_coordinates(
 
 
 @part
-def shorter(error: float, order: int, shrink: float) -> float:
-    """Factor on a step that failed, below 1: for an error of h^order, or where the rate at its end is not finite."""
-    return float(max(shrink, SAFETY * error ** (-1 / order))) if 1.0 < error < math.inf else shrink
+def newton_failed(h_new: float, change: Array, x: Array, rtol: float, atol: Array, state: Array) -> None:
+    """Shorten the step after Newton's method has failed, by its last correction."""
+    state[head.CONTRACTION] = DOUBT
+    reject(head.NEWTON, h_new, first_not_finite(change), change, x, rtol, atol, state)
 
 
 @part
-def step_accepted(
-    t_new: float,
+def held_end(
+    rate: Call,
+    kinematic: Call,
+    hold: Hold,
+    own: Own,
+    t: float,
+    h_less: float,
+    n_q: int,
+    y: Array,
+    ydot: Array,
+    state: Array,
+) -> bool:
+    """Whether the end y of a trial step, brought onto the constraints, satisfies them; its rate is set."""
+    if not hold[0]:
+        kinematic(t, y[:n_q], y[n_q:], ydot[:n_q], *own)
+        return True
+    if hold[1](t, y, *own) > 1.0:
+        retreat(h_less, state)
+        return False
+    rate(t, y, ydot, *own)
+    return True
+
+
+@part
+def judged(
     h: float,
-    wanted: float,
-    fixed: float,
-    error: float,
     order: int,
     shrink: float,
-    grow: float,
+    fixed: float,
+    e: Array,
+    x: Array,
+    y: Array,
+    ydot: Array,
+    rtol: float,
+    atol: Array,
     state: Array,
-) -> None:
-    """Note an accepted step, and the next step by a controller with memory; a fixed one is kept."""
-    factor = SAFETY * error ** (-0.7 / order) * state[head.ERROR] ** (0.4 / order) if error > 0.0 else grow
-    accept(t_new, h, wanted, min(grow, max(shrink, factor)), error, True, state)
-    if fixed > 0.0:
-        state[head.H] = min(fixed, 2.0 * h)  # back to it by doubling after a failure
+) -> float:
+    """Error of a trial step in units of the tolerance, 0 where steps are fixed; -1 where the step is rejected."""
+    error = scaled_norm(e, x, y, rtol, atol)
+    if fixed > 0.0 and math.isfinite(error):
+        error = 0.0
+    if error <= 1.0 and first_not_finite(ydot) < 0:
+        return error
+    state[head.CONTRACTION] = DOUBT
+    h_new = h * shorter(error, order, SAFETY, shrink, shrink)
+    reject(head.ERROR_TEST, h_new, first_not_finite(ydot), e, x, rtol, atol, state)
+    return -1.0

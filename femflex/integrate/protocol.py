@@ -152,7 +152,7 @@ class Model(Protocol):
 class Clock(Protocol):
     """What changes a model's state at instants that the state itself names, such as samples of controllers.
 
-    A step ends at every such instant; a row handed out there shows the state before, but for the first row of a run.
+    A step ends at every such instant; a row handed out there shows the state before.
     """
 
     def next(self, x: Array) -> float:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from time import perf_counter
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -110,6 +111,7 @@ class Scipy:
         pace, clock = Pace(resume), getattr(model, "clock", None)
         while True:
             if clock is not None and clock.next(x) <= t:
+                yield SimpleNamespace(t=t, y=x.copy(), t_old=None, status="running")  # for the row before the change
                 clock.strike(t, x)
             rate = Rate(model, until(clock, x, t, end, breaks))
             solver = self._solver(rate, t, x)

@@ -51,8 +51,8 @@ def to_mesh(contents: Contents, source: str) -> Mesh:
     for block in contents.blocks:
         if block.cell not in CELL_TYPES and len(block.nodes):
             left_out[block.cell] += len(block.nodes)
-    if left_out:
-        listed = ", ".join(f"{name} ({count})" for name, count in sorted(left_out.items()))
+    listed = ", ".join(f"{name} ({count})" for name, count in sorted(left_out.items()))
+    if left_out and blocks:
         warnings.warn(
             f"{source}: elements not understood and left out: {listed}; {sum(len(b.nodes) for b in blocks)} are kept. "
             f"Understood are {sorted(CELL_TYPES)}.",
@@ -68,7 +68,8 @@ def to_mesh(contents: Contents, source: str) -> Mesh:
         cell_groups.setdefault(group, {})
     mesh = without_vertices(Mesh(points, cells, cell_groups, dict(contents.point_groups)))
     if not mesh.cells:
-        raise ValueError(f"{source} holds no elements that are understood; understood are {sorted(CELL_TYPES)}.")
+        found = f", only {listed}" if listed else ""
+        raise ValueError(f"{source} holds no elements that are understood{found}; understood are {sorted(CELL_TYPES)}.")
     return mesh.compacted()
 
 

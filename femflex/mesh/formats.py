@@ -16,6 +16,7 @@ from typing import Any
 
 from femflex.mesh.contents import Contents
 from femflex.mesh.mesh import Mesh
+from femflex.reading import what_is_wrong
 
 log = logging.getLogger(__name__)
 
@@ -83,7 +84,8 @@ def meshio_speaking(path: Path, name: str, verb: str = "read", hint: str = "") -
     except MemoryError:
         raise
     except (Exception, SystemExit) as error:
-        detail = " ".join(f"{type(error).__name__} {error} {said.getvalue()}".split())[:300]
+        log.info("meshio on %s: %s %s %s", path.name, type(error).__name__, error, " ".join(said.getvalue().split()))
+        found = what_is_wrong(error) if verb == "read" else "the format cannot hold this mesh"
         advice = (
             hint
             or {
@@ -91,6 +93,6 @@ def meshio_speaking(path: Path, name: str, verb: str = "read", hint: str = "") -
                 "written": "Another format may hold it: .msh, .vtu.",
             }[verb]
         )
-        raise ValueError(f"{path.name} could not be {verb} as {name}: {detail}. {advice}") from error
+        raise ValueError(f"{path.name} could not be {verb} as {name}: {found}. {advice}") from error
     if said.getvalue().strip():
         log.info("meshio on %s: %s", path.name, " ".join(said.getvalue().split()))

@@ -51,19 +51,22 @@ def read_vtk(path: Path) -> Contents:
     """Contents of a legacy .vtk file."""
     data = path.read_bytes()
     geometry, attributes = geometry_and_attributes(data)
+    understood = load_meshio()._vtk_common.vtk_to_meshio_type
+    with meshio_speaking(path, VTK):
+        kinds = cell_types(geometry)
+    unknown = {int(kind): int((kinds == kind).sum()) for kind in np.unique(kinds) if int(kind) not in understood}
+    left_out = {f"VTK type {kind}": count for kind, count in unknown.items()}
+    if len(kinds) and sum(unknown.values()) == len(kinds):
+        return Contents(np.zeros((0, 3)), [], left_out=left_out)
     with tempfile.TemporaryDirectory() as folder, meshio_speaking(path, VTK):
         plain = Path(folder) / "plain.vtk"
         plain.write_bytes(geometry)
         raw = load_meshio().vtk.read(plain)
         cell_arrays, point_arrays = read_attributes(attributes, is_binary(data))
-        kinds = cell_types(geometry)
-    understood = load_meshio()._vtk_common.vtk_to_meshio_type
-    unknown = {int(kind): int((kinds == kind).sum()) for kind in np.unique(kinds) if int(kind) not in understood}
     stays = ~np.isin(kinds, list(unknown)) if len(kinds) else slice(None)  # meshio leaves the others out
     blocks = [Block(part.type, np.asarray(part.data, np.int64), {}) for part in raw.cells]
     ends = np.cumsum([len(block.nodes) for block in blocks])[:-1]
     per_block = {name: np.split(values[stays], ends) for name, values in cell_arrays.items()}
-    left_out = {f"VTK type {kind}": count for kind, count in unknown.items()}
     return _contents(raw.points, blocks, per_block, point_arrays, left_out)
 
 

@@ -21,8 +21,11 @@ Array = NDArray[np.float64]
 ATOL = 0.1  # absolute over relative tolerance, times the usual size of a state
 
 
-def chosen_integrator(case: Case, model: Model, times: Array) -> tuple[Integrator, str]:
-    """The integrator, and the sentence that says why. Raises CaseError for settings that the method does not have."""
+def chosen_integrator(case: Case, model: Model, times: Array, begun: str = "") -> tuple[Integrator, str]:
+    """The integrator, and the sentence that says why. Raises CaseError for settings that the method does not have.
+
+    begun: name of the integrator that a run to be resumed was begun with.
+    """
     table, duration = case.run, float(times[-1] - times[0])
     band = None if table.band is None else 2.0 * math.pi * table.band
     sizes = typical_sizes(model, duration)
@@ -34,7 +37,9 @@ def chosen_integrator(case: Case, model: Model, times: Array) -> tuple[Integrato
         assert isinstance(method, Adaptive)  # as both of the automatic choice are
         return foretold(method, model, duration, model.x0)
 
-    choice = choose(model.max_frequency, duration, float(times[1] - times[0]), trial, band, table.integrator)
+    step, highest = float(times[1] - times[0]), model.max_frequency
+    why = "of the run so far" if begun else "requested"
+    choice = choose(highest, duration, step, trial, band, begun or table.integrator, why)
     own = {field.name: field.default for field in fields(INTEGRATORS[choice.name])}  # type: ignore[arg-type]
     settings: dict[str, Any] = {}
     for key in ("rtol", "atol", "max_step", "step", "rho"):

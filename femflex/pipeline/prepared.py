@@ -105,12 +105,11 @@ def prepare(
     times = case.run.times(duration_of(case, system))
     found = replace(found, advice=(*found.advice, *output_doubts(system.bodies, float(times[1] - times[0]))))
     warn_of(found.advice)
-    chosen = case
+    begun = ""
     if output is not None and resume:
         check_same_times(times, Path(output))
-        run = case.run.model_copy(update={"integrator": integrator_of(Path(output))})
-        chosen = case.model_copy(update={"run": run})
-    integrator, reason = chosen_integrator(chosen, model, times)
+        begun = integrator_of(Path(output))
+    integrator, reason = chosen_integrator(case, model, times, begun)
     return Prepared(case, system, model, integrator, " ".join([reason, *sampling(system)]), times, found)
 
 

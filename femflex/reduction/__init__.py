@@ -3,29 +3,36 @@
 from __future__ import annotations
 
 from femflex.reduction.admissible import beam_body, sampled_functions
-from femflex.reduction.buckling import critical_factor
-from femflex.reduction.condense import condense
-from femflex.reduction.craig_bampton import craig_bampton
-from femflex.reduction.curvature import hardening, rise, softest
-from femflex.reduction.damping import Damping, ModalDamping, RayleighDamping, bending_damping, is_added, is_unanswered
-from femflex.reduction.derivatives import with_derivatives
-from femflex.reduction.effective_mass import EffectiveMass, effective_mass, mac, mac_of_bodies
-from femflex.reduction.foreshortening import foreshortening, foreshortening_of
-from femflex.reduction.initial_stress import relaxed, warn_of_initial_stress
+from femflex.reduction.beams.uniform_beam import BeamFunctions, Taper, UniformBeam
+from femflex.reduction.bends.curvature import hardening, rise, softest
+from femflex.reduction.bends.derivatives import with_derivatives
+from femflex.reduction.bends.foreshortening import foreshortening, foreshortening_of
+from femflex.reduction.bends.response_states import with_responses
+from femflex.reduction.bends.slow_loads import slow_loads
+from femflex.reduction.bends.stretch import Stretching, lack_of_stretch, require_stretch, stretching
+from femflex.reduction.bends.third_derivatives import with_sheet_bends, with_third_derivatives
+from femflex.reduction.inertia.effective_mass import EffectiveMass, effective_mass, mac, mac_of_bodies
 from femflex.reduction.matrices import body_from_matrices
-from femflex.reduction.modes import cantilever_modes, free_free_modes, load_vectors
-from femflex.reduction.modeset import ModeSet, rigid_set
-from femflex.reduction.nodal import lumped, nodal, nodal_translations
+from femflex.reduction.modes.buckling import critical_factor
+from femflex.reduction.modes.craig_bampton import craig_bampton
+from femflex.reduction.modes.damping import (
+    Damping,
+    ModalDamping,
+    RayleighDamping,
+    bending_damping,
+    is_added,
+    is_unanswered,
+)
+from femflex.reduction.modes.modeset import ModeSet, rigid_set
+from femflex.reduction.modes.nodal import lumped, nodal, nodal_translations
+from femflex.reduction.modes.residuals import with_attachment
+from femflex.reduction.modes.vibration import cantilever_modes, free_free_modes, load_vectors
 from femflex.reduction.reduce import reduce_structure
-from femflex.reduction.residuals import with_attachment
-from femflex.reduction.response_states import with_responses
 from femflex.reduction.segments import chord_modes, reduce_segments
-from femflex.reduction.slow_loads import slow_loads
 from femflex.reduction.store import load_body, save_body
-from femflex.reduction.strain import strain_tensors
-from femflex.reduction.stretch import Stretching, lack_of_stretch, require_stretch, stretching
-from femflex.reduction.third_derivatives import with_sheet_bends, with_third_derivatives
-from femflex.reduction.uniform_beam import BeamFunctions, Taper, UniformBeam
+from femflex.reduction.strain.condense import condense
+from femflex.reduction.strain.initial_stress import relaxed, warn_of_initial_stress
+from femflex.reduction.strain.tensors import strain_tensors
 
 __all__ = [
     "BeamFunctions",

@@ -13,20 +13,20 @@ from femflex.fem.eigen.canonical import canonical, signs
 from femflex.fem.eigen.modes import dense_modes
 from femflex.fem.line.section_points import section_points
 from femflex.fem.structure import Structure
-from femflex.reduction.beam_functions import ends_of, gauss, points_for
-from femflex.reduction.beam_strain import beam_strain
-from femflex.reduction.clamps import Groups, held_dofs, names
-from femflex.reduction.condense import condense
-from femflex.reduction.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
-from femflex.reduction.foreshortening import foreshortening_of
-from femflex.reduction.modes import TURN
-from femflex.reduction.modeset import ModeSet
-from femflex.reduction.moments import point_moments
-from femflex.reduction.rigid import lifted
-from femflex.reduction.static_stretch import with_stretch_of_slaved
-from femflex.reduction.strain_points import beam_field
-from femflex.reduction.turned_sections import Sections, with_turned_sections
-from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
+from femflex.reduction.beams.beam_functions import ends_of, gauss, points_for
+from femflex.reduction.beams.beam_strain import beam_strain
+from femflex.reduction.beams.strain_points import beam_field
+from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
+from femflex.reduction.bends.foreshortening import foreshortening_of
+from femflex.reduction.boundary.clamps import Groups, held_dofs, names
+from femflex.reduction.boundary.rigid import lifted
+from femflex.reduction.inertia.moments import point_moments
+from femflex.reduction.modes.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
+from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.vibration import TURN
+from femflex.reduction.strain.condense import condense
+from femflex.reduction.strain.static_stretch import with_stretch_of_slaved
+from femflex.reduction.strain.turned_sections import Sections, with_turned_sections
 
 Array = NDArray[np.float64]
 

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from femflex.body import FlexibleBody, MassMoments, Skin, StrainTensors
-from femflex.reduction.damping import Damping, ModalDamping
-from femflex.reduction.markers import MarkerRows, marker, mean_rows, rotation_fit
-from femflex.reduction.moments import linear_stiffness
-from femflex.reduction.rigid import check_no_rigid_motion, rigid_motion
+from femflex.reduction.boundary.markers import MarkerRows, marker, mean_rows, rotation_fit
+from femflex.reduction.boundary.rigid import check_no_rigid_motion, rigid_motion
+from femflex.reduction.inertia.moments import linear_stiffness
+from femflex.reduction.modes.damping import Damping, ModalDamping
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

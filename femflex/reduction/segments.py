@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody, Marker
 from femflex.fem.line.cut import ENDS, FAR, NEAR, Segment
 from femflex.fem.structure import Structure, build_structure
-from femflex.reduction.craig_bampton import craig_bampton
-from femflex.reduction.damping import Damping
-from femflex.reduction.initial_stress import relaxed
-from femflex.reduction.modeset import ModeSet
+from femflex.reduction.modes.craig_bampton import craig_bampton
+from femflex.reduction.modes.damping import Damping
+from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.reduce import reduce_structure
+from femflex.reduction.strain.initial_stress import relaxed
 
 Array = NDArray[np.float64]
 

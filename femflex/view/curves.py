@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_simpson
 
 from femflex.results import Run
 from femflex.view.segments import body_names, body_of_marker
@@ -15,7 +16,13 @@ from femflex.view.units import length_unit
 Array = NDArray[np.float64]
 
 DEGREES = 180.0 / np.pi
-DRIFT = "energy drift"  # a curve of its own: (E - E(0)) / largest |E|
+BALANCE = "energy minus work"  # a curve of its own, see `balance_of`
+POWERS = {  # channels of power and the sign with which each feeds the energy
+    "monitors/supplied": 1.0,
+    "monitors/drive_power": 1.0,
+    "monitors/variation_power": 1.0,
+    "monitors/dissipation": -1.0,
+}
 STEADY = 1e-4  # of its size: a curve that changes less is shown from its first value
 FLAT = 0.05  # of the largest range on the same axes: angles that move by less get axes of their own
 STILL = 1e-6  # of that range: an angle that does not move
@@ -49,13 +56,13 @@ def curves_of(
     """Curves of channels in readable units, those on one pair of axes together; without channels, the telling ones.
 
     A channel is a path ("attitude/angles"), or a path and a component by name or by number from 1
-    ("attitude/angles:pitch", "q:1"), or "energy drift". Raises KeyError for one that the run has not.
+    ("attitude/angles:pitch", "q:1"), or "energy minus work". Raises KeyError for one that the run has not.
     The same curves of another run follow theirs, marked `second`.
     """
     chosen = default_channels(run) if channels is None else list(channels)
     found = [curve for channel in chosen for curve in _curves(run, channel)]
     if other is not None:
-        there = [channel for channel in chosen if channels is not None or channel == DRIFT or channel in other]
+        there = [channel for channel in chosen if channels is not None or channel == BALANCE or channel in other]
         found += [replace(curve, second=True) for channel in there for curve in _curves(other, channel)]
     if not found:
         raise ValueError("no channels are named to plot; give some, or leave them out for the usual ones")
@@ -86,7 +93,7 @@ def by_range(group: list[Curve]) -> list[list[Curve]]:
 
 
 def default_channels(run: Run) -> list[str]:
-    """Attitude angles, the largest marker deflection of each body, and the drift of energy or Jacobi integral."""
+    """Attitude angles, the largest marker deflection of each body, and energy minus work."""
     chosen = [path for path in ("attitude/angles",) if path in run]
     largest: dict[str, tuple[float, str]] = {}
     bodies = body_names(run)
@@ -96,12 +103,12 @@ def default_channels(run: Run) -> list[str]:
             if size > largest.get(body, (0.0, ""))[0]:
                 largest[body] = (size, path)
     chosen += [path for _, path in largest.values()]
-    return chosen + ([DRIFT] if "monitors/energy" in run else []) or list(run)[:1]
+    return chosen + ([BALANCE] if has_balance(run) else []) or list(run)[:1]
 
 
 def _curves(run: Run, channel: str) -> list[Curve]:
-    if channel == DRIFT:
-        return [_drift(run)]
+    if channel == BALANCE:
+        return [balance_of(run)]
     path, _, component = channel.partition(":")
     values = run[path].reshape(len(run), -1)
     if path == "attitude/angles":
@@ -134,10 +141,37 @@ def _component(path: str, names: tuple[str, ...], component: str) -> int:
     raise KeyError(f"{component!r} is not a component of {path!r}; its components are {list(names)}")
 
 
-def _drift(run: Run) -> Curve:
-    name, path = ("Jacobi integral", "monitors/jacobi") if "monitors/jacobi" in run else ("energy", "monitors/energy")
-    E = run[path]
-    return Curve(name, (E - E[0]) / (np.abs(E).max() or 1.0), "1", "relative drift", run.time)
+def has_balance(run: Run) -> bool:
+    """Whether energy minus work ought to stay: not where a specified orbit gives or takes energy.
+
+    A specified orbit that is not circular does, and so does what keeps O on it against loads.
+    """
+    if "monitors/jacobi" not in run:
+        return "monitors/energy" in run
+    radius = run["orbit/radius"]
+    return "monitors/supplied" not in run and bool(np.ptp(radius) < 1e-9 * radius[0])
+
+
+def balance_of(run: Run) -> Curve:
+    """Energy counted from its first value, minus the work since then [J]: what is left is error.
+
+    The energy is that of monitors/energy, or monitors/jacobi on a specified orbit. The work is that of loads,
+    effectors, specified motions and varying bodies, minus what is dissipated and what latches lose: the integral of
+    their powers over the rows of the run (Simpson's rule). Rows that lie far apart, or a power that jumps between two,
+    add to what is left.
+    """
+    held = "monitors/jacobi" in run
+    E = run["monitors/jacobi" if held else "monitors/energy"]
+    power = sum((sign * run[path] for path, sign in POWERS.items() if path in run), np.zeros(len(run)))
+    work = np.zeros(len(run))
+    lost = sum(
+        (run[path] for path in run if path.startswith("latches/") and path.endswith("/loss")), np.zeros(len(run))
+    )
+    if len(run) > 2:
+        work = cumulative_simpson(power, x=run.time, initial=0.0)
+    elif len(run) == 2:
+        work[1] = (power[0] + power[1]) / 2 * (run.time[1] - run.time[0])
+    return Curve("Jacobi integral" if held else "energy", E - E[0] - work + lost, "J", BALANCE, run.time)
 
 
 def _changes(group: list[Curve]) -> list[Curve]:

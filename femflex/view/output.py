@@ -20,7 +20,7 @@ def placed(path: str | Path, force: bool = False) -> Iterator[Path]:
     """
     path = Path(path)
     check_place(path, force)
-    part = path.with_name(f"{path.stem}.part{path.suffix}")
+    part = path.with_name(f"{path.stem}.{os.getpid()}.part{path.suffix}")  # other processes have their own
     PARTS.add(part)
     try:
         yield part

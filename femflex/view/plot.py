@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from femflex.results import Run
-from femflex.view.curves import Curve, curves_of
+from femflex.view.curves import BALANCE, Curve, curves_of
 from femflex.view.output import placed
 from femflex.view.second import apart, dashed, frame, mark_end, name_second, title_of, what_is_left
 from femflex.view.spectrum import WINDOW, amplitude_spectrum
@@ -40,7 +40,7 @@ def plot_histories(
 ) -> Path:
     """Path of a picture (.png or .svg) of channels over time, one pair of axes for every unit.
 
-    channels as in `curves_of`; by default attitude angles, largest deflections and energy drift.
+    channels as in `curves_of`; by default attitude angles, largest deflections and energy minus work.
     other: a second run, laid over the first in thin dashed lines of the same colours.
     """
     groups, colours = curves_of(run, channels, degrees, other), theme_of(theme)
@@ -82,7 +82,7 @@ def plot_spectra(
     colours = theme_of(theme)
     groups = curves_of(run, channels, degrees, other)
     if channels is None:
-        groups = [group for group in groups if group[0].quantity != "relative drift"] or groups
+        groups = [group for group in groups if group[0].quantity != BALANCE] or groups
     figure, axes = _figure(len(groups), _title(run, other) if title is None else title, colours, sharex=False)
     for ax, group in zip(axes, groups, strict=True):
         spectra = [amplitude_spectrum(curve.time, curve.values) for curve in group]

@@ -14,7 +14,7 @@ from femflex.assembly import build_mesh, build_structure_of
 from femflex.case import read_case
 from femflex.case.case import Case
 from femflex.integrate import IntegrationError
-from femflex.reduction.clamps import held_dofs
+from femflex.reduction.boundary.clamps import held_dofs
 from femflex.warning import PhysicsWarning
 
 SPAN, RISE, ELEMENTS = 1.0, 0.03, 16

@@ -8,7 +8,7 @@ from femflex import fem
 from femflex.advice.remedies import divided
 from femflex.mesh import box, line, rectangle
 from femflex.reduction import UniformBeam, beam_body, cantilever_modes, reduce_structure
-from femflex.reduction.uniform_beam import BeamFunctions
+from femflex.reduction.beams.uniform_beam import BeamFunctions
 
 METAL = fem.Material(70e9, 0.3, 2700.0)
 

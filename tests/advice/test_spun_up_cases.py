@@ -126,7 +126,9 @@ def test_a_torque_that_spins_a_craft_up_counts_as_a_motion_does(tmp_path, text):
     """To 6.4 rad/s in 20 s by 450 N m on 1400 kg m^2; the first frequency is 3.8 rad/s. A hundredth of it does not."""
     fast, slow = (built(tmp_path, text + TORQUE.format(torque)).bodies["beam"] for torque in (450, 4.5))
     assert fast.strain_form == "condensed" and KEPT in fast.note
-    assert KEPT not in slow.note and slow.n_modes <= fast.n_modes
+    assert KEPT not in slow.note
+    # the static shapes of spin are those of the analytic beam's joint, which it keeps anyway
+    assert slow.n_modes == fast.n_modes if text is ANALYTIC else slow.n_modes == 4 < fast.n_modes
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh import box, rectangle
-from femflex.reduction.strain import ROOM, strain_columns, strain_tensors
+from femflex.reduction.strain.tensors import ROOM, strain_columns, strain_tensors
 
 pytestmark = pytest.mark.benchmark
 N, POINTS = 20, 100_000

@@ -9,8 +9,8 @@ from scipy.sparse.linalg import splu
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh import rectangle
 from femflex.reduction import cantilever_modes
-from femflex.reduction.clamps import free_dofs
-from femflex.reduction.pivots import solved
+from femflex.reduction.boundary.clamps import free_dofs
+from femflex.reduction.boundary.pivots import solved
 
 METAL = Material(70e9, 0.3, 2700.0)
 

@@ -78,6 +78,7 @@ IN_THE_TEXT = [
     ("[bodies.hub]", '[bodies."h\u00fcb"]', "found 'h\u00fcb' (text)", "letters, digits, - and _ (ASCII)"),
     ("markers.left =", 'markers."." =', "bodies.hub.markers.'.'", "points only inside"),
     ("markers.tip =", 'markers."Ober Kante" =', "letters, digits", "gives that as its group: edge = {"),
+    ('kind = "weld"', 'kind = "weld"\nname = ""', "joints[boom].name", "letters, digits"),
     ('kind = "weld"', 'kind = "weld"\nname = "."', "joints[.].name", "points only inside"),
     ('kind = "weld"', 'kind = "weld"\nname = "a\\u0000b"', "joints[a\\x00b].name", "letters, digits"),
     ('kind = "weld"', 'kind = "weld"\nname = "a/b"', "joints[a/b].name", "letters, digits"),
@@ -337,6 +338,12 @@ def test_a_case_file_that_cannot_be_read_is_told(tmp_path: Path, write_case: Cal
     write_case()
     with pytest.raises(CaseError, match=r"no such case file; did you mean 'craft.toml'\?"):
         read_case(tmp_path / "kraft.toml")
+    with pytest.raises(CaseError, match=r"run.h5: there is no such file; give the name of one that is there$"):
+        read_case(tmp_path / "run.h5")
+    for k in range(12):
+        write_case(name=f"other{k}.toml")
+    with pytest.raises(CaseError, match=r"no such case file; 13 others are there, such as 'craft.toml'$"):
+        read_case(tmp_path / "zzz.toml")
     with pytest.raises(CaseError, match="found a folder"):
         read_case(tmp_path)
     (tmp_path / "run.toml").write_bytes(b"\x89HDF\r\n\x1a\n\xff\xff")

@@ -89,7 +89,8 @@ def test_json_has_every_mode_with_damping_and_energies(femflex, case):
     assert code == 0 and data["stable"] and data["left_out"] == ["load 'pulse'"]
     rigid, elastic = ([mode for mode in data["modes"] if mode["rigid"] is flag] for flag in (True, False))
     assert len(rigid) == 6 and all(mode["frequency_hz"] == 0.0 for mode in rigid)
-    assert [mode["frequency_hz"] for mode in elastic[:3]] == pytest.approx(EXACT, rel=2e-3)
+    damped = EXACT * np.sqrt(1 - np.array([mode["damping_ratio"] for mode in elastic[:3]]) ** 2)
+    assert [mode["frequency_hz"] for mode in elastic[:3]] == pytest.approx(damped, rel=5e-5)
     for mode in elastic[:3]:
         assert 0.005 < mode["damping_ratio"] < 0.05  # of the beam alone 0.01; on a light hub it is damped more
         assert sum(mode["kinetic_energy"].values()) == pytest.approx(1.0)
@@ -104,12 +105,13 @@ def test_a_run_judges_what_is_expected_of_the_modes(femflex, case):
 
 
 def test_converge_studies_a_frequency_of_the_craft(femflex, case):
-    code, out, _ = femflex("converge", case(), "--over", "modes", "--json")
+    path = case()
+    path.write_text(path.read_text().replace("ratio = 0.01", "ratio = 0"))  # 0.02 of the craft lowers it by 2e-4
+    code, out, _ = femflex("converge", path, "--over", "modes", "--json")
     found = json.loads(out)
     assert code == 0 and found["unit"] == "Hz"
-    values = found["values"]
-    assert values[-1] == pytest.approx(EXACT[0], rel=2e-3)
-    assert np.ptp(values) < 1e-5 * EXACT[0]  # the static shapes of its joint make any number of modes enough
+    # static shapes of its joint make two modes enough (2e-10); four go without them (6e-6)
+    assert found["values"] == pytest.approx([EXACT[0]] * len(found["values"]), rel=2e-5)
     assert "frequency of bending 1 of the craft" in femflex("converge", case(), "--over", "modes")[1]
 
 

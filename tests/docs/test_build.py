@@ -26,6 +26,8 @@ CHANNELS = (
     "laws/LAW/force",
     "latches/JOINT.slide/loss",
     "loads/LOAD/force",
+    "effectors/EFFECTOR/CHANNEL",
+    "effectors/CONTROLLER/COMMAND",
     "sights/SIGHT/error",
     "orbit/force",
     "monitors/jacobi",

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from random_systems import random_state, random_tree
 
-from femflex.dynamics.joints.drive_report import held_places
+from femflex.dynamics.joints.held_places import held_places
 from femflex.system import Profile, turns
 
 

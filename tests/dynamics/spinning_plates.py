@@ -18,7 +18,7 @@ from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.equilibrium import equilibrium
 from femflex.integrate import integrator
 from femflex.mesh import rectangle
-from femflex.reduction.clamps import held_dofs
+from femflex.reduction.boundary.clamps import held_dofs
 from femflex.system import Frame, Profile, System, revolute, weld
 
 

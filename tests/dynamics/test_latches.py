@@ -151,7 +151,7 @@ def test_a_run_cut_anywhere_and_resumed_is_the_same_bit_for_bit(method, monkeypa
 
 def test_scipys_solvers_say_that_they_do_not_follow_latches():
     model = wing()
-    with pytest.raises(ValueError, match="does not follow latches; choose 'dop853'"):
+    with pytest.raises(ValueError, match="does not follow latches and other events; choose 'dop853'"):
         integrator("scipy_dop853").solve(model, np.linspace(0, 1, 3), model.x0)
 
 

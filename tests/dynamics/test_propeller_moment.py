@@ -28,7 +28,7 @@ from femflex.reduction import (
     reduce_structure,
     with_derivatives,
 )
-from femflex.reduction.moments import point_moments
+from femflex.reduction.inertia.moments import point_moments
 from femflex.system import Frame, System, free, weld
 
 LENGTH, MASS, RY, RZ, EA, GJ = 5.7, 6.0, 0.004, 0.06, 5e8, 1.08e4  # a torsion frequency near 31 Hz

@@ -17,7 +17,7 @@ from femflex.reduction import (
     reduce_structure,
     with_attachment,
 )
-from femflex.reduction.turned_sections import sections_of
+from femflex.reduction.strain.turned_sections import sections_of
 from femflex.system import System, free, revolute
 
 RY, RZ = 0.03, 0.02  # of a length of 1: 4, 12.5 and 23 % in the first three frequencies if counted in rigid turns

@@ -13,7 +13,7 @@ from femflex.fem.eigen.shift_invert import ShiftInverted
 from femflex.fem.sections import StiffnessSection
 from femflex.mesh import line
 from femflex.reduction import cantilever_modes
-from femflex.reduction.clamps import free_dofs, held_dofs
+from femflex.reduction.boundary.clamps import free_dofs, held_dofs
 from femflex.warning import PhysicsWarning
 
 CLAMPED_FREE = np.array([1.87510406871196, 4.69409113297417, 7.85475743823761, 10.9955407348755]) ** 2

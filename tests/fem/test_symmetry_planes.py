@@ -62,6 +62,31 @@ def test_half_a_shell_on_a_skew_plane_is_the_whole(sheet, element):
     np.testing.assert_allclose(found, expected, rtol=ROUNDING)
 
 
+QUARTERS = {
+    "dome": lambda x, y: 0.5 - 0.3 * x**2 - 0.2 * y**2,
+    "roof": lambda x, y: -0.5 * x - 0.3 * y,
+    "cylinder": lambda x, y: -0.35 * x**2,
+}
+
+
+@pytest.mark.parametrize("sheet", QUARTERS)
+def test_a_quarter_on_two_planes_is_the_whole_and_turns_as_it_may(sheet):
+    """Free but for its planes: between two of antisymmetry it turns about the line where they meet."""
+    C, member = random_rotation(8), Member("surface", "plate", 0.02, METAL)
+    quarter = curved("triangle", QUARTERS[sheet], 3)
+    half = mirrored(quarter)
+    whole = half.merged(Mesh(half.points * [1, -1, 1], half.cells, half.cell_groups), tolerance=1e-9)
+    expected = frequencies(build_structure(whole.rotated(C), [member]), [], 16, shift=-100.0)
+    found = []
+    for first in (symmetry, antisymmetry):
+        for second in (symmetry, antisymmetry):
+            supports = {"left": first(C[:, 0]), "bottom": second(C[:, 1])}
+            structure = build_structure(quarter.rotated(C), [member], supports=supports)
+            found.append(frequencies(structure, structure.held_dofs(supports), 8, shift=-100.0))
+    assert found[-1][0] < 1e-3 * found[-1][1]
+    np.testing.assert_allclose(np.sort(np.concatenate(found))[6:16], expected[6:], rtol=ROUNDING)
+
+
 @pytest.mark.parametrize("sheet", ["cylinder across the plane", "cylinder along the plane", "flat", "steep roof"])
 def test_half_a_sheet_of_rectangles_on_a_skew_plane_is_the_whole(sheet):
     member = Member("surface", "plate_bfs", 0.02, METAL)

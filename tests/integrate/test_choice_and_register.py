@@ -48,7 +48,7 @@ def test_a_rigid_system_says_so():
 def test_what_is_asked_for_is_taken():
     choice = choose(TAU * 30.0, 1e6, 0.1, no_trial, asked="generalized_alpha")
     assert choice.name == "generalized_alpha"
-    assert choice.sentence.startswith("generalized_alpha (as asked): the highest natural frequency is 30 Hz")
+    assert choice.sentence.startswith("generalized_alpha (requested): the highest natural frequency is 30 Hz")
 
 
 @pytest.mark.parametrize("method", ["dop853", "esdirk4"])

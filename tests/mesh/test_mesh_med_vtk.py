@@ -130,11 +130,39 @@ def test_polygons_and_other_strangers_are_left_out_and_said(tmp_path):
         mesh = read_mesh(path)
     assert len(mesh.points) == 4  # the top of the pyramid went with it
     pyvista.UnstructuredGrid([5, 0, 1, 2, 3, 4], [14], points).save(path)
-    with (
-        pytest.warns(PhysicsWarning, match="pyramid"),
-        pytest.raises(ValueError, match="holds no elements that are unders"),
-    ):
+    with pytest.raises(ValueError, match=r"holds no elements that are understood, only pyramid \(1\); understood are"):
         read_mesh(path)
+
+
+def test_a_legacy_file_of_strangers_alone_is_told(tmp_path):
+    path = tmp_path / "u.vtk"
+    head = "# vtk DataFile Version 3.0\nx\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n"
+    path.write_text(head + "0 0 0 1 0 0 0 1 0 1 1 0\nCELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n36\n")
+    with pytest.raises(ValueError, match=r"u.vtk holds no elements that are understood, only VTK type 36 \(1\); under"):
+        read_mesh(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (b"Float64", b"Float63"),
+        (b"connectivity", b"conn"),
+        (b"<DataArray", b"<DataArrey"),
+        (b"</VTKFile>", b""),
+        (b"AQAAAACAAA", b"!!!!AAAAAA"),
+    ],
+)
+def test_a_damaged_file_is_told_in_words_of_femflex(old, new, tmp_path):
+    path = tmp_path / "plate.vtu"
+    write_mesh(path, rectangle(1, 1, 3, 3, "quad"))
+    path.write_bytes(path.read_bytes().replace(old, new, 1))
+    sentence = (
+        "plate.vtu could not be read as VTU: its contents are not those of this format. The file may be cut short or "
+        "of another format; write it again from its source."
+    )
+    with pytest.raises(ValueError) as error:
+        read_mesh(path)
+    assert str(error.value) == sentence
 
 
 @pytest.mark.parametrize("binary", [True, False])

@@ -11,8 +11,8 @@ from scipy.sparse.linalg import splu
 from femflex.fem import Member, build_structure
 from femflex.mesh import box, rectangle
 from femflex.reduction import cantilever_modes, reduce_structure, with_derivatives
-from femflex.reduction.accelerations import work_of_accelerations
-from femflex.reduction.clamps import free_dofs
+from femflex.reduction.boundary.clamps import free_dofs
+from femflex.reduction.inertia.accelerations import work_of_accelerations
 
 
 def plate():

@@ -9,7 +9,7 @@ from femflex.fem import Member, build_structure
 from femflex.fem.sections import StiffnessSection
 from femflex.mesh import line
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body, sampled_functions
-from femflex.reduction.strain import strain_tensors
+from femflex.reduction.strain.tensors import strain_tensors
 
 RATIOS = [50, 400]
 

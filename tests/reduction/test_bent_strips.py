@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh import rectangle
 from femflex.reduction import cantilever_modes, reduce_structure, with_derivatives
-from femflex.reduction.clamps import held_dofs
+from femflex.reduction.boundary.clamps import held_dofs
 
 # a strip's bending in its own plane, which nothing excites here, is warned of
 pytestmark = pytest.mark.filterwarnings("ignore:plates turn in their own planes")

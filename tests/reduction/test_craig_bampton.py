@@ -10,8 +10,8 @@ from reduction_examples import bent_boom, dense_frequencies, frame
 from scipy.linalg import eigh, null_space
 
 from femflex.reduction import cantilever_modes, craig_bampton, reduce_structure
-from femflex.reduction.markers import marker_rows
-from femflex.reduction.rigid import rigid_shapes
+from femflex.reduction.boundary.markers import marker_rows
+from femflex.reduction.boundary.rigid import rigid_shapes
 
 
 def joined_frequencies(structure, phi, held, n):

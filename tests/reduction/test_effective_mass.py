@@ -17,7 +17,7 @@ from femflex.reduction import (
     nodal,
     reduce_structure,
 )
-from femflex.reduction.rigid import rigid_shapes
+from femflex.reduction.boundary.rigid import rigid_shapes
 
 
 @pytest.fixture(scope="module")

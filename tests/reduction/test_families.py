@@ -15,9 +15,9 @@ from femflex.reduction import (
     lumped,
     reduce_structure,
 )
-from femflex.reduction.markers import marker_rows
-from femflex.reduction.moments import strain_stiffness
-from femflex.reduction.rigid import rigid_shapes
+from femflex.reduction.boundary.markers import marker_rows
+from femflex.reduction.boundary.rigid import rigid_shapes
+from femflex.reduction.inertia.moments import strain_stiffness
 
 SHEET = Material(7e10, 0.3, 2700.0)
 PANEL = Material(2e9, 0.3, 100.0)

@@ -7,7 +7,7 @@ from femflex.fem import Member, build_structure
 from femflex.fem.sections import Rectangle
 from femflex.mesh import line, rectangle
 from femflex.reduction import cantilever_modes, free_free_modes, hardening
-from femflex.reduction.modeset import rigid_set
+from femflex.reduction.modes.modeset import rigid_set
 
 H = 0.01
 

@@ -12,7 +12,7 @@ from scipy.sparse.linalg import eigsh, splu
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh import Mesh, rectangle
 from femflex.reduction import cantilever_modes, reduce_structure, with_derivatives
-from femflex.reduction.in_plane_turns import in_plane_parts
+from femflex.reduction.strain.in_plane_turns import in_plane_parts
 from femflex.warning import PhysicsWarning
 
 METAL = Material(70e9, 0.3, 2700.0)

@@ -24,8 +24,8 @@ from femflex.fem import Member, build_structure
 from femflex.fem.sections import Tube
 from femflex.mesh.generators import line, rectangle
 from femflex.reduction import ModeSet, cantilever_modes, free_free_modes, reduce_structure, rigid_set, with_attachment
-from femflex.reduction.modes import ritz
-from femflex.reduction.rigid import rigid_shapes
+from femflex.reduction.boundary.rigid import rigid_shapes
+from femflex.reduction.modes.vibration import ritz
 
 
 def closed_form(roots, EI):

@@ -9,8 +9,9 @@ from reduction_examples import ALUMINIUM, LENGTH, MASS, bent_boom, frame, slende
 from femflex.fem import Member, PointMass, build_structure, tables
 from femflex.fem.sections import Tube
 from femflex.mesh.generators import line
-from femflex.reduction import cantilever_modes, moments, reduce_structure, rigid_set
-from femflex.reduction.moments import linear_stiffness, mass_moments, point_moments, strain_stiffness
+from femflex.reduction import cantilever_modes, reduce_structure, rigid_set
+from femflex.reduction.inertia import moments
+from femflex.reduction.inertia.moments import linear_stiffness, mass_moments, point_moments, strain_stiffness
 
 
 @pytest.fixture(scope="module", params=["boom", "frame"])

@@ -12,7 +12,7 @@ from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections.laminates import Lamina, Ply, isotropic, sandwich
 from femflex.mesh import rectangle
 from femflex.reduction import cantilever_modes, free_free_modes, reduce_structure
-from femflex.reduction.omitted_shear import frequency_errors
+from femflex.reduction.strain.omitted_shear import frequency_errors
 from femflex.warning import PhysicsWarning
 
 METAL = Material(70e9, 0.3, 2700.0)

@@ -12,11 +12,11 @@ from femflex import equilibrium, fem
 from femflex.fem import Member, build_structure
 from femflex.mesh import line
 from femflex.reduction import cantilever_modes, reduce_structure, with_attachment, with_derivatives
-from femflex.reduction.clamps import free_dofs
-from femflex.reduction.markers import marker_rows
-from femflex.reduction.modes import load_vectors
-from femflex.reduction.orders import first_order_part
-from femflex.reduction.rigid import lifted
+from femflex.reduction.boundary.clamps import free_dofs
+from femflex.reduction.boundary.markers import marker_rows
+from femflex.reduction.boundary.rigid import lifted
+from femflex.reduction.inertia.orders import first_order_part
+from femflex.reduction.modes.vibration import load_vectors
 from femflex.system import Frame, Load, System, weld
 
 BEND = 0.07  # of the diagonal of the body's box

@@ -8,8 +8,8 @@ from scipy import sparse
 from femflex.fem import Member, build_structure
 from femflex.mesh import rectangle
 from femflex.reduction import cantilever_modes
-from femflex.reduction.clamps import free_dofs
-from femflex.reduction.pivots import factors, negative_pivots, solved
+from femflex.reduction.boundary.clamps import free_dofs
+from femflex.reduction.boundary.pivots import factors, negative_pivots, solved
 
 
 @pytest.mark.parametrize("share", [-0.5, 0.5, 1.5, 4.0])

@@ -21,8 +21,8 @@ from femflex.reduction import (
     reduce_structure,
     rigid_set,
 )
-from femflex.reduction.markers import marker_rows
-from femflex.reduction.rigid import lifted, rigid_motion, rigid_shapes
+from femflex.reduction.boundary.markers import marker_rows
+from femflex.reduction.boundary.rigid import lifted, rigid_motion, rigid_shapes
 from femflex.warning import PhysicsWarning
 
 

@@ -15,7 +15,7 @@ from femflex.reduction import (
     with_derivatives,
     with_sheet_bends,
 )
-from femflex.reduction.rigid import rigid_shapes
+from femflex.reduction.boundary.rigid import rigid_shapes
 
 WIDTH, H = 0.6, 1.5e-3
 START, REACH = 0.02, 0.23  # bends of the first and the last state

@@ -11,7 +11,7 @@ from full_solution import Full, Reduced, static_path
 from femflex.assembly import build_mesh, build_modes, build_structure_of
 from femflex.case import read_case
 from femflex.reduction import reduce_structure, with_derivatives
-from femflex.reduction.rigid import rigid_shapes
+from femflex.reduction.boundary.rigid import rigid_shapes
 
 CASE = Path(__file__).parents[2] / "cases" / "panel_slew_hard.toml"
 

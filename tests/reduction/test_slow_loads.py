@@ -10,7 +10,7 @@ from femflex.fem import Member, build_structure
 from femflex.fem.sections import Rectangle
 from femflex.mesh import line
 from femflex.reduction import cantilever_modes, slow_loads, with_attachment
-from femflex.reduction.rigid import DIRECTIONS
+from femflex.reduction.boundary.rigid import DIRECTIONS
 
 ENDS = {"end": DIRECTIONS}
 

@@ -12,7 +12,7 @@ from femflex.fem import Member, build_structure
 from femflex.fem.sections import Rectangle
 from femflex.mesh import line
 from femflex.reduction import cantilever_modes, strain_tensors, with_attachment, with_responses
-from femflex.reduction.clamps import held_dofs
+from femflex.reduction.boundary.clamps import held_dofs
 
 CLAMPED = ("x", "y", "z", "rx", "ry", "rz")
 SUPPORTS = {"hinged": PINS, "clamped": CLAMPED}

@@ -8,9 +8,9 @@ from tipping import END_LOAD, MOMENT, WEIGHT, critical, critical_of_structure, o
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh import rectangle
 from femflex.reduction import cantilever_modes, reduce_structure, with_derivatives
-from femflex.reduction.derivatives import scaled_derivatives
-from femflex.reduction.markers import marker_rows
-from femflex.reduction.softening import softening
+from femflex.reduction.bends.derivatives import scaled_derivatives
+from femflex.reduction.bends.softening import softening
+from femflex.reduction.boundary.markers import marker_rows
 
 HELD = {"start": ("x", "y", "z", "rx"), "end": ("y", "z", "rx")}
 

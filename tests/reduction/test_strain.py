@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from nonlinear_models import STRUCTURES
 
-from femflex.reduction import strain as module
-from femflex.reduction.strain import strain_tensors
+from femflex.reduction.strain import tensors as module
+from femflex.reduction.strain.tensors import strain_tensors
 
 N = 6
 

@@ -8,9 +8,9 @@ import pytest
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh import rectangle
 from femflex.reduction import critical_factor, free_free_modes
-from femflex.reduction.clamps import held_dofs
-from femflex.reduction.rigid import rigid_shapes
-from femflex.reduction.supported import lowest_modes_on, supported
+from femflex.reduction.boundary.clamps import held_dofs
+from femflex.reduction.boundary.rigid import rigid_shapes
+from femflex.reduction.boundary.supported import lowest_modes_on, supported
 
 METAL, SIDE, H = Material(7e10, 0.3, 2700.0), 1.0, 5e-3
 D = METAL.E * H**3 / 12 / (1 - METAL.nu**2)

@@ -254,3 +254,20 @@ def test_a_killed_run_can_be_drawn(tmp_path, tumbling):
     with open_run(copy) as run:
         assert planned(run, Look()).span == (0.0, pytest.approx(149 * 0.05))
         assert read(render_picture(run, tmp_path / "a.png", **SMALL)).shape == (180, 320, 3)
+
+
+def test_two_processes_may_write_one_picture(tmp_path, monkeypatch):
+    """Each writes beside it under a name of its own; the last one to end stands."""
+    import os
+
+    from femflex.view.output import placed
+
+    path = tmp_path / "a.png"
+    with placed(path) as first:
+        first.write_text("first")
+        monkeypatch.setattr(os, "getpid", lambda: 1)
+        with placed(path) as second:
+            assert second != first
+            second.write_text("second")
+        assert path.read_text() == "second" and first.read_text() == "first"
+    assert path.read_text() == "first" and [one.name for one in tmp_path.iterdir()] == ["a.png"]

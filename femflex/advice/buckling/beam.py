@@ -14,7 +14,7 @@ from femflex.advice.buckling.few_shapes import lowest_of_few
 from femflex.body import FlexibleBody
 from femflex.body.symmetric import hessian
 from femflex.reduction.admissible import beam_body
-from femflex.reduction.uniform_beam import BeamFunctions, UniformBeam
+from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
 
 Array = NDArray[np.float64]
 

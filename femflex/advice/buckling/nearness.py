@@ -80,8 +80,8 @@ def beyond(near: Nearness, form: str) -> str:
         )
     if form == "nonlinear" and near.part >= 1.0:
         return (
-            f"; past buckling a column bends by {SWUNG:.0%} of its length at 1.013 times an end load, as far as "
-            "nonlinear strain holds up: cut the member into segments"
+            f"; past buckling a column bends by {SWUNG:.0%} of its length at 1.013 times an end load, which is "
+            "the most that nonlinear strain in one piece represents: cut the member into segments"
         )
     return ""
 

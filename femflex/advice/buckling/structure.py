@@ -14,12 +14,12 @@ from femflex.advice.buckling.burden import FIELD
 from femflex.advice.buckling.few_shapes import lowest_of_few
 from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
-from femflex.reduction.buckling import roughly_lowest
-from femflex.reduction.held_walk import largest
-from femflex.reduction.markers import MarkerRows, marker_rows
-from femflex.reduction.modeset import ModeSet
-from femflex.reduction.rigid import lifted
-from femflex.reduction.supported import Supported, supported
+from femflex.reduction.bends.held_walk import largest
+from femflex.reduction.boundary.markers import MarkerRows, marker_rows
+from femflex.reduction.boundary.rigid import lifted
+from femflex.reduction.boundary.supported import Supported, supported
+from femflex.reduction.modes.buckling import roughly_lowest
+from femflex.reduction.modes.modeset import ModeSet
 
 Array = NDArray[np.float64]
 

@@ -10,22 +10,15 @@ from typing import Any
 
 import numba
 
-from femflex.kernel_cache import stored
-from femflex.kernel_linking import KernelCompiler, PartCompiler
+from femflex.kernels import part_options, stored
 
 njit: Any = numba.njit  # numba's own annotations do not cover all of it
 
 FAST = {"contract", "arcp", "nsz", "reassoc"}  # everything that keeps NaN and infinity honest
 
-inner = njit(  # a part
-    fastmath=FAST,
-    error_model="numpy",
-    no_cpython_wrapper=True,
-    no_cfunc_wrapper=True,
-    pipeline_class=PartCompiler,
-)
+inner = njit(fastmath=FAST, error_model="numpy", **part_options())  # a part
 
 
 def kernel(signature: Any) -> Any:
-    """Decorator of a kernel: compiled for this one signature and stored on disk."""
-    return stored(signature, error_model="numpy", pipeline_class=KernelCompiler)
+    """Decorator of a kernel: compiled for this one signature and stored on disk; free of the interpreter's lock."""
+    return stored(signature, error_model="numpy", nogil=True)

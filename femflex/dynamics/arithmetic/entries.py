@@ -13,16 +13,19 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
+import numba
 import numba.core.typing.templates
 
 from femflex.dynamics.arithmetic.symbols import extending, ir, types
-from femflex.kernel_cache import stored
-from femflex.kernel_linking import KernelCompiler
+from femflex.kernels import plain, stored
 
 templates: Any = numba.core.typing.templates
+_numba: Any = numba  # its annotations do not cover what is used here
 
 NUMBERS, INTEGERS = types.CPointer(types.float64), types.CPointer(types.int64)  # pointers to the first of some
 REAL, INTEGER, NOTHING = types.float64, types.int64, types.void
+
+USER = NOTHING(REAL, NUMBERS, NUMBERS, NUMBERS)  # of functions that users hand over: t, and three arrays
 
 _PLAIN: dict[int, Callable[..., Any]] = {}  # by address, with the compiler off
 
@@ -32,14 +35,17 @@ class Entry:
 
     def __init__(self, function: Callable[..., Any], signature: Any) -> None:
         self.function, self.signature = function, signature
+        self._kept: Any = None  # what Numba frees with its address
 
     @cached_property
     def address(self) -> int:
         """Where it stands in this process; compiled, or read from disk, when first asked for."""
-        options = {"error_model": "numpy", "pipeline_class": KernelCompiler, "no_cpython_wrapper": True}
-        compiled = stored(self.signature, **options)(self.function)
-        if compiled is self.function:
+        if _numba.config.DISABLE_JIT:
             return known(self.function)
+        if plain():
+            self._kept = _numba.cfunc(self.signature, error_model="numpy")(self.function)
+            return int(self._kept.address)
+        compiled = stored(self.signature, error_model="numpy", no_cpython_wrapper=True)(self.function)
         result = compiled.overloads[self.signature.args]
         return int(result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name))
 
@@ -81,3 +87,6 @@ def caller(signature: Any) -> Callable[..., Any]:
         return context.get_dummy_value() if signature.return_type == types.void else found
 
     return call
+
+
+call_user = caller(USER)

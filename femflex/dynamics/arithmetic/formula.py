@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 import numba.core.cgutils
 import numba.core.typing.templates
 
+from femflex.dynamics.arithmetic.pointers import pointer_to
 from femflex.dynamics.arithmetic.symbols import INTEGER, LANE, NUMBER, Symbol, extending, ir, kind_of, lane_type, types
 
 cgutils: Any = numba.core.cgutils
@@ -59,7 +60,7 @@ def _symbols(context: Any, builder: Any, kind: Any, value: Any = None) -> Any:
         return tuple(_symbols(context, builder, *pair) for pair in zip(kind, parts, strict=True))
     element = _LLVM[kind.dtype] if isinstance(kind, types.CPointer | types.Array) else None
     if value is None:
-        value = ir.Constant(element.as_pointer() if element else _LLVM[kind], ir.Undefined)
+        value = ir.Constant(pointer_to(element) if element else _LLVM[kind], ir.Undefined)
     elif isinstance(kind, types.Array):
         value = context.make_array(kind)(context, builder, value).data
     return Symbol(builder, value, element)

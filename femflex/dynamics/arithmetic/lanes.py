@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.arithmetic import pointers
 from femflex.dynamics.arithmetic.formula import formula
 from femflex.dynamics.arithmetic.symbols import LANE, NUMBER, WIDTH, Symbol, index, indices, ir
 
@@ -50,7 +51,7 @@ def start(a: A) -> A:
 def lane(a: Array, i: int) -> Lane:
     """a[i : i + 4]."""
     if isinstance(a, Symbol):
-        return Symbol(a.builder, a.builder.load(a.builder.bitcast(a.at(i), LANE.as_pointer()), align=8))
+        return Symbol(a.builder, pointers.load(a.builder, a.at(i), LANE, align=8))
     return a[i : i + WIDTH].copy()
 
 
@@ -58,7 +59,7 @@ def lane(a: Array, i: int) -> Lane:
 def put(a: Array, i: int, v: Lane) -> None:
     """a[i : i + 4] = v."""
     if isinstance(a, Symbol):
-        a.builder.store(a.like(v, LANE), a.builder.bitcast(a.at(i), LANE.as_pointer()), align=8)
+        pointers.store(a.builder, a.like(v, LANE), a.at(i), align=8)
     else:
         a[i : i + WIDTH] = v
 

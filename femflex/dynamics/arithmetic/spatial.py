@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.formula import formula
 from femflex.dynamics.arithmetic.lanes import cross_lane, lane, lane_of, put, reciprocal, with_last
-from femflex.dynamics.arithmetic.pairs import Pair, dot_pair, pair, put_pair, six_of
+from femflex.dynamics.arithmetic.pairs import SLOTS, Pair, dot_pair, pair, put_pair, six_of
 from femflex.dynamics.arithmetic.vectors import Matrix, Vector
-from femflex.dynamics.lowering.layout import SLOTS
 
 Array = NDArray[np.float64]
 Rows = tuple[Pair, ...]

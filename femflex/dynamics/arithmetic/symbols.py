@@ -8,6 +8,8 @@ import llvmlite.ir
 import numba.extending
 import numpy as np
 
+from femflex.dynamics.arithmetic import pointers
+
 types: Any = numba.types  # these libraries are not annotated throughout
 extending: Any = numba.extending
 ir: Any = llvmlite.ir
@@ -79,14 +81,14 @@ class Symbol:
     __hash__ = None  # type: ignore[assignment]
 
     def __getitem__(self, i: Any) -> Symbol:
-        return Symbol(self.builder, self.builder.load(self.at(i)))
+        return Symbol(self.builder, pointers.load(self.builder, self.at(i), self.element))
 
     def __setitem__(self, i: Any, number: Any) -> None:
-        self.builder.store(self.like(number, self.element), self.at(i))
+        pointers.store(self.builder, self.like(number, self.element), self.at(i))
 
     def at(self, i: Any) -> Any:
         """Address of entry i of a pointer."""
-        return self.builder.gep(self.value, [self.like(i, INTEGER)])
+        return pointers.address(self.builder, self.value, self.like(i, INTEGER), self.element)
 
     def like(self, other: Any, kind: Any) -> Any:
         """The value of a symbol or constant as an integer, number or lane."""

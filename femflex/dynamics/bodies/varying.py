@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.arithmetic.addresses import call_at
 from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.arithmetic.entries import call_user
 from femflex.dynamics.arithmetic.lanes import beyond, put
 from femflex.dynamics.bodies.shapes import put_rows3, rows9, turning_of
 from femflex.dynamics.lowering.layout import body_of, header_of
@@ -30,7 +30,7 @@ def write_varying_bodies(t: float, table: Table, pool: Array, work: Array) -> No
         b = body_of(table, i)
         if b["varies"]:
             states = beyond(work, head["z"])
-            call_at(b["write"], t, states, beyond(pool, b["numbers"]), beyond(pool, b["block"]))
+            call_user(b["write"], t, states, beyond(pool, b["numbers"]), beyond(pool, b["block"]))
             if b["derived"]:
                 derive_rows(b, pool)
         mass += pool[b["mass"]]

@@ -10,14 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.compiled import kernel
-from femflex.dynamics.arithmetic.lanes import beyond, start
+from femflex.dynamics.arithmetic.lanes import start
 from femflex.dynamics.constraints.equations import constrain
 from femflex.dynamics.forces.system import release_joints
-from femflex.dynamics.joints.held import held_state
-from femflex.dynamics.lowering.layout import header_of
-from femflex.dynamics.motion.correction import resisted_accelerations
+from femflex.dynamics.motion.correction import less_rates, resisted_accelerations
 from femflex.dynamics.motion.second_order import CORRECT
-from femflex.dynamics.motion.states import correct_states, take_states
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -37,17 +34,8 @@ def correct(
     work: Array,
 ) -> None:
     """out = what Newton's method adds to (udot, zdot); zero along the constrained motion."""
-    records, numbers, scratch, x, v = start(table), start(pool), start(work), start(q), start(u)
-    head = header_of(records)
-    take_states(v, records, scratch)
-    if head["n_holds"] > 0:
-        x, v = held_state(t, x, v, records, numbers, scratch)
+    records, numbers, scratch, found, rates = start(table), start(pool), start(work), start(out), start(udot)
     release_joints(records, scratch)
-    found = start(out)
-    resisted_accelerations(t, x, v, start(udot), found, c_d, c_k, True, records, numbers, scratch)
+    x, v = resisted_accelerations(t, start(q), start(u), rates, found, c_d, c_k, True, records, numbers, scratch)
     constrain(t, x, v, found, records, numbers, scratch, c_d != 0.0 or c_k != 0.0)
-    for k in range(head["n_u"]):
-        out[k] -= udot[k]
-    if head["n_z"] > 0:
-        given = beyond(start(udot), head["n_u"])
-        correct_states(t, given, c_d, beyond(found, head["n_u"]), records, numbers, scratch)
+    less_rates(t, x, v, found, rates, c_d, records, numbers, scratch)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.arithmetic.addresses import call_at
 from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.arithmetic.entries import call_user
 from femflex.dynamics.arithmetic.lanes import beyond
 from femflex.dynamics.constraints.contact_rows import put_values
 from femflex.dynamics.lowering import tie_layout as at
@@ -21,7 +21,7 @@ Record = np.void
 def write_general(t: float, q: Array, u: Array, c: Record, row: int, table: Table, work: Array) -> None:
     """The user's rows: A, b and the bias as the function left them."""
     n_rows, n_u, g = c["n_rows"], header_of(table)["n_u"], c["general"]
-    call_at(c["function"], t, q, u, beyond(work, g))
+    call_user(c["function"], t, q, u, beyond(work, g))
     b = g + n_rows * n_u
     for k in range(n_rows):
         r = row + at.ROW_SIZE * k

@@ -23,7 +23,6 @@ from femflex.dynamics.lowering.tie_layout import R_LAMBDA, R_TARGET, closing_of,
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
 
-DEPENDENT = 1e-8  # what remains of a row below this part of the longest row: it depends on those before
 # The pool holds the part that stands instead along a run, where that at the start is known (see `singular_passage`).
 DOWNDATED = 1e-6  # part of a squared length down to which subtracting from it is exact enough
 

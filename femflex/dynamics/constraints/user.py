@@ -6,16 +6,18 @@ import ctypes
 from collections.abc import Callable
 from typing import Any
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.arithmetic.addresses import known_at
+from femflex.dynamics.arithmetic.entries import known
 
 Array = NDArray[np.float64]
 Function = Callable[[float, Array], tuple[Array, Array]]
 
 STEP = 2e-3  # part of the time scale |q| / |qdot| over which the rates of A and b are taken
 STENCIL = ((1, 45.0), (2, -9.0), (3, 1.0))  # central difference of sixth order, over 60 h
+_numba: Any = numba  # its annotations do not cover what is used here
 _REAL = ctypes.POINTER(ctypes.c_double)
 _PROTOTYPE = ctypes.CFUNCTYPE(None, ctypes.c_double, _REAL, _REAL, _REAL)
 
@@ -31,7 +33,8 @@ class Rows:
         self.error: Exception | None = None  # what the last call with a finite state raised
         self._callback = _PROTOTYPE(self._called)
         self.address = ctypes.cast(self._callback, ctypes.c_void_p).value or 0
-        known_at(self.address, self.write)
+        if _numba.config.DISABLE_JIT:
+            self.address = known(self.write)
 
     def checked(self, t: float, q: Array) -> tuple[Array, Array]:
         """A (n_rows, n_u) and b (n_rows,) at t and q, or a ValueError that says what is wrong with them."""

@@ -18,7 +18,7 @@ from scipy.linalg import eigh
 
 from femflex.dynamics.equilibria.closed_motion import carried, slack_of_loops
 from femflex.dynamics.equilibria.linearised import free_directions, held_freedoms, linearised
-from femflex.dynamics.joints.drive_report import held_places
+from femflex.dynamics.joints.held_places import held_places
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model
 

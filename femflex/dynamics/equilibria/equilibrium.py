@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 from femflex.dynamics.equilibria.balance import BALANCED, Balance, balance
 from femflex.dynamics.equilibria.frequency import damped
 from femflex.dynamics.equilibria.leaving import LEVEL, below
+from femflex.dynamics.equilibria.linearised import frame_rate, linearised
 from femflex.dynamics.equilibria.small_motions import SmallMotions, growth_threshold, small_motions
+from femflex.dynamics.equilibria.states import moving_states
 from femflex.dynamics.equilibria.steady import Steady, steady
 from femflex.dynamics.model import Model, compile_system
 from femflex.system import System
@@ -75,7 +77,12 @@ class Equilibrium:
 
     @property
     def eigenvalues(self) -> NDArray[np.complex128]:
-        """Of the small motions with damping [1/s], drift and neutral ones apart; empty when none was found."""
+        """Of the small motions with damping [1/s], drift and neutral ones apart; empty when none was found.
+
+        Beside effectors with states those of the whole state matrix.
+        """
+        if self.share == 1.0 and moving_states(self.moving):
+            return linearised(compile_system(self.moving), 0.0, self.x).eigenvalues()
         return self.motions.spectrum if self.share == 1.0 else np.zeros(0, complex)
 
     @property
@@ -122,7 +129,7 @@ class Equilibrium:
     def _thresholds(self) -> Array:
         """Real part above which each of the eigenvalues grows [1/s]."""
         values = self.eigenvalues
-        rate = self.motions.rate if len(values) else 0.0
+        rate = frame_rate(self.moving) if len(values) else 0.0
         return np.maximum(growth_threshold(values, rate), self._level)
 
 
@@ -147,7 +154,7 @@ def equilibrium(system: System, at: float | None = None, stable: bool = False) -
         raise ValueError(UNMOVED)
     begun = problem.full.x0[: problem.full.n_q].copy()
     found = _nearest(problem, begun)
-    return found if found.stable or not stable else _beyond(problem, found, begun)
+    return found if not stable or found.stable else _beyond(problem, found, begun)
 
 
 def _nearest(problem: Steady, begun: Array) -> Equilibrium:
@@ -167,6 +174,10 @@ def _nearest(problem: Steady, begun: Array) -> Equilibrium:
             if not rest.balanced:
                 raise _failed(problem, q, 0.0, count, rest)
             q, step = rest.q, FIRST
+            least = balance(problem, q, LEAST)
+            count += least.iterations
+            if not least.balanced:  # halving the steps down to there would only take its time
+                raise _failed(problem, q, 0.0, count, least)
         else:
             step /= 2.0
             if step < LEAST:
@@ -192,7 +203,7 @@ def _beyond(problem: Steady, unstable: Equilibrium, begun: Array) -> Equilibrium
 
 def _told(problem: Steady, found: Balance, count: int, left: Equilibrium | None = None) -> Equilibrium:
     model = problem.full
-    x = model.at_rest(found.q)
+    x = problem.at_rest(found.q)
     return Equilibrium(
         model=model,
         x=x,
@@ -211,7 +222,7 @@ def _failed(problem: Steady, q: Array, share: float, count: int, tried: Balance)
     where = names[tried.worst] if names else "nothing"
     last = Equilibrium(
         model=problem.full,
-        x=problem.full.at_rest(q),
+        x=problem.at_rest(q),
         share=share,
         residual=tried.residual,
         iterations=count,

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
 from femflex.dynamics.equilibria.closed_motion import carried, independent, refuse_rolling, slack_of_loops
+from femflex.dynamics.equilibria.states import StateEquations, state_equations
 from femflex.dynamics.lowering.layout import BALL_NONE, body_records
 from femflex.dynamics.model import Model
 from femflex.system import System
@@ -28,6 +29,9 @@ STEP = 1e-5  # of a coordinate's usual size: error of central differences h^2 ~ 
 class Linearised:
     """Linear equations about a state: M, D, K, W (n, n) of the freedoms that are not held; their names.
 
+    states  the m states of effectors beside them (see femflex.dynamics.equilibria.states)
+
+
     Beside loops n counts the independent ones, which the others follow (see femflex.dynamics.equilibria.closed_motion).
     """
 
@@ -36,15 +40,17 @@ class Linearised:
     K: Array
     W: Array
     names: tuple[str, ...]
+    states: StateEquations
 
     def state_matrix(self) -> Array:
-        """A (2 n, 2 n) of d(dxi, du)/dt = A (dxi, du)."""
-        n = len(self.M)
-        lower = -np.linalg.solve(self.M, np.hstack([self.K, self.D]))
-        return np.vstack([np.hstack([self.W, np.eye(n)]), lower])
+        """A (2 n + m, 2 n + m) of d(dxi, du, dz)/dt = A (dxi, du, dz)."""
+        n, z = len(self.M), self.states
+        lower = -np.linalg.solve(self.M, np.hstack([self.K, self.D, z.R]))
+        upper = np.hstack([self.W, np.eye(n), np.zeros_like(z.R)])
+        return np.vstack([upper, lower, np.hstack([z.F_x, z.F_u, z.F_z])])
 
     def eigenvalues(self) -> NDArray[np.complex128]:
-        """Eigenvalues (2 n,) of the state matrix [1/s], by rising size."""
+        """Eigenvalues (2 n + m,) of the state matrix [1/s], by rising size."""
         found = np.asarray(np.linalg.eigvals(self.state_matrix()), complex)
         return found[np.argsort(np.abs(found), kind="stable")]
 
@@ -73,9 +79,10 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
     D = np.column_stack([(residual(q, u + e) - residual(q, u - e)) / (2 * e.max()) for e in unit])
     K = stiffness(model, t, x, accelerations, multipliers(model, t, x))
     own, Z = free_directions(model, t, x)
+    states = state_equations(model, t, x, accelerations, steps(model, q)).along(Z)
     M, D, K = (Z.T @ A @ Z for A in (model.mass_matrix(t, x), D, K))
     names = [name for name, _ in model.system.velocity_names()]
-    return Linearised(M, D, K, turning(model, u)[np.ix_(own, own)], tuple(names[k] for k in own))
+    return Linearised(M, D, K, turning(model, u)[np.ix_(own, own)], tuple(names[k] for k in own), states)
 
 
 def free_directions(model: Model, t: float, x: Array) -> tuple[NDArray[np.int64], Array]:
@@ -124,6 +131,16 @@ def stiffness(model: Model, t: float, x: Array, udot: Array, lambdas: Array) -> 
         step[j] = STEP * size
         columns.append((other(advanced(model, q, step)) - other(advanced(model, q, -step))) / (2 * step[j]))
     return K + np.column_stack(columns)
+
+
+def steps(model: Model, q: Array) -> list[tuple[Array, float]]:
+    """For every coordinate its places (2, n_q) after a step along it and after one back, and the step's size."""
+    found = []
+    for j, size in enumerate(usual_sizes(model)):
+        step = np.zeros(model.n_u)
+        step[j] = STEP * size
+        found.append((np.array([advanced(model, q, step), advanced(model, q, -step)]), float(step[j])))
+    return found
 
 
 def linear_stiffness(model: Model) -> tuple[Array, NDArray[np.int64]]:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from femflex.dynamics.equilibria.body_motions import BodyMotion, body_motions
 from femflex.dynamics.equilibria.linearised import frame_rate, free_directions, linearised, usual_sizes
 from femflex.dynamics.equilibria.rigid_motions import KnownMotion, KnownMotions, known_motions
+from femflex.dynamics.equilibria.states import moving_states
 from femflex.dynamics.model import Model
 
 Array = NDArray[np.float64]
@@ -88,8 +89,12 @@ def growth_rule() -> str:
 def small_motions(model: Model, x: Array, neutral: Array) -> SmallMotions:
     """The small motions about the equilibrium x (n_x,) of a model; neutral (n_u, k): directions nothing resists there.
 
-    Raises ValueError for nonholonomic constraints.
+    Raises ValueError for nonholonomic constraints, and for effectors with states.
     """
+    if moving_states(model.system):
+        raise ValueError(
+            "effectors with states make the small motions more than vibrations; take the eigenvalues of `linearised`"
+        )
     linear, (own, Z) = linearised(model, 0.0, x), free_directions(model, 0.0, x)
     bodies, sizes = body_motions(model, x), usual_sizes(model)
     M, D, K = (_spread(A, own, model.n_u) for A in (linear.M, linear.D, linear.K))

@@ -10,7 +10,15 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.equilibria.closed_motion import closing_directions, slack_of_loops
 from femflex.dynamics.equilibria.frozen import frozen, undamped
-from femflex.dynamics.equilibria.linearised import frame_rate, held_freedoms, linear_stiffness, stiffness, usual_sizes
+from femflex.dynamics.equilibria.linearised import (
+    frame_rate,
+    held_freedoms,
+    linear_stiffness,
+    steps,
+    stiffness,
+    usual_sizes,
+)
+from femflex.dynamics.equilibria.states import moving_states, settled, state_equations
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model, compile_system
 from femflex.system import Environment, Frame, System
@@ -42,9 +50,13 @@ class Steady:
 
     def forces(self, q: Array) -> tuple[Array, Array]:
         """Inner and outer generalised forces h - Q (n_u,) at the coordinates q, times the sizes [J]."""
-        x = self.full.at_rest(q)
+        x = self.at_rest(q)
         inner, full = (np.where(self.held, 0.0, model.bias(0.0, x)) for model in (self.inner, self.full))
         return inner * self.sizes, (full - inner) * self.sizes
+
+    def at_rest(self, q: Array) -> Array:
+        """The state (n_x,) at rest at coordinates q (n_q,), states of effectors settled."""
+        return settled(self.full, self.full.at_rest(q))
 
     def largest(self, q: Array, share: float) -> float:
         """Size of the forces [J]: the largest of inner, outer, and elastic ones of shapes alone, which may cancel."""
@@ -80,8 +92,11 @@ class Steady:
 
         Loops carry the multipliers (n_rows,) along.
         """
-        x, still = self.full.at_rest(q), np.zeros(self.full.n_u)
+        x, still = self.at_rest(q), np.zeros(self.full.n_u)
         K = share * stiffness(self.full, 0.0, x, still, lambdas)
+        if moving_states(self.full.system):
+            states = state_equations(self.full, 0.0, x, still, steps(self.full, q))
+            K += share * states.settled_stiffness()
         if share < 1.0:
             K += (1.0 - share) * stiffness(self.inner, 0.0, x, still, lambdas)
         return K * self.sizes * self.sizes[:, None]
@@ -119,10 +134,17 @@ def steady(system: System, at: float | None = None) -> Steady:
     Raises ValueError with what changes over time there: loads, an eccentric orbit, forces of a frame that turns
     relative to the base frame.
     """
+    if system.controllers:
+        raise ValueError(
+            f"controller {system.controllers[0].name!r} is sampled, so there is no equilibrium with it; leave it out, "
+            "and give its command to the effectors that take it"
+        )
     still = frozen(system, at)
     rest = undamped(still)
     full = compile_system(rest)
-    inner = compile_system(replace(rest, loads=(), orbit=None, frame=Frame(), environment=Environment()))
+    inner = compile_system(
+        replace(rest, loads=(), orbit=None, frame=Frame(), environment=Environment(), effectors=(), z0={})
+    )
     elastic, held = np.zeros(full.n_u, bool), held_freedoms(full)
     for name, record in zip(system.order, body_records(full.table)[1:], strict=True):
         joint = system.joint_of(name)
@@ -135,7 +157,7 @@ def steady(system: System, at: float | None = None) -> Steady:
 
 def _check_constant(found: Steady) -> None:
     """Raise ValueError when the forces at rest depend on time for a reason not named before."""
-    x = found.full.at_rest(found.full.x0[: found.full.n_q])
+    x = found.at_rest(found.full.x0[: found.full.n_q])
     now, later = (np.where(found.held, 0.0, found.full.bias(t, x)) * found.sizes for t in (0.0, 12345.678))
     inertia = float((np.diag(found.full.mass_matrix(0.0, x)) * found.sizes**2).max(initial=0.0))
     turning = inertia * frame_rate(found.full.system) ** 2  # whose rounding is left where forces cancel

@@ -300,6 +300,7 @@ class Effectors(ForceTerm):
 
     def lower(self, system: System, head: Record, bodies: Records, pool: Pool, scratch: Scratch, at: int) -> Table:
         given = acting(system)
+        head["relaxes"] = int(any(effector.states for effector in given))
         records, behind = np.zeros(len(given), EFFECTOR), []
         here = at + N_EFFECTOR * len(given)
         names = [name for name, _ in system.state_names()]

@@ -17,6 +17,7 @@ from femflex.dynamics.arithmetic.vectors import (
     Matrix,
     Vector,
     add,
+    cross,
     dot,
     load3,
     load9,
@@ -26,9 +27,9 @@ from femflex.dynamics.arithmetic.vectors import (
     sub,
     turn,
 )
-from femflex.dynamics.bodies.shapes import combined
+from femflex.dynamics.bodies.shapes import combined, marker_velocity
 from femflex.dynamics.force_terms.registry import ForceTerm, Records
-from femflex.dynamics.forces.calls import A_ENERGY, A_SHIFT, APPLY, REPORT
+from femflex.dynamics.forces.calls import A_DRIFT, A_ENERGY, A_SHIFT, A_SUPPLIED, APPLY, REPORT
 from femflex.dynamics.forces.push import push
 from femflex.dynamics.lowering.layout import (
     ENERGY_LOAD,
@@ -36,7 +37,9 @@ from femflex.dynamics.lowering.layout import (
     TURNS,
     VARIES,
     W_CIN,
+    W_OMEGA,
     W_POS,
+    W_VEL,
     body_of,
     header_of,
     record_reader,
@@ -123,17 +126,35 @@ def load_wrench(
 
 
 @inner
-def energy_of_load(
-    load: Record, force: Vector, torque: Vector, r: Vector, shift: Vector, head: Record, w: int, work: Array
-) -> float:
-    """Potential energy -F.r of a load that has one: a force constant in inertial axes, with no torque, in no orbit.
+def has_potential(load: Record, torque: Vector, head: Record) -> bool:
+    """Whether a load has a potential: a force constant in inertial axes, with no torque, in no orbit."""
+    constant = load["n_times"] == 0 and load["frame"] == LOAD_INERTIAL
+    return bool(head["orbit"] == ORBIT_NONE and constant and dot(torque, torque) == 0.0)
 
-    r of the marker from `shift`, inertial components.
-    """
-    if head["orbit"] != ORBIT_NONE or load["n_times"] != 0 or load["frame"] != LOAD_INERTIAL:
-        return 0.0
-    at = add(r, turn(load9(work, w + W_CIN), sub(load3(work, w + W_POS), shift)))
-    return -dot(force, at) if dot(torque, torque) == 0.0 else 0.0
+
+@inner
+def energy_of_load(force: Vector, r: Vector, shift: Vector, w: int, work: Array) -> float:
+    """Potential energy -F.r of a load that has one; r of the marker from `shift`, inertial components."""
+    return -dot(force, add(r, turn(load9(work, w + W_CIN), sub(load3(work, w + W_POS), shift))))
+
+
+@inner
+def power_of_load(
+    load: Record, wrench: tuple[Vector, Vector, Vector, Matrix], drift: Vector, b: Record, pool: Array, work: Array
+) -> float:
+    """F.v + T.omega at the marker of a load, velocities counted from `drift` (inertial components)."""
+    force, torque, r, T = wrench
+    w = b["work"]
+    omega = load3(work, w + W_OMEGA)
+    v = add(sub(load3(work, w + W_VEL), turn(load9(work, w + W_CIN), drift)), cross(omega, r))
+    if load["bends"]:
+        wide = b["wide"]
+        v = add(v, marker_velocity(pool, load["place"], load["shape"], load["bends"], b, work))
+        spin = combined(pool, load["spin"], wide, work, b["ddelta"])
+        if load["bends"] >= VARIES:
+            spin = add(spin, combined(pool, load["spin"] + 3 * wide, wide, work, b["delta"]))
+        omega = add(omega, turn(T, spin))
+    return dot(force, v) + dot(torque, omega)
 
 
 @entry(APPLY)
@@ -149,15 +170,20 @@ def apply(t: float, q: Array, u: Array, at: int, first: int, last: int, table: T
 def report(
     t: float, q: Array, u: Array, at: int, n: int, row: Array, account: Array, table: Table, pool: Array, work: Array
 ) -> None:
-    """Force and torque of every load, body components; the energy of those that have one."""
-    head, shift = header_of(table), load3(account, A_SHIFT)
+    """Force and torque of every load, body components, and its power; what it adds to energy or to the supply."""
+    head, shift, drift = header_of(table), load3(account, A_SHIFT), load3(account, A_DRIFT)
     for i in range(n):
         load = load_at(table, at + N_LOAD * i)
-        force, torque, r, _ = load_wrench(t, load, table, pool, work)
-        store3(row, 6 * i, force)
-        store3(row, 6 * i + 3, torque)
-        w = body_of(table, load["body"])["work"]
-        account[A_ENERGY] += energy_of_load(load, force, torque, r, shift, head, w, work)
+        force, torque, r, T = load_wrench(t, load, table, pool, work)
+        store3(row, 7 * i, force)
+        store3(row, 7 * i + 3, torque)
+        b = body_of(table, load["body"])
+        power = power_of_load(load, (force, torque, r, T), drift, b, pool, work)
+        row[7 * i + 6] = power
+        if has_potential(load, torque, head):
+            account[A_ENERGY] += energy_of_load(force, r, shift, b["work"], work)
+        else:
+            account[A_SUPPLIED] += power
 
 
 class Loads(ForceTerm):
@@ -184,6 +210,7 @@ class Loads(ForceTerm):
         for load in system.loads:
             out[f"loads/{load.name}/force"] = Channel("N", f"force of {load.name}", (3,), XYZ, "body")
             out[f"loads/{load.name}/torque"] = Channel("N m", f"torque of {load.name}", (3,), XYZ, "body")
+            out[f"loads/{load.name}/power"] = Channel("W", f"power of {load.name}")
         return out
 
     def without(self, system: System, item: str) -> System:

@@ -20,7 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.symbols import extending, types
+from femflex.dynamics.arithmetic.pointers import address
+from femflex.dynamics.arithmetic.symbols import INTEGER, extending, types
 
 Table = NDArray[np.int64]
 
@@ -34,6 +35,8 @@ HEADER = np.dtype(
             "n_u",
             "n_z",  # states beside coordinates and velocities
             "z", "zdot",  # work (n_z,) each: the states, taken from behind the velocities, and their rates
+            "relaxes",  # 1: states have rates of their own
+            "moved_u",  # work (n_u,): velocities at which these are tried
             "orbit",  # ORBIT_*
             "frame",  # FRAME_*
             "orbit_data",  # pool: mu, a, e, n, mean anomaly at t = 0, C_NP (9)
@@ -180,8 +183,6 @@ W_RESIST = 234  # c_d damping + c_k stiffness of laws along the joint's freedoms
 W_NEAR = 240  # of a ball: least angle that was left to its set's singularity, and when
 W_FIXED = 244  # first of the arrays whose place the record holds
 
-SLOTS = (0, 1, 2, 4, 5, 6)  # where the components of force and couple stand among the eight of a row
-
 N_HEADER, N_BODY, N_TERM, N_MARKER, N_HOLD = (len(record.names or ()) for record in (HEADER, BODY, TERM, MARKER, HOLD))
 
 
@@ -203,7 +204,7 @@ def record_reader(record: np.dtype[Any]) -> Callable[[Table, int], np.void]:
 
     @extending.lower_builtin(read, types.CPointer, types.Integer)
     def lowered(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        return builder.bitcast(builder.gep(*args[:1], [args[1]]), context.get_value_type(kind))
+        return builder.bitcast(address(builder, args[0], args[1], INTEGER), context.get_value_type(kind))
 
     return read
 

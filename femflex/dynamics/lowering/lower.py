@@ -55,7 +55,7 @@ def lower(system: System, terms: Sequence[Lowered]) -> tuple[Table, Array, int]:
         lower_joint(record, joint, system, pool)
         lower_body(record, body, pool, scratch)
         if name in system.varying:
-            lower_variation(record, name, body, system.varying[name], pool, scratch)
+            lower_variation(record, name, body, system.varying[name], len(system.state_names()), pool, scratch)
     for i, name in enumerate(order, start=1):
         lower_markers(bodies, i, system.joint_of(name), system, pool, scratch)
     markers = np.array([lower_marker(b, m, system, order, pool) for b, m in reported_markers(system)], at.MARKER)
@@ -67,7 +67,7 @@ def lower(system: System, terms: Sequence[Lowered]) -> tuple[Table, Array, int]:
     head[0]["n_varying"] = len(system.varying)
     head[0]["orbit_state"], head[0]["total"] = scratch.take(19), scratch.take(6)
     head[0]["z"], head[0]["zdot"] = (scratch.take(int(head[0]["n_z"])) for _ in range(2))
-    head[0]["account"] = scratch.take(N_ACCOUNT)
+    head[0]["moved_u"], head[0]["account"] = scratch.take(nu), scratch.take(N_ACCOUNT)
     lower_orbit(head[0], system, pool)
     parts: list[NDArray[np.void] | Table] = [head, bodies, markers]
     holds = lower_holds(head[0], bodies, system, pool, scratch)

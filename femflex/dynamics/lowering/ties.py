@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
-from femflex.dynamics.constraints.multipliers import DEPENDENT
 from femflex.dynamics.lowering import tie_layout as at
 from femflex.dynamics.lowering.pool import Pool, Scratch, put_marker
 from femflex.system import Joint, Nonholonomic, System, closure
@@ -15,6 +14,8 @@ Array = NDArray[np.float64]
 Ends = tuple[tuple[str | None, str], tuple[str | None, str]]  # body and marker of P, of Q
 
 CLOSED = 1e-13  # position residual to which every step is brought back, relative to the size of the bodies
+
+DEPENDENT = 1e-8  # what remains of a row below this part of the longest row: it depends on those before
 
 ASKEW = 10.0  # how much larger the part of a row that does not follow may be than its play over the bodies' size
 

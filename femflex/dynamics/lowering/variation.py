@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from femflex.body import FlexibleBody
-from femflex.dynamics.bodies.writers import address_of
 from femflex.dynamics.lowering.bodies import take_monomials
 from femflex.dynamics.lowering.pool import Pool, Scratch
+from femflex.dynamics.lowering.writers import address_of
 from femflex.system.variation import PLACE, Block, Variation
 
 
 def lower_variation(
-    record: np.void, name: str, body: FlexibleBody, variation: Variation, pool: Pool, scratch: Scratch
+    record: np.void, name: str, body: FlexibleBody, variation: Variation, n_z: int, pool: Pool, scratch: Scratch
 ) -> None:
     """Point the record of a body to the block that its function writes, part by part."""
     written = variation.whole or body
@@ -20,7 +20,7 @@ def lower_variation(
     block = pool.put_own(at.laid(written))
     record["varies"], record["block"], record["dense"] = 1, block, 1
     record["numbers"] = pool.put_own(variation.numbers)
-    record["write"] = address_of(name, variation.write, len(variation.numbers), at.size)
+    record["write"] = address_of(name, variation.write, n_z, len(variation.numbers), at.size)
     parts, wide = variation.acting, int(record["wide"])
     if "mass" in parts:
         record["derived"], record["orthonormal"] = 1, 0

@@ -64,9 +64,15 @@ def resisted_accelerations(
     table: Table,
     pool: Array,
     work: Array,
-) -> None:
-    """out = udot + d, the accelerations of the heavier bodies and joints; forced as in `reduce_to_root`."""
+) -> tuple[Array, Array]:
+    """out = udot + d, the accelerations of the heavier bodies and joints; forced as in `reduce_to_root`.
+
+    The coordinates and velocities in which held freedoms are where they are held are given back.
+    """
     head = header_of(table)
+    take_states(u, table, work)
+    if head["n_holds"] > 0:
+        q, u = held_state(t, q, u, table, pool, work)
     place(t, q, u, table, pool, work)
     write_forces(t, q, u, table, pool, work)
     if head["n_terms"] > 0:
@@ -80,6 +86,20 @@ def resisted_accelerations(
         add_resistance(b, udot, pool, work, c_d, c_k)
     reduce_written(table, pool, work, c_d, c_k, forced)
     accelerate(table, work, out, forced)
+    return q, u
+
+
+@inner
+def less_rates(
+    t: float, q: Array, u: Array, out: Array, udot: Array, c_d: float, table: Table, pool: Array, work: Array
+) -> None:
+    """Take udot off the accelerations that were solved for, and write the states' part behind: Newton's correction."""
+    head = header_of(table)
+    for k in range(head["n_u"]):
+        out[k] -= udot[k]
+    if head["n_z"] > 0:
+        given, found = beyond(udot, head["n_u"]), beyond(out, head["n_u"])
+        correct_states(t, q, u, out, given, c_d, found, table, pool, work)
 
 
 @kernel(CORRECT)
@@ -99,14 +119,6 @@ def correct(
 
     The states' part of out follows (see `correct_states`).
     """
-    records, numbers, scratch, x, v = start(table), start(pool), start(work), start(q), start(u)
-    head = header_of(records)
-    take_states(v, records, scratch)
-    if head["n_holds"] > 0:
-        x, v = held_state(t, x, v, records, numbers, scratch)
-    resisted_accelerations(t, x, v, start(udot), start(out), c_d, c_k, False, records, numbers, scratch)
-    for k in range(head["n_u"]):
-        out[k] -= udot[k]
-    if head["n_z"] > 0:
-        given, found = beyond(start(udot), head["n_u"]), beyond(start(out), head["n_u"])
-        correct_states(t, given, c_d, found, records, numbers, scratch)
+    records, numbers, scratch, found, rates = start(table), start(pool), start(work), start(out), start(udot)
+    x, v = resisted_accelerations(t, start(q), start(u), rates, found, c_d, c_k, False, records, numbers, scratch)
+    less_rates(t, x, v, found, rates, c_d, records, numbers, scratch)

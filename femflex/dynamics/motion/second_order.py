@@ -10,9 +10,6 @@ whose own numbers are the first n_u. Outputs are (n_u,), those of CORRECT (n_u +
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -48,80 +45,3 @@ def advance(q: Array, increment: Array, out: Array, table: Table, pool: Array, w
     records = start(table)
     for i in range(1, header_of(records)["n_bodies"]):
         advance_coordinates(body_of(records, i), start(q), start(increment), start(out), start(pool))
-
-
-@dataclass(frozen=True)
-class SecondOrderCalls:
-    """The second-order calls over a model's own arrays.
-
-    reduced  whether terms of the ledger are left out (see femflex.dynamics.terms.reduced)
-    """
-
-    n_q: int
-    n_u: int
-    n_z: int = 0
-    reduced: bool = False
-    kinematic: Any = field(default=kinematic)
-    advance: Any = field(default=advance)
-
-    @property
-    def residual(self) -> Any:
-        """The call of signature RESIDUAL."""
-        if self.reduced:
-            from femflex.dynamics.terms.reduced import reduced_residual
-
-            return reduced_residual
-        from femflex.dynamics.motion.residual import residual
-
-        return residual
-
-    @property
-    def correct(self) -> Any:
-        """The call of signature CORRECT."""
-        if self.reduced:
-            from femflex.dynamics.terms.reduced_correction import reduced_correct
-
-            return reduced_correct
-        from femflex.dynamics.motion.correction import correct
-
-        return correct
-
-    @property
-    def solve(self) -> Any:
-        """The call of signature SOLVE."""
-        from femflex.dynamics.motion.residual import solve
-
-        return solve
-
-
-class ConstrainedCalls(SecondOrderCalls):
-    """The second-order calls of a model with loops or other constraints.
-
-    The residual is M udot + h - Q - A^T lambda with the multipliers of the motion itself, of the whole equations alone;
-    there is no `solve`.
-    """
-
-    @property
-    def residual(self) -> Any:
-        """The call of signature RESIDUAL; AttributeError where terms are left out."""
-        if self.reduced:
-            raise AttributeError("what joints carry follows from the whole equations, and terms are switched off here")
-        from femflex.dynamics.constraints.residual import residual
-
-        return residual
-
-    @property
-    def correct(self) -> Any:
-        """The call of signature CORRECT."""
-        if self.reduced:
-            from femflex.dynamics.terms.reduced_constrained_correction import reduced_constrained_correct
-
-            return reduced_constrained_correct
-        from femflex.dynamics.constraints.correction import correct
-
-        return correct
-
-    @property
-    def solve(self) -> Any:
-        """Raises AttributeError."""
-        raise AttributeError("the mass matrix of a constrained system is that of its tree; take the tree's solve")

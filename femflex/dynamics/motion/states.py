@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.forces.calls import call_relax
+from femflex.dynamics.arithmetic.lanes import beyond
+from femflex.dynamics.forces.calls import apply_terms, call_relax
 from femflex.dynamics.lowering.layout import header_of, term_of
+from femflex.dynamics.motion.equations import place
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -34,12 +36,31 @@ def write_state_rates(dz: Array, table: Table, work: Array) -> None:
 
 
 @inner
-def correct_states(t: float, given: Array, c_d: float, out: Array, table: Table, pool: Array, work: Array) -> None:
+def correct_states(
+    t: float,
+    q: Array,
+    u: Array,
+    step: Array,
+    given: Array,
+    c_d: float,
+    out: Array,
+    table: Table,
+    pool: Array,
+    work: Array,
+) -> None:
     """out (n_z,): what Newton's method adds to the given dz/dt, (1 - c_d J)^-1 (zdot - given).
 
-    zdot is that at which forces were last written. J = dzdot/dz is known to the terms whose states they are.
+    zdot is that at the velocities u + c_d step, which the same iteration has found: states that follow velocities
+    faster than the step would lag an iteration behind otherwise. J = dzdot/dz is known to the terms whose states
+    they are.
     """
     head = header_of(table)
+    if head["relaxes"] == 1:
+        moved = beyond(work, head["moved_u"])
+        for k in range(head["n_u"]):
+            moved[k] = u[k] + c_d * step[k]
+        place(t, q, moved, table, pool, work)
+        apply_terms(t, q, moved, table, pool, work)  # for the rates; the forces are not used any more
     for k in range(head["n_z"]):
         out[k] = work[head["zdot"] + k] - given[k]
     for i in range(head["n_terms"]):

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from femflex.dynamics.constraints.contacts import contact_channels
 from femflex.dynamics.effectors.states import state_channels
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.forces.orbit_force import orbit_channels
 from femflex.dynamics.joints.channels import ball_channels
-from femflex.dynamics.joints.drive_report import held_channels
 from femflex.dynamics.joints.gimbal_lock import lock_channels
 from femflex.dynamics.joints.law_report import law_channels
 from femflex.dynamics.joints.reactions import reaction_channels
@@ -17,6 +15,8 @@ from femflex.dynamics.lowering.layout import ENERGY_EFFECTOR, ENERGY_LOAD
 from femflex.dynamics.lowering.lower import reported_markers
 from femflex.dynamics.reports import monitors
 from femflex.dynamics.reports import observe as seen
+from femflex.dynamics.reports.contacts import contact_channels
+from femflex.dynamics.reports.drive_report import held_channels
 from femflex.dynamics.reports.sights import sight_channels
 from femflex.dynamics.reports.static_stretch import stretching_markers
 from femflex.dynamics.reports.variations import variation_channels
@@ -32,6 +32,11 @@ ANGLE_WORDS = {"x": "pitch", "y": "yaw", "z": "roll"}  # about the orbit normal,
 def conservative_loads(system: System) -> list[str]:
     """Names of the loads whose potential is part of the energy."""
     return [load.name for load in system.loads if load.conservative and system.orbit is None]
+
+
+def is_supplied(system: System) -> bool:
+    """Whether something brings in power: a load whose potential is not part of the energy, or an effector."""
+    return bool(system.effectors) or len(conservative_loads(system)) < len(system.loads)
 
 
 def row_length(system: System) -> int:
@@ -61,14 +66,17 @@ def row_places(system: System) -> dict[str, slice | int]:
             "orbit/true_anomaly": s.ROW_ANOMALY,
             "orbit/attitude": slice(s.ROW_ORBIT, s.ROW_ORBIT + 4),
             "monitors/gravity": s.ROW_GRAVITY,
-            "monitors/jacobi": s.ROW_JACOBI,
         }
+        if not system.orbit.free:
+            places["monitors/jacobi"] = s.ROW_JACOBI
     if system.environment.has_weight:
         places["monitors/gravity"] = s.ROW_GRAVITY
     if conservative_loads(system):
         places["monitors/load"] = s.ROW_STORED + ENERGY_LOAD
     if system.effectors:
-        places |= {"monitors/effector": s.ROW_STORED + ENERGY_EFFECTOR, "monitors/supplied": s.ROW_SUPPLIED}
+        places["monitors/effector"] = s.ROW_STORED + ENERGY_EFFECTOR
+    if is_supplied(system):
+        places["monitors/supplied"] = s.ROW_SUPPLIED
     at = s.ROW_FIXED
     for name in system.order:
         for key, start, stop in (("position", 0, 3), ("attitude", 3, 7), ("rate", 7, 10)):
@@ -123,8 +131,9 @@ def channels_of(system: System) -> dict[str, Channel]:
             "orbit/true_anomaly": Channel("rad", "true anomaly of O"),
             "orbit/attitude": Channel("1", "Euler parameters of the orbital frame, C_NO", (4,), EULER),
             "monitors/gravity": Channel("J", "energy of the gravity gradient"),
-            "monitors/jacobi": Channel("J", "Jacobi integral, constant on a specified circular orbit"),
         }
+        if not system.orbit.free:
+            out["monitors/jacobi"] = Channel("J", "Jacobi integral, constant on a specified circular orbit")
     for name in system.order:
         out |= {
             f"bodies/{name}/position": Channel("m", f"origin of {name} {where}", (3,), XYZ, "inertial"),
@@ -156,7 +165,8 @@ def channels_of(system: System) -> dict[str, Channel]:
     out |= state_channels(system)
     if system.effectors:
         out["monitors/effector"] = Channel("J", "energy stored by effectors")
-        out["monitors/supplied"] = Channel("W", "power that effectors bring in from outside the model")
+    if is_supplied(system):
+        out["monitors/supplied"] = Channel("W", "power of loads without a potential and of effectors")
     out |= held_channels(system) | law_channels(system) | orbit_channels(system)
     out |= sight_channels(system) | contact_channels(system)
     return out | constraint_channels(system) | reaction_channels(system)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.joints.drive_report import specified_states
 from femflex.dynamics.joints.gimbal_lock import lockable
+from femflex.dynamics.joints.held_places import specified_states
 from femflex.system.turning import lock_angle, locked
 
 if TYPE_CHECKING:

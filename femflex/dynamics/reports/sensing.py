@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.joints.drive_report import specified_states
+from femflex.dynamics.joints.held_places import specified_states
 from femflex.dynamics.reports.channels import row_length, row_places
 from femflex.dynamics.reports.observe import observe
 

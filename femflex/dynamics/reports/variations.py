@@ -182,7 +182,7 @@ def _C(work: Array, w: int) -> Array:
 def _tangent(theta: Array) -> Array:
     """T of a rotation vector: rate of the turn = T dtheta/dt."""
     angle = float(np.linalg.norm(theta))
-    X = np.cross(np.eye(3), theta) * -1.0
+    X = np.cross(np.eye(3), theta)  # skew(theta)
     if angle < 1e-4:
         return np.eye(3) + X / 2 + X @ X / 6
     return np.eye(3) + (1 - np.cos(angle)) / angle**2 * X + (angle - np.sin(angle)) / angle**3 * X @ X

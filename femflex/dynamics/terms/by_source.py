@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.force_terms import force_terms
-from femflex.dynamics.joints.drive_report import held_places
+from femflex.dynamics.joints.held_places import held_places
 from femflex.system import System
 from femflex.system.variation import MARKER
 

@@ -1,4 +1,7 @@
-"""Newton's correction of implicit integrators for equations from which terms have been left out."""
+"""Newton's correction of implicit integrators for equations from which terms have been left out.
+
+One call serves models with and without constraints: it is slow either way, and compiled for few.
+"""
 
 from __future__ import annotations
 
@@ -7,11 +10,14 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.compiled import kernel
 from femflex.dynamics.arithmetic.lanes import beyond, start
+from femflex.dynamics.joints.held import held_state
 from femflex.dynamics.lowering.layout import header_of
+from femflex.dynamics.lowering.tie_layout import closing_of
 from femflex.dynamics.motion.residual import solve
 from femflex.dynamics.motion.second_order import CORRECT
-from femflex.dynamics.motion.states import correct_states
+from femflex.dynamics.motion.states import correct_states, take_states
 from femflex.dynamics.terms.reduced import reduced_residual
+from femflex.dynamics.terms.reduced_constraints import constrain_freely
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -30,14 +36,27 @@ def reduced_correct(
     pool: Array,
     work: Array,
 ) -> None:
-    """out = -(M + c_d D + c_k K)^-1 (M udot + h - Q) with the terms that `kept` leaves; the states' part follows."""
+    """out = what Newton's method adds to udot with the terms that `kept` leaves (see `motion.correction`).
+
+    With constraints the accelerations are then corrected until they satisfy every row. The states' part follows.
+    """
     records, scratch = start(table), start(work)
     head = header_of(records)
     force = np.empty(len(u))
     reduced_residual(t, q, u, udot, force, table, pool, work)
-    if head["n_z"] > 0:
-        given, found = beyond(start(udot), head["n_u"]), beyond(start(out), head["n_u"])
-        correct_states(t, given, c_d, found, records, start(pool), scratch)
     for k in range(len(u)):
         force[k] = -force[k] if k < head["n_u"] else u[k]
     solve(t, q, force, out, 1.0, c_d, c_k, table, pool, work)
+    if closing_of(records)["n_constraints"] > 0:
+        for k in range(head["n_u"]):
+            out[k] += udot[k]
+        constrain_freely(t, start(q), start(u), start(out), c_d, c_k, records, start(pool), scratch)
+        for k in range(head["n_u"]):
+            out[k] -= udot[k]
+    if head["n_z"] > 0:
+        x, v, numbers, step = start(q), start(u), start(pool), start(out)
+        take_states(v, records, scratch)
+        if head["n_holds"] > 0:
+            x, v = held_state(t, x, v, records, numbers, scratch)
+        given = beyond(start(udot), head["n_u"])
+        correct_states(t, x, v, step, given, c_d, beyond(step, head["n_u"]), records, numbers, scratch)

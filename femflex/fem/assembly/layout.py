@@ -113,8 +113,9 @@ def layout(
     held = np.zeros(n_raw, bool)
     nodal, nodal_inverse, sides, sides_inverse = (_Blocks(n_raw) for _ in range(4))
     moves, turns = (np.zeros((len(translation), 3, 3)) for _ in range(2))
-    on = np.zeros(len(translation), bool)
+    on, mirror = np.zeros(len(translation), bool), np.ones(len(translation), bool)
     for support in supports:
+        mirror[support.nodes] &= bool(np.abs(support.moves + support.turns - np.eye(3)).max() < ALIGNED)
         moves[support.nodes] += support.moves
         turns[support.nodes] += support.turns
         on[support.nodes] = True
@@ -125,7 +126,7 @@ def layout(
         F, zero = _frames(directions_of(sums[nodes]))
         _lay(nodal, nodal_inverse, table[nodes], F)
         held[table[nodes][zero]] = True
-    F, zero = _flat_frames(flat[1], directions_of(moves[flat[0]]), directions_of(turns[flat[0]]), on[flat[0]])
+    F, zero = _flat_frames(flat[1], directions_of(turns[flat[0]]), on[flat[0]], mirror[flat[0]])
     _lay(nodal, nodal_inverse, rotation[flat[0]], F)
     held[rotation[flat[0]][zero]] = True
     if supports:
@@ -150,8 +151,11 @@ def _frames(zero: Array) -> tuple[Array, Flags]:
     return F, np.where(aligned[:, None], np.einsum("nkk->nk", zero), value) > 0.5
 
 
-def _flat_frames(axes: Array, moves: Array, turns: Array, on: Flags) -> tuple[Array, Flags]:
-    """Axes (n, 3, 3) of flat nodes as rows, the last of no use, and which are held, by supports of these projectors."""
+def _flat_frames(axes: Array, turns: Array, on: Flags, mirror: Flags) -> tuple[Array, Flags]:
+    """Axes (n, 3, 3) of flat nodes as rows, the last of no use, and which are held, by supports of these projectors.
+
+    mirror (n,): where planes of symmetry or antisymmetry alone support a node, one or two that meet.
+    """
     F = axes.copy()
     F[:, 2] = 0.0
     zero = np.zeros((len(axes), 3), bool)
@@ -159,8 +163,7 @@ def _flat_frames(axes: Array, moves: Array, turns: Array, on: Flags) -> tuple[Ar
         plane = axes[on, :2]
         allowed = np.matmul(plane @ (np.eye(3) - turns[on]), plane.swapaxes(1, 2))
         value, vectors = np.linalg.eigh(allowed)
-        mirror = np.abs(moves[on] + turns[on] - np.eye(3)).max(axis=(1, 2)) < ALIGNED
-        least = np.where(mirror, MIRRORED, ALLOWED)[:, None]
+        least = np.where(mirror[on], MIRRORED, ALLOWED)[:, None]
         ways = np.einsum("nik,nk,njk->nij", vectors, np.where(value > least, 0.0, 1.0), vectors)
         own, zero[on, :2] = _frames(ways)
         F[on, :2] = own @ plane

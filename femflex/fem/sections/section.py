@@ -125,7 +125,10 @@ class Shape(Dimensioned):
     def resultants(self, material: Material | None, s: Array, length: Array) -> Resultants:
         """Stiffness and mass per length of the section in this material."""
         if material is None:
-            raise ValueError(f"{type(self).__name__} needs a material; found none. Give one, or a StiffnessSection.")
+            raise ValueError(
+                f"{type(self).__name__} needs a material; found none. Name one, or give the section by its stiffnesses "
+                "(in a case kind = 'stiffness')."
+            )
         p = self.properties(s, length)
         ry2, rz2 = p.Iy / p.A, p.Iz / p.A
         E, G = material.E, material.G

@@ -1,0 +1,86 @@
+"""The compiled second-order calls of a model: whole or with terms left out, with constraints or without.
+
+Each is compiled when it is first asked for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from femflex.dynamics.motion.second_order import advance, kinematic
+
+
+@dataclass(frozen=True)
+class SecondOrderCalls:
+    """The second-order calls over a model's own arrays.
+
+    reduced  whether terms of the ledger are left out (see femflex.dynamics.terms.reduced)
+    """
+
+    n_q: int
+    n_u: int
+    n_z: int = 0
+    reduced: bool = False
+    kinematic: Any = field(default=kinematic)
+    advance: Any = field(default=advance)
+
+    @property
+    def residual(self) -> Any:
+        """The call of signature RESIDUAL."""
+        if self.reduced:
+            from femflex.dynamics.terms.reduced import reduced_residual
+
+            return reduced_residual
+        from femflex.dynamics.motion.residual import residual
+
+        return residual
+
+    @property
+    def correct(self) -> Any:
+        """The call of signature CORRECT."""
+        if self.reduced:
+            from femflex.dynamics.terms.reduced_correction import reduced_correct
+
+            return reduced_correct
+        from femflex.dynamics.motion.correction import correct
+
+        return correct
+
+    @property
+    def solve(self) -> Any:
+        """The call of signature SOLVE."""
+        from femflex.dynamics.motion.residual import solve
+
+        return solve
+
+
+class ConstrainedCalls(SecondOrderCalls):
+    """The second-order calls of a model with loops or other constraints.
+
+    The residual is M udot + h - Q - A^T lambda with the multipliers of the motion itself, of the whole equations alone;
+    there is no `solve`.
+    """
+
+    @property
+    def residual(self) -> Any:
+        """The call of signature RESIDUAL; AttributeError where terms are left out."""
+        if self.reduced:
+            raise AttributeError("what joints carry follows from the whole equations, and terms are switched off here")
+        from femflex.dynamics.constraints.residual import residual
+
+        return residual
+
+    @property
+    def correct(self) -> Any:
+        """The call of signature CORRECT."""
+        if self.reduced:
+            return super().correct
+        from femflex.dynamics.constraints.correction import correct
+
+        return correct
+
+    @property
+    def solve(self) -> Any:
+        """Raises AttributeError."""
+        raise AttributeError("the mass matrix of a constrained system is that of its tree; take the tree's solve")

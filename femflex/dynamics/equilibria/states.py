@@ -1,0 +1,121 @@
+"""States z of effectors about a state of rest: where they settle, and how they and the motion drive each other.
+
+    M du' + D du + K dxi + R dz = 0,    dz' = F_x dxi + F_u du + F_z dz
+
+Flags of latches, and commands and memory of sampled controllers, stay as they are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.model import Model
+from femflex.system import Effector, System
+
+Array = NDArray[np.float64]
+
+STEP = 1e-6  # of a state's size: error of central differences 1e-12, rounding 1e-10
+TRIES = 30  # of Newton's method
+SETTLED = 1e-11  # last step over the states' sizes
+SINGULAR = 1e-10  # part of the largest singular value of F_z below which a state has no rest of its own
+
+
+@dataclass(frozen=True, eq=False)
+class StateEquations:
+    """R (n, m), F_x (m, n), F_u (m, n), F_z (m, m) of m states and n coordinates, and the names of the states."""
+
+    R: Array
+    F_x: Array
+    F_u: Array
+    F_z: Array
+    names: tuple[str, ...]
+
+    def along(self, Z: Array) -> StateEquations:
+        """The same over directions Z (n, k) of the coordinates."""
+        return StateEquations(Z.T @ self.R, self.F_x @ Z, self.F_u @ Z, self.F_z, self.names)
+
+    def settled_stiffness(self) -> Array:
+        """What the states add to K (n, n) when they follow the coordinates at once: -R F_z^-1 F_x."""
+        if not self.names:
+            return np.zeros((len(self.R), len(self.R)))
+        return np.asarray(-self.R @ np.linalg.lstsq(self.F_z, self.F_x, rcond=SINGULAR)[0])
+
+
+def moving_states(system: System) -> list[int]:
+    """Places in z of the states of effectors."""
+    names = [name for name, _ in system.state_names()]
+    return [
+        names.index(name)
+        for effector in system.effectors
+        if isinstance(effector, Effector)
+        for name, _ in effector.state_names()
+    ]
+
+
+def settled(model: Model, x: Array) -> Array:
+    """The state x (n_x,) with the states of effectors where they do not change any more, coordinates at rest as given.
+
+    Raises ValueError for a state that goes on changing.
+    """
+    own = moving_states(model.system)
+    if not own:
+        return x
+    x, places = x.copy(), model.n_q + model.n_u + np.array(own)
+    sizes = model.system.state_sizes()[own]
+    for _ in range(TRIES):
+        rates = model.state_rate(0.0, x)[places]
+        step = np.linalg.lstsq(own_rates(model, x, own, sizes) * sizes, -rates, rcond=SINGULAR)[0]
+        x[places] += step * sizes
+        if np.abs(step).max() <= SETTLED * max(1.0, np.abs(x[places] / sizes).max()):
+            break
+    left = np.abs(model.state_rate(0.0, x)[places]) / sizes
+    if not left.max() < 1e-6:
+        name = model.system.state_names()[own[int(np.argmax(left))]][0]
+        raise ValueError(
+            f"the state {name!r} goes on changing at rest, by {left.max():.3g} of its size in a second; an equilibrium "
+            "needs states that settle, so leave its effector out, or start where it has nothing to do"
+        )
+    return x
+
+
+def own_rates(model: Model, x: Array, own: list[int], sizes: Array) -> Array:
+    """F_z (m, m): derivative of the rates of states by the states themselves."""
+    first = model.n_q + model.n_u
+    columns = []
+    for place, size in zip(own, sizes, strict=True):
+        e = np.zeros(model.n_x)
+        e[first + place] = STEP * size
+        change = model.state_rate(0.0, x + e) - model.state_rate(0.0, x - e)
+        columns.append(change[[first + k for k in own]] / (2 * STEP * size))
+    return np.column_stack(columns) if columns else np.zeros((0, 0))
+
+
+def state_equations(model: Model, t: float, x: Array, udot: Array, moved: list[tuple[Array, float]]) -> StateEquations:
+    """The equations of the states of effectors about x (n_x,) at t with accelerations udot (n_u,).
+
+    moved: for every coordinate its place (n_q,) after a step along it and after one back, joined, and the step's size
+    """
+    own, n = moving_states(model.system), model.n_u
+    names = tuple(model.system.state_names()[k][0] for k in own)
+    if not own:
+        return StateEquations(np.zeros((n, 0)), np.zeros((0, n)), np.zeros((0, n)), np.zeros((0, 0)), ())
+    first, sizes = model.n_q + n, model.system.state_sizes()[own]
+    places = [first + k for k in own]
+    R = np.empty((n, len(own)))
+    for j, (place, size) in enumerate(zip(places, sizes, strict=True)):
+        e = np.zeros(model.n_x)
+        e[place] = STEP * size
+        R[:, j] = (model.residual(t, x + e, udot) - model.residual(t, x - e, udot)) / (2 * STEP * size)
+    q, u, z = model.parts(x)
+    F_x, F_u = np.empty((len(own), n)), np.empty((len(own), n))
+    for k, (ends, step) in enumerate(moved):
+        rates = [model.state_rate(t, np.concatenate([end, u, z]))[places] for end in ends]
+        F_x[:, k] = (rates[0] - rates[1]) / (2 * step)
+        e = np.zeros(n)
+        e[k] = 1e-5 * max(1.0, float(np.abs(u).max(initial=0.0)))
+        rates = [model.state_rate(t, np.concatenate([q, u + sign * e, z]))[places] for sign in (1.0, -1.0)]
+        F_u[:, k] = (rates[0] - rates[1]) / (2 * e[k])
+    return StateEquations(R, F_x, F_u, own_rates(model, x, own, sizes), names)

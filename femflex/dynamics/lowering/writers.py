@@ -1,0 +1,75 @@
+"""Addresses of the functions that write the properties of varying bodies (`femflex.system.variation`)."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import numba.core.errors
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.entries import USER, known
+
+Array = NDArray[np.float64]
+
+_numba: Any = numba  # its annotations do not cover what is used here
+_KNOWN: dict[
+    tuple[Any, int, int, int], tuple[int, Any]
+] = {}  # function and sizes -> its address, and what keeps it alive
+
+
+def address_of(name: str, write: Callable[..., Any], n_z: int, n_numbers: int, n_block: int) -> int:
+    """Where compiled code calls the function of body `name`; compiled once in a process.
+
+    Raises ValueError where Numba cannot compile it.
+    """
+    key = (write, n_z, n_numbers, n_block)
+    if key not in _KNOWN:
+        _KNOWN[key] = _made(name, write, n_z, n_numbers, n_block)
+    return _KNOWN[key][0]
+
+
+def _made(name: str, write: Callable[..., Any], n_z: int, n_numbers: int, n_block: int) -> tuple[int, Any]:
+    if hasattr(write, "address"):
+        _check_signature(name, write)
+        pointers: Any = write.ctypes  # type: ignore[attr-defined]
+        if _numba.config.DISABLE_JIT:
+            return known(lambda t, *arrays: pointers(t, *(_pointer_to(a) for a in arrays))), write
+        return int(write.address), write
+    if _numba.config.DISABLE_JIT:
+        return known(lambda t, z, numbers, block: write(t, z[:n_z], numbers[:n_numbers], block[:n_block])), write
+    compiled, carray = write if hasattr(write, "py_func") else _numba.njit(write), _numba.carray
+
+    def called(t: float, z: Any, numbers: Any, block: Any) -> None:
+        compiled(t, carray(z, (n_z,)), carray(numbers, (n_numbers,)), carray(block, (n_block,)))
+
+    try:
+        made = _numba.cfunc(USER)(called)
+    except numba.core.errors.NumbaError as error:
+        raise ValueError(
+            f"the function that writes the properties of body {name!r} cannot be compiled: {_first_line(error)}. "
+            "It takes (t, z, numbers, block), a number and three arrays of numbers, and writes into the last; use what "
+            "Numba compiles"
+        ) from error
+    return int(made.address), made
+
+
+def _check_signature(name: str, write: Any) -> None:
+    found = getattr(write, "_sig", USER)
+    if found != USER:
+        raise ValueError(
+            f"the compiled function that writes the properties of body {name!r} has the signature {found}; compile it "
+            f"for {USER}"
+        )
+
+
+def _pointer_to(a: Array) -> Any:
+    return a.ctypes.data_as(ctypes.c_void_p)
+
+
+def _first_line(error: Exception) -> str:
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    return next((line for line in lines if not line.startswith("Failed in")), lines[0] if lines else "no reason given")

@@ -1,0 +1,61 @@
+"""Whether Numba's inner interfaces are those through which femflex compiles and keeps its kernels.
+
+femflex links the parts of a kernel into one piece and keeps its machine code (`kernel_linking`, `kernel_cache`). Both
+stand on classes that Numba does not promise to keep. Where these are not the expected ones every kernel is compiled by
+plain `numba.njit`: the same numbers to rounding, compiled anew in every process, and in more time. The environment
+variable FEMFLEX_PLAIN_NUMBA=1 asks for that way.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+from functools import cache
+from typing import Any
+
+NEEDED = {  # module -> attribute, and what it must have
+    "numba.core.codegen": (
+        (
+            "JITCodeLibrary",
+            (
+                "_optimize_final_module",
+                "_finalize_final_module",
+                "_finalize_dynamic_globals",
+                "_verify_declare_only_symbols",
+                "enable_object_caching",
+                "get_pointer_to_function",
+            ),
+        ),
+    ),
+    "numba.core.compiler": (
+        ("Compiler", ("define_pipelines",)),
+        ("CompileResult", ("_reduce", "_rebuild")),
+    ),
+    "numba.core.caching": (("_Cache", ("load_overload", "save_overload")),),
+    "numba.core.serialize": (("dumps", ()),),
+    "numba.core.dispatcher": (("Dispatcher", ("enable_caching", "disable_compile")),),
+}
+
+
+@cache
+def missing() -> str:
+    """The first of Numba's inner interfaces that is not there; the variable's name where it is set; "" for none."""
+    if os.environ.get("FEMFLEX_PLAIN_NUMBA", "0") not in ("", "0"):
+        return "FEMFLEX_PLAIN_NUMBA"
+    for module, classes in NEEDED.items():
+        try:
+            found: Any = importlib.import_module(module)
+        except ImportError:
+            return module
+        for name, attributes in classes:
+            if not hasattr(found, name):
+                return f"{module}.{name}"
+            for attribute in attributes:
+                if not hasattr(getattr(found, name), attribute):
+                    return f"{module}.{name}.{attribute}"
+    return ""
+
+
+def plain() -> bool:
+    """Whether kernels are compiled by plain `numba.njit`."""
+    return bool(missing())

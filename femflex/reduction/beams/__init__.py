@@ -1,0 +1,1 @@
+"""Uniform beams by analytic functions, and strain along them."""

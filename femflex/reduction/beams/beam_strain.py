@@ -1,0 +1,105 @@
+"""Nonlinear strain of a straight beam on admissible functions, with the measure of a meshed beam (`fem.beam.strain`).
+
+eps = u' + 1/2 (u'^2 + v'^2 + w'^2 + (I_p / A) theta'^2), I_p / A = ry^2 + rz^2, against EA; curvatures of large bends;
+with torsion functions the twist rate of a section that turns, to third order in energy: bent in its stiff plane, the
+beam tips over sideways. Without them twist cannot answer, and bends in two planes do not twist.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import StrainTensors
+from femflex.fem.beam.strain import FOURTH, fourth_order, product_maps, strain_maps
+from femflex.reduction.beams.beam_functions import gauss
+from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
+from femflex.reduction.strain.tensors import packed_cubic, packed_quartic
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class BeamStrains:
+    """Strains (s,) of a beam at points along it: linear @ rows + 1/2 rows quadratic rows.
+
+    xi, dx      (p,)          points over the length; their part of it [m]
+    rows        (p, 9, n)     gradients of the columns, as listed by `fem.beam.strain.strain_maps`
+    linear      (s, 9)
+    quadratic   (s, 9, 9)
+    stiffness   (p, s)        of (eps, kappa_z, kappa_y, r kappa_x), r^2 = I_p / A, and seven more (`fourth_order`)
+    """
+
+    xi: Array
+    dx: Array
+    rows: Array
+    linear: Array
+    quadratic: Array
+    stiffness: Array
+
+
+def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, following: bool) -> BeamStrains:
+    """The strains of the functions times X (count, n).
+
+    following: stretch is to follow bending (reduction.condense). Then u' is as small as v'^2: its square is left out,
+    and what an inextensible beam's curvature has at fourth order comes in whole, in place of u'v'' and u'w'' in the
+    curvatures: right for a beam of any stiffness along its axis.
+    """
+    xi, weight = gauss(2 * functions.most + 24)
+    value, slope, curvature = (functions.fields(xi, beam.length, derivative) @ X for derivative in range(3))
+    polar = float(np.hypot(beam.ry, beam.rz)) or 1.0
+    slope[:, 3] *= polar
+    turned = np.stack([value[:, 3], polar * slope[:, 1], polar * slope[:, 2]], axis=1)
+    linear, quadratic = strain_maps()
+    if not functions.torsion:
+        quadratic[3] = 0.0
+    fourth, weights = product_maps(FOURTH), fourth_order(beam.EIy, beam.EIz, polar**2, beam.far_bends)
+    if following:
+        quadratic[:, 0], quadratic[:, :, 0] = 0.0, 0.0
+        fourth[:3], weights[:3] = inextensible(beam, polar**2)
+        weights[5:] = 0.0
+    bending, axial = beam.taper.bending(xi), beam.taper.axial(xi)
+    stiffness = [beam.EA * axial, *np.outer([beam.EIz, beam.EIy, beam.GJ / polar**2, *weights], bending)]
+    rows = np.concatenate([slope, curvature[:, 1:3], turned], axis=1)
+    linear = np.concatenate([linear, np.zeros((len(fourth), linear.shape[1]))])
+    quadratic = np.concatenate([quadratic, fourth])
+    return BeamStrains(xi, weight * beam.length, rows, linear, quadratic, np.stack(stiffness, axis=1))
+
+
+def inextensible(beam: UniformBeam, polar2: float) -> tuple[Array, Array]:
+    """Maps (3, 9, 9) and stiffnesses (3,) of a + b, a = v'v'' and b = w'w'', whose energy is that of the third-order
+    curvature of a beam that keeps its length, (a + b) (EIz a + EIy b) / 2.
+
+    With far_bends the product a b has the lesser stiffness alone: with the mean, skew bends of strips lose energy.
+    """
+    shared = min(beam.EIy, beam.EIz) if beam.far_bends else (beam.EIy + beam.EIz) / 2
+    maps = product_maps((((7, 4), (8, 5)), ((7, 4),), ((8, 5),)))
+    return maps, np.array([shared, beam.EIz - shared, beam.EIy - shared]) / polar2
+
+
+def beam_strain(beam: UniformBeam, functions: BeamFunctions, X: Array, V1: Array, following: bool) -> StrainTensors:
+    """Strain tensors over the functions times X (count, n), with V1 (n, n) as it is; `beam_strains` for the terms."""
+    n = X.shape[1]
+    strains = beam_strains(beam, functions, X, following)
+    total = np.zeros((n + n * (n + 1) // 2,) * 2)
+    for linear, quadratic, stiffness in zip(strains.linear, strains.quadratic, strains.stiffness.T, strict=True):
+        if quadratic.any():
+            columns = np.concatenate(
+                [linear @ strains.rows, 0.5 * pairs(strains.rows, quadratic @ strains.rows)], axis=1
+            )
+            total += weighted_square(columns, strains.dx * stiffness)
+    return StrainTensors(V1, np.zeros(n), packed_cubic(total, n), packed_quartic(total[n:, n:], n))
+
+
+def pairs(a: Array, b: Array) -> Array:
+    """Symmetric part of sum_r a_ri b_rj for i <= j, (p, n(n+1)/2), of rows (p, r, n)."""
+    product = np.einsum("pri,prj->pij", a, b, optimize=True)
+    i, j = np.triu_indices(a.shape[2])
+    return np.asarray(0.5 * (product[:, i, j] + product[:, j, i]))
+
+
+def weighted_square(columns: Array, weight: Array) -> Array:
+    """columns^T diag(weight) columns."""
+    return np.asarray(columns.T @ (weight[:, None] * columns))

@@ -1,0 +1,142 @@
+"""The strain field of a body: gradients of its shapes at the points of the strain table, or means over elements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body.strain_field import StrainPart
+from femflex.fem.family import StrainPlaces
+from femflex.fem.structure import Structure
+from femflex.fem.tables import StrainBlock, element_chunks
+from femflex.reduction.beams.beam_strain import beam_strains
+from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
+
+Array = NDArray[np.float64]
+
+NAMED = 4  # strains of a beam before those of fourth order
+MOST_POINTS = 3000  # of a member that are kept one by one; with more, each element keeps one or two means
+
+
+def strain_field(structure: Structure, phi: Array, nonlinear: bool) -> tuple[StrainPart, ...]:
+    """Parts over shapes phi (n_dof, n), one for every block of the strain table whose points have places.
+
+    Bytes: 4 n g a point, g the strains (4 to 8) of a linear, unstressed body, else the gradients (6 to 11).
+    """
+    if not phi.shape[1]:
+        return ()
+    raw = structure.T @ phi
+    found = zip(structure.strain, structure.places, strict=True)
+    return tuple(_part(block, places, raw, nonlinear) for block, places in found if places is not None)
+
+
+def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool) -> StrainPart:
+    """One part; its points are those at which its energy is sampled: of nonlinear strain, other ones than of linear."""
+    points = _Points.of(block, nonlinear)
+    e, q = points.weight.shape
+    whole = nonlinear or bool(points.stress.any())  # the quadratic part of strain has a meaning
+    x = places.x if not nonlinear or places.sampled is None else places.sampled
+    shares = _shares(points.weight, x, places.kind) if e * q > MOST_POINTS else None
+    kept = q if shares is None else shares.shape[1]
+    seen = block.sampled(slice(0, 1)) if nonlinear else block
+    s, g = seen.linear_map.shape
+    rows = np.empty((e, kept, g if whole else s, raw.shape[1]), np.float32)
+    for chunk in element_chunks(e, q * (g + s) * max(1, raw.shape[1])):
+        gradients = points.gradients(raw, chunk)
+        own = gradients if whole else seen.linear_map @ gradients
+        rows[chunk] = own if shares is None else np.einsum("ekq,eqgn->ekgn", shares[chunk], own)
+    weight = points.weight
+    if shares is not None:
+        x, weight = shares @ x, np.repeat(weight.sum(axis=1, keepdims=True) / kept, kept, axis=1)
+    return StrainPart(
+        kind=places.kind,
+        places=x.reshape(-1, 3),
+        weight=weight.ravel(),
+        rows=rows.reshape(-1, *rows.shape[2:]),
+        linear=seen.linear_map if whole else np.eye(s),
+        quadratic=seen.quadratic_map if whole else np.zeros((s, s, s)),
+        elastic=_kept(points.elastic, points.weight.shape, shares),
+        stress=_kept(points.stress, points.weight.shape, shares),
+        first=np.eye(raw.shape[1]),
+        nonlinear=nonlinear,
+        per=kept,
+    )
+
+
+def _shares(weight: Array, x: Array, kind: str) -> Array:
+    """What each point of an element (e, q) at x (e, q, 3) adds to the few that stand for it, (e, 1|2, q).
+
+    Their mean; of solids the mean half a thickness over sqrt(3) to either side along their shortest way, of what
+    varies linearly along it. A single layer of solids that bends would have no strain in the mean; so it has, and its
+    energy, mean^2 + variance.
+    """
+    share = weight / weight.sum(axis=1, keepdims=True)
+    if kind != "solid":
+        return share[:, None]
+    d = x - np.einsum("eq,eqa->ea", share, x)[:, None]
+    spread, axes = np.linalg.eigh(np.einsum("eq,eqa,eqb->eab", share, d, d))
+    along = np.einsum("eqa,ea->eq", d, axes[:, :, 0]) / np.sqrt(spread[:, :1])
+    return np.stack([share * (1.0 + along), share * (1.0 - along)], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Points:
+    """Weights (e, q), elastic matrices (e|1, q|1, s, s) and stresses (e|1, q|1, s) of the points of a block."""
+
+    block: StrainBlock
+    nonlinear: bool
+    weight: Array
+    elastic: Array
+    stress: Array
+
+    @classmethod
+    def of(cls, block: StrainBlock, nonlinear: bool) -> _Points:
+        """Those of its linear strain, or where the nonlinear one is sampled."""
+        if not nonlinear:
+            return cls(block, False, block.weight, block.elastic, block.stress)
+        chunks = element_chunks(len(block.dofs), 100 * block.linear_map.shape[1])
+        parts = [(part.weight, part.elastic, part.stress) for part in (block.sampled(chunk) for chunk in chunks)]
+        weight, elastic, stress = (
+            arrays[0] if arrays[0].shape[0] == 1 < len(block.dofs) else np.concatenate(arrays)
+            for arrays in zip(*parts, strict=True)
+        )
+        return cls(block, True, weight, elastic, stress)
+
+    def gradients(self, raw: Array, elements: slice) -> Array:
+        """Gradients (e, q, g, n) of raw shapes at the points of these elements."""
+        if self.nonlinear:
+            return self.block.sampled(elements).gradients(raw, slice(None))
+        return self.block.gradients(raw, elements)
+
+
+def _kept(table: Array, shape: tuple[int, ...], shares: Array | None) -> Array:
+    """Rows (1|p, ...) of a table (e|1, q|1, ...): one where all agree, else of every point kept."""
+    if np.all(table == table[:1, :1]):
+        return table[0, 0][None]
+    every = np.broadcast_to(table, (*shape, *table.shape[2:]))
+    if shares is not None:
+        every = np.einsum("ekq,eq...->ek...", shares, every)
+    return np.asarray(every.reshape(-1, *table.shape[2:]))
+
+
+def beam_field(beam: UniformBeam, functions: BeamFunctions, X: Array, nonlinear: bool, following: bool) -> StrainPart:
+    """The part of a beam on admissible functions times X (count, n), with its `beam_strains`.
+
+    What is of fourth order in the energy stands beside the four strains as others, which have no name.
+    """
+    found = beam_strains(beam, functions, X, following)
+    s = len(found.linear) if nonlinear else NAMED
+    return StrainPart(
+        kind="line",
+        places=np.asarray(beam.root, float) + beam.length * found.xi[:, None] * beam.frame[0],
+        weight=found.dx,
+        rows=(found.rows if nonlinear else found.linear[:NAMED] @ found.rows).astype(np.float32),
+        linear=found.linear if nonlinear else np.eye(s),
+        quadratic=found.quadratic if nonlinear else np.zeros((s, s, s)),
+        elastic=found.stiffness[:, :s, None] * np.eye(s),
+        stress=np.zeros((1, s)),
+        first=np.eye(X.shape[1]),
+        nonlinear=nonlinear,
+    )

@@ -1,0 +1,219 @@
+"""A straight uniform beam, and the admissible functions its four fields may use."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from femflex.fem.line.chain import element_frames
+from femflex.reduction.beams.beam_functions import (
+    STATIC_AXIAL,
+    STATIC_BENDING,
+    TIP_AXIAL,
+    TIP_BENDING,
+    FunctionSet,
+    axial_characteristic,
+    bending_characteristic,
+    ends_of,
+    polynomials,
+    with_static,
+)
+
+Array = NDArray[np.float64]
+
+BENDING_ORDER = {"free": 0, "pinned": 1, "clamped": 2}  # derivatives, from the value on, that vanish at an end
+
+
+def one(xi: Array) -> Array:
+    """1 at every xi."""
+    return np.ones_like(xi)
+
+
+@dataclass(frozen=True)
+class Taper:
+    """How a beam's section varies along xi = x / length: factors (k,) on its mass, bending, and axial stiffness.
+
+    The torsional stiffness goes with the bending stiffness; radii of gyration stay.
+    """
+
+    mass: Callable[[Array], Array] = one
+    bending: Callable[[Array], Array] = one
+    axial: Callable[[Array], Array] = one
+
+
+@dataclass(frozen=True, eq=False)
+class UniformBeam:
+    """A straight Euler–Bernoulli beam, uniform unless `taper` says how it varies.
+
+    length                 [m]
+    EA, EIy, EIz, GJ       axial [N], bending in x-z and in x-y, torsional stiffness [N m^2]; x along the beam
+    mass_per_length        [kg/m]
+    ry, rz                 radii of gyration of the section's mass, sqrt(int z^2 dm), sqrt(int y^2 dm) per mass [m]
+    rotary_inertia         False leaves the section's inertia out of bending and of turns of the body; it stays in
+                           torsion, the same about all axes across
+    root, direction        where the beam starts [m] and where it points, body frame
+    orientation            vector near the section's y axis; default as for beam members (fem.chain.element_frames)
+    far_bends              True: nonlinear strain stays bounded where a flat section bends far (fem.beam.strain)
+    radius                 of the tube that is drawn [m]; None draws a line
+    taper                  how the section varies along the length; mass and stiffness above are those where it is 1
+    """
+
+    length: float
+    EA: float
+    EIy: float
+    EIz: float
+    GJ: float
+    mass_per_length: float
+    ry: float = 0.0
+    rz: float = 0.0
+    rotary_inertia: bool = True
+    root: ArrayLike = (0.0, 0.0, 0.0)
+    direction: ArrayLike = (1.0, 0.0, 0.0)
+    orientation: ArrayLike | None = None
+    far_bends: bool = False
+    radius: float | None = None
+    taper: Taper = field(default_factory=Taper)
+
+    def __post_init__(self) -> None:
+        for name in ("length", "EA", "EIy", "EIz", "GJ", "mass_per_length"):
+            if not (np.isfinite(getattr(self, name)) and getattr(self, name) > 0):
+                raise ValueError(f"{name} of the beam is {getattr(self, name)}; it must be positive and finite.")
+        for name in ("ry", "rz"):
+            if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
+                raise ValueError(
+                    f"{name} of the beam is {getattr(self, name)}; a radius of gyration is zero or positive."
+                )
+
+    @property
+    def frame(self) -> Array:
+        """Beam axes in the body frame, rows x, y, z (3, 3)."""
+        start = np.asarray(self.root, float)
+        end = start + np.asarray(self.direction, float)
+        orientation = None if self.orientation is None else np.asarray(self.orientation, float)
+        return element_frames(start[None], end[None], orientation, "beam")[1][0]
+
+
+@dataclass(frozen=True)
+class BeamFunctions:
+    """Which admissible functions, and how many for each of a beam's four fields.
+
+    y, z, axial, torsion   how many functions for v(x), w(x), u(x), theta(x)
+    family                 "characteristic": vibration shapes; "polynomial": Jacobi polynomials that meet the supports
+    ends                   supports of root and tip, of "free", "pinned", "clamped", in the body frame
+    followers              axial polynomials that follow bending, after all others (beam_body, strain "condensed")
+    static                 the last two of y and z, and the last of axial and torsion, are the static shapes of an
+                           accelerated root (characteristic, "clamped-free"): converges far faster beside a light hub
+    tip                    the last two of y and z, and the last of axial and torsion, are the static shapes of a force
+                           and a moment at the tip, after those of `static` (likewise): for what the beam carries there
+    """
+
+    y: int = 0
+    z: int = 0
+    axial: int = 0
+    torsion: int = 0
+    family: Literal["characteristic", "polynomial"] = "characteristic"
+    ends: str = "clamped-free"
+    static: bool = False
+    followers: int = 0
+    tip: bool = False
+
+    def __post_init__(self) -> None:
+        ends_of(self.ends)
+        if self.family not in ("characteristic", "polynomial"):
+            raise ValueError(
+                f"family {self.family!r} of beam functions is not known; give 'characteristic' or 'polynomial'."
+            )
+        counts = (self.y, self.z, self.axial, self.torsion)
+        if min(counts) < 0 or not any(counts):
+            raise ValueError(
+                f"beam functions were asked for in numbers {counts} (y, z, axial, torsion); give some, none negative."
+            )
+        if (self.static or self.tip) and (self.family, self.ends) != ("characteristic", "clamped-free"):
+            raise ValueError(
+                "static shapes stand beside characteristic functions of clamped-free ends; change family or ends."
+            )
+        if any(0 < n < least for n, least in zip(counts, self._beside(), strict=True)):
+            raise ValueError(
+                "static shapes of bending come in twos; ask for at least two functions along y and z for each of "
+                "static and tip, or none."
+            )
+
+    @property
+    def count(self) -> int:
+        """Number of functions in all."""
+        return self.own + self.followers
+
+    @property
+    def own(self) -> int:
+        """Number of functions that do not follow others."""
+        return self.y + self.z + self.axial + self.torsion
+
+    @property
+    def most(self) -> int:
+        """The largest number of functions of one field."""
+        return max(self.y, self.z, self.axial, self.torsion, self.followers)
+
+    @property
+    def holds_squares(self) -> bool:
+        """Whether the axial functions hold all products of two slopes: polynomials enough."""
+        clamps = [BENDING_ORDER[support] for support in ends_of(self.ends)]
+        degree = sum(clamps) + max(self.y, self.z) - 1  # of bending; u is of that of the integral of slopes' squares
+        return self.family == "polynomial" and self.axial >= 2 * degree - sum(min(order, 1) for order in clamps)
+
+    def with_followers(self) -> BeamFunctions:
+        """The same with as many followers as hold all products of two slopes: exactly for polynomials."""
+        n = 2 * max(self.y, self.z)
+        return replace(self, followers=n + 4 if self.family == "polynomial" else n + 14)
+
+    def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
+        """Derivative by x of u, v, w, theta (len(xi), 4, count) at x = xi length."""
+        found = np.zeros((len(xi), 4, self.count))
+        at = 0
+        for row, n, bends in ((1, self.y, True), (2, self.z, True), (0, self.axial, False), (3, self.torsion, False)):
+            if n:
+                functions = self._bending(n) if bends else self._axial(n)
+                found[:, row, at : at + n] = functions(xi, derivative) / length**derivative
+            at += n
+        if self.followers:
+            functions = self._polynomials(self.followers)
+            found[:, 0, at:] = functions(xi, derivative) / length**derivative
+        return found
+
+    def _beside(self) -> tuple[int, int, int, int]:
+        """How many of a field's functions are static shapes beside its own, where it has any."""
+        kinds = int(self.static) + int(self.tip)
+        return 2 * kinds, 2 * kinds, kinds, kinds
+
+    @property
+    def added(self) -> NDArray[np.bool_]:
+        """(own,): which of the functions are static shapes that stand beside the others."""
+        counts = (self.y, self.z, self.axial, self.torsion)
+        return np.concatenate([np.arange(n) >= n - beside for n, beside in zip(counts, self._beside(), strict=True)])
+
+    @property
+    def alone(self) -> NDArray[np.bool_]:
+        """(own,): which of these bend or twist the beam in a way in which it has no other functions."""
+        counts = (self.y, self.z, 0, self.torsion)
+        only = [n <= beside for n, beside in zip(counts, self._beside(), strict=True)]
+        return self.added & np.repeat([*only[:2], False, only[3]], (self.y, self.z, self.axial, self.torsion))
+
+    def _bending(self, n: int) -> FunctionSet:
+        if self.family == "polynomial":
+            root, tip = (BENDING_ORDER[support] for support in ends_of(self.ends))
+            return polynomials(root, tip, n)
+        beside = (*STATIC_BENDING * self.static, *TIP_BENDING * self.tip)
+        return with_static(bending_characteristic(self.ends, n - len(beside)), beside, n)
+
+    def _axial(self, n: int) -> FunctionSet:
+        if self.family == "polynomial":
+            return self._polynomials(n)
+        beside = (*STATIC_AXIAL * self.static, *TIP_AXIAL * self.tip)
+        return with_static(axial_characteristic(self.ends, n - len(beside)), beside, n)
+
+    def _polynomials(self, n: int) -> FunctionSet:
+        root, tip = (min(BENDING_ORDER[support], 1) for support in ends_of(self.ends))
+        return polynomials(root, tip, n, rigid=1)

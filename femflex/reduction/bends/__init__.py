@@ -1,0 +1,1 @@
+"""Shapes that bending calls for: modal derivatives, bent states, stretch, responses."""

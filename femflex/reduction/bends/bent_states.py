@@ -1,0 +1,102 @@
+"""Static states of a structure whose shapes are held at large amplitudes: what all else does then.
+
+    x(q) = argmin V(x) - f0.x      over all x with phi^T M x = q
+
+with V the full nonlinear strain energy. To second order x = phi q + 1/2 theta_ij q_i q_j with the static derivatives
+theta; at a deflection of several thicknesses the part outside the set, y(q) = x - phi q, has other shapes. They are
+found as the dual modes are (K. Kim, V. Khanna, X. Q. Wang and M. P. Mignolet, Nonlinear reduced order modeling of flat
+cantilevered structures, AIAA 2009-2492), but with the amplitudes held and not the loads: past a limit point there is
+one state for each amplitude where there are several for a load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.structure import Structure
+from femflex.reduction.boundary.clamps import free_dofs
+from femflex.reduction.boundary.pivots import solved
+from femflex.reduction.modes.modeset import ModeSet
+
+Array = NDArray[np.float64]
+
+STEPS = 4  # states on the way to each amplitude, evenly spaced
+SETTLED = 1e-6  # last Newton step over the displacement; what follows of it is its square
+ITERATIONS = 30
+
+
+def bent_states(structure: Structure, modes: ModeSet, deflection: float) -> tuple[Array, Array]:
+    """y (n_dof, k) of all states and their strain energies (k,), for amplitudes up to those of a deflection [m].
+
+    The amplitudes are those of equal static loads, 1 / omega^2, of which the lowest shape's moves some node by
+    `deflection`; every shape goes both ways alone and both ways with every other, in STEPS steps: 8 n^2 states, each of
+    a few factorisations. Raises ValueError without clamps, or when a state is not found.
+    """
+    if not modes.held.size:
+        raise ValueError(
+            "derivatives at a deflection are static states of a clamped structure, and this set is of a free one; "
+            "leave out the deflection, or clamp a group."
+        )
+    paths = directions(structure, modes, deflection)
+    found = [state for amplitude in paths for state in _along(structure, modes, amplitude)]
+    x = np.column_stack([state for state, _ in found])
+    y = x - modes.phi @ (modes.phi.T @ (structure.M @ x))
+    return y, np.array([energy for _, energy in found])
+
+
+def directions(structure: Structure, modes: ModeSet, deflection: float) -> Array:
+    """Amplitudes (2 n^2, n) of the last state of every path."""
+    n = modes.n_modes
+    weight = 1.0 / over_mass(structure, modes)
+    lowest = int(np.argmax(weight))
+    moved = np.linalg.norm((structure.translation @ modes.phi[:, lowest]).reshape(-1, 3), axis=1).max()
+    each = np.diag(weight * deflection / (moved * weight[lowest]))
+    alone = [sign * row for row in each for sign in (1.0, -1.0)]
+    pairs = [a * each[i] + b * each[j] for i, j in combinations(range(n), 2) for a in (1, -1) for b in (1, -1)]
+    return np.array(alone + pairs).reshape(-1, n)
+
+
+def _along(structure: Structure, modes: ModeSet, amplitude: Array) -> Iterator[tuple[Array, float]]:
+    """States (n_dof,) and their energies on the way to amplitudes (n,)."""
+    x = np.zeros(structure.n_dof)
+    for part in np.arange(1, STEPS + 1) / STEPS:
+        x = held_at(structure, modes, part * amplitude, x + modes.phi @ amplitude / STEPS)
+        yield x, state_energy(structure, x)
+
+
+def held_at(structure: Structure, modes: ModeSet, amplitude: Array, x: Array, settled: float = SETTLED) -> Array:
+    """The state (n_dof,) with amplitudes (n,) near x, by Newton's steps until one is `settled` of the displacement.
+
+    Raises ValueError when the state is not found.
+    """
+    elastic, free = structure.internal_force, free_dofs(structure, modes.held)
+    A, x = (structure.M @ modes.phi)[free], x.copy()
+    for _ in range(ITERATIONS):
+        rest = (structure.f0 - elastic.force(x))[free]
+        solution = solved(elastic.tangent(x)[free][:, free], np.column_stack([rest, A]))
+        step, answer = solution[:, 0], solution[:, 1:]
+        step = step + answer @ np.linalg.solve(A.T @ answer, amplitude - A.T @ (x[free] + step))
+        x[free] += step
+        if not np.isfinite(step).all():
+            break
+        if np.abs(step).max() <= settled * np.abs(x).max():
+            return x
+    raise ValueError(
+        f"the static state with amplitudes {amplitude.tolist()} of the {modes.n_modes} shapes was not found in "
+        f"{ITERATIONS} steps; derive at a smaller deflection."
+    )
+
+
+def state_energy(structure: Structure, x: Array) -> float:
+    """Strain energy of a state (n_dof,) less the work of the initial stress that the supports do not hold [J]."""
+    return structure.internal_force.energy(x) - float(structure.f0 @ x)
+
+
+def over_mass(structure: Structure, modes: ModeSet) -> Array:
+    """Stiffness over mass of every shape (n,), its omega^2."""
+    mass = np.einsum("in,in->n", modes.phi, structure.M @ modes.phi)
+    return np.asarray(np.einsum("in,in->n", modes.phi, structure.K @ modes.phi) / mass)

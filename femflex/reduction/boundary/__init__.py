@@ -1,0 +1,1 @@
+"""Where a body is held and taken hold of: clamps, markers, rigid motions, the supported structure."""

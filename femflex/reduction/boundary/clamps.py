@@ -1,0 +1,89 @@
+"""Supports: which dofs a clamp holds, and the sentence for a structure that is not held."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from femflex.fem.structure import Structure
+from femflex.fem.support import COMPONENTS, Supports
+from femflex.reduction.boundary.rigid import independent_columns, rigid_shapes
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Groups = str | Sequence[str] | Supports  # names; or name -> components held, e.g. ("x", "y", "z"), or a Support
+
+
+def names(groups: Groups) -> tuple[str, ...]:
+    """Names of the groups."""
+    return (groups,) if isinstance(groups, str) else tuple(groups)
+
+
+def held_dofs(structure: Structure, clamp: Groups) -> Index:
+    """Independent dofs (k,), ascending, that the clamps fix. A mapping names the components held at each group."""
+    return structure.held_dofs(clamp if isinstance(clamp, Mapping) else dict.fromkeys(names(clamp), COMPONENTS))
+
+
+def free_dofs(structure: Structure, held: Index) -> Index:
+    """Independent dofs (k,), ascending, that are not held."""
+    return np.setdiff1d(np.arange(structure.n_dof), held)
+
+
+def refuse_unheld(structure: Structure, held: Index, clamp: tuple[str, ...], loose: Array) -> NoReturn:
+    """Raise the ValueError that says how many motions a clamp leaves without stiffness, and what could be clamped.
+
+    loose: these motions (n_dof, k).
+    """
+    n_null = loose.shape[1]
+    R = rigid_shapes(structure, about=structure.mesh.points.mean(axis=0))
+    n_rigid = len(independent_columns(R)) - len(independent_columns(R[held]))
+    parts = _parts(structure)
+    others = [group for group in structure.mesh.groups if group not in clamp]
+    where = f"clamped at {list(clamp)}" if clamp else "clamped nowhere"
+    if n_null <= n_rigid:
+        what = f"{n_null} rigid motion{'s' * (n_null > 1)} without stiffness"
+        hint = f"Clamp one of its other groups, {others}." if held.size else f"Clamp one of its groups, {others}."
+    else:
+        what = f"{n_null} motion{'s' * (n_null > 1)} without stiffness, of which {n_rigid} are rigid"
+        why = (
+            f"falls into {parts} parts that share no node" if parts > 1 else f"is a mechanism{_told(structure, loose)}"
+        )
+        hint = f"It {why}: join the parts or brace it, or clamp more of its groups, {others}."
+    raise ValueError(f"the structure, {where}, has {what}. {hint}")
+
+
+def _told(structure: Structure, loose: Array) -> str:
+    """Where and how the first of the motions without stiffness moves a node most.
+
+    A plate that meets the rest at one node turns about its own normal there, which it has no stiffness against.
+    """
+    moved = (structure.translation @ loose[:, 0]).reshape(-1, 3)
+    turned = (structure.rotation @ loose[:, 0]).reshape(-1, 3)
+    size = float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
+    far, turns = np.linalg.norm(moved, axis=1), np.linalg.norm(turned, axis=1) * size
+    how, amounts, ways = ("moves", far, moved) if far.max() >= turns.max() else ("turns", turns, turned)
+    node = int(amounts.argmax())
+    place = ", ".join(f"{x:.4g}" for x in structure.mesh.points[node])
+    way = ways[node] / np.linalg.norm(ways[node])
+    along = ", ".join(f"{round(float(x), 3) + 0.0:g}" for x in way)
+    return (
+        f" (the node at ({place}) {how} {'along' if how == 'moves' else 'about'} ({along}); where a plate meets the "
+        "rest at one node it turns about its own normal: let them share an edge)"
+    )
+
+
+def _parts(structure: Structure) -> int:
+    """Number of parts that share no node: nodes are joined by the dofs they share and by stiffness between dofs."""
+    rows = sparse.vstack([structure.translation, structure.rotation]).tocoo()
+    node = rows.coords[0] // 3 % len(structure.mesh.points)
+    incidence = sparse.coo_array(
+        (np.ones(rows.nnz), (node, rows.coords[1])), shape=(len(structure.mesh.points), structure.n_dof)
+    )
+    joined = (incidence @ abs(structure.K) @ incidence.T).tocsr()
+    used = np.unique(node)
+    return int(csgraph.connected_components(joined[used][:, used], directed=False)[0])

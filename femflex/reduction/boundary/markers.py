@@ -1,0 +1,117 @@
+"""Markers: the translation and small rotation of a named place, as rows on a Structure's dofs."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from femflex.body import Marker
+from femflex.fem.structure import Structure
+from femflex.reduction.boundary.rigid import rigid_motion
+from femflex.warning import PhysicsWarning
+
+Array = NDArray[np.float64]
+
+FLAT = 1e-10  # relative second moment of a group's nodes about an axis below which they cannot show a rotation about it
+
+
+@dataclass(frozen=True, eq=False)
+class MarkerRows:
+    """Mean position (3,) of a group's nodes, and its translation and rotation rows (3, n_dof).
+
+    blind (3, k): unit axes about which the group shows no rotation; the rotation rows are zero about them. Of one node
+    of a flat plate that is the normal.
+    turning: whether its nodes have rotations of their own.
+    """
+
+    position: Array
+    translation: sparse.csr_array
+    rotation: sparse.csr_array
+    blind: Array
+    turning: bool
+
+
+def marker_rows(structure: Structure, group: str) -> MarkerRows:
+    """Rows of the place a mesh group stands for.
+
+    One node: its own translation and rotation. Several: the mean displacement and the unweighted least-squares
+    rotation of the nodes about their mean position, theta = (sum |d|^2 1 - d d^T)^-1 sum d x u; about an axis they
+    all lie on, the mean of the nodes' own rotations, if they have any. Midside nodes that carry no dofs (plates have
+    theirs at the corners) are left out.
+    """
+    nodes = attachable_nodes(structure, group)
+    position = structure.mesh.points[nodes].mean(axis=0)
+    d = structure.mesh.points[nodes] - position
+    rows = (3 * nodes[:, None] + np.arange(3)).ravel()
+    u, theta = structure.translation[rows], structure.rotation[rows]
+    fit, hidden = rotation_fit(d)
+    own = sparse.csr_array(hidden @ hidden.T @ mean_rows(_turning(theta))) @ theta
+    return MarkerRows(
+        position=position,
+        translation=(sparse.csr_array(mean_rows(np.ones(len(nodes)))) @ u).tocsr(),
+        rotation=(sparse.csr_array(fit) @ u + own).tocsr(),
+        blind=_unshown(hidden, own),
+        turning=bool(theta.nnz),
+    )
+
+
+def attachable_nodes(structure: Structure, group: str) -> NDArray[np.int64]:
+    """Nodes of a group, without midside nodes that carry no dofs; ValueError when others carry none."""
+    named = structure.mesh.group_points(group)
+    carries = np.diff(structure.translation.indptr).reshape(-1, 3).sum(axis=1) > 0
+    nodes = named if carries[named].all() else named[carries[named] | ~np.isin(named, structure.mesh.midside_points())]
+    if not len(nodes) or not carries[nodes].all():
+        raise ValueError(
+            f"{np.count_nonzero(~carries[named])} of the {len(named)} nodes of group {group!r} belong to no member, or "
+            "stand amid the side of a plate's element, so nothing can be attached there; name a group with corners on "
+            "a member."
+        )
+    return nodes
+
+
+def marker(rows: MarkerRows, phi: Array, name: str, turning: bool = True) -> Marker:
+    """The Marker with these rows on shapes phi (n_dof, n), axes along the body frame.
+
+    Warns, if its rotation is of use, when the place moves but shows none about some axis (nodes of solids have none).
+    Nodes of plates turn but for about their normal, which plates hold stiffly: that is not missed.
+    """
+    translation, rotation = rows.translation @ phi, rows.rotation @ phi
+    if turning and rows.blind.size and not rows.turning and np.abs(translation).max(initial=0.0) > 0:
+        warnings.warn(
+            f"marker {name!r} shows no rotation about {rows.blind.shape[1]} of 3 axes: its nodes have no rotation and "
+            "lie on one point or line. A joint there keeps those axes still, and a torque about them bends nothing; "
+            "name a group of nodes around the place.",
+            PhysicsWarning,
+            stacklevel=3,
+        )
+    return Marker(rows.position, translation, rotation)
+
+
+def _unshown(hidden: Array, own: sparse.csr_array) -> Array:
+    """The axes among the hidden ones (3, k) about which the nodes' own rotations (3, n_dof) show none either."""
+    rows = hidden.T @ own if own.nnz else np.zeros((hidden.shape[1], 1))
+    shown, axes = np.linalg.eigh(rows @ rows.T)
+    return hidden @ axes[:, shown < FLAT]
+
+
+def _turning(theta: sparse.csr_array) -> Array:
+    """1 for each node that has a rotation, else 0, (n_nodes,)."""
+    per_row = np.diff(theta.indptr).reshape(-1, 3)
+    return (per_row.sum(axis=1) > 0).astype(float)
+
+
+def rotation_fit(d: Array) -> tuple[Array, Array]:
+    """Least-squares rotation (3, 3 n) of nodes at d (n, 3) from their mean, and unit axes (3, k) it cannot see."""
+    moment, axes = np.linalg.eigh((d**2).sum() * np.eye(3) - d.T @ d)
+    seen = moment > FLAT * max(moment[-1], np.finfo(float).tiny)
+    arms = rigid_motion(d)[0][:, :, 3:].reshape(-1, 3)  # u = arms theta in a rigid rotation
+    return (axes[:, seen] / moment[seen]) @ axes[:, seen].T @ arms.T, axes[:, ~seen]
+
+
+def mean_rows(weight: Array) -> Array:
+    """Row operator (3, 3 n) of the weighted mean over nodes."""
+    return np.kron(weight / max(weight.sum(), 1.0), np.eye(3))

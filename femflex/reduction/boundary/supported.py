@@ -1,0 +1,139 @@
+"""A structure on its supports: stiffness and mass without the dofs that are held, and factors made once for all uses.
+
+One `Supported` per structure and set of held dofs serves modes, static answers, relaxation of initial stress and
+judgements of buckling. Factors of 1e5 dofs take hundreds of MB; they go with the structure (`Structure.recalled`).
+
+A structure that nothing holds is factorised on statically determinate supports instead. Loads without their rigid part,
+balanced by the inertia of a rigid acceleration, leave these supports without reactions, and answers without their rigid
+part do not depend on where they are (inertia relief).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, sparse
+from scipy.sparse.linalg import SuperLU
+
+from femflex.fem.eigen.modes import Modes, factorised, lowest_modes, without_stiffness
+from femflex.fem.eigen.shift_invert import SingularError
+from femflex.fem.structure import Structure
+from femflex.reduction.boundary.rigid import independent_columns, rigid_shapes
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Supported:
+    """Matrices of a structure with some dofs held, or none.
+
+    whole_K, whole_M (n_dof, n_dof)   held (k,)   R (n_dof, r) rigid motions, of a structure that nothing holds
+    """
+
+    whole_K: sparse.csr_array
+    whole_M: sparse.csr_array
+    held: Index
+    R: Array
+
+    @cached_property
+    def free(self) -> Index:
+        """Dofs (n,) that are not held."""
+        return np.setdiff1d(np.arange(self.whole_K.shape[0]), self.held)
+
+    @cached_property
+    def K(self) -> sparse.csr_array:
+        """Stiffness (n, n) of the free dofs."""
+        return self.whole_K[self.free][:, self.free] if self.held.size else self.whole_K
+
+    @cached_property
+    def M(self) -> sparse.csr_array:
+        """Mass (n, n) of the free dofs."""
+        return self.whole_M[self.free][:, self.free] if self.held.size else self.whole_M
+
+    @cached_property
+    def stiff(self) -> Index:
+        """Free dofs (m,) of which the stiffness is factorised: all that are left by determinate supports."""
+        return self.free if self.held.size else np.setdiff1d(self.free, determinate_supports(self.R))
+
+    @cached_property
+    def K_stiff(self) -> sparse.csr_array:
+        """Stiffness (m, m) of the `stiff` dofs."""
+        return self.K if self.held.size else self.K[self.stiff][:, self.stiff]
+
+    @cached_property
+    def factors(self) -> SuperLU:
+        """Factors of `K_stiff`. Raises RuntimeError where it is singular."""
+        return factorised(self.K_stiff)
+
+    def answers(self, loads: Array) -> Array:
+        """Static displacements (n_dof, k) or (n_dof,) under loads alike; without supports, of their balanced part."""
+        x = np.zeros_like(loads)
+        if not self.held.size:
+            loads = loads - self._MR @ (self._R.T @ loads)
+        x[self.stiff] = self.factors.solve(np.ascontiguousarray(loads[self.stiff]))
+        return x if self.held.size else x - self._R @ (self._MR.T @ x)
+
+    def lowest_modes(self, n: int) -> Modes:
+        """The n lowest elastic modes on the free dofs, by these factors (`fem.eigen.lowest_modes`).
+
+        Of what nothing holds they are sought beside its rigid motions, unless it has stiffness against these too.
+        """
+        if self.held.size:
+            return lowest_modes(self.K, self.M, n, solve=self._free_answer)
+        if self.R.shape[1] and without_stiffness(self.K, self.M, self.R).all():
+            found = lowest_modes(self.K, self.M, n, free=True, solve=self._free_answer)
+            return found if found.null.shape[1] else replace(found, null=self._R)
+        return lowest_modes(self.K, self.M, n, free=True)
+
+    def _free_answer(self, load: Array) -> Array:
+        """Static displacements of the free dofs under loads on them, (n,) or (n, k)."""
+        try:
+            if self.held.size:
+                return np.asarray(self.factors.solve(load))
+            return self.answers(load)
+        except RuntimeError as error:
+            raise SingularError from error
+
+    @cached_property
+    def _R(self) -> Array:
+        """The rigid motions, M-orthonormal."""
+        L = np.linalg.cholesky(self.R.T @ (self.whole_M @ self.R))
+        return np.asarray(linalg.solve_triangular(L, self.R.T, lower=True).T)
+
+    @cached_property
+    def _MR(self) -> Array:
+        return np.asarray(self.whole_M @ self._R)
+
+
+def supported(structure: Structure, held: Index) -> Supported:
+    """The structure on these supports; the same object when it is wanted again."""
+    return _known(structure, held, "K", structure.K)
+
+
+def unstressed(structure: Structure, held: Index) -> Supported:
+    """The same without what initial stress adds to the stiffness."""
+    return _known(structure, held, "K" if structure.K0 is structure.K else "K0", structure.K0)
+
+
+def lowest_modes_on(structure: Structure, held: Index, n: int) -> Modes:
+    """`Supported.lowest_modes` of the structure on these supports; the same when they are wanted again."""
+    found: Modes = structure.recalled(("modes", n, held.tobytes()), lambda: supported(structure, held).lowest_modes(n))
+    return found
+
+
+def _known(structure: Structure, held: Index, which: str, K: sparse.csr_array) -> Supported:
+    def make() -> Supported:
+        R = np.zeros((structure.n_dof, 0)) if held.size else rigid_shapes(structure)
+        return Supported(K, structure.M, np.asarray(held, np.int64), R[:, independent_columns(R)])
+
+    found: Supported = structure.recalled((which, held.tobytes()), make)
+    return found
+
+
+def determinate_supports(R: Array) -> Index:
+    """As many dofs as there are rigid motions R (n_dof, r), ascending, that hold them all."""
+    return np.sort(linalg.qr(R.T, mode="r", pivoting=True)[1][: R.shape[1]]).astype(np.int64)

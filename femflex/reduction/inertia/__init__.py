@@ -1,0 +1,1 @@
+"""Inertia of shapes: mass moments, accelerations, effective mass, orders."""

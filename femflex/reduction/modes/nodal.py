@@ -1,0 +1,83 @@
+"""No reduction, and lumped masses: the nodal displacements themselves as elastic coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from femflex.fem.structure import Structure
+from femflex.fem.tables import DenseInertia, InertiaBlock
+from femflex.reduction.boundary.clamps import Groups, free_dofs, held_dofs, names
+from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.vibration import condensed
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+def nodal(structure: Structure, clamp: Groups) -> ModeSet:
+    """Every dof that is not clamped as a shape of its own: the Structure itself, not M-orthonormal."""
+    held = held_dofs(structure, clamp)
+    free = free_dofs(structure, held)
+    phi = np.eye(structure.n_dof)[:, free]
+    return ModeSet(phi, ("nodal",) * len(free), np.full(len(free), np.nan), names(clamp), held)
+
+
+def nodal_translations(structure: Structure, clamp: Groups) -> ModeSet:
+    """The free translations of all nodes as shapes; rotations and other dofs follow statically (Guyan).
+
+    With `lumped` this is the lumped-mass model: exact in stiffness for loads at the nodes, mass at the nodes alone.
+    R. J. Guyan, Reduction of stiffness and mass matrices, AIAA Journal 3 (1965) 380.
+    """
+    held = held_dofs(structure, clamp)
+    kept = np.setdiff1d(_translation_dofs(structure)[0], held)
+    phi = condensed(structure, held, kept, np.eye(len(kept)))
+    return ModeSet(phi, ("nodal",) * len(kept), np.full(len(kept), np.nan), names(clamp), held)
+
+
+def lumped(structure: Structure) -> Structure:
+    """The structure with its mass lumped at the nodes: translations alone have mass, stiffness is unchanged.
+
+    Each element's mass is shared among its nodes in proportion to the diagonal of its mass matrix (Hinton, Rock and
+    Zienkiewicz, Earthquake Engng Struct. Dyn. 4 (1976) 245), so that masses are positive and the total is kept;
+    rotary inertia, and a point mass's inertia and offset, are lost.
+    """
+    raw = structure.numbering.translation_of(np.arange(len(structure.mesh.points)))
+    node_of_raw = np.full(structure.T.shape[0], -1, np.int64)
+    has = np.flatnonzero(raw[:, 0] >= 0)
+    node_of_raw[raw[has]] = has[:, None]
+    share = np.zeros(len(structure.mesh.points))
+    for block in structure.inertia:
+        np.add.at(share, *_element_shares(block, node_of_raw))
+    loaded = np.flatnonzero(share)
+    table = DenseInertia(
+        raw[loaded], share[loaded, None], structure.mesh.points[loaded][:, None], np.eye(3)[None, None]
+    )
+    diagonal = np.zeros(structure.n_dof)
+    dofs, nodes = _translation_dofs(structure)
+    diagonal[dofs] = share[nodes]
+    return replace(structure, M=sparse.diags_array(diagonal).tocsr(), inertia=(table,))
+
+
+def is_lumped(structure: Structure) -> bool:
+    """Whether the mass of a structure is `lumped`: its mass matrix is diagonal, which that of members never is."""
+    return int(structure.M.nnz) <= structure.n_dof
+
+
+def _translation_dofs(structure: Structure) -> tuple[Index, Index]:
+    """Independent dofs that move a node, in any axes, and the node of each."""
+    rows = structure.translation.tocoo()
+    dofs, first = np.unique(rows.coords[1], return_index=True)
+    return dofs.astype(np.int64), rows.coords[0][first].astype(np.int64) // 3
+
+
+def _element_shares(block: InertiaBlock, node_of_raw: Index) -> tuple[Index, Array]:
+    """Nodes and their parts of the mass of every element of a block."""
+    diagonal = np.einsum("ell->el", block.mass())
+    nodes = node_of_raw[block.dofs]  # e, l
+    weight = np.where(nodes >= 0, diagonal, 0.0)
+    weight *= (block.dm.sum(axis=1) / weight.sum(axis=1))[:, None]
+    return nodes[nodes >= 0], weight[nodes >= 0]

@@ -1,0 +1,36 @@
+"""Static answers of a structure with the supports of a set, clamped or free."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.structure import Structure
+from femflex.reduction.boundary.markers import marker_rows
+from femflex.reduction.boundary.supported import supported
+from femflex.reduction.modes.modeset import ModeSet
+
+Array = NDArray[np.float64]
+
+
+def static_solver(structure: Structure, modes: ModeSet) -> Callable[[Array], Array]:
+    """Turns loads (n_dof, k) into displacements (n_dof, k) with the set's supports; see `static_response`."""
+    return partial(static_response, structure, modes)
+
+
+def static_response(structure: Structure, modes: ModeSet, load: Array) -> Array:
+    """Displacements (n_dof, k) under loads (n_dof, k) with the set's supports, factorised once for all (`supported`).
+
+    Without clamps the load is balanced by uniform and rotational acceleration (inertia relief), and the frame is placed
+    as the set places it: on its reference group, or at the mean motion for free-free modes.
+    """
+    on = supported(structure, modes.held)
+    x = on.answers(load)
+    if modes.held.size or not modes.reference:
+        return x
+    rows = marker_rows(structure, modes.reference)
+    place = np.concatenate([rows.translation.toarray(), rows.rotation.toarray()])
+    return x - on.R @ np.linalg.lstsq(place @ on.R, place @ x, rcond=None)[0]

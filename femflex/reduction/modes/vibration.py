@@ -1,0 +1,120 @@
+"""Mode sets by eigen-solution: cantilever, free-free; and load vectors of known loads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from femflex.fem.eigen.canonical import canonical, signs
+from femflex.fem.eigen.modes import dense_modes
+from femflex.fem.structure import Structure
+from femflex.reduction.boundary.clamps import Groups, free_dofs, held_dofs, names, refuse_unheld
+from femflex.reduction.boundary.markers import marker_rows
+from femflex.reduction.boundary.rigid import DIRECTIONS, independent_columns, rigid_shapes
+from femflex.reduction.boundary.supported import lowest_modes_on, supported
+from femflex.reduction.modes.buckling import refuse_buckled
+from femflex.reduction.modes.modeset import ModeSet
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+DEPENDENT = 1e-13  # least eigenvalue of the mass matrix of unit-mass shapes below which they are dependent
+TURN = 1e-3  # rotation times size below this part of the largest translation has no say in a shape's sign
+
+
+def cantilever_modes(structure: Structure, clamp: Groups, n: int) -> ModeSet:
+    """The n lowest vibration modes with the clamp groups fixed in the body frame (fixed-interface modes).
+
+    clamp: group names, or name -> components held ("x", "y", "z", "rx", "ry", "rz"). A close pair at the end is kept
+    whole, so there may be a few more (see `note`). Raises ValueError when the clamp leaves a motion without stiffness.
+    """
+    return fixed_modes(structure, held_dofs(structure, clamp), names(clamp), n)
+
+
+def fixed_modes(structure: Structure, held: Index, groups: tuple[str, ...], n: int) -> ModeSet:
+    """The n lowest vibration modes with these dofs held; groups is what holds them, for the reader."""
+    refuse_buckled(structure, held)
+    free = free_dofs(structure, held)
+    modes = lowest_modes_on(structure, held, n)
+    if modes.null.shape[1]:
+        loose = np.zeros((structure.n_dof, modes.null.shape[1]))
+        loose[free] = modes.null
+        refuse_unheld(structure, held, groups, loose)
+    phi = np.zeros((structure.n_dof, len(modes.omega)))
+    phi[free] = modes.phi
+    phi = signed(structure, phi)
+    return ModeSet(phi, ("vibration",) * phi.shape[1], modes.omega, groups, held, modes.note)
+
+
+def condensed(structure: Structure, held: Index, boundary: Index, motions: Array) -> Array:
+    """Dof vectors (n_dof, k) that follow boundary motions (n_boundary, k) statically, x_i = -K_ii^-1 K_ib x_b."""
+    inside = supported(structure, np.union1d(held, boundary))
+    interior = inside.free
+    phi = np.zeros((structure.n_dof, motions.shape[1]))
+    phi[boundary] = motions
+    if interior.size and motions.shape[1]:
+        load = np.zeros_like(phi)
+        load[interior] = -structure.K[interior][:, boundary] @ motions
+        phi += inside.answers(load)
+    return phi
+
+
+def free_free_modes(structure: Structure, n: int) -> ModeSet:
+    """The n lowest elastic modes of the free structure, M-orthogonal to rigid motion.
+
+    The body frame then follows the mean motion: no elastic coordinate moves the centre of mass or carries angular
+    momentum to first order. Raises ValueError on a structure that is held, or is a mechanism.
+    """
+    modes = lowest_modes_on(structure, np.zeros(0, np.int64), n)
+    R = rigid_shapes(structure)
+    R = R[:, independent_columns(R)]
+    n_null, n_rigid = modes.null.shape[1], R.shape[1]
+    if n_null != n_rigid:
+        refuse_unheld(structure, np.zeros(0, np.int64), (), modes.null)
+    MR = structure.M @ R
+    phi = modes.phi - R @ linalg.solve(R.T @ MR, MR.T @ modes.phi, assume_a="pos")
+    phi = signed(structure, phi)
+    return ModeSet(phi, ("free-free",) * phi.shape[1], modes.omega, note=modes.note)
+
+
+def ritz(structure: Structure, phi: Array) -> tuple[Array, Array]:
+    """Frequencies (n,) and M-orthonormal shapes (n_dof, n) of the structure confined to the span of phi."""
+    size = np.sqrt(np.einsum("in,in->n", phi, structure.M @ phi))
+    phi = phi / np.where(size > 0, size, 1.0)
+    K, M = phi.T @ (structure.K @ phi), phi.T @ (structure.M @ phi)
+    if phi.shape[1] and np.linalg.eigvalsh(M)[0] < DEPENDENT:
+        raise ValueError(
+            f"the {phi.shape[1]} shapes are not independent in the mass they move; leave out shapes that repeat "
+            "others, or that move dofs without mass."
+        )
+    eigenvalues, X = dense_modes(K, M)
+    return np.sqrt(np.maximum(eigenvalues, 0.0)), signed(structure, canonical(eigenvalues, phi @ X))
+
+
+def signed(structure: Structure, phi: Array) -> Array:
+    """The shapes with their largest node translation positive; where nodes hardly translate, the largest rotation."""
+    size = float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
+    moved = np.concatenate([structure.translation @ phi, TURN * size * (structure.rotation @ phi)])
+    return phi * signs(moved)
+
+
+def answers_to_clamps(structure: Structure, modes: ModeSet) -> tuple[Array, Array]:
+    """Loads (n_dof, 3) of unit accelerations of the clamps along x, y, z, and the linear answers to them."""
+    loads = load_vectors(structure, "xyz", {})
+    return loads, supported(structure, modes.held).answers(loads)
+
+
+def load_vectors(structure: Structure, directions: Sequence[str], loads: Mapping[str, Sequence[str]]) -> Array:
+    """Load vectors (n_dof, k): inertia of unit accelerations, then unit forces and moments at groups."""
+    unknown = [d for d in [*directions, *(d for given in loads.values() for d in given)] if d not in DIRECTIONS]
+    if unknown:
+        raise ValueError(f"directions {unknown} are not known; name some of {list(DIRECTIONS)}.")
+    columns = [structure.M @ rigid_shapes(structure)[:, [DIRECTIONS.index(d) for d in directions]]]
+    for group, given in loads.items():
+        rows = marker_rows(structure, group)
+        both = np.concatenate([rows.translation.toarray(), rows.rotation.toarray()])
+        columns.append(both[[DIRECTIONS.index(d) for d in given]].T)
+    return np.concatenate(columns, axis=1)

@@ -1,0 +1,1 @@
+"""Strain tensors and what goes with them: prestress, condensed stretch, sections that turn."""

@@ -1,0 +1,61 @@
+"""Folded and tubular plates whose facets turn in their own planes, which plates' second-order strain leaves out.
+
+Von Karman's membrane strains have the squares of w,x and w,y alone. A web that sways in its own plane turns about its
+normal by r = (v,x - u,y) / 2; the work of its membrane forces on r^2 / 2 is missing, and with it that part of what
+loads and spin stiffen or soften. Of a square box column that is half: its Euler load comes twice too high.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.plate.strain import PlateStrain
+from femflex.fem.relaxed import RelaxedStrain
+from femflex.fem.structure import Structure
+from femflex.fem.tables import element_chunks
+from femflex.reduction.modes.modeset import ModeSet
+from femflex.warning import PhysicsWarning
+
+Array = NDArray[np.float64]
+
+VIBRATING = ("vibration", "free-free", "craig-bampton")
+FIRST = 3  # of the modes kept
+DOUBTFUL = 0.05  # part of a mode's squared slopes from which it is told
+
+
+def warn_of_in_plane_turns(structure: Structure, modes: ModeSet) -> None:
+    """Warn where plates of a body with nonlinear or condensed strain turn in their own planes in its first modes."""
+    vibrating = [k for k, kind in enumerate(modes.kinds) if kind in VIBRATING and modes.omega[k] > 0]
+    which = sorted(vibrating, key=lambda k: modes.omega[k])[:FIRST]
+    parts = in_plane_parts(structure, modes.phi[:, which])
+    if parts.max(initial=0.0) <= DOUBTFUL:
+        return
+    hertz = modes.omega[which] / (2 * math.pi)
+    told = ", ".join(f"{part:.0%} at {f:.4g} Hz" for f, part in zip(hertz, parts, strict=True))
+    warnings.warn(
+        "plates turn in their own planes (webs of boxes, walls of tubes), and their nonlinear strain has no squares of "
+        f"these turns: of the stiffness that loads and spin add or take, about these parts are missing: {told} (limit "
+        f"{DOUBTFUL:.0%}; a box column buckles at twice its load). Use beams or solids, or segments with linear strain",
+        PhysicsWarning,
+        stacklevel=3,
+    )
+
+
+def in_plane_parts(structure: Structure, shapes: Array) -> Array:
+    """Part (n,) of the squared slopes of plates in each shape (n_dof, n) that is rotation about their normals."""
+    phi = structure.T @ shapes
+    turning, slopes = np.zeros(phi.shape[1]), np.zeros(phi.shape[1])
+    for given in structure.strain:
+        block = given.block if isinstance(given, RelaxedStrain) else given
+        if not isinstance(block, PlateStrain):
+            continue
+        for elements in element_chunks(len(block.weight), block.weight.shape[1] * 12 * max(1, phi.shape[1])):
+            g, weight = block.gradients(phi, elements, 6), block.weight[elements]
+            turning += np.einsum("eq,eqn->n", weight, ((g[:, :, 2] - g[:, :, 1]) / 2) ** 2)
+            slopes += np.einsum("eq,eqin->n", weight, g[:, :, 4:6] ** 2)
+    total = turning + slopes
+    return np.asarray(turning / np.where(total > 0, total, 1.0))

@@ -1,0 +1,117 @@
+"""Initial stress and what supports hold of it."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.relaxed import settled
+from femflex.fem.structure import Structure
+from femflex.reduction.boundary.clamps import Groups, held_dofs
+from femflex.reduction.boundary.supported import unstressed
+from femflex.reduction.modes.modeset import ModeSet
+from femflex.warning import PhysicsWarning
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+HELD = 0.5  # share of the energy of a wanted stress that clamps must hold not to be told
+SMALL = 0.01  # strain up to which it is small: stiffness and shape change by as much
+SLACK = 0.01  # share of the stress's energy that supports may let go before linear strain is doubtful
+
+
+def relaxed(structure: Structure, clamp: Groups = ()) -> Structure:
+    """The structure in equilibrium with its initial stress, the clamp groups held: the stress that is left.
+
+    A heated cantilever has none left, a beam heated between two walls all of it. The small displacement in which the
+    rest went is not kept: the mesh is the shape at equilibrium. Without a clamp the structure is free. A structure
+    without initial stress comes back as it is.
+    """
+    if not structure.stressed:
+        return structure
+    held = held_dofs(structure, clamp)
+    found: Structure = structure.recalled(("relaxed", held.tobytes()), lambda: _relaxed(structure, held))
+    return found
+
+
+def _relaxed(structure: Structure, held: Index) -> Structure:
+    found = settled(structure, relaxation(structure, held))
+    structure.known.pop(("K0", held.tobytes()), None)  # factors that serve no more
+    found.known["at rest", held.tobytes()] = (True,)
+    return found
+
+
+def relaxation(structure: Structure, held: Index) -> Array:
+    """Linear static answer (n_dof,) to what the initial stress leaves unbalanced, with these dofs held."""
+    on = unstressed(structure, held)
+    x = np.zeros(structure.n_dof)
+    x[on.stiff] = on.factors.solve(-structure.f0[on.stiff])  # internal forces balance each other: supports feel none
+    return x
+
+
+def warn_if_slack(structure: Structure, modes: ModeSet) -> None:
+    """Warn when supports do not hold the initial stress, so that linear strain keeps stiffness that would go."""
+    if not (structure.stressed and structure.f0.any() and modes.n_modes):
+        return
+    if ("at rest", modes.held.tobytes()) in structure.known:
+        return
+    released = float(-structure.f0 @ relaxation(structure, modes.held)) / 2
+    share = released / stress_energy(structure)
+    if share > SLACK:
+        warnings.warn(
+            f"supports do not hold the initial stress: static motion would release {share:.0%} of its energy, over "
+            f"{SLACK:.0%}, and linear strain keeps the stiffening of all of it; reduce the relaxed structure instead",
+            PhysicsWarning,
+            stacklevel=4,
+        )
+
+
+def warn_of_initial_stress(name: str, given: Structure, left: Structure, meant: bool = True) -> None:
+    """Warn of a structure whose supports let go of its initial stress, or that is strained beyond small strain by it.
+
+    name   what the structure is called
+    given  before `relaxed`; left: after it
+    meant  whether the stress is wanted: heat that supports do not hold is no mistake, and not told
+    """
+    if not given.stressed:
+        return
+    held = stress_energy(left) / max(stress_energy(given), 1e-300)
+    if meant and held < HELD:
+        _warn(
+            f"{name}: its clamps hold {held:.0%} of the energy of the initial stress, less than {HELD:.0%}; the rest "
+            "has gone before its modes were made. Clamp it wherever the stress is to be held, such as at both ends"
+        )
+    largest = largest_strain(given, left)
+    if largest > SMALL:
+        _warn(
+            f"{name}: its initial stress strains it by up to {largest:.1%}, and strain is taken to be small, below "
+            f"{SMALL:.0%}. Check prestress, thermal strain and units"
+        )
+
+
+def largest_strain(given: Structure, left: Structure) -> float:
+    """Largest strain that goes with the stress that is left, in the components that stress was given to."""
+    largest = 0.0
+    for before, after in zip(given.strain, left.strain, strict=True):
+        n = before.linear_map.shape[0]
+        named = np.abs(np.asarray(before.stress)).reshape(-1, n).max(axis=0) > 0
+        stress = np.broadcast_to(after.stress, (*after.weight.shape, n))
+        strain = np.linalg.solve(after.elastic, stress[..., None])[..., 0]
+        largest = max(largest, float(np.abs(strain[..., named]).max(initial=0.0)))
+    return largest
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, PhysicsWarning, stacklevel=3)
+
+
+def stress_energy(structure: Structure) -> float:
+    """Energy that the initial stress stores, int sigma0.C^-1 sigma0 / 2 [J]."""
+    total = 0.0
+    for block in structure.strain:
+        stress = np.broadcast_to(block.stress, (*block.weight.shape, block.linear_map.shape[0]))
+        strain = np.linalg.solve(block.elastic, stress[..., None])[..., 0]
+        total += float(np.sum(block.weight[..., None] * stress * strain)) / 2
+    return total

@@ -1,0 +1,166 @@
+"""Strain tensors of shapes from the strain table: quadrature points contracted by one matrix product per chunk.
+
+The energy is quadratic in the strains of single shapes and of pairs of shapes. With C = R R^T over the strains that
+have a quadratic part, columns R^-1 C B0_i and R^T B_ij of all points make a matrix X whose product X^T X holds
+V2_i(jk) = int B0_i C B_jk and V3_(ij)(kl) = int B_ij C B_kl; their fully symmetric parts are kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import prod
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.blas import dgemm, dsyrk
+
+from femflex.body import StrainTensors
+from femflex.body.symmetric import packed_indices
+from femflex.fem.structure import Structure
+from femflex.fem.tables import StrainBlock, element_chunks
+from femflex.reduction.inertia.moments import linear_stiffness
+from femflex.reduction.strain.side_by_side import side_by_side
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+ROOM = 1_000_000  # doubles of a chunk's columns: large enough for fast products, small enough for the cache
+MOST_BYTES = 2e9  # of the products of pairs; some 170 shapes
+
+
+def strain_tensors(structure: Structure, phi: Array) -> StrainTensors:
+    """V1, f0, V2 and V3 of shapes phi (n_dof, n), initial stress included.
+
+    Memory: the table is cut into chunks of `ROOM` doubles (8 MB); each thread holds one, and beside it the product of
+    pairs, 8 (n + n(n+1)/2)^2 bytes (0.4 MB for 20 shapes, 6 MB for 40), all of them together MOST_BYTES at most.
+    Raises ValueError when that would be more than MOST_BYTES.
+    """
+    n = phi.shape[1]
+    total = products(structure, phi, n + n * (n + 1) // 2)
+    V1 = linear_stiffness(structure.K, phi)
+    return StrainTensors(V1, phi.T @ structure.f0, packed_cubic(total, n), packed_quartic(total[n:, n:], n))
+
+
+def cubic_tensors(structure: Structure, phi: Array) -> StrainTensors:
+    """V1, f0 and V2 of shapes phi (n_dof, n) without V3, which costs (n + 1)/2 times as much.
+
+    Beside the chunks stand 8 n (n + n(n+1)/2) bytes (0.7 MB for 40 shapes, 50 MB for 230). Raises as `strain_tensors`.
+    """
+    total = products(structure, phi, phi.shape[1])
+    V1 = linear_stiffness(structure.K, phi)
+    return StrainTensors(V1, phi.T @ structure.f0, packed_cubic(total, phi.shape[1]))
+
+
+def products(structure: Structure, phi: Array, rows: int) -> Array:
+    """The first rows of X^T X, (rows, m) with m = n + n(n+1)/2, over all points of the strain table."""
+    n = phi.shape[1]
+    m = n + n * (n + 1) // 2
+    if 8 * rows * m > MOST_BYTES:
+        raise ValueError(
+            f"the strain tensors of {n} shapes would take {8 * rows * m / 1e9:.3g} GB on the way; a body may take "
+            f"{MOST_BYTES / 1e9:g} GB. Keep fewer shapes, or give this body strain = 'linear'."
+        )
+    raw = structure.T @ phi
+    total = np.zeros((rows, m))
+    for block in structure.strain:
+        add_products(total, block, raw)
+    return total
+
+
+def add_products(total: Array, block: StrainBlock, raw: Array) -> None:
+    """Add the first rows of X^T X of a block to total (rows, m), for shapes raw (n_raw, n)."""
+    rows, m = total.shape
+
+    def contracted(chunks: Iterator[slice]) -> Array:
+        room, own = np.empty(ROOM), np.zeros((rows, m), order="F")  # fresh memory costs as much as its filling
+        for chunk in chunks:
+            for part in block.nonlinear(chunk):
+                if part.elastic.any() and part.quadratic_map.any():
+                    sign = 1.0 if part.elastic[0, 0, 0, 0] > 0 else -1.0  # of a part: all of its points have it
+                    own = with_products(own, strain_columns(part, raw, room).reshape(m, -1), sign)
+        return own
+
+    chunks = list(element_chunks(len(block.dofs), values_per_element(block, raw.shape[1]), ROOM))
+    found = side_by_side(contracted, chunks, max(1, int(MOST_BYTES // total.nbytes)))
+    total += found if rows < m else np.triu(found) + np.triu(found, 1).T
+
+
+def with_products(own: Array, X: Array, sign: float = 1.0) -> Array:
+    """The first rows of sign X^T X added to own (rows, m), in place; of all rows, on and above the diagonal alone."""
+    rows, m = own.shape
+    if rows < m:
+        return np.asarray(dgemm(sign, X[:rows].T, X.T, 1.0, own, trans_a=1, overwrite_c=1))
+    return np.asarray(dsyrk(sign, X.T, 1.0, own, trans=1, overwrite_c=1))
+
+
+def strain_columns(block: StrainBlock, raw: Array, room: Array | None = None) -> Array:
+    """X (n + n(n+1)/2, s, p) of all points of a block, single shapes before pairs i <= j; in the room if that fits.
+
+    Of a part whose elastic matrix is negative, those of the opposite of it.
+    """
+    from femflex.reduction.strain.strain_kernel import fill_pairs, mix_strains
+
+    n = raw.shape[1]
+    strains, Q = quadratic_strains(block)
+    C = block.elastic[..., strains, :]  # (e|1, q|1, s, all strains)
+    C = C if C[0, 0, 0, strains[0]] > 0 else -C
+    root = np.linalg.cholesky(C[..., strains])
+    linear = np.linalg.solve(root, C @ block.linear_map)
+    needed = 1 + np.flatnonzero(linear.any(axis=(0, 1, 2)) | Q.any(axis=(0, 1)))[-1]
+    g = block.gradients(raw, slice(None), needed)
+    e, q = g.shape[:2]
+    by_row = np.ascontiguousarray(g.reshape(e * q, needed, n).transpose(1, 2, 0))
+    shape = (n + n * (n + 1) // 2, len(strains), e * q)
+    X = np.empty(shape) if room is None or room.size < prod(shape) else room[: prod(shape)].reshape(shape)
+    uniform = linear.shape[:2] == (1, 1)
+    if uniform:  # by one product, which many small ones are slow against
+        X[:n] = np.tensordot(linear[0, 0, :, :needed], by_row, axes=1).swapaxes(0, 1)
+    else:
+        X[:n] = np.matmul(linear[..., :needed], g).reshape(e * q, -1, n).transpose(2, 1, 0)
+    X[:n] *= np.sqrt(block.weight).ravel()
+    by_row *= block.weight.ravel() ** 0.25
+    fill_pairs(X[n:], by_row, *nonzero_entries(np.tensordot(root[0, 0].T, Q, axes=1) if uniform else Q))
+    if not uniform:
+        root = np.broadcast_to(root, (e, q, *root.shape[2:])).reshape(e * q, *root.shape[2:])
+        mix_strains(X[n:], np.ascontiguousarray(root.transpose(1, 2, 0)))
+    return X
+
+
+def quadratic_strains(block: StrainBlock) -> tuple[Index, Array]:
+    """Strains (s,) that have a quadratic part, and Q (s, g, g) with B_ij = g_i.Q g_j, symmetric."""
+    Q = (block.quadratic_map + block.quadratic_map.swapaxes(1, 2)) / 4  # eps takes half of the map
+    strains = np.flatnonzero(Q.any(axis=(1, 2)))
+    return strains, Q[strains]
+
+
+def nonzero_entries(Q: Array) -> tuple[Index, Index, Index, Array]:
+    """Strain, row, column and value of the entries of Q (s, g, g) that are not zero."""
+    strain, row, column = (np.ascontiguousarray(place, np.int64) for place in np.nonzero(Q))
+    return strain, row, column, Q[strain, row, column]
+
+
+def values_per_element(block: StrainBlock, n: int) -> int:
+    """Doubles that the columns of one element take."""
+    one = block.sampled(slice(0, 1))
+    s, g = len(quadratic_strains(one)[0]), one.linear_map.shape[1]
+    return one.weight.shape[1] * (s * (n + n * (n + 1) // 2) + s * s + 2 * g * n)
+
+
+def pair_number(i: Index, j: Index, n: int) -> Index:
+    """Place of pair i <= j among all in lexicographic order."""
+    low, high = np.minimum(i, j), np.maximum(i, j)
+    return low * n - low * (low - 1) // 2 + high - low
+
+
+def packed_cubic(total: Array, n: int) -> Array:
+    """Packed symmetric part of V2 from total (m, m): mean over which index is the linear one."""
+    i, j, k = packed_indices(n, 3).T
+    parts = ((i, j, k), (j, i, k), (k, i, j))
+    return sum((total[a, n + pair_number(b, c, n)] for a, b, c in parts), np.zeros(len(i))) / 3
+
+
+def packed_quartic(pairs: Array, n: int) -> Array:
+    """Packed symmetric part of V3 from the products of pairs: mean over the three ways to pair four indices."""
+    i, j, k, l = packed_indices(n, 4).T
+    parts = ((i, j, k, l), (i, k, j, l), (i, l, j, k))
+    return sum((pairs[pair_number(a, b, n), pair_number(c, d, n)] for a, b, c, d in parts), np.zeros(len(i))) / 3

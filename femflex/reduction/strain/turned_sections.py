@@ -1,0 +1,124 @@
+"""Points of a beam's sections turn along circles: what they move by to second order follows the coordinates.
+
+A point at offset o from the line moves by (exp(psi) - 1) o. With s_k = (theta, -w', v') of shape k in axes whose x axis
+e lies along the beam, psi = s - 1/2 (e.s) e x s, so that to second order the displacement beside psi_k x o is
+
+    1/2 delta_k delta_l L_kl o,   L_kl = sym(s_k s_l^T) - (s_k.s_l) 1 - sym(skew((e.s_k) e x s_l))
+
+which shortens the arms of a section that twists (propeller moment) or bends. Fields linear in position, all that spin,
+accelerated base and gravity gradient make, feel int o (L_kl o)^T dm alone. The body gets as few shapes W o, W uniform
+along it, as give these integrals exactly; their amplitudes follow the coordinates (`FlexibleBody.slaves`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody, MassMoments
+from femflex.fem.structure import Structure
+from femflex.fem.tables import SectionInertia
+from femflex.reduction.strain.condense import recombined
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+KIND = "section"
+FAST = 10.0  # a spin over the body's lowest frequency, in which
+NEGLIGIBLE = 1e-3  # of a squared frequency is left out
+FLAT = 1e-12  # second moment over the largest, below which sections have no extent in a direction
+LEVI_CIVITA = np.array([np.cross(a, b) for a in np.eye(3) for b in np.eye(3)]).reshape(3, 3, 3)  # eps_jkl
+
+
+@dataclass(frozen=True, eq=False)
+class Sections:
+    """Sections of beams at p stations: int o o^T dm (p, 3, 3), unit vector along the beam (p, 3), turn (p, 3, n)."""
+
+    second: Array
+    axis: Array
+    turn: Array
+
+    @property
+    def extent(self) -> Array:
+        """The second moments with those of negative mass (no rotary inertia) counted as positive, (p, 3, 3)."""
+        size, V = np.linalg.eigh(self.second)
+        return np.asarray((V * np.abs(size)[:, None]) @ V.swapaxes(1, 2))
+
+
+def sections_of(structure: Structure, phi: Array) -> Sections | None:
+    """All sections of a structure's beams, turned by shapes phi (n_dof, n); None where it has no beams."""
+    raw, found = structure.T @ phi, []
+    for block in structure.inertia:
+        if isinstance(block, SectionInertia):
+            turn = np.matmul(block.turn, raw[block.dofs][:, None])
+            axis = np.broadcast_to(block.axis[:, None], block.second.shape[:3])
+            found.append((block.second.reshape(-1, 3, 3), axis.reshape(-1, 3), turn.reshape(-1, 3, phi.shape[1])))
+    if not found:
+        return None
+    return Sections(*(np.concatenate(arrays) for arrays in zip(*found, strict=True)))
+
+
+def with_turned_sections(body: FlexibleBody, sections: Sections, free: Sequence[int] | Index) -> FlexibleBody:
+    """The body with shapes W o, kind "section", that follow the free coordinates (numbered from 0) to second order.
+
+    None is added where a spin FAST times the lowest frequency would change no squared frequency by NEGLIGIBLE.
+    """
+    free, n = np.asarray(free, np.int64), body.n_modes
+    S = sections.extent.sum(axis=0)
+    size, V = np.linalg.eigh(S)
+    seen = size > FLAT * max(size[-1], np.finfo(float).tiny)
+    if not len(free) or not seen.any() or not size[-1] > 0:
+        return body
+    inverse_root = (V[:, seen] / np.sqrt(size[seen])) @ V[:, seen].T
+    wanted = np.einsum("ijab,ik->jkab", second_order(replace(sections, turn=sections.turn[:, :, free])), inverse_root)
+    weight = _weights(body)[free] * np.trace(S) ** 0.25
+    U, part, _ = np.linalg.svd((wanted * np.outer(weight, weight)).reshape(9, -1), full_matrices=False)
+    U = U[:, part > NEGLIGIBLE]
+    if not U.shape[1]:
+        return body
+    slaves = np.zeros((U.shape[1], n, n))
+    slaves[np.ix_(np.arange(len(slaves)), free, free)] = np.einsum(
+        "xm,xab->mab", U, wanted.reshape(9, *wanted.shape[2:])
+    )
+    return _extended(body, sections, U.T.reshape(-1, 3, 3) @ inverse_root, S, slaves)
+
+
+def second_order(sections: Sections) -> Array:
+    """int o_i (L_kl o)_j dm over all sections, (3, 3, n, n) with indices i, j, k, l."""
+    Q, s = sections.second, sections.turn
+    twist, across = np.einsum("pi,pik->pk", sections.axis, s), np.cross(sections.axis[:, :, None], s, axis=1)
+    along = np.einsum("pim,pmk,pjl->ijkl", Q, s, s, optimize=True)
+    turned = np.einsum("pim,jmn,pk,pnl->ijkl", Q, LEVI_CIVITA, twist, across, optimize=True)
+    once = along + turned
+    return np.asarray((once + once.swapaxes(2, 3)) / 2 - np.einsum("pij,pmk,pml->ijkl", Q, s, s, optimize=True))
+
+
+def _weights(body: FlexibleBody) -> Array:
+    """Root of what a unit of the spin's work counts for each coordinate (n,), over its stiffness and the spin's own."""
+    Me = np.diag(body.moments.elastic_mass())
+    square = np.maximum(np.diag(body.strain.V1) / Me, np.finfo(float).tiny)
+    spin = FAST**2 * square.min()
+    return np.asarray(np.sqrt(spin / (square + spin) / Me))
+
+
+def _extended(body: FlexibleBody, sections: Sections, W: Array, S: Array, slaves: Array) -> FlexibleBody:
+    """The body with shapes W o (m, 3, 3) after its own, S = int o o^T dm over the sections' extent.
+
+    Where that is not their mass (no rotary inertia), only what fields and rigid motions find in W o is theirs: the
+    shapes' own inertia, of higher order, is not, and stays positive.
+    """
+    n, m = body.n_shapes, len(W)
+    parts = recombined(body, np.eye(n, n + m), np.eye(n))
+    moments = parts["moments"]
+    second = moments.second.copy()
+    moved = np.einsum("abd,pbk,pdc->kac", LEVI_CIVITA, sections.turn, sections.extent, optimize=True)
+    products = np.einsum("zac,mbc->zamb", np.concatenate([S[None], moved]), W)
+    second[: 1 + n, :, 1 + n :], second[1 + n :, :, : 1 + n] = products, products.transpose(2, 3, 0, 1)
+    second[1 + n :, :, 1 + n :] = np.einsum("mbc,cd,led->mble", W, S, W, optimize=True)
+    kinds = body.kinds or ("",) * n
+    omega = body.omega if body.omega.size else np.full(n, np.nan)
+    parts["moments"] = MassMoments(moments.mass, moments.first, second)
+    return replace(body, **parts, slaves=slaves, kinds=kinds + (KIND,) * m, omega=np.append(omega, np.full(m, np.nan)))
