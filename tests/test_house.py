@@ -8,7 +8,19 @@ from pathlib import Path
 import pytest
 
 TOP = Path(__file__).resolve().parents[1]
-KNOWN = {"pyproject.toml", "femflex", "meshes", "tests", "cases", "README.md", "LICENSE", ".gitignore", ".ci"}
+KNOWN = {
+    "pyproject.toml",
+    "femflex",
+    "meshes",
+    "tests",
+    "cases",
+    "README.md",
+    "LICENSE",
+    ".gitignore",
+    ".ci",
+    "CHANGELOG.md",
+    "docs",
+}
 
 
 def tool(*words: str, folder: Path = TOP) -> subprocess.CompletedProcess[str]:
