@@ -13,8 +13,8 @@ from femflex.advice.bodies import KnownBodies
 from femflex.advice.limits import CARRIED, DRIFT, DUST
 from femflex.body import FlexibleBody
 from femflex.dynamics import compile_system
-from femflex.reduction.origin import Meshed
 from femflex.reduction.boundary.rigid import DIRECTIONS
+from femflex.reduction.origin import Meshed
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Joint, System
 from femflex.system.ties import tie_places

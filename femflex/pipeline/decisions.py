@@ -151,7 +151,7 @@ def _decided(case: Case, thorough: bool, loaded: bool) -> Decided:
     if changed:
         built |= changed
         system, known = _system(with_strains(case, _forms(system, names, strains)), built)
-    if loaded and not names:
+    if loaded and not names and not thorough:
         near = nearest(rigid, system, known)
     advice = [*joints, *spun, *strains]
     advice += [Advice(name, "shapes", None, text) for name, one in built.items() for text in one.notes]

@@ -15,18 +15,18 @@ from femflex.fem.line.section_points import section_points
 from femflex.fem.structure import Structure
 from femflex.reduction.beams.beam_functions import ends_of, gauss, points_for
 from femflex.reduction.beams.beam_strain import beam_strain
-from femflex.reduction.boundary.clamps import Groups, held_dofs, names
-from femflex.reduction.strain.condense import condense
-from femflex.reduction.modes.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
-from femflex.reduction.bends.foreshortening import foreshortening_of
-from femflex.reduction.modes.vibration import TURN
-from femflex.reduction.modes.modeset import ModeSet
-from femflex.reduction.inertia.moments import point_moments
-from femflex.reduction.boundary.rigid import lifted
-from femflex.reduction.strain.static_stretch import with_stretch_of_slaved
 from femflex.reduction.beams.strain_points import beam_field
-from femflex.reduction.strain.turned_sections import Sections, with_turned_sections
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
+from femflex.reduction.bends.foreshortening import foreshortening_of
+from femflex.reduction.boundary.clamps import Groups, held_dofs, names
+from femflex.reduction.boundary.rigid import lifted
+from femflex.reduction.inertia.moments import point_moments
+from femflex.reduction.modes.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
+from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.vibration import TURN
+from femflex.reduction.strain.condense import condense
+from femflex.reduction.strain.static_stretch import with_stretch_of_slaved
+from femflex.reduction.strain.turned_sections import Sections, with_turned_sections
 
 Array = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 from femflex.fem.structure import Structure
 from femflex.fem.support import Support
-from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
+from femflex.reduction.modes.modeset import ModeSet
 
 
 @dataclass(frozen=True, eq=False)

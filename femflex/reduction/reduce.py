@@ -11,24 +11,24 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Skin, StrainTensors
 from femflex.fem.structure import Structure
-from femflex.reduction.strain.condense import condense
+from femflex.reduction.beams.strain_points import strain_field
+from femflex.reduction.bends.foreshortening import foreshortening
+from femflex.reduction.boundary.markers import marker, marker_rows
+from femflex.reduction.boundary.rigid import check_no_rigid_motion, rigid_shapes
+from femflex.reduction.inertia.moments import linear_stiffness, mass_moments
+from femflex.reduction.inertia.orders import first_order_part, membrane_cubic
 from femflex.reduction.modes.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
+from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.nodal import is_lumped
+from femflex.reduction.strain.condense import condense
 from femflex.reduction.strain.folded_beams import warn_of_folded_beams
 from femflex.reduction.strain.following import able_to_follow
-from femflex.reduction.bends.foreshortening import foreshortening
 from femflex.reduction.strain.in_plane_turns import warn_of_in_plane_turns
 from femflex.reduction.strain.initial_stress import warn_if_slack
-from femflex.reduction.boundary.markers import marker, marker_rows
-from femflex.reduction.modes.modeset import ModeSet
-from femflex.reduction.inertia.moments import linear_stiffness, mass_moments
-from femflex.reduction.modes.nodal import is_lumped
 from femflex.reduction.strain.omitted_shear import warn_of_omitted_shear
-from femflex.reduction.inertia.orders import first_order_part, membrane_cubic
-from femflex.reduction.boundary.rigid import check_no_rigid_motion, rigid_shapes
 from femflex.reduction.strain.section_axes import section_axis
 from femflex.reduction.strain.static_stretch import with_static_stretch
 from femflex.reduction.strain.tensors import cubic_tensors, strain_tensors
-from femflex.reduction.beams.strain_points import strain_field
 from femflex.reduction.strain.turned_sections import sections_of, with_turned_sections
 
 Array = NDArray[np.float64]
