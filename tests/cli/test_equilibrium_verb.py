@@ -353,3 +353,18 @@ def test_a_craft_whose_coordinates_are_all_held_has_no_stability_to_tell(write_c
     held = STILL.replace('"weld"', '"revolute"') + 'axis = "z"\nmotion = { angle = "locked" }\n'
     code, out, _ = femflex("equilibrium", write_case(held))
     assert code == 0 and "stability   nothing is free to move" in out
+
+
+def test_a_small_deflection_of_a_long_boom_is_told():
+    """P L^3 / 3 EI = 1.7e-5 m of 10 m; what is 0 but for rounding is 0."""
+    from femflex import equilibrium
+    from femflex.cli.equilibrium import markers
+    from femflex.reduction import BeamFunctions, UniformBeam, beam_body
+    from femflex.system import Load, System, weld
+
+    boom = UniformBeam(10.0, EA=1e7, EIy=2e4, EIz=2e4, GJ=1e4, mass_per_length=1.0)
+    body = beam_body(boom, BeamFunctions(y=4, z=4, tip=True))
+    push = Load("push", "boom", "tip", force=np.array([0.0, 0.0, 1e-3]))
+    found = markers(equilibrium(System({"boom": body}, (weld("boom", child_marker="root"),), (push,))))
+    assert found["boom.tip"]["position"] == pytest.approx([10.0, 0.0, 1e-3 * 1e3 / 6e4], rel=1e-6)
+    assert found["boom.tip"]["deflection"][:2] == [0.0, 0.0] and found["boom.tip"]["deflection"][2] > 1e-5

@@ -9,10 +9,12 @@ import pytest
 from hub_beam import exact_frequencies
 
 import femflex
+from femflex import fem
 from femflex.body import Marker, rigid_body
 from femflex.dynamics.equilibria.craft_shape import craft_skin
 from femflex.dynamics.equilibria.linearised import advanced
-from femflex.reduction import BeamFunctions, UniformBeam, beam_body
+from femflex.mesh import line
+from femflex.reduction import BeamFunctions, UniformBeam, beam_body, cantilever_modes, reduce_structure
 from femflex.system import (
     Environment,
     Frame,
@@ -135,3 +137,15 @@ def test_modes_that_are_not_there_are_refused():
         found.frequency("torsion 1")
     with pytest.raises(KeyError, match="the craft has no mode 40; its modes are 1 to 11"):
         found.frequency(40)
+
+
+@pytest.mark.parametrize(
+    ("path", "stretched"), [([[0, 0, 0], [1.0, 0, 0], [1.0, 0.8, 0]], 0), ([[0, 0, 0], [1.0, 0, 0]], 1)]
+)
+def test_a_leg_that_goes_along_the_line_of_a_folded_boom_is_not_called_stretched(path, stretched):
+    """A straight one of the same beam stretches at c / 4 L = 1273 Hz, the folded one bends up to there."""
+    section, material = fem.sections.Rectangle(0.02, 0.03), fem.Material(70e9, 0.3, 2700.0)
+    structure = fem.build_structure(line(path, 8), [fem.Member("line", "beam", section, material)])
+    body = reduce_structure(structure, cantilever_modes(structure, "start", 13), {"root": "start"})
+    system = System({"boom": body}, (weld("boom", child_marker="root"),))
+    assert sum(name.startswith("stretch") for name in femflex.system_modes(system).names) == stretched

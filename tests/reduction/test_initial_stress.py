@@ -21,7 +21,7 @@ from femflex.reduction import (
     with_derivatives,
 )
 from femflex.reduction.boundary.clamps import held_dofs
-from femflex.reduction.strain.initial_stress import stress_energy
+from femflex.reduction.strain.initial_stress import largest_strain, stress_energy, warn_of_initial_stress
 from femflex.warning import PhysicsWarning
 
 WIDTH, H = 0.05, 0.01
@@ -133,3 +133,12 @@ def test_a_heated_cantilever_finds_its_new_length_and_keeps_its_frequencies():
     hot = np.sqrt(eigh(body.strain.tangent(d), eigvals_only=True)[:2])
     np.testing.assert_allclose(hot, cold.omega, rtol=3e-3)  # stretched by a thousandth
     assert np.linalg.eigvalsh(body.strain.V1)[0] < 0  # with the stress held it would have buckled
+
+
+def test_the_largest_strain_told_is_that_of_the_pull():
+    """N / EA of a beam between two clamps, and sigma / E of a plate pulled one way."""
+    pull = 0.031 * METAL.E * A
+    given = beam(prestress=pull)
+    assert largest_strain(given, given) == pytest.approx(0.031, rel=1e-9)
+    with pytest.warns(PhysicsWarning, match="strains it by up to 3.1%, and strain is taken to be small, below"):
+        warn_of_initial_stress("the beam", given, given)

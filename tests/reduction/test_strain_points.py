@@ -18,8 +18,8 @@ from femflex.reduction import (
     load_body,
     reduce_structure,
     save_body,
-    strain_points,
 )
+from femflex.reduction.beams import strain_points
 from femflex.reduction.beams.strain_points import strain_field
 from femflex.reduction.bends.derivatives import with_derivatives
 from femflex.reduction.strain.tensors import strain_tensors

@@ -191,6 +191,8 @@ def test_unknown_branches_and_speeds_are_told(blade):
         blade.frequency("torsion 1", 0.0)
     with pytest.raises(KeyError, match="2 rad/s is none of the diagram's speeds, from 0 to 12 rad/s"):
         blade.frequency("flap 1", 2.0)
+    with pytest.raises(KeyError, match="the nearest is 3 rad/s"):
+        blade.frequency("flap 1", 3.001)
     assert blade.frequency("flap 1", 3.0) == blade.branch("flap 1").frequencies[2]
 
 

@@ -47,6 +47,12 @@ def test_sizes_are_peaks_with_their_sign_and_root_mean_squares(found):
     assert found.remainder == 0.0 and set(found.parts) == {"loads/push", "inertia/base-hub", "inertia/boom"}
 
 
+def test_what_lies_until_an_instant_has_that_instant_too(found):
+    short = found.until(float(TIME[7]))
+    assert np.array_equal(short.time, TIME[:8]) and np.array_equal(short.u, found.u[:8])
+    assert all(len(rows) == 8 for rows in (*short.terms.values(), *short.inertia.values()))
+
+
 def test_a_picture_ends_where_swings_can_still_be_told_apart(found):
     assert readable_span(found, [0]) == (0.0, 100.0)  # three periods
     first, last = readable_span(found, [0, 1])  # one hundred

@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 
 from femflex.case import Case
 from femflex.cli.app import app
+from femflex.cli.converge_told import print_forms
 from femflex.studies import StrainForm, StrainStudy, choice, convergence, strain_forms, with_choice
 from femflex.view.side_by_side import plot_studies
 
@@ -46,6 +47,12 @@ def test_the_simplest_form_within_the_tolerance_is_chosen(forms: StrainStudy):
     assert forms.verdict.endswith("Choose strain = 'condensed'.")
     assert replace(forms, tolerance=1e-5).recommended == "nonlinear"
     assert replace(forms, tolerance=0.5).recommended == "linear"
+
+
+def test_the_table_points_at_the_form_that_is_chosen(forms: StrainStudy, capsys):
+    print_forms(forms)
+    pointed = [line.split()[0] for line in capsys.readouterr().out.splitlines() if line.rstrip().endswith("<-")]
+    assert pointed == ["condensed"]
 
 
 def test_a_form_without_a_value_says_why_and_is_not_chosen(forms: StrainStudy):

@@ -40,6 +40,15 @@ def test_a_second_term_shows_as_scatter_and_is_covered_by_the_uncertainty():
     assert abs(trend.limit - 1.0) < trend.spread < 1e-3
 
 
+def test_the_spread_is_what_the_limit_moved_by_with_the_last_level():
+    x, values = HALVED[:4], 1.0 + HALVED[:4] ** -2 + 0.3 * HALVED[:4] ** -3.0
+    limits = [
+        extrapolated(x[k : k + 2], values[k : k + 2], observed_order(x[k - 1 : k + 2], values[k - 1 : k + 2]))
+        for k in (1, 2)
+    ]
+    assert mesh_trend(x, values).spread == pytest.approx(abs(limits[1] - limits[0]), rel=1e-12)
+
+
 @pytest.mark.parametrize("rate", [1.0, 3.7, 8.0])
 def test_an_algebraic_decay_over_modes_is_recovered(rate: float):
     trend = mode_trend(COUNTS, 2.0 + 0.3 * COUNTS**-rate)

@@ -16,10 +16,10 @@ from femflex.reduction import (
     beam_body,
     cantilever_modes,
     reduce_structure,
-    strain_points,
     with_attachment,
     with_derivatives,
 )
+from femflex.reduction.beams import strain_points
 from femflex.view.paint import BodyPaint, chosen
 
 L, B, H, E = 1.0, 0.1, 0.01, 70e9  # m, m, m, Pa; without Poisson's ratio strips bend as beams do

@@ -3,7 +3,8 @@
 Rigid motions of the craft are the wobble of a free spin (seen from inertial space: nutation) and librations in orbit.
 Everything else is named by the bodies, looked at in slices along their longest direction. The mean motion of a slice is
 flap along the spin axis, lag across it and stretch along the body; turning about the body's line is torsion, and what
-is left bends the slice (chordwise). Where nothing spins flap and lag are both bending.
+is left bends the slice (chordwise). Where nothing spins flap and lag are both bending. A slice may move along the body
+though nothing is stretched, as a leg of a folded boom does: strain decides, where it is known, and the word is lag.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 WAYS = ("flap", "lag", "stretch", "torsion", "chordwise")
+LAG, STRETCH = WAYS.index("lag"), WAYS.index("stretch")
+MEMBRANE = {"line": 1, "plate": 3}  # the first strains of a part, which stretch it
 WOBBLE, JOINT = "wobble", "joint"
 LIBRATIONS = ("libration pitch", "libration yaw", "libration roll")  # about x0, y0, z0 of the orbital frame
 RIGID = (WOBBLE, *LIBRATIONS)
@@ -80,6 +83,9 @@ def _ways(model: Model, motions: SmallMotions, axis: Array | None, strained: NDA
     for name, body in model.system.bodies.items():
         points, moved = moved_points(body, motions.bodies[name])
         shares = _slice_shares(points, np.einsum("pau,uk->kpa", moved, motions.shapes), axis)
+        bends = ~_stretched(body, motions.bodies[name].shape @ motions.shapes)
+        shares[bends, LAG] += shares[bends, STRETCH]
+        shares[bends, STRETCH] = 0.0
         total += body.moments.mass * shares * (1.0 if body.n_modes else ~strained[:, None])
     total[total.sum(axis=1) < MOVES, WAYS.index("torsion")] += 1.0
     words = [WAYS[k] for k in np.argmax(total, axis=1)]
@@ -87,6 +93,24 @@ def _ways(model: Model, motions: SmallMotions, axis: Array | None, strained: NDA
         return words
     bent = total[:, :2].sum(axis=1) >= total[:, 2:].max(axis=1)
     return ["bending" if flag else word for flag, word in zip(bent, words, strict=True)]
+
+
+def _stretched(body: FlexibleBody, shapes: Complex) -> NDArray[np.bool_]:
+    """(n,) whether most of the linear strain energy of beams and plates stretches them, for amplitudes (n_shapes, n).
+
+    True where a body has no strain at points, or other members.
+    """
+    parts, n = body.strain_field, shapes.shape[1]
+    if not parts or any(part.kind not in MEMBRANE or part.rows.shape[2] != len(shapes) for part in parts):
+        return np.ones(n, bool)
+    stretch, whole = np.zeros(n), np.zeros(n)
+    for part in parts:
+        eps = np.einsum("sg,pgm,mn->psn", part.linear, part.rows, shapes, optimize=True)
+        stress = part.elastic @ eps * part.weight[:, None, None]
+        work = (eps.conj() * stress).real
+        stretch += work[:, : MEMBRANE[part.kind]].sum(axis=(0, 1))
+        whole += work.sum(axis=(0, 1))
+    return np.asarray(stretch >= HALF * whole)
 
 
 def _name_joints(
