@@ -31,7 +31,6 @@ def rebuilt(run: Run, case: str | Path | None = None, varying: Mapping[str, Vari
     from femflex.dynamics import compile_system
     from femflex.pipeline.decisions import build_system
     from femflex.pipeline.inputs import changed_inputs, inputs_of
-    from femflex.pipeline.resumed import check_varying, effectors_of
 
     if not run.case_text:
         raise ValueError(f"{run.path} keeps no case text, so its model cannot be built again")
@@ -56,6 +55,22 @@ def rebuilt(run: Run, case: str | Path | None = None, varying: Mapping[str, Vari
         model = model.without(*run.without)
     check_agreement(run, model)
     return model
+
+
+def effectors_of(run: Run) -> list[str]:
+    """Names of the effectors and controllers that Python gave to a run beside its case."""
+    return list(filter(None, str(run.attributes.get("effectors", "")).split(", ")))
+
+
+def check_varying(run: Run, model: Model) -> None:
+    """Raise ValueError when other bodies vary with time in the model than did in the run."""
+    begun, now = str(run.attributes.get("varying", "")), ", ".join(sorted(model.system.varying))
+    if begun != now:
+        raise ValueError(
+            f"{run.path} was made with bodies that vary with time: {begun or 'none'}; now there are: {now or 'none'}. "
+            "The functions that write their properties are not kept in the file: hand the same ones over again from "
+            "Python (`varying`)"
+        )
 
 
 def check_agreement(run: Run, model: Model) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 import femflex
 from femflex.pipeline.inputs import changed_inputs, inputs_of
+from femflex.pipeline.rebuilt import check_agreement, check_varying, effectors_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -56,7 +57,6 @@ def check_same_inputs(run: Run, case: Case) -> None:
 
 def check_same_model(model: Model, output: Path) -> None:
     """Raise ValueError when the unfinished run was begun with something else switched off, or with another model."""
-    from femflex.pipeline.rebuilt import check_agreement
     from femflex.results import open_run
 
     with open_run(output) as unfinished:
@@ -78,22 +78,6 @@ def check_same_effectors(effectors: Sequence[Effector | Controller], output: Pat
         raise ValueError(
             f"{output} was begun with the effectors {first} from Python, and now there are {second}; resume it from "
             f"Python by femflex.run(..., resume=True, effectors=...) with the same ones, or start anew"
-        )
-
-
-def effectors_of(run: Run) -> list[str]:
-    """Names of the effectors and controllers that Python gave to a run beside its case."""
-    return list(filter(None, str(run.attributes.get("effectors", "")).split(", ")))
-
-
-def check_varying(run: Run, model: Model) -> None:
-    """Raise ValueError when other bodies vary with time in the model than did in the run."""
-    begun, now = str(run.attributes.get("varying", "")), ", ".join(sorted(model.system.varying))
-    if begun != now:
-        raise ValueError(
-            f"{run.path} was made with bodies that vary with time: {begun or 'none'}; now there are: {now or 'none'}. "
-            "The functions that write their properties are not kept in the file: hand the same ones over again from "
-            "Python (`varying`)"
         )
 
 
