@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 TOP = Path(__file__).resolve().parents[1]
-KNOWN = {"pyproject.toml", "femflex", "meshes", "tests", "cases", "README.md", "LICENSE", ".gitignore", ".ci"}
+FOLDERS = {"femflex", "meshes", "tests", "cases", "docs", ".ci"}
+KNOWN = FOLDERS | {"pyproject.toml", "README.md", "CHANGELOG.md", "LICENSE", ".gitignore"}
 
 
 def tool(*words: str, folder: Path = TOP) -> subprocess.CompletedProcess[str]:

@@ -8,6 +8,7 @@ from nonlinear_models import METAL
 from plate_models import EDGES, frequencies, random_rotation
 
 from femflex.fem import Member, build_structure
+from femflex.fem.assembly.conditions import conditions
 from femflex.fem.sections import Rectangle
 from femflex.fem.support import Support, antisymmetry, symmetry
 from femflex.mesh import line, rectangle
@@ -119,3 +120,13 @@ def test_an_edge_held_in_its_place_alone_is_free_to_turn(family, cell, n, error)
     exact = np.pi**2 * np.sqrt(rigidity / (METAL.density * h)) * np.array([2.0, 5.0, 5.0, 8.0])
     found = frequencies(structure, held, 4, shift=float(exact[0] ** 2) / 2)
     assert found == pytest.approx(exact, rel=error)
+
+
+def test_a_face_lies_on_a_group_of_lines_where_all_its_edges_do():
+    """The corner's triangle has its three nodes on the boundary, and its third edge inside."""
+    mesh = rectangle(1.0, 1.0, 2, 2)
+    both = {"line": np.concatenate([mesh.cell_groups[edge]["line"] for edge in ("top", "left")])}
+    (found,) = conditions(mesh.with_groups(cells={"both": both}), {"both": ("x",)})
+    nodes = [int(np.argmin(np.linalg.norm(mesh.points - at, axis=1))) for at in ([0, 1, 0], [0, 0.5, 0], [0.5, 1, 0])]
+    assert found.contains(np.array([nodes])).tolist() == [False]
+    assert found.contains(np.array([nodes[:2], nodes[1:]])).tolist() == [True, False]

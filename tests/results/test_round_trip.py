@@ -182,3 +182,15 @@ def test_a_first_block_that_failed_can_be_brought_again(tmp_path, monkeypatch):
         writer.finish(complete=True)
     with open_run(path) as run:
         assert run.complete and np.array_equal(run.time, times)
+
+
+@pytest.mark.parametrize("times", [[0.5, 0.6], [0.4, 0.6], [0.6, 0.6], [0.7, 0.6]])
+def test_times_that_do_not_go_on_are_refused(times, tmp_path):
+    """An instant written twice is one too many, in a block or between two."""
+    with RunWriter(tmp_path / "run.h5", CHANNELS, known_bodies(), {}) as writer:
+        first = np.array([0.0, 0.5])
+        writer.write_block(first, known_arrays(first))
+        with pytest.raises(ValueError, match="the times of the block do not increase, or do not follow those in the"):
+            writer.write_block(np.array(times), known_arrays(np.array(times)))
+        writer.write_block(np.array([0.6]), known_arrays(np.array([0.6])))
+        writer.finish(True, "", {})

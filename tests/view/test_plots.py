@@ -175,3 +175,16 @@ def test_attitude_angles_are_counted_on_beyond_half_a_turn(tmp_path, figure):
         plot_histories(run, tmp_path / "b.png", channels=["attitude/angles"])
         yaw = next(line for ax in figure().axes for line in ax.lines if line.get_label() == "yaw")
         assert yaw.get_ydata() == pytest.approx(np.rad2deg(wrapped[few, 2]))
+
+
+def test_of_peaks_that_are_close_the_higher_is_named():
+    """Nearer than a twentieth of the axis."""
+    from matplotlib.figure import Figure
+
+    from femflex.view.plot import _name_peaks
+    from femflex.view.theme import theme_of
+
+    ax = Figure().add_subplot()
+    ax.set_xlim(0.0, 10.0)
+    _name_peaks(ax, [(5.2, 0.5), (5.0, 1.0), (8.0, 0.2), (8.6, 0.1)], theme_of("light"))
+    assert [text.get_text() for text in ax.texts] == ["5.000", "8.000", "8.600"]
