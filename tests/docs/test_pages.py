@@ -94,3 +94,14 @@ def test_sentences_of_the_pages_are_short():
     long = [(page, len(words), " ".join(words[:12])) for page, words in found if len(words) > LONGEST]
     assert not long
     assert statistics.median(len(words) for _, words in found) <= MEDIAN
+
+
+def test_every_page_is_in_one_table_of_contents():
+    entries = []
+    for path in PAGES:
+        for block in re.findall(r"```\{toctree\}\n(.*?)```", path.read_text(encoding="utf-8"), re.DOTALL):
+            names = [line for line in block.splitlines() if line and not line.startswith(":")]
+            entries += [(path.parent / f"{name}.md").resolve() for name in names]
+    assert len(entries) == len(set(entries))
+    written = {path for path in PAGES if path not in (TOP / "README.md", TOP / "docs" / "index.md")}
+    assert written <= set(entries)
