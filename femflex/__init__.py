@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from femflex.advice import Advice as Advice
+    from femflex.advice import advise as advise
     from femflex.body import FlexibleBody as FlexibleBody
     from femflex.body import Marker as Marker
     from femflex.body import rigid_body as rigid_body
@@ -36,6 +38,7 @@ if TYPE_CHECKING:
     from femflex.warning import PhysicsWarning as PhysicsWarning
 
 _HOME = {
+    "Advice": "advice",
     "Case": "case",
     "CaseError": "case",
     "Controller": "system",
@@ -50,6 +53,7 @@ _HOME = {
     "PhysicsWarning": "warning",
     "Run": "results",
     "System": "system",
+    "advise": "advice",
     "build_body": "pipeline.decisions",
     "build_system": "pipeline.decisions",
     "compile_system": "dynamics",

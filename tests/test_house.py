@@ -25,7 +25,7 @@ def test_top_level_holds_what_it_should_and_nothing_else():
 
 @pytest.mark.parametrize("words", [("check",), ("format", "--check")], ids=["lint", "format"])
 def test_ruff_is_content(words):
-    found = tool("ruff", *words, "femflex", "tests", "meshes")
+    found = tool("ruff", *words, "femflex", "tests", "meshes", "docs")
     assert found.returncode == 0, found.stdout
 
 

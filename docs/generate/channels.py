@@ -27,6 +27,7 @@ LINE is a body cut into segments, LINE.K its segment K.
 """
 KINDS = {"ground": "channels_ground.toml", "orbit": "channels_orbit.toml"}
 NUMBERED = re.compile(r"([A-Z]{4,})\d+")
+COORDINATE = re.compile(r"JOINT\.(?:slide|angle)\d*")
 SEGMENT = re.compile(r"LINE\.\d+")
 REPEATED = ("markers/LINE", "joints/LINE")  # as those of other bodies
 
@@ -57,14 +58,22 @@ EFFECTOR = nouns.Effector(
 )
 
 
+def _write(_t: float, _z: Any, _numbers: Any, _block: Any) -> None:
+    return
+
+
+VARIATION = nouns.Variation(_write, ("mass", "growth"))
+
+
 def model_of(path: Path) -> Any:
-    """The compiled model of a case; on the ground with a constraint and effectors that only Python can give."""
+    """The compiled model of a case; on the ground with what only Python can give."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         system = femflex.build_system(femflex.read_case(path))
         if system.orbit is None:
             rows = nouns.velocity_rows("CONSTRAINT1", 1, _no_rows(len(system.velocity_names())))
-            system = replace(system, constraints=(*system.constraints, rows), effectors=(EFFECTOR, CONTROLLER))
+            more = {"effectors": (EFFECTOR, CONTROLLER), "varying": {"BODY5": VARIATION}}
+            system = replace(system, constraints=(*system.constraints, rows), **more)
         return femflex.compile_system(system)
 
 
@@ -79,7 +88,7 @@ def _no_rows(n_u: int) -> Any:
 
 def plain(text: str) -> str:
     """The text with numbered names made one."""
-    return NUMBERED.sub(r"\1", SEGMENT.sub("LINE.K", text))
+    return COORDINATE.sub("JOINT.COORDINATE", NUMBERED.sub(r"\1", SEGMENT.sub("LINE.K", text)))
 
 
 def channels_of(model: Any) -> dict[str, list[Any]]:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.advice.divided import divided
-from femflex.body import Foreshortening
+from femflex.advice.bodies import KnownBodies
+from femflex.advice.limits import BENT, SWUNG
+from femflex.advice.remedies import divided
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -18,8 +19,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-BENT = 0.1  # elastic displacement over the body's size up to which linear strain is taken to hold
-SWUNG = 0.2  # the same for nonlinear strain: curvature is linear still, 3 % off in the tip of a cantilever there
+LARGE = 2_000_000  # numbers that the displacements of all points in some rows may take at once
 
 
 class Bend:
@@ -28,10 +28,11 @@ class Bend:
     name     of the body
     at       its first elastic coordinate in the state
     size     diagonal of its box [m]
+    remedy   what to do for a strain that holds farther than linear
     """
 
-    def __init__(self, name: str, at: int, body: FlexibleBody) -> None:
-        self.name, self.at, self._body = name, at, body
+    def __init__(self, name: str, at: int, body: FlexibleBody, remedy: str) -> None:
+        self.name, self.at, self._body, self.remedy = name, at, body, remedy
         self._places, self.size = _places(body)
         leading = self._places[: body.n_modes]
         self._largest = np.linalg.norm(leading, axis=2).max(axis=1)
@@ -46,20 +47,32 @@ class Bend:
             self._delta = states[row, self.at : self.at + self._body.n_modes].copy()
         return moved
 
+    def over(self, states: Array) -> Array:
+        """Largest displacement (k,) of a point of the body over its size, by states (k, n_x)."""
+        displaced = np.zeros(len(states))
+        for rows in np.array_split(np.arange(len(states)), 1 + len(states) * self._places[0].size // LARGE):
+            delta = self._body.amplitudes(states[rows, self.at : self.at + self._body.n_modes])
+            moved = np.einsum("spa,ks->kpa", self._places, delta, optimize=True)
+            displaced[rows] = np.linalg.norm(moved, axis=2).max(axis=1)
+        return displaced / self.size
+
     @property
     def reached(self) -> float:
         """Largest displacement of a place of the body over its size."""
         displaced = np.einsum("spa,s->pa", self._places, self._body.amplitudes(self._delta))
         return float(np.linalg.norm(displaced, axis=1).max()) / self.size
 
-    def warn(self, verb: str) -> None:
-        """Warn when the body was bent by more than its strain is good for, with both numbers."""
+    def warn(self, verb: str, note: str = "") -> None:
+        """Warn when the body was bent by more than its strain is good for, with both numbers.
+
+        note: what was said of the body before.
+        """
         body = self._body
-        bound, way = BENT, f"{(body.ignored or Foreshortening()).remedy}, "
+        bound, way = BENT, f"{self.remedy}, "
         if body.strain_form != "linear":
             bound, way = SWUNG, f"{divided(body)}, "
         if (reached := self.reached) > bound:
-            told = f" Before the run: {body.note}." if body.note and bound == BENT else ""
+            told = f" Before the run: {note}." if note and bound == BENT else ""
             warnings.warn(
                 f"body {self.name!r} {verb} displaced by {reached * self.size:.3g} m, {reached:.0%} of its size of "
                 f"{self.size:.3g} m; {body.strain_form} strain holds up to about {bound:.0%}. Check stiffness, loads "
@@ -69,14 +82,14 @@ class Bend:
             )
 
 
-def bends(model: Model) -> list[Bend]:
-    """One Bend for each elastic body of a model."""
-    out, at = [], 0
+def bends(model: Model, known: KnownBodies | None = None) -> list[Bend]:
+    """One Bend for each elastic body of a model; known: where it is known what they were reduced from."""
+    out, at, known = [], 0, known or KnownBodies({})
     for name in model.system.order:
         body = model.system.bodies[name]
         at += model.system.joint_of(name).n_q
         if body.n_modes:
-            out.append(Bend(name, at, body))
+            out.append(Bend(name, at, body, known.remedy(name)))
         at += body.n_modes
     return out
 

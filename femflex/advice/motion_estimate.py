@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.advice.limits import MANY, MOST_RATES
 from femflex.body import FlexibleBody
 from femflex.dynamics import Model, compile_system
 from femflex.dynamics.equilibria.elastic_answer import elastic_answer, elastic_places
@@ -31,8 +32,7 @@ CLOSED = 4  # times fewer of them where loops have to be solved for in each
 PER_PERIOD = 12  # rows for each period of specified sines
 MOST_ROWS = 12_000
 AFTER = np.arange(1, 9) / 8  # of the slowest vibration's period, after whatever comes suddenly
-PARTS, MOST_RATES = 64, 200_000  # the motion is foreseen part by part, until this many rates are spent: up to a second
-MANY = 400  # coordinates up to which the elastic answer is sought
+PARTS = 64  # the motion is foreseen part by part, until MOST_RATES rates are spent
 
 
 @dataclass(frozen=True, eq=False)

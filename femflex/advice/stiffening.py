@@ -1,4 +1,4 @@
-"""Watching what linear strain leaves out: how far spin, thrust and loads along a body stiffen it, or soften it."""
+"""What linear strain leaves out of the stiffness of bodies, and watching it: the pull of spin, thrust and loads."""
 
 from __future__ import annotations
 
@@ -11,16 +11,119 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from femflex.advice.divided import divided
-from femflex.advice.ignored import STIFFENED, IgnoredStiffness
+from femflex.advice.bodies import KnownBodies
+from femflex.advice.limits import STIFFENED
+from femflex.advice.remedies import divided
+from femflex.body import FlexibleBody, Foreshortening
+from femflex.rotations import dcm_from_quaternion
+from femflex.system import System
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
-    from femflex.body import FlexibleBody
     from femflex.dynamics import Model
-    from femflex.system import System
 
 Array = NDArray[np.float64]
+
+TURNED = 0.01  # (rate / first frequency)^2 over what is added to the stiffness, below which no spin brings it about
+
+
+@dataclass(frozen=True)
+class Pull:
+    """What pulls at a place of a body whose foreshortening there is theta (3,): a body and all that hangs on it.
+
+    sign: 1, or -1 where it is the joint that holds them against it.
+    """
+
+    theta: Array
+    body: str
+    sign: float
+
+
+class IgnoredStiffness:
+    """The part of its lowest shape's stiffness that each body with linear strain leaves out; negative: it softens.
+
+    Counted is the centripetal inertia of each body and of all that hangs on it, at the body's rate; in orbit the
+    gravity gradient; weight and loads, as they pull at a body and at what hangs on it; and how a free craft gives way
+    to them as a whole, without turning faster.
+    """
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+        known = {name: body.foreshortening for name, body in system.bodies.items()}
+        self.bodies = {name: theta for name, theta in known.items() if theta is not None}
+        self._pulls = {name: pulls(system, name, ignored) for name, ignored in self.bodies.items()}
+        self._free = len(system.joint_of(system.root).translations) == 3
+        self._gravity = system.environment.gravity
+        self._about_mass = system.orbit is not None or self._free
+
+    def gains(self, channels: Mapping[str, Array]) -> dict[str, Array]:
+        """Of each body (n_t,), from channels over n_t rows."""
+        if not self.bodies:
+            return {}
+        turned = {name: dcm_from_quaternion(channels[f"bodies/{name}/attitude"]) for name in self._system.order}
+        origin = channels["monitors/center_of_mass"] if self._about_mass else np.zeros(3)
+        places = {name: channels[f"bodies/{name}/position"] - origin for name in self._system.order}
+        loads = {
+            load.name: np.einsum("tab,tb->ta", turned[load.body], channels[f"loads/{load.name}/force"])
+            for load in self._system.loads
+        }
+        pushed, mass, loaded = self._hung(places, turned, loads)
+        given_way = loaded[self._system.root] / mass[self._system.root] if self._free else 0.0 * origin
+        out = {}
+        for name, ignored in self.bodies.items():
+            omega, C = channels[f"bodies/{name}/rate"], np.swapaxes(turned[name], 1, 2)
+            W = omega[:, :, None] * omega[:, None, :] - np.einsum("ta,ta,bc->tbc", omega, omega, np.eye(3))
+            W = W - self._gradient(channels, C)
+            moved = np.broadcast_to(given_way, places[name].shape)
+            field = np.einsum("tab,tbc,tc->ta", W, C, places[name]) + np.einsum("tab,tb->ta", C, moved - self._gravity)
+            gain = field @ ignored.mass[0] + np.einsum("tab,ab->t", W, ignored.mass[1:])
+            for pull in self._pulls[name]:
+                b = pull.body
+                inertia = np.einsum("tab,tbc,tc->ta", W, C, pushed[b]) + mass[b] * np.einsum("tab,tb->ta", C, moved)
+                force = np.einsum("tab,tb->ta", C, np.broadcast_to(loaded[b], moved.shape)) - inertia
+                gain -= pull.sign * force @ pull.theta
+            for load in self._system.loads:
+                if load.body == name and load.marker in ignored.at:
+                    gain -= channels[f"loads/{load.name}/force"] @ ignored.at[load.marker]
+            out[name] = gain
+        return out
+
+    def _gradient(self, channels: Mapping[str, Array], C: Array) -> Array:
+        """Gravity gradient (n_t, 3, 3), -(mu / R^3) (1 - 3 l l^T), in body axes [1/s^2]; zero without an orbit.
+
+        l: unit vector of the outward local vertical, y0 of the orbital frame. C (n_t, 3, 3) into body axes.
+        """
+        if self._system.orbit is None:
+            return np.zeros_like(C)
+        up = np.einsum("tab,tb->ta", C, dcm_from_quaternion(channels["orbit/attitude"])[:, :, 1])
+        rate = self._system.orbit.mu / channels["orbit/radius"] ** 3
+        return -rate[:, None, None] * (np.eye(3) - 3.0 * up[:, :, None] * up[:, None, :])
+
+    def _hung(
+        self, places: Mapping[str, Array], turned: Mapping[str, Array], loads: Mapping[str, Array]
+    ) -> tuple[dict[str, Array], dict[str, float], dict[str, Array]]:
+        """Of each body and all that hangs on it: mass times place, mass, and weight with loads, inertial axes."""
+        pushed: dict[str, Array] = {}
+        mass: dict[str, float] = {}
+        loaded = {}
+        for name, body in self._system.bodies.items():
+            mass[name] = body.moments.mass
+            loaded[name] = mass[name] * self._gravity
+            pushed[name] = body.moments.mass * (places[name] + turned[name] @ body.moments.center_of_mass())
+        for load in self._system.loads:
+            loaded[load.body] = loaded[load.body] + loads[load.name]
+        for name in reversed(self._system.order):
+            if (parent := self._system.joint_of(name).parent) is not None:
+                mass[parent] += mass[name]
+                pushed[parent], loaded[parent] = pushed[parent] + pushed[name], loaded[parent] + loaded[name]
+        return pushed, mass, loaded
+
+
+def pulls(system: System, name: str, ignored: Foreshortening) -> list[Pull]:
+    """What pulls at a body where its foreshortening is known: what hangs on it, and the joint it hangs by."""
+    hung = [(joint.parent_marker, joint.child, 1.0) for joint in system.joints if joint.parent == name]
+    hung.append((system.joint_of(name).child_marker, name, -1.0))
+    return [Pull(ignored.at[marker], body, sign) for marker, body, sign in hung if marker in ignored.at]
 
 
 @dataclass(frozen=True)
@@ -35,8 +138,9 @@ class Seen:
 class Stiffening:
     """Watches how far bodies with linear strain would be stiffened or softened, row by row, and warns of it."""
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, known: KnownBodies | None = None) -> None:
         self._system = system = model.system
+        self._known = known or KnownBodies({})
         self._ignored = IgnoredStiffness(system)
         whole = {piece: whole for whole, pieces in system.segments.items() for piece in pieces}
         self._whole = {name: whole.get(name, name) for name in self._ignored.bodies}
@@ -64,11 +168,17 @@ class Stiffening:
             if raised > STIFFENED:
                 cut = whole in self._system.segments
                 text = self._of_segment(whole, seen.body) if cut else self._of_body(seen.body, raised)
-                self._warn(f"body {whole!r} {verb} {seen.spin:.4g} rad/s: a stiffening of {raised:.0%} of {text}")
+                way = f"{verb} {seen.spin:.4g} rad/s" if self._spins(seen) else "is pulled along by loads or weight"
+                self._warn(f"body {whole!r} {way}: a stiffening of {raised:.0%} of {text}")
         for whole, seen in self._least.items():
             left = float(np.sqrt(max(1.0 + seen.gain, 0.0)))
             if left < 1.0 - STIFFENED and whole not in self._system.segments:
                 self._warn(f"body {whole!r} was pressed, by loads or inertia along it, {self._softened(seen, left)}")
+
+    def _spins(self, seen: Seen) -> bool:
+        """Whether it is the spin of a body that stiffens it, not loads or weight along it."""
+        body = self._system.bodies[seen.body]
+        return (seen.spin / lowest_frequency(body, {})) ** 2 > TURNED * seen.gain
 
     def _softened(self, seen: Seen, left: float) -> str:
         other = divided(self._system.bodies[seen.body])
@@ -87,8 +197,7 @@ class Stiffening:
         return f" ({known:.4g} Hz, not {known * factor:.4g} Hz{carrying})"
 
     def _remedy(self, name: str) -> str:
-        ignored = self._system.bodies[name].ignored
-        text = "" if ignored is None else ignored.remedy
+        text = self._known.remedy(name)
         return text[:1].upper() + text[1:]
 
     def _of_body(self, name: str, raised: float) -> str:

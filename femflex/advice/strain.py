@@ -1,32 +1,45 @@
-"""Which strain a flexible body of a case gets that does not say: the one that its motion calls for, as foreseen."""
+"""Which strain a body wants: judged by what its system comes to with linear strain in a preliminary motion."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
 
-from femflex.advice.bends import BENT, SWUNG
-from femflex.advice.ignored import STIFFENED
-from femflex.case.body import Strain
+from femflex.advice.advice import Advice
+from femflex.advice.bends import bends
+from femflex.advice.bodies import KnownBodies
+from femflex.advice.buckling.nearness import Nearness, beyond
+from femflex.advice.curved import why_snapping
+from femflex.advice.limits import BENT, BOWING, LEEWAY, PHASE, STIFFENED, STILL, SWINGING, SWUNG, TOLD
+from femflex.advice.motion_estimate import Foresight
+from femflex.advice.remedies import divided
+from femflex.advice.stiffening import IgnoredStiffness, lowest_frequency, masses_hung
+from femflex.dynamics import compile_system
+from femflex.system import Environment, Frame, System
 
-LEEWAY = 0.5  # of what runs warn of: from there on strain is condensed, for what is foreseen is an estimate
-TOLD = 5e-5  # less than the hundredth of a per cent that is printed
-STILL = 1e-12  # rad/s: rounding
-KEEPS = " (strain = 'linear' would keep it so)"
+Array = NDArray[np.float64]
+Strain = Literal["linear", "nonlinear", "condensed"]
 
 
 @dataclass(frozen=True)
 class Reach:
-    """How far a body goes, as foreseen.
+    """How far a body goes, by the preliminary motion.
 
     most, least    what is added to the stiffness of its first shape, in parts of it
     spin, fastest  its rate where most is added, and its largest rate [rad/s]
-    bent, start    largest displacement of a place over the body's size, along the motion and at its start
+    bent, start    largest displacement of a point over the body's size, along the motion and at its start
     size           diagonal of its box [m]
-    stretched      what stretching adds to the force on its first shape bent so far, over the linear one
-    doubt          why less than the whole is foreseen, or nothing
+    doubt          why less than the whole is known, or nothing
     dividing       how it is made of several bodies where it bends too far for one
+    stretched      what stretching adds to the force on its first shape, bent as far as linear strain has it, over the
+                   linear one
+    phase          by which its slowest vibration is out in the end for what linear strain leaves out [rad]
+    swing          half of what the largest displacement of a point varies by, over the body's size
     """
 
     most: float
@@ -39,29 +52,86 @@ class Reach:
     doubt: str = ""
     dividing: str = "cut the member into segments"
     stretched: float = 0.0
+    phase: float = 0.0
+    swing: float = 0.0
 
 
-def judged(reach: Reach) -> tuple[Strain, str]:
+def strain_advice(
+    system: System,
+    names: list[str],
+    near: Mapping[str, Nearness],
+    view: Foresight,
+    known: KnownBodies,
+    fastest: Array | None = None,
+) -> tuple[dict[str, Advice], list[str]]:
+    """Strain of these bodies, which are linear in this system, and its reason; those that are rigid need none.
+
+    Also the names of curved ones that may snap and are left open to be given responses to their loads.
+
+    near: of bodies that bear nearly what buckles them, how near; view: the preliminary motion; fastest (3,): a steady
+    spin [rad/s] that counts too, as the last of a diagram over speeds.
+    """
+    found = reaches(view, known)
+    if fastest is not None:
+        spun = compile_system(replace(system, frame=Frame("spinning", fastest)))
+        steady = reaches(Foresight(spun, np.zeros(1), spun.x0[None], spun.x0[None]), known)
+        found = {name: _wider(reach, steady[name]) for name, reach in found.items()}
+    for name, gain in weights_of_swingers(system).items():
+        found[name] = _wider(found[name], Reach(gain, -gain, 0.0, 0.0))
+    chosen = {name: _with_buckling(judged(name, found[name]), near.get(name)) for name in names if name in found}
+    snapping = []
+    for name in chosen:
+        moved = found[name].bent * found[name].size
+        if known.open(name).responses and (why := why_snapping(known[name], name, moved, near.get(name))):
+            chosen[name] = why
+            snapping.append(name)
+    return chosen, snapping
+
+
+def judged(name: str, reach: Reach) -> Advice:
     """The strain that a body wants, and why: what linear strain leaves out of it, or does not hold up to."""
     raised = float(np.sqrt(1.0 + max(reach.most, 0.0)) - 1.0)
     fallen = 1.0 - float(np.sqrt(max(1.0 + min(reach.least, 0.0), 0.0)))
+    stretched = float(np.sqrt(1.0 + reach.stretched) - 1.0)
     way = f"turning at {reach.spin:.4g} rad/s" if reach.spin > 0.0 else "what pulls along it"
-    why = ""
+    why, found = "", (raised, LEEWAY * STIFFENED)
     if raised > LEEWAY * STIFFENED and raised >= fallen:
         why = f"{way} may raise the first frequency {grown(raised)}, which linear strain leaves out"
     elif fallen > LEEWAY * STIFFENED:
         how = f"lower the first frequency by {fallen:.1%}" if fallen < 1.0 else "make it buckle in its first shape"
         why = f"loads or inertia that press along it may {how}, which linear strain leaves out"
+        found = (fallen, LEEWAY * STIFFENED)
     elif reach.bent > LEEWAY * BENT:
         why = f"{_bent(reach)}, and linear strain is left from {LEEWAY * BENT:.0%} on (it holds up to {BENT:.0%})"
-    elif float(np.sqrt(1.0 + reach.stretched) - 1.0) > LEEWAY * STIFFENED:
+        found = (reach.bent, LEEWAY * BENT)
+    elif stretched > LEEWAY * STIFFENED:
         why = (
-            f"loads and motions may bend it by {reach.bent * reach.size:.2g} m by linear strain, where stretch between "
-            f"its supports, which that leaves out, adds {reach.stretched:.0%} to the force on its first shape"
+            f"loads and motions may bend it by {reach.bent * reach.size:.2g} m, where stretch between its supports, "
+            f"which linear strain leaves out, adds {reach.stretched:.0%} to the force on its first shape"
         )
+        found = (stretched, LEEWAY * STIFFENED)
+    elif reach.swing > SWINGING and reach.phase > LEEWAY * PHASE:
+        why = (
+            f"what pulls or presses along it changes its first frequency by {max(raised, fallen):.2%} at most, and so "
+            f"puts its vibration out by {reach.phase:.2g} rad over the run, over {LEEWAY * PHASE:.2g} rad, which "
+            "linear strain leaves out"
+        )
+        found = (reach.phase, LEEWAY * PHASE)
     if not why:
-        return "linear", f"{_small(reach, raised, fallen, way)}; {_hardly_bent(reach)}"
-    return "condensed", f"{why}{KEEPS}{_far(reach)}"
+        return Advice(name, "strain", "linear", f"{_small(reach, raised, fallen, way)}; {_hardly_bent(reach)}", *found)
+    return Advice(name, "strain", "condensed", f"{why}{_far(reach)}", *found)
+
+
+def _with_buckling(chosen: Advice, near: Nearness | None) -> Advice:
+    """A choice, with what a load near buckling adds to it."""
+    if near is None:
+        return chosen
+    left_out = f"{near}, which linear strain leaves out"
+    if near.part < BOWING:
+        told = chosen.choice == "linear" or near.sways  # what is judged along it knows no forces that follow
+        return replace(chosen, choice="condensed", reason=left_out, value=near.part, limit=BOWING) if told else chosen
+    reason = left_out + beyond(near, "nonlinear")
+    return replace(chosen, choice="nonlinear", reason=reason, value=near.part, limit=BOWING)
 
 
 def _bent(reach: Reach) -> str:
@@ -76,7 +146,7 @@ def _far(reach: Reach) -> str:
     if reach.bent <= SWUNG:
         return ""
     return (
-        f"; foreseen is a bend of {reach.bent:.0%}, and condensed strain holds up to about {SWUNG:.0%}: where it "
+        f"; a bend of {reach.bent:.0%} is estimated, and condensed strain holds up to about {SWUNG:.0%}: where it "
         f"really bends so far, {reach.dividing}"
     )
 
@@ -93,10 +163,10 @@ def _small(reach: Reach, raised: float, fallen: float, way: str) -> str:
 
 
 def _hardly_bent(reach: Reach) -> str:
-    """Why linear strain is enough for how far the body bends, and how far that is foreseen."""
-    foreseen = f"loads and motions bend it by {reach.bent:.2%} of its size at most"
-    foreseen = foreseen if reach.bent >= TOLD else "nothing bends it"
-    return f"{foreseen}, foreseen {reach.doubt}; the run watches it" if reach.doubt else foreseen
+    """Why linear strain is enough for how far the body bends, and how far that is estimated."""
+    told = f"loads and motions bend it by {reach.bent:.2%} of its size at most"
+    told = told if reach.bent >= TOLD else "nothing bends it"
+    return f"{told}, foreseen {reach.doubt}; the run watches it" if reach.doubt else told
 
 
 def grown(gain: float) -> str:
@@ -106,3 +176,87 @@ def grown(gain: float) -> str:
     ('by 16.2%', '14.5-fold')
     """
     return f"by {gain:.1%}" if gain < 1.0 else f"{1.0 + gain:.3g}-fold"
+
+
+def weights_of_swingers(system: System) -> dict[str, float]:
+    """The most that gravity adds to, or takes from, the stiffness of each body that may come to hang or stand along it.
+
+    Bodies that no joint lets turn stay as they start.
+    """
+    g = float(np.linalg.norm(system.environment.gravity))
+    turning = [name for name in system.order if _turns(system, name)] if g > 0.0 else []
+    if not turning:
+        return {}
+    model = compile_system(system)
+    seen = model.observe(np.zeros(1), model.x0[None])
+    pulls = [Environment(direction) for direction in (*np.eye(3), np.zeros(3))]
+    x, y, z, none = (IgnoredStiffness(replace(system, environment=pull)).gains(seen) for pull in pulls)
+    return {
+        name: g * float(np.linalg.norm([axis[name][0] - none[name][0] for axis in (x, y, z)]))
+        for name in turning
+        if name in none
+    }
+
+
+def _turns(system: System, name: str | None) -> bool:
+    """Whether a joint between the base frame and a body lets it turn."""
+    while name is not None:
+        joint = system.joint_of(name)
+        slides = len(joint.translations)
+        if any(k >= slides and k not in joint.held for k in range(joint.n_u)):
+            return True
+        name = joint.parent
+    return False
+
+
+def reaches(view: Foresight, known: KnownBodies) -> dict[str, Reach]:
+    """How far each elastic body goes in a preliminary motion, by what runs warn of."""
+    model, system = view.model, view.model.system
+    channels = model.observe(view.times, view.carried)
+    gains = IgnoredStiffness(system).gains(channels)
+    out = {}
+    for bend, start in zip(bends(model), bends(model), strict=True):
+        name, body = bend.name, system.bodies[bend.name]
+        rate = np.linalg.norm(channels[f"bodies/{name}/rate"], axis=1)
+        gain = gains.get(name, np.zeros(len(rate)))
+        linear = float(bend.over(view.bent).max())
+        held = view.bent.copy()
+        held[:, bend.at : bend.at + body.n_modes] /= 1.0 + np.maximum(gain, 0.0)[:, None]  # as spin holds it straight
+        bend.moved(held)
+        start.moved(model.x0[None])
+        hardening = known[name].hardening if name in known and linear > 0.0 else 0.0
+        bent = max(_hardened(bend.reached, hardening * bend.size**2), start.reached)
+        swing = float(np.ptp(bend.over(held))) / 2.0
+        phase = _phase(system, name, view.times, gain) if swing > SWINGING and name in gains else 0.0
+        pulled = float(gain.max()), float(gain.min()), float(rate[np.argmax(gain)]), float(rate.max())
+        stretched = hardening * (max(linear, start.reached) * bend.size) ** 2
+        more = {"stretched": stretched, "phase": phase, "swing": swing}
+        out[name] = Reach(*pulled, bent, start.reached, bend.size, view.short, divided(body), **more)
+    return out
+
+
+def _hardened(linear: float, hardening: float) -> float:
+    """The root w of w + hardening w^3 = linear: a bend that stretch holds back."""
+    if hardening <= 0.0 or linear <= 0.0:
+        return linear
+    return float(brentq(lambda w: w + hardening * w**3 - linear, 0.0, linear))
+
+
+def _phase(system: System, name: str, times: Array, gain: Array) -> float:
+    """Phase [rad] by which the slowest vibration of a body, held, is out in the end: int omega |sqrt(1 + gain) - 1| dt.
+
+    What is damped out counts for 1 / (zeta omega) at most.
+    """
+    body = system.bodies[name]
+    omega = lowest_frequency(body, masses_hung(system, name))
+    off = omega * np.abs(np.sqrt(np.maximum(1.0 + gain, 0.0)) - 1.0)
+    whole = float(np.sum((off[1:] + off[:-1]) / 2.0 * np.diff(times)))
+    rate = float(body.damping[0, 0] / body.moments.elastic_mass()[0, 0]) / 2.0  # zeta omega of its first shape
+    return min(whole, float(off.max(initial=0.0)) / rate) if rate > 0.0 else whole
+
+
+def _wider(a: Reach, b: Reach) -> Reach:
+    spin = a.spin if a.most >= b.most else b.spin
+    return replace(
+        a, most=max(a.most, b.most), least=min(a.least, b.least), spin=spin, fastest=max(a.fastest, b.fastest)
+    )

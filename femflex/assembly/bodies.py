@@ -1,31 +1,29 @@
-"""Tables of bodies -> FlexibleBody."""
+"""Tables of bodies -> FlexibleBody, with what each was reduced from."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from femflex.advice.bearings import bearing_of_analytic, bearing_of_meshed
-from femflex.advice.curved import of_curved, of_responses, softening_of
-from femflex.advice.enrichment import BeamEnrichment, MeshedEnrichment
-from femflex.advice.sheet import of_sheet
 from femflex.assembly.acting import acting, told
+from femflex.assembly.extents import warn_of_doubtful_extents
 from femflex.assembly.functions import functions_of
+from femflex.assembly.open_choices import bound_to_linear, left_open, remedy_of
 from femflex.assembly.rigid_skins import rigid_skin
 from femflex.assembly.segments import build_segments
 from femflex.assembly.shared import shared
-from femflex.assembly.structures import PLACE, build_mesh, build_modes, structure_of
+from femflex.assembly.structures import PLACE, build_mesh, build_modes, structure_of, supports_of
 from femflex.assembly.torques import check_torques, has_torque
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.case import Case
 from femflex.case.load import LoadTable
 from femflex.case.problems import CaseError, Problem, near
-from femflex.case.reduction import DampingTable, LumpedTable, Stretchable
+from femflex.case.reduction import DampingTable, Stretchable
+from femflex.case.support import SkewSupport
 from femflex.fem.structure import Structure
 from femflex.reduction import (
     ModalDamping,
@@ -33,9 +31,6 @@ from femflex.reduction import (
     UniformBeam,
     beam_body,
     bending_damping,
-    foreshortening,
-    foreshortening_of,
-    hardening,
     is_added,
     is_unanswered,
     lack_of_stretch,
@@ -45,20 +40,36 @@ from femflex.reduction import (
     with_derivatives,
 )
 from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.origin import Analytic, Meshed, Origin
 from femflex.system import Part, Segments
 from femflex.warning import PhysicsWarning
 
-MANY = 1200  # coordinates up to which the lowest shape of a set is sought
+
+@dataclass(frozen=True, eq=False)
+class BuiltBody:
+    """A body as its table says it, its origin, and what is to be said of how it was made.
+
+    origin: None of a body cut into segments; notes: what is in its set beside what the table says.
+    """
+
+    part: Part
+    origin: Origin | None = None
+    notes: tuple[str, ...] = ()
 
 
-def build_bodies(case: Case, modes: int | None = None, refine: int = 0) -> dict[str, Part]:
-    """All bodies of a case by name, with other numbers of modes or finer meshes if asked.
+def build_bodies(case: Case) -> dict[str, Part]:
+    """All bodies of a case by name, as `built_bodies`."""
+    return {name: built.part for name, built in built_bodies(case).items()}
+
+
+def built_bodies(case: Case) -> dict[str, BuiltBody]:
+    """All bodies of a case by name, with their origins.
 
     Bodies whose tables say the same but for their initial state, and that carry alike, are built once and shared.
     Raises CaseError with the problems of all bodies together.
     """
-    bodies: dict[str, Part] = {}
-    alike: dict[str, Part] = {}
+    bodies: dict[str, BuiltBody] = {}
+    alike: dict[str, BuiltBody] = {}
     problems: list[Problem] = []
     for name in case.bodies:
         key = _content(case, name)
@@ -66,7 +77,7 @@ def build_bodies(case: Case, modes: int | None = None, refine: int = 0) -> dict[
             bodies[name] = alike[key]
             continue
         try:
-            bodies[name] = alike[key] = build_part(case, name, modes, refine)
+            bodies[name] = alike[key] = built_body(case, name)
         except CaseError as error:
             problems += error.problems
     if problems:
@@ -75,9 +86,17 @@ def build_bodies(case: Case, modes: int | None = None, refine: int = 0) -> dict[
 
 
 def build_part(case: Case, name: str, modes: int | None = None, refine: int = 0, segments: int | None = None) -> Part:
+    """The body of that name, as `built_body`."""
+    return built_body(case, name, modes, refine, segments).part
+
+
+def built_body(
+    case: Case, name: str, modes: int | None = None, refine: int = 0, segments: int | None = None
+) -> BuiltBody:
     """The body of that name, or its Segments when it is cut (into `segments` instead of the case's number, if given).
 
-    Its strain is what the case says, or linear. `build_body` looks at the system for what the case does not say.
+    modes: another number of modes; refine: how many times finer its mesh is. Its strain is what the case says, or
+    linear. What the case leaves open is decided above (`pipeline.decisions`).
 
     Raises CaseError with what is wrong with it.
     """
@@ -85,10 +104,10 @@ def build_part(case: Case, name: str, modes: int | None = None, refine: int = 0,
         raise CaseError(case.path.name, [Problem("bodies", f"found no body {name!r}; {near(name, case.bodies)}")])
     made = shared()
     if made is None:
-        return _part(case, name, modes, refine, segments)
+        return _built(case, name, modes, refine, segments)
     rest = case.model_copy(update={"bodies": {}, "initial": None})
     key = f"{case.path} {name} {modes} {refine} {segments} {_content(case, name)} {rest!r}"
-    return made.part(key, lambda: _part(case, name, modes, refine, segments))
+    return made.part(key, lambda: _built(case, name, modes, refine, segments))
 
 
 def _content(case: Case, name: str) -> str:
@@ -103,79 +122,76 @@ def _content(case: Case, name: str) -> str:
     return f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {beside}"
 
 
-def _part(case: Case, name: str, modes: int | None, refine: int, segments: int | None) -> Part:
-    """`build_part`, anew."""
+def _built(case: Case, name: str, modes: int | None, refine: int, segments: int | None) -> BuiltBody:
+    """`built_body`, anew."""
     table = case.bodies[name]
     try:
         if isinstance(table, FlexibleTable) and table.cut is not None:
             cut = _segments(case, name, table, (modes, refine, segments))
-            return Segments(tuple(_turned(body, table) for body in cut.bodies))
-        return _with_markers(_body(case, name, table, modes, refine), name, table)
+            return BuiltBody(Segments(tuple(_turned(body, table) for body in cut.bodies)))
+        body, source, notes = _body(case, name, table, modes, refine)
+        open_ = Origin(source, left_open(table), bound_to_linear(table), remedy_of(table))
+        if isinstance(table, FlexibleTable | AnalyticTable | FileTable):
+            warn_of_doubtful_extents(case, name, table, body)
+        return BuiltBody(_with_markers(body, name, table), None if isinstance(table, RigidTable) else open_, notes)
     except CaseError:
         raise
     except (ValueError, OSError) as error:
         raise CaseError(case.path.name, [Problem(f"bodies.{name}", str(error))]) from error
 
 
-def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: int) -> FlexibleBody:
+Made = tuple[FlexibleBody, Meshed | Analytic | None, tuple[str, ...]]  # body, source, notes
+
+
+def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: int) -> Made:
     if isinstance(table, RigidTable):
-        return _rigid(case, table)
+        return _rigid(case, table), None, ()
     if isinstance(table, AnalyticTable):
         return _analytic(case, name, table, modes)
     if isinstance(table, FileTable):
-        return _from_file(case, name, table, modes)
+        return _from_file(case, name, table, modes), None, ()
     assert isinstance(table, FlexibleTable)
     given = structure_of(case, name, table, refine)
     added = acting(case, name, table, marker_groups(table))
     structure, modeset = build_modes(given, table, modes, name, added)
-    body = _meshed(case, name, table, structure, modeset)
-    joints = getattr(table.reduction, "joints", None) or {}
-    return replace(body, note="; ".join(filter(None, (told(added, modeset, joints), body.note))))
+    body, modeset = _meshed(case, name, table, structure, modeset)
+    r = table.reduction
+    joints = getattr(r, "joints", None) or {}
+    source = Meshed(
+        structure,
+        modeset,
+        marker_groups(table),
+        supports_of(_partial(getattr(r, "clamp", {}))),
+        tuple(getattr(r, "loads", ())),
+        getattr(r, "deflection", None),
+        getattr(r, "third_derivatives", None),
+    )
+    return body, source, tuple(filter(None, [told(added, modeset, joints)]))
 
 
-def _meshed(case: Case, name: str, table: FlexibleTable, structure: Structure, modeset: ModeSet) -> FlexibleBody:
-    """The body of a structure and its set, with the strain that the case says, or linear."""
+def _partial(clamp: Mapping[str, tuple[str, ...] | SkewSupport]) -> dict[str, tuple[str, ...] | SkewSupport]:
+    """The groups of a clamp of which some components alone are held."""
+    return {group: value for group, value in clamp.items() if value}
+
+
+def _meshed(
+    case: Case, name: str, table: FlexibleTable, structure: Structure, modeset: ModeSet
+) -> tuple[FlexibleBody, ModeSet]:
+    """The body of a structure with the strain that the case says, or linear, and the set that it wants for that."""
     r, strain = table.reduction, table.strain or "linear"
     keep = r.derivatives if isinstance(r, Stretchable) else "none"
     groups, turning = marker_groups(table), turning_markers(case, name)
     if modeset.n_modes:
         check_torques(case, name, groups, structure)
-    ignored = None
-    if strain == "linear" and 0 < modeset.n_modes <= MANY and not isinstance(r, LumpedTable):
-        ignored = foreshortening(structure, modeset, groups)
-    if ignored is not None and keep in ("none", 0):
-        ignored = replace(ignored, remedy=f"drop derivatives = {keep!r} and {ignored.remedy}")
     if strain == "condensed" and keep is None:
         modeset = with_derivatives(structure, modeset)
     body = reduce_structure(structure, modeset, groups, _damping(table.damping), strain, turning)
-    note = ""
     if strain == "nonlinear" and isinstance(r, Stretchable) and body.n_modes:
         if keep == "none" and not r.responses:
             _warn_of_stiffness(name, structure, modeset, body)
-        elif "response" in modeset.kinds:
-            note = of_responses(structure, modeset, body.strain)
-        else:
+        elif "response" not in modeset.kinds:
             require_stretch(structure, modeset, body.strain)
-    if not note and strain != "linear" and isinstance(r, Stretchable) and r.deflection is None:
-        curved = of_curved(structure, modeset) if modeset.held.size else ""
-        note = "; ".join(filter(None, (curved, of_sheet(structure, modeset, r))))
-    bearing, softening = bearing_of_meshed(groups, structure, modeset), softening_of(structure, modeset)
-    hardens = partial(hardening, structure, modeset) if strain == "linear" and modeset.n_modes <= MANY else None
-    judged = isinstance(r, Stretchable) and 0 < modeset.n_modes <= MANY
-    return replace(
-        body,
-        note=note,
-        ignored=ignored,
-        buckling=bearing,
-        softening=softening,
-        hardening=hardens,
-        enrichment=MeshedEnrichment(structure, modeset, _places(groups, modeset)) if judged else None,
-    )
-
-
-def _places(groups: Mapping[str, str], modeset: ModeSet) -> dict[str, str]:
-    """The mesh group of every marker of a body on this set."""
-    return {**{group: group for group in modeset.groups}, **groups}
+    return body, modeset
 
 
 def _warn_of_stiffness(name: str, structure: Structure, modeset: ModeSet, body: FlexibleBody) -> None:
@@ -229,22 +245,16 @@ def _rigid(case: Case, table: RigidTable) -> FlexibleBody:
     return rigid_body(table.mass, J, centre, markers, rigid_skin(case, table))
 
 
-def _analytic(case: Case, name: str, table: AnalyticTable, modes: int | None) -> FlexibleBody:
+def _analytic(case: Case, name: str, table: AnalyticTable, modes: int | None) -> Made:
     values = table.model_dump(include=set(UniformBeam.__dataclass_fields__) - {"mass_per_length"})
     values["far_bends"] = table.strain == "nonlinear" and table.far_bends is not False
     mass = table.mass_per_length if table.mass is None else table.mass / table.length
     assert mass is not None
     beam = UniformBeam(mass_per_length=mass, **values)
     chosen, note = functions_of(case, name, table, modes)
-    strain, ignored = table.strain or "linear", None
-    if strain == "linear" and (chosen.y or chosen.z):
-        bending = replace(chosen, axial=0, torsion=0)
-        ignored = foreshortening_of(beam_body(beam, bending, strain="condensed"))
-    body = beam_body(beam, chosen, _damping(table.damping), strain=strain)
-    enrichment = BeamEnrichment(beam, chosen)
-    return replace(
-        body, note=note, ignored=ignored, buckling=bearing_of_analytic(beam, chosen, table), enrichment=enrichment
-    )
+    body = beam_body(beam, chosen, _damping(table.damping), strain=table.strain or "linear")
+    names = {marker: entry.group or marker for marker, entry in table.markers.items()}
+    return body, Analytic(beam, chosen, names), (note,) if note else ()
 
 
 def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> FlexibleBody:
@@ -271,9 +281,6 @@ def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> Fl
             body,
             damping=bending_damping(damping, Me, body.strain.V1, damped, is_added(kinds), is_unanswered(kinds)),
         )
-    if body.ignored is not None:
-        remedy = f"make {table.file} anew (femflex body) from a case that gives it strain = 'condensed'"
-        body = replace(body, ignored=replace(body.ignored, remedy=remedy))
     return body
 
 

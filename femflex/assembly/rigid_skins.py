@@ -7,10 +7,10 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.assembly.structures import UNITS
 from femflex.body import Skin
 from femflex.case.body import RigidTable
 from femflex.case.case import Case
+from femflex.case.mesh_groups import UNITS
 from femflex.case.shape import BoxShape, CylinderShape, MeshShape
 
 Array = NDArray[np.float64]

@@ -12,10 +12,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from femflex.fem import Structure
-from femflex.system import Part
 
 T = TypeVar("T")
 
@@ -25,13 +24,13 @@ class Shared:
     """Structures by what they are made of, and bodies by what their case says, each with the warnings given of it."""
 
     structures: dict[str, tuple[Structure, list[Warning]]] = field(default_factory=dict)
-    parts: dict[str, tuple[Part, list[Warning]]] = field(default_factory=dict)
+    parts: dict[str, tuple[Any, list[Warning]]] = field(default_factory=dict)
 
     def structure(self, key: str, make: Callable[[], Structure]) -> Structure:
         """The structure of this key, made when it is first wanted."""
         return _once(self.structures, key, make)
 
-    def part(self, key: str, make: Callable[[], Part]) -> Part:
+    def part(self, key: str, make: Callable[[], T]) -> T:
         """The body of this key, made when it is first wanted."""
         return _once(self.parts, key, make)
 

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
-from pathlib import Path
+from collections.abc import Mapping
 
 import numpy as np
 
-from femflex.advice.sheet import with_own_bends
 from femflex.assembly.acting import Acting
 from femflex.assembly.sections import build_material, build_section
 from femflex.assembly.shared import shared
 from femflex.case.body import FlexibleTable, MemberTable
 from femflex.case.case import Case
+from femflex.case.mesh_groups import file_mesh, mesh_problems
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.reduction import (
     CantileverTable,
@@ -28,7 +27,7 @@ from femflex.fem import FAMILIES, Member, PointMass, Structure, build_structure
 from femflex.fem.option import OPTIONS as FAMILY_OPTIONS
 from femflex.fem.sections.laminates import Lamina
 from femflex.fem.support import Support, antisymmetry, symmetry
-from femflex.mesh import Mesh, read_mesh
+from femflex.mesh import Mesh
 from femflex.reduction import (
     ModeSet,
     cantilever_modes,
@@ -46,11 +45,10 @@ from femflex.reduction import (
     with_derivatives,
     with_responses,
 )
+from femflex.reduction.wide_sheets import with_own_bends
 from femflex.warning import PhysicsWarning
 
-UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}  # of a mesh file, in metres
 PLACE = "marker {}"  # point group made for a marker given by its position
-NEAR = 0.05  # distance over mesh size beyond which a marker's position is taken for a mistake
 
 
 def build_mesh(case: Case, name: str, table: FlexibleTable, refine: int = 0) -> Mesh:
@@ -58,7 +56,7 @@ def build_mesh(case: Case, name: str, table: FlexibleTable, refine: int = 0) -> 
 
     Raises CaseError with every group the body names that the mesh does not have.
     """
-    mesh = _file_mesh(case.path.parent, table)
+    mesh = file_mesh(case.path.parent, table)
     if problems := list(mesh_problems(name, table, mesh)):
         raise CaseError(case.path.name, problems)
     places = {marker: entry.position for marker, entry in table.markers.items() if entry.position is not None}
@@ -83,21 +81,6 @@ def structure_of(case: Case, name: str, table: FlexibleTable, refine: int = 0) -
     if not new and (problems := list(mesh_problems(name, table, found.mesh))):
         raise CaseError(case.path.name, problems)
     return found
-
-
-def group_problems(name: str, table: FlexibleTable, folder: Path) -> list[Problem]:
-    """What the body asks of its mesh and the mesh does not have, or why the mesh cannot be read."""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # given again when the body is built
-            return list(mesh_problems(name, table, _file_mesh(folder, table)))
-    except (ValueError, OSError) as error:
-        return [Problem(f"bodies.{name}.mesh", str(error))]
-
-
-def _file_mesh(folder: Path, table: FlexibleTable) -> Mesh:
-    mesh = read_mesh(folder / table.mesh, dict(table.groups) or None)
-    return mesh if table.mesh_unit == "m" else mesh.scaled(UNITS[table.mesh_unit])
 
 
 def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) -> Structure:
@@ -142,7 +125,7 @@ def build_modes(
     if isinstance(r, Stretchable):
         found = _vibrating(structure, r, modes, acting or Acting())
         if r.third_derivatives or bends_far(table):
-            found = with_own_bends(structure, found, r)
+            found = with_own_bends(structure, found, r.third_derivatives, r.deflection)
         if r.derivatives not in (None, "none", 0):
             found = derived(structure, found, r.derivatives, None if r.responses else r.deflection, f"bodies.{name}")
         if r.responses and r.deflection is not None:
@@ -246,44 +229,3 @@ def _member(case: Case, name: str, table: MemberTable, left_out: Mapping[str, ob
         )
     options = {key: value for key, value in left_out.items() if key in FAMILY_OPTIONS[table.family]} | table.options
     return Member(table.group, table.family, section, material, options)
-
-
-def mesh_problems(name: str, table: FlexibleTable, mesh: Mesh) -> Iterator[Problem]:
-    """Groups that the mesh lacks or that are empty, and markers that lie nowhere on it."""
-    for marker, entry in table.markers.items():
-        if entry.position is not None:
-            at = np.array(entry.position)
-            yield from _distance_problems(f"bodies.{name}.markers.{marker}.position", mesh, mesh.nearest_point(at), at)
-    for where, group in _groups_named(name, table):
-        if group not in mesh.groups:
-            text = f"found {group!r}, which is no group of {table.mesh}; {near(group, mesh.groups)}"
-            known = f" (it has {', '.join(map(repr, mesh.groups))})" if "did you mean" in text else ""
-            yield Problem(where, text + known)
-            continue
-        try:
-            mesh.group_cells(group) if ".members[" in where else mesh.group_points(group)
-        except ValueError as error:
-            yield Problem(where, str(error))
-
-
-def _groups_named(name: str, table: FlexibleTable) -> Iterator[tuple[str, str]]:
-    yield from ((f"bodies.{name}.members[{m.group}].group", m.group) for m in table.members)
-    yield from ((f"bodies.{name}.point_masses[{m.group}].group", m.group) for m in table.point_masses)
-    for key in ("clamp", "interfaces", "loads"):
-        yield from ((f"bodies.{name}.reduction.{key}", group) for group in getattr(table.reduction, key, ()))
-    for marker, entry in table.markers.items():
-        if entry.position is None:
-            key = f"bodies.{name}.markers.{marker}"
-            yield (f"{key}.group", entry.group) if entry.group is not None else (key, marker)
-
-
-def _distance_problems(where: str, mesh: Mesh, index: int, wanted: np.ndarray) -> list[Problem]:
-    size = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
-    distance = float(np.linalg.norm(mesh.points[index] - wanted))
-    if distance <= NEAR * size:
-        return []
-    text = (
-        f"found {wanted.tolist()} m, {distance:.4g} m from the nearest point of the mesh "
-        f"{mesh.points[index].tolist()}; name a place on the mesh"
-    )
-    return [Problem(where, text)]

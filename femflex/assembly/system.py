@@ -51,6 +51,15 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
     return _kept(case, _with_initial(case, system))
 
 
+def problems_of_loads(case: Case) -> list[Problem]:
+    """What is wrong with the loads of a case."""
+    try:
+        build_loads(case)
+    except CaseError as error:
+        return list(error.problems)
+    return []
+
+
 def bodies_and_loads(case: Case, bodies: Mapping[str, Part] | None) -> tuple[dict[str, Part], tuple[Load, ...]]:
     """Bodies (built if not given) and loads, their problems told together."""
     problems: list[Problem] = []

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.advice.burden import Bearing
-from femflex.advice.enriched import Enrichment
 from femflex.body.foreshortening import Foreshortening
 from femflex.body.marker import Marker
 from femflex.body.moments import MassMoments
@@ -36,15 +33,11 @@ class FlexibleBody:
     omega    natural frequency of each shape where it means something, else nan [rad/s]
     slaves   (n_s, n, n)  A_s, symmetric: the last n_s shapes follow the first n, y_s = 1/2 delta.A_s delta
              (condensed form, THEORY section 3; sections of beams that turn); none where all are coordinates
-    note     what should be said of how the body was made; nothing if empty
-    ignored  Foreshortening where linear strain leaves it out, or None
+    foreshortening  of its lowest shape where linear strain leaves it out, or None
     strain_field  parts over all shapes that recover strain over the body; none where it is not known
-    buckling  tells how near what it bears comes to what buckles it; None where that is not known
-    softening  how soft a low shape becomes as the body bends one way, over its stiffness at rest, and the body's rise
-              [m]: 1 where it rises by more than a displacement [m] that is given; None where that is not known
-    hardening  tells what stretching adds to the force on the lowest shape bent by 1 m, over its linear one [1/m^2];
-              None where that is not known
-    enrichment  makes the body in a richer set, to judge its own by; None where its structure is not known
+
+    Arrays, names and units only: it can be pickled. What a body was reduced from is its `reduction.Origin`; what is to
+    be said of it is advice.
     """
 
     moments: MassMoments
@@ -55,13 +48,8 @@ class FlexibleBody:
     kinds: tuple[str, ...] = ()
     omega: Array = field(default_factory=lambda: np.zeros(0))
     slaves: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
-    note: str = ""
-    ignored: Foreshortening | None = None
+    foreshortening: Foreshortening | None = None
     strain_field: tuple[StrainPart, ...] = ()
-    buckling: Bearing | None = None
-    softening: Callable[[float], tuple[float, float]] | None = None
-    hardening: Callable[[], float] | None = None
-    enrichment: Enrichment | None = None
 
     def __post_init__(self) -> None:
         n, n_shapes = self.n_modes, self.n_shapes

@@ -17,9 +17,7 @@ class Foreshortening:
     mass  (4, 3)   int z theta^T dm, z = (1, rho) [s^2/m, s^2]: in a field of accelerations -(b + W r) the lowest shape
                    is stiffened by the part b . mass[0] + W : mass[1:] of its own stiffness
     at    marker -> (3,)  theta there [1/N]: a force F stiffens it by -F . theta
-    remedy  what to do for a strain that does not leave it out, as in "give it strain = 'condensed'"
     """
 
     mass: Array = field(default_factory=lambda: np.zeros((4, 3)))
     at: dict[str, Array] = field(default_factory=dict)
-    remedy: str = "give it strain = 'condensed'"

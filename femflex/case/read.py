@@ -78,7 +78,7 @@ def with_values(case: Case, values: Mapping[str, Any]) -> Case:
 
 def _mesh_problems(parts: Outline, folder: Path) -> list[Problem]:
     """What bodies without mistakes of their own ask of their meshes in vain, told together with the other problems."""
-    from femflex.assembly.structures import group_problems
+    from femflex.case.mesh_groups import group_problems
 
     bodies = {name: body for name, body in parts.bodies.items() if isinstance(body, FlexibleTable)}
     return [

@@ -14,16 +14,22 @@ from femflex.warning import PhysicsWarning
 FAST = 20.0  # rad/s: three turns a second, more than craft and their appendages do
 FULL_TURN = 2.0 * math.pi
 RATE_KEYS, ANGLE_KEYS = ("rate", "rates", "spin"), ("angle", "angles", "pitch", "yaw", "roll", "rest")
+ATTITUDE_KEYS = ("angle", "angles", "pitch", "yaw", "roll")  # in which something starts: within half a turn
 ORBIT_ANGLES = ("inclination", "node", "perigee", "true_anomaly")
 
 
 def warn_of_doubtful_numbers(raw: Mapping[str, Any], case: Case) -> None:
-    """Warn of rates and angles in plain numbers (or rad/s) that look like degrees."""
+    """Warn of rates and angles in plain numbers (or rad/s) that look like degrees.
+
+    Bare angles in which bodies and joints start are warned of beyond half a turn, as all attitudes lie within; others,
+    and those that say "rad", beyond a whole one.
+    """
     for where, table, keys in _tables(raw):
         for key in keys:
             for number in _plain_numbers(table.get(key), "rad"):
                 rate = key in RATE_KEYS
-                if abs(number) > (FAST if rate else FULL_TURN * (1 + 1e-9)):
+                half = key in ATTITUDE_KEYS and "rad" not in str(table[key])
+                if abs(number) > (FAST if rate else (math.pi if half else FULL_TURN) * (1 + 1e-9)):
                     warnings.warn(_text(f"{where}.{key}", number, "/s" if rate else ""), PhysicsWarning, stacklevel=4)
                     break
 

@@ -29,16 +29,17 @@ def body(
     with Patience("reducing the body"):
         from femflex.case import read_case
         from femflex.case.named_files import check_no_input
-        from femflex.pipeline.decisions import build_body
+        from femflex.pipeline.decisions import advised_bodies
         from femflex.reduction import save_body
 
         read = read_case(case)
         check_no_input(read, target)
-        reduced = build_body(read, name, modes=number)
+        bodies, notes = advised_bodies(read, [name], modes=number)
+        reduced = bodies[name]
         save_body(target, reduced, force=force)
     print(
         f"{target}: {reduced.moments.mass:.6g} kg, {reduced.n_modes} elastic coordinates, "
         f"{reduced.strain_form} strain, markers {', '.join(sorted(reduced.markers))}"
     )
-    if reduced.note:
-        print(reduced.note)
+    if name in notes:
+        print(notes[name])

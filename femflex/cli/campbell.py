@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from femflex.cli.advice_lines import say_notes, strain_data
 from femflex.cli.campbell_told import print_campbell, write_table
 from femflex.cli.outputs import DIAGRAM_SUFFIXES, PICTURE, TABLE, outputs
 from femflex.cli.progress import Bar, Patience
-from femflex.cli.strain_told import say_notes, strain_data, strain_notes
 from femflex.cli.tables import print_json
 from femflex.cli.times import seconds
 from femflex.cli.verb import complain, verb
 
 if TYPE_CHECKING:
     from femflex.case import Case
+    from femflex.pipeline.decisions import Decided
     from femflex.studies.campbell import Campbell, Spin
     from femflex.studies.campbell.matching import Match
-    from femflex.system import System
 
 
 @verb('femflex campbell cases/helicopter_blade.toml --speeds "0:400 rpm:41" -o campbell.png -o campbell.csv')
@@ -59,15 +59,15 @@ def campbell(
         from femflex.case import read_case
 
         read = with_options(read_case(case), speeds, modes, orders)
-        from femflex.studies.campbell import axis_of, system_of
+        from femflex.studies.campbell import axis_of, decided_of
 
         axis_of(read)  # told before the bodies are built
-        system = system_of(read)
+        decided = decided_of(read)
     if not as_json:
-        say_notes(strain_notes(system))
-    found, stopped = spun(read, time, system)
+        say_notes(decided.notes)
+    found, stopped = spun(read, time, decided)
     if found is not None:
-        wanted.tell(read, found, {"bodies": strain_data(system)} if as_json else None)
+        wanted.tell(read, found, {"bodies": strain_data(decided)} if as_json else None)
     if stopped is not None:
         raise stopped
 
@@ -93,9 +93,9 @@ def with_options(case: Case, speeds: str | None, modes: int | None, orders: str 
 
 
 def spun(
-    case: Case, at: float | None = None, system: System | None = None
+    case: Case, at: float | None = None, decided: Decided | None = None
 ) -> tuple[Campbell | None, BaseException | None]:
-    """The diagram of a case, or of its system built already, as far as it came, and what broke it off, if anything."""
+    """The diagram of a case, or of its choices made already, as far as it came, and what broke it off, if anything."""
     from contextlib import ExitStack
 
     from femflex.dynamics.equilibria.equilibrium import EquilibriumError
@@ -108,7 +108,7 @@ def spun(
     last = case.campbell.speeds[-1] / scale if case.campbell else 1.0
     with Bar("spinning", last, unit=unit) as bar, ExitStack() as keeping:
         try:
-            for step in case_spins(case, at, lambda speed: bar(speed / scale), system):
+            for step in case_spins(case, at, lambda speed: bar(speed / scale), decided):
                 if not found:
                     keeping.enter_context(held("a diagram"))
                 found.append(step)

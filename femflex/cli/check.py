@@ -7,57 +7,79 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from femflex.cli.advice_lines import say_notes, strain_data
 from femflex.cli.progress import Patience
-from femflex.cli.strain_told import say_notes, strain_data, strain_notes
 from femflex.cli.tables import print_json
 from femflex.cli.verb import BAD_INPUT, verb
 from femflex.cli.warned import tell_warnings, warnings_so_far
 
 if TYPE_CHECKING:
-    from femflex.system import System
+    from femflex.pipeline.decisions import Decided
 
 
 @verb("femflex check cases/orbiter_beam.toml")
 def check(
     case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
     as_json: Annotated[bool, typer.Option("--json", help="Print the problems for programs.")] = False,
+    write_advice: Annotated[
+        bool,
+        typer.Option("--write-advice", help="Write CASE_advised.toml, with what is chosen for bodies as keys."),
+    ] = False,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing copy.")] = False,
 ) -> None:
-    """Report every problem of a case: keys, units, names, meshes, structure, modes. Writes nothing."""
+    """Report every problem of a case: keys, units, names, meshes, structure, modes. Writes nothing but a copy."""
     from femflex.case.problems import CaseError
     from femflex.case.values import count
 
     try:
-        system, told = examined(case)
+        decided, told = examined(case)
+        copy = written(case, decided, force) if write_advice else None
     except CaseError as error:
         if as_json:
             print_json({"problems": [{"where": p.where, "text": p.text} for p in error.problems]})
             raise typer.Exit(BAD_INPUT) from None
         raise
     if as_json:
-        print_json({"problems": [], "warnings": warnings_so_far(), "bodies": strain_data(system)})
+        print_json({"problems": [], "warnings": warnings_so_far(), "bodies": strain_data(decided)})
     else:
         tell_warnings()
         warned = len(warnings_so_far())
         verdict = f"no errors, {count(warned, 'warning', 'warnings')}" if warned else "no problems"
         print(f"{case.name}: {verdict}; {told}")
-        say_notes(strain_notes(system))
+        say_notes(decided.notes)
+        if copy is not None:
+            print(f"advice      {copy}")
 
 
-def examined(case: Path) -> tuple[System, str]:
-    """What a case is made of, and that in words. Raises CaseError with its problems."""
+def written(case: Path, decided: Decided, force: bool) -> Path:
+    """The copy of a case with the advice in it, beside the case."""
+    from femflex.case import read_case
+    from femflex.pipeline.advised_case import advised_text
+    from femflex.results.place import check_place
+
+    copy = case.with_name(f"{case.stem}_advised.toml")
+    check_place(copy, force)
+    copy.write_text(advised_text(read_case(case), decided), encoding="utf-8")
+    return copy
+
+
+def examined(case: Path) -> tuple[Decided, str]:
+    """What a case is made of, with all choices made, and that in words. Raises CaseError with its problems."""
     with Patience("building the bodies"):
-        from femflex.advice.doubts import warn_of_doubtful_bodies
+        from femflex.advice.advice import warn_of
+        from femflex.advice.doubts import output_doubts
         from femflex.case import read_case
         from femflex.case.values import count
-        from femflex.pipeline.decisions import build_system
+        from femflex.pipeline.decisions import decided
         from femflex.pipeline.references import duration_of
 
         read = read_case(case)
-        system = build_system(read)
+        found = decided(read, thorough=True)
+        system = found.system
         times = read.run.times(duration_of(read, system))
-        warn_of_doubtful_bodies(read, system.bodies, float(times[1] - times[0]))
+        warn_of((*found.advice, *output_doubts(system.bodies, float(times[1] - times[0]))))
     elastic = sum(body.n_modes for body in system.bodies.values())
     mass = sum(body.moments.mass for body in system.bodies.values())
     bodies = count(len(system.bodies), "body", "bodies")
     told = f"{bodies}, {mass:.6g} kg, {len(system.velocity_names())} degrees of freedom, {elastic} of them elastic"
-    return system, told
+    return found, told

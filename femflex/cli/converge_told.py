@@ -8,7 +8,7 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
 
-from femflex.cli.strain_told import say_notes
+from femflex.cli.advice_lines import say_notes
 from femflex.cli.tables import print_json, print_table
 
 if TYPE_CHECKING:

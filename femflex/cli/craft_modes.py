@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from femflex.cli.advice_lines import say_notes, strain_data
 from femflex.cli.progress import Bar, Patience
-from femflex.cli.strain_told import say_notes, strain_data, strain_notes
 from femflex.cli.tables import print_json, print_table
 
 if TYPE_CHECKING:
@@ -72,26 +72,27 @@ def craft_modes(file: Path, at: float | None, number: int | None, drawing: Drawi
     drawing.check()
     with Patience("building bodies and solving for the modes"):
         from femflex.case import read_case
-        from femflex.pipeline.balanced import case_modes
+        from femflex.pipeline.balanced import case_modes, decided_at_rest
 
         case = read_case(file)
-        modes = case_modes(case, at)
+        decided = decided_at_rest(case)
+        modes = case_modes(decided, at)
     files = drawing.make(modes, case.title or file.stem)
     if as_json:
-        print_json(modes.to_dict() | {"bodies": strain_data(modes.about.model.system)})
+        print_json(modes.to_dict() | {"bodies": strain_data(decided)})
         return
-    print_modes(case, file, modes, number)
+    print(case.title or file.name)
+    say_notes(decided.notes)
+    print_modes(case, modes, number)
     for kind, path in files:
         print(f"{kind:11} {path}")
 
 
-def print_modes(case: Case, file: Path, modes: SystemModes, number: int | None) -> None:
+def print_modes(case: Case, modes: SystemModes, number: int | None) -> None:
     """Print the table of modes, what they are about, stability, and what the case expects of them."""
     from femflex.case.verdicts import judged_modes
     from femflex.cli.equilibrium import frame_text, print_stability
 
-    print(case.title or file.name)
-    say_notes(strain_notes(modes.about.model.system))
     shown = len(modes.names) if number is None and len(modes.names) <= SHOWN else min(number or SHOWN, len(modes.names))
     rows = [
         [

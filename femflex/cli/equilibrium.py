@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from femflex.cli.advice_lines import say_notes, strain_data
 from femflex.cli.progress import Patience
-from femflex.cli.strain_told import say_notes, strain_data, strain_notes
 from femflex.cli.tables import print_json, print_table
 from femflex.cli.times import seconds
 from femflex.cli.verb import verb
@@ -52,25 +52,26 @@ def equilibrium(
     with Patience("building bodies and compiling the equations of motion"):
         from femflex.case import read_case
         from femflex.dynamics.equilibria.equilibrium import EquilibriumError
-        from femflex.pipeline.balanced import balanced, keep
+        from femflex.pipeline.balanced import balanced, decided_at_rest, keep
 
         read = read_case(case)
+        decided = decided_at_rest(read)
         try:
-            found = balanced(read, time, stable)
+            found = balanced(decided, time, stable)
         except EquilibriumError as error:
             if output is not None:
-                keep(error.last, read, output, force=force, ended=str(error))
+                keep(error.last, read, output, force=force, ended=str(error), decided=decided)
                 raise type(error)(
                     f"{error} {output} keeps the last state, and is marked incomplete.", error.last
                 ) from None
             raise
     if output is not None:
-        keep(found, read, output, force=force)
+        keep(found, read, output, force=force, decided=decided)
     if as_json:
-        print_json(equilibrium_data(found))
+        print_json(equilibrium_data(found) | {"bodies": strain_data(decided)})
         return
     print(read.title or case.name)
-    say_notes(strain_notes(found.model.system))
+    say_notes(decided.notes)
     print_equilibrium(found)
     if output is not None:
         print(f"kept        {output}")
@@ -164,7 +165,6 @@ def equilibrium_data(found: Equilibrium) -> dict[str, Any]:
     """What --json prints."""
     names = [name for name, _ in found.model.system.coordinate_names()]
     return {
-        "bodies": strain_data(found.model.system),
         "coordinates": dict(zip(names, found.q, strict=True)),
         "markers": markers(found),
         "frame": found.model.system.frame.kind,

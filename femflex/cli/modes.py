@@ -74,7 +74,7 @@ def modes(
         raise ValueError("movies, --mode and --at are for the modes of a craft; leave --body and its options out")
     amplitudes = None if backbone is None else read_lengths(backbone)
     with Patience("solving for the modes"):
-        bodies = flexible_bodies(file, body, number)
+        bodies, notes = flexible_bodies(file, body, number)
         other = None if mac is None else _body_file(mac)
     if picture is not None and len(bodies) > 1:
         raise ValueError(f"-o draws one body; name one of {sorted(bodies)} with --body")
@@ -83,7 +83,7 @@ def modes(
 
         mode_montage(next(iter(bodies.values())), picture, title=f"modes of {next(iter(bodies))}", force=force)
     if as_json:
-        data = {name: modes_data(found, other) for name, found in bodies.items()}
+        data = {name: modes_data(found, other) | {"note": notes.get(name, "")} for name, found in bodies.items()}
         first = None
         for name in bodies if amplitudes is not None else ():
             data[name]["backbone"], error = backbone_data(bodies[name], amplitudes or [])
@@ -95,7 +95,8 @@ def modes(
     for k, (names, found) in enumerate(alike(bodies)):
         print("\n" * (k > 0), end="")
         print_modes(names, found)
-        print_note(found)
+        for note in dict.fromkeys(notes[name] for name, body in bodies.items() if body is found and name in notes):
+            print(note)
         if other is not None:
             print_mac(found, other, str(mac))
         if amplitudes is not None:
@@ -104,23 +105,24 @@ def modes(
         print(f"picture     {picture}")
 
 
-def flexible_bodies(file: Path, name: str | None, number: int | None) -> dict[str, FlexibleBody]:
-    """The flexible bodies of a case, or that of a body file. Raises ValueError when there are none."""
+def flexible_bodies(file: Path, name: str | None, number: int | None) -> tuple[dict[str, FlexibleBody], dict[str, str]]:
+    """The flexible bodies of a case, or that of a body file, and notes. Raises ValueError when there are none."""
     from femflex.case.problems import near
 
     if _is_hdf5(file):
-        return {file.stem: _shortened(_body_file(file), number)}
+        return {file.stem: _shortened(_body_file(file), number)}, {}
     from femflex.case import read_case
-    from femflex.pipeline.decisions import build_each
+    from femflex.pipeline.decisions import advised_bodies
 
     case = read_case(file)
     if name is not None and name not in case.bodies:
         raise ValueError(f"{file.name} has no body {name!r}; {near(name, case.bodies)}")
     wanted = [name] if name is not None else [n for n, table in case.bodies.items() if table.kind != "rigid"]
-    bodies = {n: found for n, found in build_each(case, wanted, modes=number).items() if found.n_modes}
+    built, notes = advised_bodies(case, wanted, modes=number)
+    bodies = {n: found for n, found in built.items() if found.n_modes}
     if not bodies:
         raise ValueError(f"{f'body {name!r}' if name else file.name} has no elastic modes; all of it is rigid")
-    return bodies
+    return bodies, notes
 
 
 def alike(bodies: Mapping[str, FlexibleBody]) -> list[tuple[str, FlexibleBody]]:
@@ -178,12 +180,6 @@ def print_modes(name: str, body: FlexibleBody) -> None:
     print_table(["mode", "Hz", *DIRECTIONS], rows)
 
 
-def print_note(body: FlexibleBody) -> None:
-    """Print what is to be said of how the body was made, if anything."""
-    if body.note:
-        print(body.note)
-
-
 def counted(kinds: tuple[str, ...]) -> str:
     """How many of each kind there are, for a heading; nothing where all are of one kind."""
     names = dict.fromkeys(kinds)
@@ -219,7 +215,6 @@ def modes_data(body: FlexibleBody, other: FlexibleBody | None) -> dict[str, Any]
         "kinds": list(body.kinds),
         "mode_kinds": list(found.kinds),
         "strain": body.strain_form,
-        "note": body.note,
         "directions": list(DIRECTIONS),
         "participation": found.participation,
         "effective_mass": found.effective,

@@ -17,8 +17,8 @@ MOVED = 4  # initial values told on screen when the start moves them
 
 def say_what_runs(prepared: Prepared) -> None:
     """Print modes, orbit, attitude and the integrator with the reason it was chosen."""
+    from femflex.cli.advice_lines import say_notes
     from femflex.cli.modes import alike, print_modes
-    from femflex.cli.strain_told import say_notes, strain_notes
 
     case, system = prepared.case, prepared.system
     print(case.title or case.path.name)
@@ -33,7 +33,7 @@ def say_what_runs(prepared: Prepared) -> None:
     for name, parts in system.segments.items():
         each = system.bodies[parts[0]].n_modes
         print(f"body        {name} is cut into {len(parts)} segments of {each} elastic coordinates each")
-    say_notes(strain_notes(system))
+    say_notes(prepared.decided.notes)
     for line in (*_orbit_lines(prepared), _attitude_line(prepared)):
         print(line)
     step = f"{len(prepared.times)} rows to {prepared.times[-1]:.6g} s"

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from femflex.cli.advice_lines import say_notes
 from femflex.cli.progress import Patience
-from femflex.cli.strain_told import say_notes, strain_notes
 from femflex.cli.times import seconds
 from femflex.cli.verb import verb
 
@@ -56,6 +56,7 @@ def terms(
     if keep and (start is not None or end is not None):
         raise ValueError("--keep keeps the terms of the whole run; leave out --from and --to")
     span = seconds(start, "--from"), seconds(end, "--to")
+    from femflex.advice import advice_from, notes_of
     from femflex.pipeline import rebuilt
     from femflex.results import FileLock, open_run
     from femflex.results.place import check_place
@@ -74,7 +75,7 @@ def terms(
         if json:
             say_json(run.without, found, places)
         else:
-            say_notes(strain_notes(model.system))
+            say_notes(notes_of(advice_from(str(run.attributes.get("advice", "[]")))))
             say_tables(run.without, found, places)
         if output is not None:
             from femflex.view.terms import Explained, plot_terms

@@ -39,8 +39,9 @@ def integrate(
     from femflex.integrate import IntegrationError
     from femflex.results.keeping import undisturbed
 
-    model = prepared.model.for_run()
-    runaway, singularities, stiffening = Runaway(model), Singularities(model), Stiffening(model)
+    model, known = prepared.model.for_run(), prepared.decided.known
+    runaway, singularities = Runaway(model, known, prepared.decided.notes), Singularities(model)
+    stiffening = Stiffening(model, known)
     if model.constraints is not None:
         model.constraints.forget_passage()
     with _writer(prepared, Path(output), force, resume, lock) as (writer, state, written):
@@ -103,6 +104,7 @@ def _writer(
 
 def _attributes(prepared: Prepared) -> dict[str, str]:
     """Attributes of the result file: what was run, and how."""
+    from femflex.advice.advice import advice_text
     from femflex.pipeline.inputs import inputs_text
     from femflex.pipeline.prepared import sampling
 
@@ -117,6 +119,7 @@ def _attributes(prepared: Prepared) -> dict[str, str]:
         "start_moved": ", ".join(map(str, prepared.moved[:MOST_MOVED])),
         "start_taken_up": "; ".join(map(str, prepared.taken_up)),
         "integrator": prepared.integrator.name,
+        "advice": advice_text(prepared.decided.advice),
         "effectors": ", ".join(effector.name for effector in prepared.system.effectors),
         "sampled": " ".join(sampling(prepared.system)),
         "frame": f"N inertial; attitude from the {prepared.system.frame.kind} frame",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from femflex.advice.advice import advice_text, warn_of
 from femflex.advice.bends import bends
 from femflex.advice.stiffening import Stiffening
 
@@ -15,54 +16,79 @@ if TYPE_CHECKING:
     from femflex.case import Case
     from femflex.dynamics.equilibria.equilibrium import Equilibrium
     from femflex.dynamics.equilibria.system_modes import SystemModes
-    from femflex.system import Part, System
+    from femflex.pipeline.decisions import Decided
+    from femflex.system import Part
 
 
-def balanced(case: Case, at: float | None = None, stable: bool = False) -> Equilibrium:
+def decided_at_rest(case: Case, bodies: Mapping[str, Part] | None = None) -> Decided:
+    """The case with all choices made, not started in the equilibrium that is to be found; its doubts as warnings.
+
+    bodies: instead of its own. Raises CaseError for what does not fit together.
+    """
+    from femflex.pipeline.decisions import decided
+
+    if case.initial is not None and case.initial.source == "equilibrium":
+        case = case.model_copy(update={"initial": None})  # it is what is sought here
+    found = decided(case, bodies)
+    warn_of(found.advice)
+    return found
+
+
+def balanced(case: Case | Decided, at: float | None = None, stable: bool = False) -> Equilibrium:
     """The equilibrium of a case, with its loads as at a time [s]; stable: an unstable one is left for one that is.
 
-    Warns of bodies that are bent, or pulled or pressed along, by more than their strain is good for.
+    Warns of what is doubtful of its bodies, and of those that are bent, or pulled or pressed along, by more than their
+    strain is good for.
 
     Raises CaseError and ValueError for what cannot be in equilibrium, EquilibriumError when none is found.
     """
     from femflex.dynamics.equilibria.equilibrium import equilibrium
 
-    found = equilibrium(_system_of(case), at, stable)
-    _warn(found)
+    decided = _decided(case)
+    found = equilibrium(decided.system, at, stable)
+    _warn(found, decided)
     return found
 
 
-def case_modes(case: Case, at: float | None = None, bodies: Mapping[str, Part] | None = None) -> SystemModes:
+def case_modes(case: Case | Decided, at: float | None = None, bodies: Mapping[str, Part] | None = None) -> SystemModes:
     """The modes of the craft of a case about its equilibrium (`femflex.system_modes`), of these bodies where given.
 
     Warns and raises as `balanced`.
     """
     from femflex.dynamics.equilibria.system_modes import system_modes
 
-    found = system_modes(_system_of(case, bodies), at)
-    _warn(found.about)
+    decided = _decided(case, bodies)
+    found = system_modes(decided.system, at)
+    _warn(found.about, decided)
     return found
 
 
-def _system_of(case: Case, bodies: Mapping[str, Part] | None = None) -> System:
-    from femflex.pipeline.decisions import build_system
+def _decided(case: Case | Decided, bodies: Mapping[str, Part] | None = None) -> Decided:
+    from femflex.pipeline.decisions import Decided
 
-    if case.initial is not None and case.initial.source == "equilibrium":
-        case = case.model_copy(update={"initial": None})  # it is what is sought here
-    return build_system(case, bodies)
+    return case if isinstance(case, Decided) else decided_at_rest(case, bodies)
 
 
-def _warn(found: Equilibrium) -> None:
+def _warn(found: Equilibrium, decided: Decided) -> None:
     """Warn of bodies that are bent, or pulled or pressed along, by more than their strain is good for."""
-    for bend in bends(found.model):
+    known, notes = decided.known, decided.notes
+    for bend in bends(found.model, known):
         bend.moved(found.x[None])
-        bend.warn("is")
-    stiffening = Stiffening(found.model)
+        bend.warn("is", notes.get(bend.name, ""))
+    stiffening = Stiffening(found.model, known)
     stiffening.watch(found.model.observe(np.zeros(1), found.x[None]))
     stiffening.warn("turns at")
 
 
-def keep(found: Equilibrium, case: Case, output: str | Path, *, force: bool = False, ended: str = "") -> None:
+def keep(
+    found: Equilibrium,
+    case: Case,
+    output: str | Path,
+    *,
+    force: bool = False,
+    ended: str = "",
+    decided: Decided | None = None,
+) -> None:
     """Write an equilibrium, or the last state before it failed, into a result file of one row at t = 0.
 
     ended: why there is none; the file is then marked incomplete.
@@ -76,6 +102,7 @@ def keep(found: Equilibrium, case: Case, output: str | Path, *, force: bool = Fa
         "case_path": str(case.path),
         "without": "",
         "integrator": "equilibrium",
+        "advice": advice_text(() if decided is None else decided.advice),
         "frame": f"N inertial; attitude from the {model.system.frame.kind} frame",
     }
     with RunWriter(output, model.channels, model.system.bodies, attributes, rows=1, force=force) as writer:

@@ -1,69 +1,109 @@
-"""Systems and bodies of cases with all that their tables leave open decided: strain, and shapes beside their modes."""
+"""Systems and bodies of cases with all that their tables leave open decided: strain, and shapes beside their modes.
+
+The bodies are built as their tables say, linear where these say nothing. Advice on the system that they make is written
+into the tables, and the bodies that it changes are built again, of the same structures.
+"""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from femflex.advice.choice import choices, undecided, with_strains
-from femflex.advice.joint_shapes import (
-    RicherCraft,
-    has_joint_shapes,
-    open_joints,
-    richer_craft,
-    warn_of_truncation,
-    with_joint_shapes,
-    with_lacks,
-)
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.advice.advice import Advice, notes_of, warn_of
+from femflex.advice.advise import against
+from femflex.advice.bodies import KnownBodies
+from femflex.advice.buckling.nearness import Nearness, buckling_doubts, judged_bodies, nearest, unjudged
+from femflex.advice.curved import responses, shape_notes
+from femflex.advice.doubts import doubts
 from femflex.advice.motion_estimate import Carried, ahead, foreseen
-from femflex.advice.near_buckling import is_judged, nearest, warn_of_buckling, with_doubts
-from femflex.advice.snapping import responding
-from femflex.advice.spun import spun_up, with_spin_shapes
-from femflex.assembly.bodies import build_bodies, build_part
+from femflex.advice.spin_shapes import spin_advice
+from femflex.advice.strain import strain_advice
+from femflex.advice.truncation import RicherCraft, joint_advice, not_judged, richer_craft, truncation_doubts
+from femflex.assembly.bodies import BuiltBody, built_bodies, built_body
+from femflex.assembly.open_choices import (
+    open_joints,
+    said,
+    undecided,
+    with_joints,
+    with_responses_to,
+    with_spin,
+    with_strains,
+)
 from femflex.assembly.shared import shared_structures
-from femflex.assembly.system import bodies_and_loads
+from femflex.assembly.system import problems_of_loads
 from femflex.body import FlexibleBody
+from femflex.case.body import FlexibleTable, Strain
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem
+from femflex.case.reduction import CantileverTable
 from femflex.pipeline.references import duration_of
 from femflex.pipeline.start import system_of
-from femflex.pipeline.stretching import stretching
+from femflex.reduction.origin import Origin
 from femflex.system import Part, Segments, System
 from femflex.warning import PhysicsWarning, TruncationWarning
+
+Array = NDArray[np.float64]
+Built = dict[str, BuiltBody]
+
+OTHER: dict[Strain, Strain] = {"condensed": "nonlinear", "nonlinear": "condensed"}  # tried where one cannot be built
+
+
+@dataclass(frozen=True, eq=False)
+class Decided:
+    """A case with everything that it left open written out, its system, and the advice that this follows.
+
+    origins: what its bodies were reduced from, by name.
+    """
+
+    case: Case
+    system: System
+    advice: tuple[Advice, ...]
+    origins: Mapping[str, Origin]
+
+    @property
+    def known(self) -> KnownBodies:
+        """Its bodies, by what they were reduced from."""
+        return KnownBodies(self.origins)
+
+    @property
+    def notes(self) -> dict[str, str]:
+        """What is to be said of each body, its doubts apart."""
+        return notes_of(self.advice)
 
 
 def build_system(case: Case, bodies: Mapping[str, Part] | None = None) -> System:
     """The System a case describes, with these bodies or with its own.
 
-    Its own bodies that do not say their strain get the one that their places in the system call for.
+    Its own bodies that do not say their strain get the one that their places in the system call for. Warns
+    (PhysicsWarning) of what is doubtful of them. Raises CaseError with everything that does not fit together.
+    """
+    found = decided(case, bodies)
+    warn_of_build(found.advice)
+    return found.system
+
+
+def warn_of_build(advice: Iterable[Advice]) -> None:
+    """Give the doubts as warnings that hold whatever is done with a system: how much of the mass moves does not."""
+    warn_of((one for one in advice if one.decision != "mass"), stacklevel=4)
+
+
+def decided(
+    case: Case, bodies: Mapping[str, Part] | None = None, *, thorough: bool = False, loaded: bool = True
+) -> Decided:
+    """The case with all choices made, and its system: of these bodies, or of its own.
+
+    Doubts are in its advice, not given as warnings; a run watches on its own what linear strain leaves out of bodies
+    that ask for it. thorough: that is estimated here too. loaded: bodies whose strain is given are judged by what
+    buckles them, which costs a Lanczos run for each.
+
     Raises CaseError with everything that does not fit together.
     """
-    return decided_system(case, bodies)[1]
-
-
-def decided_system(
-    case: Case, bodies: Mapping[str, Part] | None = None, *, warning: bool = True
-) -> tuple[Case, System]:
-    """The System of `build_system`, and the case with the strain and the responses of its bodies written out.
-
-    warning: warn of bodies that come near to buckling, too; without it these are only sought where strain is chosen.
-    """
     with shared_structures():
-        return _decided_system(case, bodies, warning)
-
-
-def _decided_system(case: Case, bodies: Mapping[str, Part] | None, warning: bool) -> tuple[Case, System]:
-    if bodies is not None:
-        return _said(case, bodies_and_loads(case, bodies)[0], False, warning)
-    case, parts, richer = _joined(case)
-    names = undecided(case)
-    if not names:
-        case, system = _said(case, parts, True, warning)
-    else:
-        case, system = _chosen(case, parts, names)
-    warn_of_truncation(case, system, richer)
-    return case, _light(with_lacks(case, system, richer))
+        return _given(case, bodies) if bodies is not None else _decided(case, thorough, loaded)
 
 
 def with_own_joints(case: Case) -> Case:
@@ -77,84 +117,190 @@ def with_own_joints(case: Case) -> Case:
         return _joined(case)[0]
 
 
-def _joined(case: Case) -> tuple[Case, dict[str, Part], RicherCraft]:
-    """The case with the static shapes of joints written out, its bodies, and its craft in richer sets.
+def _given(case: Case, bodies: Mapping[str, Part]) -> Decided:
+    system = system_of(case, bodies)
+    return Decided(case, system, tuple(doubts(system, KnownBodies({}), duration_of(case, system))), {})
+
+
+def _decided(case: Case, thorough: bool, loaded: bool) -> Decided:
+    case, built, richer, joints = _joined(case)
+    names = undecided(case)
+    linear = with_strains(case, dict.fromkeys(names, "linear"))
+    system, known = _system(linear, built)
+    duration = duration_of(case, system)
+    strains: list[Advice] = []
+    rigid: Carried | None = None
+    why, near = "", dict[str, Nearness]()
+    if names or thorough:
+        view = foreseen(system, duration)
+        rigid, why = view.rigid, view.short
+        near = nearest(rigid, system, known)
+    elif judged_bodies(system, known):
+        rigid, why = ahead(system, duration)
+    case, spun = _spun(case, system, rigid, known)
+    changed = _again(case, [one.body for one in spun if one.body not in names and _bends(case, one.body)])
+    if names or thorough:
+        ask = [name for name in system.bodies if name in names or _is_linear(system, name)]
+        wanted, snapping = strain_advice(system, ask, near, view, known, _fastest(case))
+        chosen = {name: one for name, one in wanted.items() if name in names}
+        strains = [against(system, known, one) for name, one in wanted.items() if name not in names]
+        strains = [one for one in strains if one.doubt]
+        case, others, told = _stretching(case, system, known, chosen, [name for name in snapping if name in names])
+        changed |= others
+        strains = [*told.values(), *strains]
+    if changed:
+        built |= changed
+        system, known = _system(with_strains(case, _forms(system, names, strains)), built)
+    if loaded and not names and not thorough:
+        near = nearest(rigid, system, known)
+    advice = [*joints, *spun, *strains]
+    advice += [Advice(name, "shapes", None, text) for name, one in built.items() for text in one.notes]
+    advice += shape_notes(system.bodies, known)
+    advice += unjudged(system, known, rigid, why if rigid is None else rigid.short)
+    advice += not_judged(system, known, richer)
+    advice += buckling_doubts(system, known, near)
+    advice += truncation_doubts(system, richer, case.run.band or 0.0)
+    advice += doubts(system, known, duration)
+    case = with_strains(case, _forms(system, names, strains))
+    return Decided(case, system, tuple(advice), {name: one.origin for name, one in built.items() if one.origin})
+
+
+def _system(case: Case, built: Mapping[str, BuiltBody]) -> tuple[System, KnownBodies]:
+    """The system of these bodies, and of which of them it is known what they were reduced from."""
+    origins = {name: one.origin for name, one in built.items() if one.origin is not None}
+    return system_of(case, {name: one.part for name, one in built.items()}), KnownBodies(origins)
+
+
+def _is_linear(system: System, name: str) -> bool:
+    body = system.bodies[name]
+    return bool(body.n_modes) and body.strain_form == "linear"
+
+
+def _bends(case: Case, name: str) -> bool:
+    """Whether a body says a strain that is not linear: static shapes of a spin are for such."""
+    return getattr(case.bodies[name], "strain", None) not in (None, "linear")
+
+
+def _forms(system: System, names: Iterable[str], strains: Iterable[Advice]) -> dict[str, Strain]:
+    """The strain of each body that leaves it open."""
+    forms: dict[str, Strain] = dict.fromkeys(names, "linear")
+    return forms | {one.body: one.choice for one in strains if one.body in forms}
+
+
+def _fastest(case: Case) -> Array | None:
+    """The fastest steady spin (3,) of a case's diagram over speeds [rad/s]; None without one."""
+    given = None if case.campbell is None else case.campbell.axis or case.attitude.spin
+    if case.campbell is None or given is None:
+        return None
+    return np.array(given) / np.linalg.norm(given) * case.campbell.speeds[-1]
+
+
+def _joined(case: Case) -> tuple[Case, Built, RicherCraft, list[Advice]]:
+    """The case with the static shapes of joints written out, its bodies, its craft in richer sets, and the choices.
 
     Bodies that do not say their strain are linear.
     """
     linear = with_strains(case, dict.fromkeys(undecided(case), "linear"))
-    parts = bodies_and_loads(linear, None)[0]
-    richer = richer_craft(system_of(linear.model_copy(update={"initial": None}), parts))
-    open_, case = open_joints(case), with_joint_shapes(case, richer)
-    changed = {name: case.bodies[name] for name in open_ if has_joint_shapes(case.bodies[name])}
-    if changed:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", PhysicsWarning)  # given when the bodies were built first
-            asked = case.model_copy(update={"bodies": changed})
-            parts |= build_bodies(with_strains(asked, dict.fromkeys(undecided(asked), "linear")))
-    return case, parts, richer
+    built = _built_with_loads(linear)
+    system, known = _system(linear.model_copy(update={"initial": None}), built)
+    richer = richer_craft(system, known)
+    alike = {name: said(case.bodies[name]) for name in open_joints(case)}
+    chosen = joint_advice(richer, known, alike, case.run.band or 0.0)
+    case = with_joints(case, {name: one.choice for name, one in chosen.items()})
+    built |= _again(case, [name for name, one in chosen.items() if one.choice], silent=True)
+    return case, built, richer, list(chosen.values())
 
 
-def _chosen(case: Case, parts: dict[str, Part], names: list[str]) -> tuple[Case, System]:
-    """The case with the strain of these bodies chosen, and its system."""
-    system = system_of(with_strains(case, dict.fromkeys(names, "linear")), parts)
-    view = foreseen(system, duration_of(case, system))
-    near = nearest(view.rigid, system)
-    case, spinning = _spun(case, system, view.rigid)
-    chosen = choices(case, system, names, near, view)
-    others: dict[str, Part] = {}
-    if wanted := {name: one for name, one in chosen.items() if one[0] != "linear"}:
-        open_ = [name for name, (_, why) in wanted.items() if "%s" in why]
-        others, said, case = stretching(case, wanted, {name: responding(case, system, name) for name in open_})
-        chosen |= said
-    if others or spinning:
-        system = system_of(case, parts | spinning | others)
-    noted: dict[tuple[int, str], FlexibleBody] = {}  # bodies alike stay one
-    found = dict(system.bodies)
-    for name, (strain, why) in chosen.items():
-        body = found[name]
-        note = "; ".join(part for part in (f"strain is {strain}: {why}", body.note) if part)
-        found[name] = noted.setdefault((id(body), note), replace(body, note=note))
-    system = with_doubts(replace(system, bodies=found), view.rigid, view.short)
-    warn_of_buckling(system, near)
-    return case, system
+def _built_with_loads(case: Case) -> Built:
+    """The bodies of a case. Raises CaseError with their problems and those of the loads together."""
+    problems = problems_of_loads(case)
+    try:
+        built = built_bodies(case)
+    except CaseError as error:
+        raise CaseError(case.path.name, [*error.problems, *problems]) from None
+    if problems:
+        raise CaseError(case.path.name, problems)
+    return built
 
 
-def _said(case: Case, parts: dict[str, Part], own: bool, warning: bool) -> tuple[Case, System]:
-    """The case and its system with these bodies, all of which say their strain; own: they are the case's.
+def _again(case: Case, names: Iterable[str], silent: bool = False) -> Built:
+    """These bodies of a case, built as its tables are now; silent: what was warned of before is not again."""
+    asked = case.model_copy(update={"bodies": {name: case.bodies[name] for name in names}})
+    if not asked.bodies:
+        return {}
+    with warnings.catch_warnings():
+        if silent:
+            warnings.simplefilter("ignore", PhysicsWarning)
+        return built_bodies(with_strains(asked, dict.fromkeys(undecided(asked), "linear")))
 
-    warning: warn of those that come near to buckling.
+
+def _spun(case: Case, system: System, rigid: Carried | None, known: KnownBodies) -> tuple[Case, list[Advice]]:
+    """The case with the shapes of spin of bodies that are spun up so far that they pay, and these choices."""
+    found = [] if rigid is None else spin_advice(system, rigid, known)
+    return with_spin(case, [one.body for one in found]), found
+
+
+def _stretching(
+    case: Case, system: System, known: KnownBodies, chosen: Mapping[str, Advice], snapping: Iterable[str]
+) -> tuple[Case, Built, dict[str, Advice]]:
+    """The case with responses written in, the bodies that are to be other than linear, and the strain of each.
+
+    Those that cannot be the one form are the other; those that cannot be either stay linear.
     """
-    system = system_of(case, parts)
-    rigid, why = ahead(system, duration_of(case, system)) if is_judged(system) else (None, "")
-    if own:
-        case, spinning = _spun(case, system, rigid)
-        system = system_of(case, parts | spinning) if spinning else system
-    if warning:
-        warn_of_buckling(system, nearest(rigid, system))
-    system = with_doubts(system, rigid, why)
-    return case, system if own else _light(system)
+    built: Built = {}
+    told = dict(chosen)
+    for name in snapping:
+        table = case.bodies[name]
+        assert isinstance(table, FlexibleTable) and isinstance(table.reduction, CantileverTable)
+        answer = responses(known[name], system, name, table.reduction.loads, table.reduction.attachment)
+        answering = with_responses_to(case, name, answer.choice)
+        try:
+            built |= _as(answering, {name: "nonlinear"})
+        except CaseError as error:
+            why = f"{told[name].reason}; it can take no responses to its loads ({_first(error)})"
+            told[name] = replace(told[name], choice="condensed", reason=why)
+            continue
+        case = answering
+        told[name] = replace(told[name], reason=f"{told[name].reason}; {answer.reason}")
+    others = {name: one for name, one in told.items() if one.choice != "linear" and name not in built}
+    for name in [name for name in others if name in known and known[name].origin.bound]:
+        reason = f"{known[name].origin.bound}; {others.pop(name).reason}"
+        told[name] = replace(told[name], choice="linear", reason=reason)
+    try:
+        return case, built | _as(case, {name: one.choice for name, one in others.items()}), told
+    except CaseError:
+        for name, one in others.items():
+            found, told[name] = _alone(case, one)
+            built |= found
+        return case, built, told
 
 
-def _spun(case: Case, system: System, rigid: Carried | None) -> tuple[Case, dict[str, Part]]:
-    """The case with the shapes of spin of bodies that are spun up as foreseen, and of these those that say a strain."""
-    asking = case if rigid is None else with_spin_shapes(case, spun_up(system, rigid))
-    open_ = undecided(case)
-    changed = {
-        name: table
-        for name, table in asking.bodies.items()
-        if table is not case.bodies[name] and name not in open_ and getattr(table, "strain", None) != "linear"
-    }
-    return asking, build_bodies(asking.model_copy(update={"bodies": changed})) if changed else {}
+def _alone(case: Case, wanted: Advice) -> tuple[Built, Advice]:
+    """A body in the form that is wanted, or else in the other, and what is said of it then."""
+    refused: list[str] = []
+    tried: list[Strain] = [wanted.choice, OTHER[wanted.choice]]
+    for strain in tried:
+        try:
+            built = _as(case, {wanted.body: strain})
+        except CaseError as error:
+            refused.append(_first(error))
+            continue
+        told = f"; it cannot be {wanted.choice} ({refused[0]})" if refused else ""
+        return built, replace(wanted, choice=strain, reason=wanted.reason + told)
+    told = f"; it can be neither {' nor '.join(sorted(tried))} ({refused[0]})"
+    return {}, replace(wanted, choice="linear", reason=wanted.reason + told)
 
 
-def _light(system: System) -> System:
-    """The system without the structures by which its bodies were judged."""
-    light = {
-        id(body): replace(body, buckling=None, softening=None, hardening=None, enrichment=None)
-        for body in system.bodies.values()
-    }
-    return replace(system, bodies={name: light[id(body)] for name, body in system.bodies.items()})
+def _as(case: Case, strains: Mapping[str, Strain]) -> Built:
+    if not strains:
+        return {}
+    made = with_strains(case, strains)
+    return built_bodies(made.model_copy(update={"bodies": {name: made.bodies[name] for name in strains}}))
+
+
+def _first(error: CaseError) -> str:
+    """The first line of what an error says."""
+    return error.problems[0].text.partition("\n")[0].rstrip(".")
 
 
 def build_body(case: Case, name: str, modes: int | None = None) -> FlexibleBody:
@@ -166,29 +312,44 @@ def build_body(case: Case, name: str, modes: int | None = None) -> FlexibleBody:
 
 
 def build_each(case: Case, names: Iterable[str], modes: int | None = None) -> dict[str, FlexibleBody]:
-    """The bodies of these names, each in one piece, with the strain that they have in a run of the case.
+    """The bodies of these names, as `advised_bodies`."""
+    return advised_bodies(case, names, modes)[0]
+
+
+def advised_bodies(
+    case: Case, names: Iterable[str], modes: int | None = None
+) -> tuple[dict[str, FlexibleBody], dict[str, str]]:
+    """The bodies of these names, each in one piece, with the strain that they have in a run of the case; and notes.
 
     What a body says of its strain is taken; for what it does not say the whole system is built, and looked at. Where
     that cannot be built the body is linear, and its note says so. Raises CaseError with what is wrong with a body.
     """
     with shared_structures():
-        return _each(case, list(names), modes)
+        names = list(names)
+        silent = {*undecided(case), *open_joints(case)} & set(names)
+        told, notes = _strain_notes(case, warning=True) if silent else (case, {})
+        found = {}
+        for name in names:
+            built = built_body(told, name, modes)
+            if isinstance(built.part, Segments):
+                text = (
+                    f"found a body cut into {len(built.part.bodies)} segments, which has no one set of modes; leave "
+                    "out segments, in a copy of the case, to see the whole"
+                )
+                raise CaseError(case.path.name, [Problem(f"bodies.{name}", text)])
+            found[name] = built.part
+            if name not in notes and (own := _own_notes(name, built)):
+                notes[name] = own
+        return found, {name: notes[name] for name in names if notes.get(name)}
 
 
-def _each(case: Case, names: list[str], modes: int | None) -> dict[str, FlexibleBody]:
-    silent = {*undecided(case), *open_joints(case)} & set(names)
-    decided, notes = _decided(case, warning=True) if silent else (case, {})
-    found = {}
-    for name in names:
-        part = build_part(decided, name, modes)
-        if isinstance(part, Segments):
-            text = (
-                f"found a body cut into {len(part.bodies)} segments, which has no one set of modes; leave out "
-                "segments, in a copy of the case, to see the whole"
-            )
-            raise CaseError(case.path.name, [Problem(f"bodies.{name}", text)])
-        found[name] = replace(part, note=notes[name]) if name in notes else part
-    return found
+def _own_notes(name: str, built: BuiltBody) -> str:
+    """What is to be said of a body by itself."""
+    if built.origin is None or not isinstance(built.part, FlexibleBody):
+        return ""
+    advice = [Advice(name, "shapes", None, text) for text in built.notes]
+    more = shape_notes({name: built.part}, KnownBodies({name: built.origin}))
+    return notes_of([*advice, *more]).get(name, "")
 
 
 def with_own_strain(case: Case) -> Case:
@@ -201,27 +362,26 @@ def with_own_strain(case: Case) -> Case:
 
 def with_strain_notes(case: Case) -> tuple[Case, dict[str, str]]:
     """The same, and why each of these bodies has that strain."""
-    return _decided(case) if undecided(case) or open_joints(case) else (case, {})
+    return _strain_notes(case) if undecided(case) or open_joints(case) else (case, {})
 
 
-def _decided(case: Case, warning: bool = False) -> tuple[Case, dict[str, str]]:
+def _strain_notes(case: Case, warning: bool = False) -> tuple[Case, dict[str, str]]:
     """The case with strains and static shapes written out, and the notes on its bodies.
 
     warning: warn of sets that are too small for the craft's frequencies.
     """
     names = undecided(case)
     try:
-        with warnings.catch_warnings(record=True) as given:
+        with warnings.catch_warnings():
             warnings.simplefilter("ignore", PhysicsWarning)  # told where the bodies are built
-            warnings.simplefilter("always", TruncationWarning)
-            decided, system = decided_system(case, warning=False)
+            found = decided(case, loaded=False)
     except CaseError as error:
         first = error.problems[0]
         note = f"strain is linear: its system cannot be built to see what it calls for ({first.where}: {first.text})"
         return case, dict.fromkeys(names, note)
-    for one in given:
-        if warning and one.category is TruncationWarning:
-            warnings.warn(str(one.message), TruncationWarning, stacklevel=4)
-    forms = {name: system.bodies[name].strain_form for name in names}
+    if warning:
+        warn_of((one for one in found.advice if one.category is TruncationWarning), stacklevel=4)
+    forms = {name: found.system.bodies[name].strain_form for name in names}
+    notes = found.notes
     silent = {*names, *open_joints(case)}
-    return with_strains(decided, forms), {name: system.bodies[name].note for name in silent}
+    return with_strains(found.case, forms), {name: notes.get(name, "") for name in silent}

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.advice.bends import bends
+from femflex.advice.bodies import KnownBodies
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ Array = NDArray[np.float64]
 CLOSE = 0.05  # rad; angle left to the singularity of a rotation set below which a run warns of it
 FASTEST = {"rad/s": 1e5, "m/s": 3e6}  # ten times what flywheels reach; a hundredth of the speed of light
 STILL = 1e-12  # rad/s: rounding
+STRETCH = 30.0  # frequency of a shape over the first from which on it is a stretch of a slender body, not a bend
 FAR = 100.0  # elastic displacement over the body's size beyond which the motion has run away
 
 
@@ -31,13 +33,13 @@ class Runaway:
     has lost its meaning long before.
     """
 
-    def __init__(self, model: Model) -> None:
-        self._model = model
+    def __init__(self, model: Model, known: KnownBodies | None = None, notes: Mapping[str, str] | None = None) -> None:
+        self._model, self._notes = model, notes or {}
         units = [unit for _, unit in model.system.velocity_names()]
         self._names = [name for name, _ in model.system.velocity_names()]
         self._units = units
         self._fastest = np.array([FASTEST.get(unit, np.inf) for unit in units])
-        self._bends = bends(model)
+        self._bends = bends(model, known)
 
     def found(self, block: Block) -> IntegrationError | None:
         """The error that tells of the first row of a block that has run away, or of the state beyond it, if it has."""
@@ -54,7 +56,7 @@ class Runaway:
             if len(far):
                 row = slice(far[0], far[0] + 1)
                 k = int(np.argmax(moved[far[0]]))
-                advice = self._advice(bend.name, block, far[0])
+                advice = self._advice(bend.name, k, block, far[0])
                 text = (
                     f"the motion has run away, body {bend.name!r} is displaced by {moved[far[0], k]:.3g} m, over "
                     f"{FAR:g} times its size of {bend.size:.3g} m. {self._cause(block, far[0], advice)}"
@@ -79,10 +81,20 @@ class Runaway:
         column = self._model.n_q + k
         return IntegrationError(text, block.times[row], block.states[row], column, block.steps)
 
-    def _advice(self, name: str, block: Block, row: int) -> str:
-        """Where to look for what carried a body off: a spin if it turns, a load that buckles it if it does not."""
+    def _advice(self, name: str, shape: int, block: Block, row: int) -> str:
+        """Where to look for what carried a body off in one of its shapes: a spin, a stretch, or a load that buckles."""
         seen = self._model.observe(block.times[row : row + 1], block.states[row : row + 1])
-        if not np.abs(seen.get(f"bodies/{name}/rate", np.ones((1, 3)))).max() <= STILL:
+        rate = seen.get(f"bodies/{name}/rate", np.full((1, 3), np.nan))
+        spin, omega = float(np.linalg.norm(rate)), self._model.system.bodies[name].omega
+        first = float(np.nanmin(omega, initial=np.inf))
+        own = float(omega[shape]) if shape < len(omega) else np.nan
+        if not np.abs(rate).max() <= STILL:
+            if own > STRETCH * first and spin < first:
+                return (
+                    f"Its shape {shape + 1} has {own / (2 * np.pi):.4g} Hz, {own / first:.3g} times the first: "
+                    f"a stretch, which bending drives. It turns at {spin:.4g} rad/s, below its first frequency of "
+                    f"{first:.4g} rad/s: no spin carries it off. Leave that shape out, or give it strain = 'condensed'"
+                )
             return "Look for a spin faster than the body's lowest frequencies, or an unstable attitude"
         return (
             "It does not turn: look for a load that buckles it or snaps it through, which strain = 'nonlinear' follows "
@@ -97,7 +109,7 @@ class Runaway:
     def warn(self) -> None:
         """Warn of bodies that were bent by more than their strain is good for, with both numbers."""
         for bend in self._bends:
-            bend.warn("was")
+            bend.warn("was", self._notes.get(bend.name, ""))
 
 
 def first_overflow(seen: Mapping[str, Array], block: Block) -> IntegrationError | None:

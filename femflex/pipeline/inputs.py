@@ -15,7 +15,8 @@ SHOWN = 4  # differences printed
 
 def inputs_text(case: Case) -> str:
     """The values of the model and digests of the files of a case as JSON."""
-    from femflex.case.model_inputs import LENGTH, file_digests, model_values
+    from femflex.case.model_inputs import LENGTH, model_values
+    from femflex.pipeline.file_digests import file_digests
 
     length = {key: value for key in LENGTH if (value := getattr(case.run, key)) is not None}
     return json.dumps({"values": model_values(case), "files": file_digests(case), "length": length})

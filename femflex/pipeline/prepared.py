@@ -17,12 +17,16 @@ if TYPE_CHECKING:
     from femflex.dynamics.constraints.moved_start import Moved
     from femflex.dynamics.constraints.taken_up import TakenUp
     from femflex.integrate import Integrator
+    from femflex.pipeline.decisions import Decided
     from femflex.system import Controller, Effector, Part, System, Variation
 
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A run before its first step: case, system, compiled model, integrator and why it was chosen, output times [s]."""
+    """A run before its first step: case, system, compiled model, integrator and why it was chosen, output times [s].
+
+    decided: the case with what it left open written out, and the advice that this follows.
+    """
 
     case: Case
     system: System
@@ -30,6 +34,7 @@ class Prepared:
     integrator: Integrator
     reason: str
     times: NDArray[Any]
+    decided: Decided
 
     @cached_property
     def moved(self) -> list[Moved]:
@@ -71,10 +76,11 @@ def prepare(
 
     Raises as `femflex.run` does for what can be told before the first step.
     """
-    from femflex.advice.doubts import warn_of_doubtful_bodies
+    from femflex.advice.advice import warn_of
+    from femflex.advice.doubts import output_doubts
     from femflex.case import Case, read_case
     from femflex.dynamics import compile_system
-    from femflex.pipeline.decisions import build_system
+    from femflex.pipeline.decisions import decided
     from femflex.pipeline.integrator import chosen_integrator
     from femflex.pipeline.references import duration_of
     from femflex.pipeline.resumed import check_same_effectors, check_same_model, check_same_times, integrator_of
@@ -87,7 +93,8 @@ def prepare(
             check_output(case, Path(output), force, resume)
         if resume:
             check_same_effectors(effectors, Path(output))
-    system = build_system(case, bodies)
+    found = decided(case, bodies)
+    system = found.system
     system = replace(system, effectors=(*system.effectors, *effectors), varying={**system.varying, **(varying or {})})
     model = compile_system(system)
     if without:
@@ -96,13 +103,14 @@ def prepare(
     if output is not None and resume:
         check_same_model(model, Path(output))
     times = case.run.times(duration_of(case, system))
-    warn_of_doubtful_bodies(case, system.bodies, float(times[1] - times[0]))
+    found = replace(found, advice=(*found.advice, *output_doubts(system.bodies, float(times[1] - times[0]))))
+    warn_of(found.advice)
     begun = ""
     if output is not None and resume:
         check_same_times(times, Path(output))
         begun = integrator_of(Path(output))
     integrator, reason = chosen_integrator(case, model, times, begun)
-    return Prepared(case, system, model, integrator, " ".join([reason, *sampling(system)]), times)
+    return Prepared(case, system, model, integrator, " ".join([reason, *sampling(system)]), times, found)
 
 
 def sampling(system: System) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -16,6 +17,7 @@ from femflex.reduction.beams.beam_functions import ends_of, gauss, points_for
 from femflex.reduction.beams.beam_strain import beam_strain
 from femflex.reduction.beams.strain_points import beam_field
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
+from femflex.reduction.bends.foreshortening import foreshortening_of
 from femflex.reduction.boundary.clamps import Groups, held_dofs, names
 from femflex.reduction.boundary.rigid import lifted
 from femflex.reduction.inertia.moments import point_moments
@@ -62,6 +64,9 @@ def beam_body(
     if strain == "condensed" or (strain == "nonlinear" and not functions.holds_squares):
         functions = functions.with_followers()
     body = _body(beam, functions, damping, orthonormal, strain)
+    if strain == "linear" and (functions.y or functions.z):
+        bending = beam_body(beam, replace(functions, axial=0, torsion=0), strain="condensed")
+        return replace(body, foreshortening=foreshortening_of(bending))
     n = functions.own
     return with_stretch_of_slaved(condense(body, range(n, body.n_modes)), body, n) if n < body.n_modes else body
 

@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody, Skin, StrainTensors
 from femflex.fem.structure import Structure
 from femflex.reduction.beams.strain_points import strain_field
+from femflex.reduction.bends.foreshortening import foreshortening
 from femflex.reduction.boundary.markers import marker, marker_rows
 from femflex.reduction.boundary.rigid import check_no_rigid_motion, rigid_shapes
 from femflex.reduction.inertia.moments import linear_stiffness, mass_moments
 from femflex.reduction.inertia.orders import first_order_part, membrane_cubic
 from femflex.reduction.modes.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
 from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.nodal import is_lumped
 from femflex.reduction.strain.condense import condense
 from femflex.reduction.strain.folded_beams import warn_of_folded_beams
 from femflex.reduction.strain.following import able_to_follow
@@ -31,6 +33,8 @@ from femflex.reduction.strain.turned_sections import sections_of, with_turned_se
 
 Array = NDArray[np.float64]
 Strain = Literal["linear", "nonlinear", "condensed"]
+
+MANY = 1200  # coordinates up to which the lowest shape of a set is sought
 
 
 def reduce_structure(
@@ -49,6 +53,7 @@ def reduce_structure(
     (`with_derivatives`, and `stretching` for a check); "condensed" lets the set's derivatives follow (`condense`),
     those that are slower than what drives them apart: they stay coordinates (`able_to_follow`).
     turning: markers whose rotation will be used; a warning tells of those that show none. Left out: all.
+    A linear body knows how its lowest shape shortens (`foreshortening`), by which advice judges what it leaves out.
     Warns when linear strain meets an initial stress that the supports do not hold, when thin plates leave out shear
     that matters, and when plates whose strain is not linear turn in their own planes.
     Raises ValueError when a group is unknown, or the shapes depend on each other or hold a rigid motion.
@@ -91,7 +96,10 @@ def reduce_structure(
         omega=modes.omega,
         strain_field=strain_field(structure, phi, strain != "linear"),
     )
-    return body if strain == "linear" else _followed(structure, modes, body, strain == "condensed", places)
+    if strain == "linear":
+        known = 0 < modes.n_modes <= MANY and not is_lumped(structure)
+        return replace(body, foreshortening=foreshortening(structure, modes, markers) if known else None)
+    return _followed(structure, modes, body, strain == "condensed", places)
 
 
 def _tensors(structure: Structure, phi: Array, V1: Array, strain: Strain) -> StrainTensors:

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody, Marker
 from femflex.fem.line.cut import ENDS, FAR, NEAR, Segment
 from femflex.fem.structure import Structure, build_structure
-from femflex.reduction.bends.foreshortening import foreshortening
 from femflex.reduction.modes.craig_bampton import craig_bampton
 from femflex.reduction.modes.damping import Damping
 from femflex.reduction.modes.modeset import ModeSet
@@ -61,9 +60,7 @@ def reduce_segments(
         structure = build_structure(segment.mesh, segment.members, segment.point_masses)
         structure = relaxed(structure)  # welded end to end, nothing holds it but what it holds itself
         shapes = modes(structure)
-        body = reduce_structure(structure, shapes, own, damping, strain)
-        left_out = foreshortening(structure, shapes, own) if strain == "linear" else None
-        bodies.append(replace(body, ignored=left_out))
+        bodies.append(reduce_structure(structure, shapes, own, damping, strain))
     first = bodies[0]
     bodies[0] = replace(first, markers={**first.markers, "origin": tied(first.markers[NEAR], np.zeros(3))})
     return tuple(bodies)

@@ -130,12 +130,12 @@ def _write(file: h5py.File, body: FlexibleBody) -> None:
         cells = skin.create_group("cells", track_order=True)
         for kind, rows in body.skin.cells.items():
             cells.create_dataset(kind, data=rows)
-    if body.ignored is not None:
+    if body.foreshortening is not None:
         ignored = file.create_group("ignored")
         ignored.attrs["description"] = "foreshortening of the lowest shape over its stiffness, see body.Foreshortening"
-        ignored.create_dataset("mass", data=body.ignored.mass).attrs["units"] = "s^2/m | s^2"
+        ignored.create_dataset("mass", data=body.foreshortening.mass).attrs["units"] = "s^2/m | s^2"
         at = ignored.create_group("at", track_order=True)
-        for name, theta in body.ignored.at.items():
+        for name, theta in body.foreshortening.at.items():
             at.create_dataset(_escaped(name), data=theta).attrs["units"] = "1/N"
     write_field(file, body.strain_field)
 
@@ -159,12 +159,12 @@ def _read(file: h5py.File) -> FlexibleBody:
         kinds=tuple(str(kind) for kind in file.attrs["kinds"]),
         omega=_get(file, "omega"),
         slaves=_get(file, "slaves") if "slaves" in file else np.zeros((0, 0, 0)),
-        ignored=_ignored(file["ignored"]) if "ignored" in file else None,
+        foreshortening=_foreshortening(file["ignored"]) if "ignored" in file else None,
         strain_field=read_field(file),
     )
 
 
-def _ignored(group: h5py.Group) -> Foreshortening:
+def _foreshortening(group: h5py.Group) -> Foreshortening:
     return Foreshortening(_get(group, "mass"), {_unescaped(name): _get(group["at"], name) for name in group["at"]})
 
 

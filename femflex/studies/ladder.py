@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from femflex.advice.joint_shapes import open_joints
 from femflex.assembly import build_mesh, build_modes, build_part
+from femflex.assembly.open_choices import open_joints
 from femflex.assembly.shared import shared_structures
 from femflex.assembly.structures import structure_of
 from femflex.body import FlexibleBody

@@ -4,11 +4,11 @@ import warnings
 
 import numpy as np
 import pytest
+from noted import noted_body
 from test_loads_that_buckle import LOAD, PRANDTL, STRIP, held
 from tipping import END_LOAD, WEIGHT, critical
 
 from femflex.case import read_case
-from femflex.pipeline.decisions import build_body
 from femflex.warning import PhysicsWarning
 
 MICHELL = 1 / np.sqrt((1 - 1 / 400) * (1 - 1.2e3 / 5.6e6))  # the bend that the strip starts from
@@ -37,7 +37,7 @@ def built(write_case, text, *changes):
     text += held(text)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # of sets left without the shapes
-        return build_body(read_case(write_case(text)), "boom")
+        return noted_body(read_case(write_case(text)), "boom")
 
 
 @pytest.mark.parametrize("modes", [2, 4, 6])

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from femflex.advice.bearing import JudgedBearing
-from femflex.advice.burden import Burden
-from femflex.advice.flutter import first_flutter
-from femflex.advice.structure_bearing import StructureBearing
+from femflex.advice.buckling.bearing import JudgedBearing
+from femflex.advice.buckling.burden import Burden
+from femflex.advice.buckling.flutter import first_flutter
+from femflex.advice.buckling.structure import StructureBearing
 from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import StiffnessSection
 from femflex.mesh import line, rectangle

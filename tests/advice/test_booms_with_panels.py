@@ -6,12 +6,12 @@ from functools import cache
 import numpy as np
 import pytest
 import scipy.sparse.linalg as sla
+from noted import noted_system
 
 import femflex
 from femflex.assembly import build_mesh, build_structure_of
 from femflex.case.read import parse_case
 from femflex.mesh import Mesh, write_mesh
-from femflex.pipeline.decisions import build_system
 from femflex.reduction.boundary.clamps import free_dofs, held_dofs
 
 GRAVITY = 1.6
@@ -99,7 +99,7 @@ def test_a_boom_with_a_panel_sags_as_the_whole_structure_does(tmp_path, modes, g
     """With the pull along the boom as a coordinate, sixteen modes sagged 19 % too little where eight were 2 % short."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of bends beyond what linear strain holds
-        found = femflex.equilibrium(build_system(case_in(tmp_path, modes, gravity)))
+        found = femflex.equilibrium(noted_system(case_in(tmp_path, modes, gravity)))
     w = -found.model.observe(np.zeros(1), found.x[None])["markers/wing.corner/deflection"][0, 2]
     assert w == pytest.approx(sag(tmp_path, gravity), rel=within)
 
@@ -107,6 +107,6 @@ def test_a_boom_with_a_panel_sags_as_the_whole_structure_does(tmp_path, modes, g
 def test_the_pull_along_a_boom_is_no_coordinate_however_many_modes_stand_beside_it(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        body = build_system(case_in(tmp_path)).bodies["wing"]
+        body = noted_system(case_in(tmp_path)).bodies["wing"]
     assert "2 static shapes of what acts on it (its weight)" in body.note
     assert body.n_modes == 18

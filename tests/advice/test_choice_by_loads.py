@@ -6,12 +6,13 @@ import warnings
 
 import numpy as np
 import pytest
+from noted import noted_body, noted_system
 
 import femflex
 from femflex.advice.bends import bends
 from femflex.advice.motion_estimate import foreseen
 from femflex.case import read_case
-from femflex.pipeline.decisions import build_body, build_system, with_own_strain
+from femflex.pipeline.decisions import with_own_strain
 from femflex.warning import PhysicsWarning
 
 LENGTH, EI, LINE = 10.0, 1.4e4, 1.2
@@ -55,14 +56,14 @@ def load(value, times=None, key="force", body="boom", marker="tip"):
 
 
 def boom(write_case, text):
-    return build_system(read_case(write_case(text))).bodies["boom"]
+    return noted_system(read_case(write_case(text))).bodies["boom"]
 
 
 def bend(write_case, text):
     """The largest bend of the boom that is foreseen, linear, over its length."""
     said = text.replace("functions =", 'strain = "linear"\nfunctions =')
     case = read_case(write_case(said))
-    view = foreseen(build_system(case), case.run.duration)
+    view = foreseen(noted_system(case), case.run.duration)
     (found,) = bends(view.model)
     found.moved(view.bent)
     return found.reached
@@ -170,10 +171,10 @@ def test_a_body_that_is_bound_to_be_linear_is_told_why(write_case, craft):
 def test_a_body_alone_has_the_strain_that_it_has_in_its_system(write_case):
     text = BEAM + WELD + load(25.0)
     case = read_case(write_case(text))
-    alone, placed = build_body(case, "boom"), build_system(case).bodies["boom"]
+    alone, placed = noted_body(case, "boom"), noted_system(case).bodies["boom"]
     assert alone.strain_form == placed.strain_form == "condensed" and alone.note == placed.note
     assert with_own_strain(case).bodies["boom"].strain == "condensed"
-    assert build_body(case, "boom", modes=2).strain_form == "condensed"
+    assert noted_body(case, "boom", modes=2).strain_form == "condensed"
 
 
 def test_a_body_of_a_system_that_cannot_be_built_is_linear_and_says_so(write_case):
@@ -188,7 +189,7 @@ kind = "weld"
 child = "other"
 """
     broken = BEAM + other + WELD + load(25.0)
-    body = build_body(read_case(write_case(broken)), "boom")
+    body = noted_body(read_case(write_case(broken)), "boom")
     assert body.strain_form == "linear" and "its system cannot be built to see what it calls for (" in body.note
 
 

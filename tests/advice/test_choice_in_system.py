@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from noted import noted_system
 
 from femflex.case import read_case
-from femflex.pipeline.decisions import build_system
 from femflex.warning import PhysicsWarning
 
 LENGTH, EI, LINE = 3.0, 1.0e4, 1.0
@@ -53,7 +53,7 @@ child = "tip"
 
 
 def boom(write_case, text):
-    return build_system(read_case(write_case(text))).bodies["boom"]
+    return noted_system(read_case(write_case(text))).bodies["boom"]
 
 
 def told(note):

@@ -7,13 +7,13 @@ import warnings
 import numpy as np
 import pytest
 from full_solution import Full, held_at
+from noted import noted_body, noted_system
 
 import femflex
 from femflex.assembly import build_mesh, build_structure_of
 from femflex.case import read_case
 from femflex.case.case import Case
 from femflex.integrate import IntegrationError
-from femflex.pipeline.decisions import build_body, build_system
 from femflex.reduction.boundary.clamps import held_dofs
 from femflex.warning import PhysicsWarning
 
@@ -92,7 +92,7 @@ def told(case):
     """The body, and what is warned of when it is built in its system."""
     with warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("always")
-        body = build_system(case).bodies["arch"]
+        body = noted_system(case).bodies["arch"]
     return body, [str(w.message) for w in found if w.category is PhysicsWarning]
 
 
@@ -105,7 +105,7 @@ def test_an_arch_that_its_load_may_snap_gets_responses_to_that_load(arch):
     assert "it is curved (it rises by 0.03 m), load 'push' (600 N at t" in body.note and ") is 3.9" in body.note
     assert "its static responses to z at 'CROWN', up to 0.09 m" in body.note
     assert not warned
-    same = build_body(arch(), "arch")  # what `femflex modes` shows
+    same = noted_body(arch(), "arch")  # what `femflex modes` shows
     assert same.kinds == body.kinds and same.note == body.note
 
 

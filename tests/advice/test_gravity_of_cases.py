@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from noted import noted_system
 from test_choice_in_system import BOOM, EI, HELD, LENGTH, LINE, RUN
 
 from femflex.case import CaseError, read_case
 from femflex.pipeline import prepare
-from femflex.pipeline.decisions import build_system
 
 GREENHILL = 7.8373  # q L^3 / EI at which a standing column falls over
 
 
 def system(write_case, gravity, joint=HELD, boom=BOOM):
-    return build_system(read_case(write_case(f"{RUN}[environment]\ngravity = {gravity}\n{boom}{joint}")))
+    return noted_system(read_case(write_case(f"{RUN}[environment]\ngravity = {gravity}\n{boom}{joint}")))
 
 
 @pytest.mark.parametrize(
@@ -97,4 +97,4 @@ def test_a_rigid_body_leaves_out_no_stiffness(write_case):
     half = GREENHILL * EI / (LINE * LENGTH**3) / 2
     text = f"{RUN}[environment]\ngravity = [{-half}, 0, 0]\n{BOOM}strain = 'linear'\n{HELD}"
     prepared = prepare(read_case(write_case(text)), write_case(text).with_name("no.h5"), without=["flexibility"])
-    assert prepared.system.bodies["boom"].ignored is None
+    assert prepared.system.bodies["boom"].foreshortening is None

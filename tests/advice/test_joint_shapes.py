@@ -7,11 +7,11 @@ import warnings
 
 import numpy as np
 import pytest
+from noted import noted_body, noted_system
 from scipy.optimize import brentq
 
 from femflex.case import read_case
 from femflex.dynamics.equilibria.rest_modes import rest_modes
-from femflex.pipeline.decisions import build_body, build_system
 from femflex.warning import PhysicsWarning, TruncationWarning
 
 EI, GJ, MASS, LENGTH = 4e3, 3e3, 0.8, 5.0  # N m^2, N m^2, kg/m, m
@@ -87,7 +87,7 @@ def lowest(tmp_path):
         (tmp_path / "case.toml").write_text('title = "carried"\n' + head + text)
         with warnings.catch_warnings(record=True) as given:
             warnings.simplefilter("always", TruncationWarning)
-            system = build_system(read_case(tmp_path / "case.toml"))
+            system = noted_system(read_case(tmp_path / "case.toml"))
         told = [str(one.message) for one in given if one.category is TruncationWarning]
         modes = rest_modes(system)
         return modes.omega[modes.elastic], told, system
@@ -237,7 +237,7 @@ def test_said_joints_are_kept_as_they_are(lowest, tmp_path):
     assert "2 static shapes of its joints (TIP z ry) beside its modes (joints = {} in its" in system.bodies["a"].note
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)
-        assert build_body(read_case(tmp_path / "case.toml"), "a").n_modes == 6
+        assert noted_body(read_case(tmp_path / "case.toml"), "a").n_modes == 6
 
 
 def test_a_body_alone_has_nothing_added(lowest):

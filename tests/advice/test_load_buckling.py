@@ -7,10 +7,10 @@ import pytest
 from strips import SLIM, STRIPS, derived, strip, under_end_load
 from tipping import EI, END_LOAD, GJ, LENGTH
 
-from femflex.advice.beam_bearing import BeamBearing
-from femflex.advice.bearing import JudgedBearing
-from femflex.advice.burden import Burden
-from femflex.advice.structure_bearing import StructureBearing
+from femflex.advice.buckling.beam import BeamBearing
+from femflex.advice.buckling.bearing import JudgedBearing
+from femflex.advice.buckling.burden import Burden
+from femflex.advice.buckling.structure import StructureBearing
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh import rectangle
 from femflex.reduction import BeamFunctions, UniformBeam, cantilever_modes

@@ -3,9 +3,9 @@
 import warnings
 
 import pytest
+from noted import noted_system
 
 from femflex.case import read_case
-from femflex.pipeline.decisions import build_system
 from femflex.warning import PhysicsWarning
 
 RUN = '\n[run]\nduration = "1 s"\noutput_step = 0.05\n'
@@ -68,7 +68,7 @@ def told(write_case, text, *changes):
         text = text.replace(old, new)
     with warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("always")
-        build_system(read_case(write_case(text + held(text))))
+        noted_system(read_case(write_case(text + held(text))))
     return [str(w.message) for w in found if w.category is PhysicsWarning]
 
 
@@ -109,7 +109,7 @@ def test_of_two_strips_alike_the_loaded_one_is_told_of(write_case):
         spare += f'[[joints]]\nkind = "weld"\nchild = "{child}"\n{held}'
     with warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("always")
-        build_system(read_case(write_case(strip + spare)))
+        noted_system(read_case(write_case(strip + spare)))
     assert ["bodies.boom: load 'weight'" in str(w.message) for w in found] == [True]
 
 
@@ -128,7 +128,7 @@ def run_of(write_case, *changes):
         text = text.replace(old, new)
     with warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("always")
-        body = build_system(read_case(write_case(text))).bodies["boom"]
+        body = noted_system(read_case(write_case(text))).bodies["boom"]
     return body, [str(w.message) for w in found if w.category is PhysicsWarning]
 
 

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from noted import noted_system
 from spin_up import KANE, TIMES
 
 from femflex.case import read_case
 from femflex.dynamics import compile_system
 from femflex.integrate import integrator
 from femflex.mesh import line, write_mesh
-from femflex.pipeline.decisions import build_system
 
 ROOT = Path(__file__).parents[2]
 SECTION = """EA = 2.8e7
@@ -85,7 +85,7 @@ def built(folder, text):
     shutil.copy(ROOT / "cases" / "spin_up.csv", folder)
     write_mesh(folder / "beam.msh", line([[0, 0, 0], [10, 0, 0]], 8))
     (folder / "case.toml").write_text(text)
-    return build_system(read_case(folder / "case.toml"))
+    return noted_system(read_case(folder / "case.toml"))
 
 
 def tip(system):

@@ -7,13 +7,14 @@ import warnings
 
 import numpy as np
 import pytest
+from noted import noted_body
 
 import femflex
 from femflex.case import read_case
-from femflex.pipeline.decisions import build_body
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body, foreshortening_of
 from femflex.warning import PhysicsWarning
 
+SMALL = ('displacement = [0, "10 mm", 0]', 'displacement = [0, "1 mm", 0]')
 FAST = ('rates = ["2 deg/s", 0, 0.01]', 'rates = [0, 0, "20 rad/s"]')
 DAMPING = 'damping = { ratio = "0.5 %" }'
 
@@ -22,14 +23,16 @@ def built(write_case, craft, *changes):
     for old, new in changes:
         assert old in craft
         craft = craft.replace(old, new)
-    return build_body(read_case(write_case(craft)), "boom")
+    return noted_body(read_case(write_case(craft)), "boom")
 
 
 def test_a_slow_body_stays_linear_and_a_fast_one_is_condensed(write_case, craft):
     slow, fast = built(write_case, craft), built(write_case, craft, FAST)
-    some = built(write_case, craft, (FAST[0], FAST[1].replace("20", "2")))
+    some = built(write_case, craft, (FAST[0], FAST[1].replace("20", "2")), SMALL)
+    swinging = built(write_case, craft, (FAST[0], FAST[1].replace("20", "2")))
     assert slow.strain.is_linear and "rad/s does not stiffen it (by less than 0.005%)" in slow.note
     assert some.strain.is_linear and some.note.startswith("strain is linear: turning at 2.013 rad/s raises")
+    assert len(swinging.slaves) and "puts its vibration out by" in swinging.note
     assert (
         len(fast.slaves)
         and "strain is condensed: turning at 20.01 rad/s may raise the first frequency by 16.0%" in fast.note
@@ -44,7 +47,7 @@ def test_a_body_that_starts_bent_is_condensed(write_case, craft):
 
 def test_a_body_keeps_the_strain_it_asks_for(write_case, craft):
     linear = built(write_case, craft, FAST, (DAMPING, DAMPING + '\nstrain = "linear"'))
-    assert linear.strain.is_linear and linear.note == "" and linear.ignored is not None
+    assert linear.strain.is_linear and linear.note == "" and linear.foreshortening is not None
     condensed = built(write_case, craft, (DAMPING, DAMPING + '\nstrain = "condensed"'))
     assert len(condensed.slaves) and condensed.note == ""
 
@@ -55,10 +58,10 @@ def test_foreshortening_of_a_mesh_is_that_of_the_beam_itself(write_case, craft):
     I = np.pi / 4 * (0.03**4 - 0.028**4)
     beam = UniformBeam(3.0, 70e9 * area, 70e9 * I, 70e9 * I, 1e4, 2700 * area)
     own = foreshortening_of(beam_body(beam, BeamFunctions(y=6, family="polynomial"), strain="condensed"))
-    assert body.ignored.mass == pytest.approx(own.mass, abs=5e-3 * np.abs(own.mass).max())  # the mesh's beam shears too
+    assert body.foreshortening.mass == pytest.approx(own.mass, abs=5e-3 * np.abs(own.mass).max())  # it shears too
     # flap stiffening of a cantilever, mu^2 = 12.36 + 1.193 gamma^2 (one term of Rayleigh's quotient)
     scale = np.sqrt(70e9 * I / (2700 * area * 3.0**4))
-    assert body.ignored.at["tip"] == pytest.approx(own.at["tip"], abs=5e-3 * np.abs(own.at["tip"]).max())
+    assert body.foreshortening.at["tip"] == pytest.approx(own.at["tip"], abs=5e-3 * np.abs(own.at["tip"]).max())
     assert -own.mass[1, 0] * 12.362 * scale**2 == pytest.approx(1.193, abs=2e-3)
 
 
@@ -91,9 +94,9 @@ def test_a_body_from_a_file_is_warned_of_like_the_one_it_was_made_from(write_cas
     body = built(write_case, craft, FAST, (DAMPING, DAMPING + '\nstrain = "linear"'))
     femflex.save_body(tmp_path / "boom.h5", body)
     again = femflex.load_body(tmp_path / "boom.h5")
-    assert again.ignored is not None and np.array_equal(again.ignored.mass, body.ignored.mass)
-    assert {name: at.tolist() for name, at in again.ignored.at.items()} == {
-        name: at.tolist() for name, at in body.ignored.at.items()
+    assert again.foreshortening is not None and np.array_equal(again.foreshortening.mass, body.foreshortening.mass)
+    assert {name: at.tolist() for name, at in again.foreshortening.at.items()} == {
+        name: at.tolist() for name, at in body.foreshortening.at.items()
     }
     first, last = craft.index('kind = "flexible"'), craft.index("markers.tip")
     text = craft.replace('"10 s"', '"0.2 s"')
@@ -107,7 +110,7 @@ def test_unit_displacements_are_warned_of_too(write_case, craft):
     nodal = ('{ method = "cantilever", clamp = "ROOT", modes = 4 }', '{ method = "nodal", clamp = "ROOT" }')
     modes = built(write_case, craft, (DAMPING, DAMPING + '\nstrain = "linear"'))
     body = built(write_case, craft, nodal, (DAMPING, ""))
-    assert body.strain.is_linear and body.ignored.mass == pytest.approx(modes.ignored.mass, abs=1e-6)
+    assert body.strain.is_linear and body.foreshortening.mass == pytest.approx(modes.foreshortening.mass, abs=1e-6)
 
 
 PUSH = "torque = [[0, 0, 1], [0, 0, 1]]\ntimes = [0, 2]"

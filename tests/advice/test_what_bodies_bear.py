@@ -11,13 +11,14 @@ import warnings
 
 import numpy as np
 import pytest
+from noted import noted_system
 
+from femflex.advice.bodies import KnownBodies
+from femflex.advice.buckling.nearness import nearest
 from femflex.advice.motion_estimate import ahead
-from femflex.advice.near_buckling import nearest
-from femflex.assembly.bodies import build_bodies
+from femflex.assembly.bodies import built_bodies
 from femflex.assembly.system import system_of
 from femflex.case import read_case
-from femflex.pipeline.decisions import build_system
 from femflex.warning import PhysicsWarning
 
 L, EI, LINE = 3.0, 1.0e4, 1.0
@@ -69,8 +70,10 @@ def near(write_case):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PhysicsWarning)
             case = read_case(write_case(RUN + text))
-            system = system_of(case, build_bodies(case))
-            return nearest(ahead(system, 1.0)[0], system).get("boom")
+            built = built_bodies(case)
+            system = system_of(case, {name: one.part for name, one in built.items()})
+            known = KnownBodies({name: one.origin for name, one in built.items() if one.origin is not None})
+            return nearest(ahead(system, 1.0)[0], system, known).get("boom")
 
     return found
 
@@ -169,7 +172,7 @@ def test_a_linear_body_is_warned_of_its_weight_in_a_run_and_one_left_to_choice_i
         text = RUN + gravity(-part * WEIGHT / L / LINE) + BOOM.replace(SAID, strain) + HELD
         with warnings.catch_warnings(record=True) as found:
             warnings.simplefilter("always")
-            body = build_system(read_case(write_case(text))).bodies["boom"]
+            body = noted_system(read_case(write_case(text))).bodies["boom"]
         return body, [str(w.message) for w in found if w.category is PhysicsWarning]
 
     (said,) = built(0.5, SAID)[1]

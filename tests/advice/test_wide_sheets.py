@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from noted import noted_system
 from scipy.integrate import solve_bvp
 
 import femflex
 from femflex.case.read import parse_case
-from femflex.pipeline.decisions import build_system
 
 MESHES = Path(__file__).parents[2] / "meshes"
 SHEET = """
@@ -41,7 +41,7 @@ EDGES = 0.025  # most by which strips along the edges, which curve crosswise fre
 def sheet(thickness, more="", gravity=4.0, modes=4, strain='strain = "condensed"'):
     mesh = (MESHES / "plate.msh").as_posix()
     text = SHEET.format(mesh=mesh, thickness=thickness, more=more, gravity=gravity, modes=modes, strain=strain)
-    return build_system(parse_case(text, MESHES / "sheet.toml"))
+    return noted_system(parse_case(text, MESHES / "sheet.toml"))
 
 
 def sag(system):
@@ -101,9 +101,9 @@ def test_free_sheets_are_told_what_their_set_lacks():
     text = text.replace("markers.corner = {", "markers.root = {}\nmarkers.corner = {").replace(
         'kind = "weld"', 'kind = "free"'
     )
-    note = build_system(parse_case(text, MESHES / "sheet.toml")).bodies["plate"].note
+    note = noted_system(parse_case(text, MESHES / "sheet.toml")).bodies["plate"].note
     assert "cannot curve crosswise as its shapes do" in note and "third_derivatives = 2 gives it" in note
-    more = build_system(
+    more = noted_system(
         parse_case(text.replace("modes = 4", "modes = 4, third_derivatives = 2"), MESHES / "sheet.toml")
     )
     assert more.bodies["plate"].kinds.count("third derivative") == 2 and "curve" not in more.bodies["plate"].note

@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from femflex.advice.doubts import warn_of_doubtful_bodies
+from femflex.advice import warn_of
+from femflex.advice.bodies import KnownBodies
+from femflex.advice.doubts import doubts
 from femflex.case import read_case
 from femflex.case.problems import CaseError
 from femflex.dynamics.equilibria.equilibrium import equilibrium
@@ -138,10 +140,10 @@ def test_a_torque_across_a_line_of_nodes_acts(bar):
 
 def test_a_torque_on_a_body_whose_shapes_do_not_turn_its_marker_is_told_of(bar):
     body = build_body(read_case(bar()), "bar")
-    case = read_case(bar(torque="[1, 0, 0]"))
+    system = build_system(read_case(bar(torque="[1, 0, 0]")))
     tip = body.markers["tip"]
-    still = {"bar": replace(body, markers={"tip": replace(tip, psi=0.0 * tip.psi)})}
+    still = replace(body, markers={**body.markers, "tip": replace(tip, psi=0.0 * tip.psi)})
     with pytest.warns(
         PhysicsWarning, match=r"loads\[twist\]: none of the 5 shapes of body 'bar' turns its marker 'tip'"
     ):
-        warn_of_doubtful_bodies(case, still, 1e-9)
+        warn_of(doubts(replace(system, bodies={"bar": still}), KnownBodies({}), 1.0))

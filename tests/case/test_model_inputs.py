@@ -10,9 +10,10 @@ from small_craft import BOOM, CRAFT
 
 from femflex.body import rigid_body
 from femflex.case import read_case
-from femflex.case.model_inputs import content_digest, file_digests, model_values
+from femflex.case.model_inputs import model_values
 from femflex.case.named_files import check_no_input
 from femflex.mesh import read_mesh, write_mesh
+from femflex.pipeline.file_digests import content_digest, file_digests
 from femflex.reduction import save_body
 
 TABLE = "time [s],tz [N m]\n0,0\n1,2\n2,0\n"

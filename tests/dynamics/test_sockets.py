@@ -476,6 +476,7 @@ def test_in_orbit_places_and_velocities_count_from_the_centre_of_mass():
     seen = model.observe(np.zeros(1), model.x0[None])
     assert seen["effectors/air/torque"] == pytest.approx(seen["markers/boom.a/position"], abs=1e-12)
     assert seen["effectors/air/force"] == pytest.approx(seen["markers/boom.a/velocity"], abs=1e-12)
+    assert seen["orbit/force"] == pytest.approx(-seen["effectors/air/force"], abs=1e-12)
 
 
 def places(seen, out):

@@ -98,7 +98,7 @@ def test_check_and_equilibrium_take_one_assembly_and_one_factorisation(work, ver
     path.write_text(path.read_text().replace('frame = "inertial"', "held = true"))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)
-        system = examined(path)[0] if verb == "check" else balanced(read_case(path)).model.system
+        system = examined(path)[0].system if verb == "check" else balanced(read_case(path)).model.system
     assert system.bodies["body"].n_modes >= 6
     assert counts["structures"] == 1
     assert counts["factorisations"] == 1

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from noted import noted_system
 from rotating_beams import Rotating
 
 from femflex.case import read_case
 from femflex.mesh import line, write_mesh
-from femflex.studies.campbell.of_case import system_of
 from femflex.studies.campbell.sweep import spins
 
 SPEEDS = np.array([0.0, 4.0, 12.0])
@@ -65,7 +65,7 @@ def blade(folder, hub=0.0, lag=1.9, setting=0.0, modes=4, more=""):
     write_mesh(folder / "blade.msh", line([[0, 0, 0], [1, 0, 0]], 6))
     up = [0, float(np.cos(setting)), float(np.sin(setting))]
     (folder / "blade.toml").write_text(BLADE.format(hub=hub, lag=lag, up=up, modes=modes, more=more))
-    return system_of(read_case(folder / "blade.toml"))
+    return noted_system(read_case(folder / "blade.toml"))
 
 
 def frequencies(system, count):
@@ -131,7 +131,7 @@ def test_an_analytic_blade_of_three_functions_has_them_too_on_a_hub_of_its_lengt
     found = {}
     for more in ("", ", spin = false"):
         (tmp_path / "blade.toml").write_text(ANALYTIC.format(more=more))
-        system = system_of(read_case(tmp_path / "blade.toml"))
+        system = noted_system(read_case(tmp_path / "blade.toml"))
         found[more] = frequencies(system, 4)[-1]
         kept = "4 static shapes of what acts on it (its spin)" in system.bodies["blade"].note
         assert kept == (not more)

@@ -35,7 +35,7 @@ class Entry:
 
     def __init__(self, function: Callable[..., Any], signature: Any) -> None:
         self.function, self.signature = function, signature
-        self._kept: Any = None  # what Numba frees with its address
+        self._kept: Any = None  # the compiled function, alive as long as its address is used
 
     @cached_property
     def address(self) -> int:
@@ -45,7 +45,7 @@ class Entry:
         if plain():
             self._kept = _numba.cfunc(self.signature, error_model="numpy")(self.function)
             return int(self._kept.address)
-        compiled = stored(self.signature, error_model="numpy", no_cpython_wrapper=True)(self.function)
+        self._kept = compiled = stored(self.signature, error_model="numpy", no_cpython_wrapper=True)(self.function)
         result = compiled.overloads[self.signature.args]
         return int(result.library.get_pointer_to_function(result.fndesc.llvm_cfunc_wrapper_name))
 

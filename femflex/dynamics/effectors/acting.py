@@ -1,10 +1,11 @@
 """Functions of effectors as compiled code calls them: `act(seen, out)` behind a fixed signature of pointers.
 
-ACT  act(t, sizes, seen, z, parameters, out)
-     sizes (N_SIZES,), then numbers one after another in the order of the fields of Seen and of Given; for a Jacobian,
-     out is J (n_z, n_z)
+ACT  act(t, seen, z, parameters, out)
+     seen and out hold numbers one after another in the order of the fields of Seen and of Given; for a Jacobian, out
+     is J (n_z, n_z)
 
-A function is compiled once in a process; what is compiled stays alive with it.
+A function is compiled once in a process for the sizes of its arrays, which are constants then: what it does not use is
+gone, and a call costs some nanoseconds. What is compiled stays alive with the function.
 """
 
 from __future__ import annotations
@@ -17,16 +18,18 @@ import numba.core.errors
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.arithmetic.entries import INTEGERS, NOTHING, NUMBERS, REAL, known
+from femflex.dynamics.arithmetic.entries import NOTHING, NUMBERS, REAL, known
+from femflex.dynamics.arithmetic.lanes import beyond
 
 Array = NDArray[np.float64]
 
-ACT = NOTHING(REAL, INTEGERS, NUMBERS, NUMBERS, NUMBERS, NUMBERS)
-N_SIZES = 6  # markers, freedoms, inputs, states, parameters, channels
+ACT = NOTHING(REAL, NUMBERS, NUMBERS, NUMBERS, NUMBERS)
+Sizes = tuple[int, int, int, int, int, int]  # markers, freedoms, inputs, states, parameters, channels
 N_ACCOUNTS = 4
 
 _numba: Any = numba  # its annotations do not cover what is used here
-_KNOWN: dict[tuple[Any, bool], tuple[int, Any]] = {}  # function and kind -> its address, and what keeps it alive
+# function, sizes and kind -> its address, and what keeps it alive
+_KNOWN: dict[tuple[Any, Sizes, bool], tuple[int, Any]] = {}
 
 
 class Seen(NamedTuple):
@@ -68,73 +71,20 @@ def given_size(n_markers: int, n_freedoms: int, n_z: int, n_channels: int) -> in
     return 6 * n_markers + n_freedoms + n_z + n_channels + N_ACCOUNTS
 
 
-if _numba.config.DISABLE_JIT:
-
-    def array_of(numbers: Array, n: int) -> Array:
-        """The first n numbers behind a pointer."""
-        return numbers[:n]
-
-else:
-
-    @_numba.njit
-    def array_of(numbers: Array, n: int) -> Array:
-        """The first n numbers behind a pointer."""
-        return _numba.carray(numbers, (n,))
+def plain_array(numbers: Array, shape: tuple[int, ...]) -> Array:
+    """The first numbers as an array of that shape, as `numba.carray` gives them."""
+    return numbers[: int(np.prod(shape))].reshape(shape)
 
 
-@_numba.njit
-def seen_of(t: float, sizes: Any, seen: Any, z: Any, parameters: Any) -> Seen:
-    """What is seen, as arrays."""
-    m, f, n = sizes[0], sizes[1], sizes[2]
-    a = array_of(seen, 18 * m + 2 * f + n)
-    return Seen(
-        t,
-        a[: 3 * m].reshape((m, 3)),
-        a[3 * m : 12 * m].reshape((m, 3, 3)),
-        a[12 * m : 15 * m].reshape((m, 3)),
-        a[15 * m : 18 * m].reshape((m, 3)),
-        a[18 * m : 18 * m + f],
-        a[18 * m + f : 18 * m + 2 * f],
-        a[18 * m + 2 * f : 18 * m + 2 * f + n],
-        array_of(z, sizes[3]),
-        array_of(parameters, sizes[4]),
-    )
-
-
-@_numba.njit
-def given_of(sizes: Any, out: Any) -> Given:
-    """What is written, as arrays."""
-    m, f, n, c = sizes[0], sizes[1], sizes[3], sizes[5]
-    b = array_of(out, 6 * m + f + n + c + 4)
-    e = 6 * m + f + n + c
-    return Given(
-        b[: 3 * m].reshape((m, 3)),
-        b[3 * m : 6 * m].reshape((m, 3)),
-        b[6 * m : 6 * m + f],
-        b[6 * m + f : 6 * m + f + n],
-        b[6 * m + f + n : e],
-        b[e : e + 1],
-        b[e + 1 : e + 2],
-        b[e + 2 : e + 3],
-        b[e + 3 : e + 4],
-    )
-
-
-@_numba.njit
-def matrix_of(sizes: Any, out: Any) -> Array:
-    """The matrix that a Jacobian writes."""
-    return array_of(out, sizes[3] * sizes[3]).reshape((sizes[3], sizes[3]))
-
-
-def act_address(name: str, function: Callable[..., Any], jacobian: bool = False) -> int:
+def act_address(name: str, function: Callable[..., Any], sizes: Sizes, jacobian: bool = False) -> int:
     """Where compiled code calls the function of effector `name`, or its Jacobian.
 
     Raises ValueError where Numba cannot compile it.
     """
-    key = (function, jacobian)
+    key = (function, sizes, jacobian)
     if key not in _KNOWN:
         try:
-            _KNOWN[key] = _made(function, jacobian)
+            _KNOWN[key] = _made(function, sizes, jacobian)
         except numba.core.errors.NumbaError as error:
             what = "(seen, J) and writes into J" if jacobian else "(seen, out) and writes into the arrays of out"
             raise ValueError(
@@ -144,17 +94,73 @@ def act_address(name: str, function: Callable[..., Any], jacobian: bool = False)
     return _KNOWN[key][0]
 
 
-def _made(function: Callable[..., Any], jacobian: bool) -> tuple[int, Any]:
-    inner = function if hasattr(function, "py_func") else _numba.njit(function)
-    view = matrix_of if jacobian else given_of
-
-    def called(t: float, sizes: Any, seen: Any, z: Any, parameters: Any, out: Any) -> None:
-        inner(seen_of(t, sizes, seen, z, parameters), view(sizes, out))
-
-    if _numba.config.DISABLE_JIT:
+def _made(function: Callable[..., Any], sizes: Sizes, jacobian: bool) -> tuple[int, Any]:
+    off = bool(_numba.config.DISABLE_JIT)
+    inner = function if off or hasattr(function, "py_func") else _numba.njit(error_model="numpy")(function)
+    called = (_jacobian if jacobian else _act)(inner, sizes, plain_array if off else _numba.carray)
+    if off:
         return known(called), called
     made = _numba.cfunc(ACT)(called)
     return int(made.address), made
+
+
+def _act(inner: Any, sizes: Sizes, array: Any) -> Callable[..., None]:
+    """The function of signature ACT that hands arrays to an effector's own."""
+    m, f, n, n_z, n_p, c = sizes
+    effort, last = 6 * m, 6 * m + f + n_z + c
+
+    def called(t: float, seen: Any, z: Any, parameters: Any, out: Any) -> None:
+        inner(
+            Seen(
+                t,
+                array(seen, (m, 3)),
+                array(beyond(seen, 3 * m), (m, 3, 3)),
+                array(beyond(seen, 12 * m), (m, 3)),
+                array(beyond(seen, 15 * m), (m, 3)),
+                array(beyond(seen, 18 * m), (f,)),
+                array(beyond(seen, 18 * m + f), (f,)),
+                array(beyond(seen, 18 * m + 2 * f), (n,)),
+                array(z, (n_z,)),
+                array(parameters, (n_p,)),
+            ),
+            Given(
+                array(out, (m, 3)),
+                array(beyond(out, 3 * m), (m, 3)),
+                array(beyond(out, effort), (f,)),
+                array(beyond(out, effort + f), (n_z,)),
+                array(beyond(out, effort + f + n_z), (c,)),
+                array(beyond(out, last), (1,)),
+                array(beyond(out, last + 1), (1,)),
+                array(beyond(out, last + 2), (1,)),
+                array(beyond(out, last + 3), (1,)),
+            ),
+        )
+
+    return called
+
+
+def _jacobian(inner: Any, sizes: Sizes, array: Any) -> Callable[..., None]:
+    """The function of signature ACT that hands arrays to an effector's own Jacobian."""
+    m, f, n, n_z, n_p, _ = sizes
+
+    def called(t: float, seen: Any, z: Any, parameters: Any, out: Any) -> None:
+        inner(
+            Seen(
+                t,
+                array(seen, (m, 3)),
+                array(beyond(seen, 3 * m), (m, 3, 3)),
+                array(beyond(seen, 12 * m), (m, 3)),
+                array(beyond(seen, 15 * m), (m, 3)),
+                array(beyond(seen, 18 * m), (f,)),
+                array(beyond(seen, 18 * m + f), (f,)),
+                array(beyond(seen, 18 * m + 2 * f), (n,)),
+                array(z, (n_z,)),
+                array(parameters, (n_p,)),
+            ),
+            array(out, (n_z, n_z)),
+        )
+
+    return called
 
 
 def first_line(error: Exception) -> str:

@@ -62,7 +62,7 @@ EFFECTOR = np.dtype(
     [
         (name, "i8")
         for name in (
-            "n_markers", "n_freedoms", "n_inputs", "n_z", "n_parameters", "n_channels",  # as ACT takes them
+            "n_markers", "n_freedoms", "n_inputs", "n_z", "n_channels",
             "act", "jacobian",  # addresses; 0: none
             "markers", "freedoms", "inputs",  # table: PORT and HANDLE records, places of inputs in z
             "z",  # place of its first state in z
@@ -136,20 +136,19 @@ def out_size(e: Record) -> int:
 
 
 @inner
-def evaluate(t: float, e: Record, place: int, z: Array, out: int, table: Table, pool: Array, work: Array) -> None:
+def evaluate(t: float, e: Record, z: Array, out: int, pool: Array, work: Array) -> None:
     """Call an effector's function on what it sees and its states z (n_z,); its numbers go to place `out` of work."""
     for k in range(out_size(e)):
         work[out + k] = 0.0
-    given = beyond(pool, e["parameters"])
-    call_act(e["act"], t, beyond(table, place), beyond(work, e["seen"]), z, given, beyond(work, out))
+    call_act(e["act"], t, beyond(work, e["seen"]), z, beyond(pool, e["parameters"]), beyond(work, out))
 
 
 @inner
-def act_at(t: float, q: Array, u: Array, e: Record, place: int, table: Table, pool: Array, work: Array) -> None:
+def act_at(t: float, q: Array, u: Array, e: Record, table: Table, pool: Array, work: Array) -> None:
     """See, call, and keep the rates of states."""
     head = header_of(table)
     see(e, q, u, table, pool, work)
-    evaluate(t, e, place, beyond(work, head["z"] + e["z"]), e["out"], table, pool, work)
+    evaluate(t, e, beyond(work, head["z"] + e["z"]), e["out"], pool, work)
     rates = e["out"] + 6 * e["n_markers"] + e["n_freedoms"]
     for k in range(e["n_z"]):
         work[head["zdot"] + e["z"] + k] = work[rates + k]
@@ -159,9 +158,8 @@ def act_at(t: float, q: Array, u: Array, e: Record, place: int, table: Table, po
 def apply(t: float, q: Array, u: Array, at: int, first: int, last: int, table: Table, pool: Array, work: Array) -> None:
     """Put the forces of effectors on bodies and joints, and write the rates of their states."""
     for i in range(first, last):
-        place = at + N_EFFECTOR * i
-        e = effector_at(table, place)
-        act_at(t, q, u, e, place, table, pool, work)
+        e = effector_at(table, at + N_EFFECTOR * i)
+        act_at(t, q, u, e, table, pool, work)
         m, out = e["n_markers"], e["out"]
         for k in range(m):
             p = port_at(table, e["markers"] + N_PORT * k)
@@ -177,7 +175,7 @@ def apply(t: float, q: Array, u: Array, at: int, first: int, last: int, table: T
 
 
 @inner
-def write_jacobian(t: float, e: Record, place: int, table: Table, pool: Array, work: Array) -> None:
+def write_jacobian(t: float, e: Record, table: Table, pool: Array, work: Array) -> None:
     """J (n_z, n_z + 1) of an effector's own states, the last column free: by its own function, or by differences."""
     n, size = e["n_z"], out_size(e)
     z, base, rates = header_of(table)["z"] + e["z"], e["out"], 6 * e["n_markers"] + e["n_freedoms"]
@@ -186,7 +184,7 @@ def write_jacobian(t: float, e: Record, place: int, table: Table, pool: Array, w
         for k in range(n * n):
             own[k] = 0.0
         given = beyond(pool, e["parameters"])
-        call_act(e["jacobian"], t, beyond(table, place), beyond(work, e["seen"]), beyond(work, z), given, own)
+        call_act(e["jacobian"], t, beyond(work, e["seen"]), beyond(work, z), given, own)
         for i in range(n):
             for j in range(n):
                 work[e["matrix"] + (n + 1) * i + j] = own[n * i + j]
@@ -196,7 +194,7 @@ def write_jacobian(t: float, e: Record, place: int, table: Table, pool: Array, w
             work[e["trial"] + k] = work[z + k]
         step = STEP * max(abs(work[z + j]), pool[e["sizes"] + j])
         work[e["trial"] + j] += step
-        evaluate(t, e, place, beyond(work, e["trial"]), base + size, table, pool, work)
+        evaluate(t, e, beyond(work, e["trial"]), base + size, pool, work)
         for i in range(n):
             change = work[base + size + rates + i] - work[base + rates + i]
             work[e["matrix"] + (n + 1) * i + j] = change / step
@@ -228,11 +226,10 @@ def relax(
 ) -> None:
     """Newton's correction of the states of each effector by its own Jacobian, the motion of bodies given."""
     for i in range(n):
-        place = at + N_EFFECTOR * i
-        e = effector_at(table, place)
+        e = effector_at(table, at + N_EFFECTOR * i)
         size = e["n_z"]
         if size > 0:
-            write_jacobian(t, e, place, table, pool, work)
+            write_jacobian(t, e, table, pool, work)
             a = beyond(work, e["matrix"])
             for j in range(size):
                 for k in range(size):
@@ -250,9 +247,8 @@ def report(
     """Forces, torques, efforts, channels, power and accounts of every effector."""
     here = 0
     for i in range(n):
-        place = at + N_EFFECTOR * i
-        e = effector_at(table, place)
-        act_at(t, q, u, e, place, table, pool, work)
+        e = effector_at(table, at + N_EFFECTOR * i)
+        act_at(t, q, u, e, table, pool, work)
         m, f, out = e["n_markers"], e["n_freedoms"], e["out"]
         speeds = e["seen"] + 18 * m + f
         power = 0.0
@@ -376,10 +372,11 @@ def lower_own(record: Record, effector: Effector, names: list[str], pool: Pool, 
     """Counts, addresses and places of one effector's own numbers."""
     m, f, n = len(effector.markers), len(effector.freedoms), len(effector.states)
     record["n_markers"], record["n_freedoms"], record["n_inputs"] = m, f, len(effector.inputs)
-    record["n_z"], record["n_parameters"], record["n_channels"] = n, len(effector.parameters), len(effector.channels)
-    record["act"] = act_address(effector.name, effector.act)
+    record["n_z"], record["n_channels"] = n, len(effector.channels)
+    sizes = (m, f, len(effector.inputs), n, len(effector.parameters), len(effector.channels))
+    record["act"] = act_address(effector.name, effector.act, sizes)
     if effector.jacobian is not None:
-        record["jacobian"] = act_address(effector.name, effector.jacobian, jacobian=True)
+        record["jacobian"] = act_address(effector.name, effector.jacobian, sizes, jacobian=True)
     record["z"] = names.index(effector.state_names()[0][0]) if n else 0
     record["parameters"], record["sizes"] = pool.put(effector.parameters), pool.put(effector.sizes)
     record["seen"] = scratch.take(seen_size(m, f, len(effector.inputs)))

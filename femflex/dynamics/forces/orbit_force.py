@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from femflex.system import Channel, Load, System
+from femflex.system import Channel, Effector, Load, System
 
 Array = NDArray[np.float64]
 
@@ -22,19 +22,30 @@ def pushing(system: System) -> list[Load]:
     return [load for load in system.loads if np.any(load.force)]
 
 
+def pushing_effectors(system: System) -> list[Effector]:
+    """Effectors whose forces at markers would move O off a specified orbit."""
+    if system.orbit is None or system.orbit.free:
+        return []
+    return [effector for effector in system.effectors if isinstance(effector, Effector) and effector.markers]
+
+
 def orbit_channels(system: System) -> dict[str, Channel]:
     """Path, unit and meaning of the force, where there is any."""
-    meaning = "force that keeps O on the specified orbit against the loads"
-    return {PATH: Channel("N", meaning, (3,), ("x", "y", "z"), "inertial")} if pushing(system) else {}
+    meaning = "force that keeps O on the specified orbit against loads and effectors"
+    return (
+        {PATH: Channel("N", meaning, (3,), ("x", "y", "z"), "inertial")}
+        if pushing(system) or pushing_effectors(system)
+        else {}
+    )
 
 
 def observe_orbit_force(system: System, out: Mapping[str, Array]) -> dict[str, Array]:
-    """Minus the resultant of the loads, inertial components (n_t, 3) [N], from what else is observed.
+    """Minus the resultant of loads and effectors, inertial components (n_t, 3) [N], from what else is observed.
 
     The first moment of mass about O is zero, so the gravity gradient has no resultant (THEORY section 5).
     """
-    loads = pushing(system)
-    if not loads:
+    loads, effectors = pushing(system), pushing_effectors(system)
+    if not (loads or effectors):
         return {}
     forces = [
         Rotation.from_quat(out[f"bodies/{load.body}/attitude"], scalar_first=True).apply(
@@ -42,4 +53,7 @@ def observe_orbit_force(system: System, out: Mapping[str, Array]) -> dict[str, A
         )
         for load in loads
     ]
+    for effector in effectors:  # inertial components already, three for each marker
+        own = out[f"effectors/{effector.name}/force"]
+        forces.append(own.reshape(len(own), -1, 3).sum(axis=1))
     return {PATH: -np.sum(forces, axis=0)}

@@ -9,39 +9,17 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.joints.held_places import held_places
+from femflex.dynamics.terms.equation_terms import EQUATION_TERMS
 from femflex.system import System
-from femflex.system.variation import MARKER
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
 Array = NDArray[np.float64]
 
-GRAVITY = "gravity"
 # the ledger's rows in its order, with what they say; then come "drives/<held freedom>" and the items of force terms
-TERMS = {
-    "inertia": "M udot",
-    "coriolis_centrifugal": "part of h quadratic in u",
-    "gyroscopic": "G u, linear in u, from a turning base frame, specified joints or moving material",
-    "specified_motion": "Gamma_t - T0,q: the motion of base frame, specified joints and material by itself",
-    "elastic": "K1 delta",
-    "elastic_K2": "K2 delta, quadratic in delta",
-    "elastic_K3": "K3 delta, cubic in delta",
-    "prestress": "f0, the force of an initial stress",
-    "damping": "D ddelta of the bodies",
-    "joint_springs": "springs of joints",
-    "joint_dampers": "dampers of joints",
-    "gravity_gradient": "gravity relative to O",
-    GRAVITY: "weight of the bodies in uniform gravity",
-    "moving_mass": "M_t u: the mass matrix changes with specified joints and moving material",
-}
-SWITCHED = (  # in the compiled equations
-    "coriolis_centrifugal",
-    "gyroscopic",
-    "specified_motion",
-    "gravity_gradient",
-    "moving_mass",
-)
+TERMS = {term.name: term.meaning for term in EQUATION_TERMS}
+SWITCHED = tuple(term.name for term in EQUATION_TERMS if term.switched)  # left out of the compiled equations
 DRIVES, INERTIA_OF = "drives/", "inertia/"
 FORCE_UNITS = {"m/s": "N", "rad/s": "N m", "kg^1/2 m/s": "kg^1/2 m/s^2"}
 
@@ -138,27 +116,7 @@ def all_rows(system: System) -> list[str]:
 
 def term_names(system: System) -> list[str]:
     """Names of the terms that the system has, in the ledger's order."""
-    bodies = system.bodies.values()
-    led = any(profile.moves for joint in system.joints for profile in joint.held.values())
-    varying = {part for variation in system.varying.values() for part in variation.acting}
-    led = led or any(part == "flow" or part.startswith(MARKER) for part in varying)
-    turning = system.frame.kind != "inertial" or led
-    there = {
-        "inertia": True,
-        "coriolis_centrifugal": True,
-        "gyroscopic": turning,
-        "specified_motion": turning,
-        "elastic": "stiffness" in varying or any(body.strain.V1.any() for body in bodies),
-        "elastic_K2": "strain" in varying or any(body.strain.V2.any() for body in bodies),
-        "elastic_K3": "strain" in varying or any(body.strain.V3.any() for body in bodies),
-        "prestress": "stiffness" in varying or any(body.strain.f0.any() for body in bodies),
-        "damping": "damping" in varying or any(body.damping.any() for body in bodies),
-        "joint_springs": any(joint.stiffness.any() for joint in system.joints),
-        "joint_dampers": any(joint.damping.any() for joint in system.joints),
-        "gravity_gradient": system.orbit is not None,
-        GRAVITY: system.environment.has_weight,
-        "moving_mass": led,
-    }
+    there = {term.name: term.present(system) for term in EQUATION_TERMS}
     return [name for name in all_rows(system) if there.get(name, True)]
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 from dataclasses import replace
 from difflib import get_close_matches
 from typing import TYPE_CHECKING
@@ -14,13 +13,13 @@ from femflex.body import FlexibleBody, StrainTensors
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.terms.by_source import (
     DRIVES,
-    GRAVITY,
     SWITCHED,
     TERMS,
     all_rows,
     term_names,
 )
-from femflex.system import Environment, Joint, System
+from femflex.dynamics.terms.equation_terms import BY_NAME, of_bodies
+from femflex.system import System
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -33,11 +32,6 @@ LOOPS, CONSTRAINTS, VARYING = "loops/", "constraints/", "varying/"
 SHORT = {"K1": "elastic", "K2": "elastic_K2", "K3": "elastic_K3"}
 
 
-def without_strain(body: FlexibleBody, name: str) -> FlexibleBody:
-    """The body with zeros in one array of its strain tensors."""
-    return replace(body, strain=replace(body.strain, **{name: 0.0 * getattr(body.strain, name)}))
-
-
 def with_linear_strain(body: FlexibleBody) -> FlexibleBody:
     """The body to first order: no cubic and quartic strain, and nothing that follows its bending."""
     linear, body = StrainTensors(body.strain.V1, body.strain.f0), body.without_slaves()
@@ -48,28 +42,6 @@ def with_linear_strain(body: FlexibleBody) -> FlexibleBody:
 def bends_nonlinearly(body: FlexibleBody) -> bool:
     """Whether a body's strain is of more than first order, or shapes follow its bending."""
     return not body.strain.is_linear or len(body.slaves) > 0
-
-
-BODY_CHANGES: dict[str, Callable[[FlexibleBody], FlexibleBody]] = {
-    "elastic": lambda body: without_strain(body, "V1"),
-    "elastic_K2": lambda body: without_strain(body, "V2"),
-    "elastic_K3": lambda body: without_strain(body, "V3"),
-    "prestress": lambda body: without_strain(body, "f0"),
-    "damping": lambda body: replace(body, damping=0.0 * body.damping),
-    NONLINEAR: lambda body: with_linear_strain(body),
-}
-FROZEN: dict[str, tuple[str, ...]] = {  # the parts of a varying body that go with them
-    "elastic": ("V1",),
-    "elastic_K2": ("strain",),
-    "elastic_K3": ("strain",),
-    "prestress": ("f0",),
-    "damping": ("damping",),
-    NONLINEAR: ("strain",),
-}
-JOINT_CHANGES: dict[str, Callable[[Joint], Joint]] = {
-    "joint_springs": lambda joint: replace(joint, stiffness=0.0 * joint.stiffness),
-    "joint_dampers": lambda joint: replace(joint, damping=0.0 * joint.damping),
-}
 
 
 def without(model: Model, *names: str) -> Model:
@@ -147,22 +119,11 @@ def nearest(name: str, known: list[str]) -> str:
 
 def changed(system: System, name: str) -> System:
     """The system without the thing; itself where the compiled equations leave it out."""
-    if name in BODY_CHANGES:
-        mixed = [key for key, v in system.varying.items() if "strain" in v.acting]
-        if mixed and name in ("elastic_K2", "elastic_K3"):
-            raise ValueError(
-                f"{name!r} cannot be switched off: the strain of body {mixed[0]!r} varies with time as a whole; switch "
-                f"off {NONLINEAR!r}, or let its function write the part that is to stay"
-            )
-        return replace(
-            system,
-            bodies={key: BODY_CHANGES[name](body) for key, body in system.bodies.items()},
-            varying={key: v.without(*FROZEN[name]) for key, v in system.varying.items()},
-        )
-    if name in JOINT_CHANGES:
-        return replace(system, joints=tuple(JOINT_CHANGES[name](joint) for joint in system.joints))
-    if name == GRAVITY:
-        return replace(system, environment=Environment())
+    if name in BY_NAME:
+        change = BY_NAME[name].without
+        return system if change is None else change(system)
+    if name == NONLINEAR:
+        return of_bodies(with_linear_strain, "strain")(system)
     if name.startswith(VARYING):
         return replace(system, varying={key: v for key, v in system.varying.items() if VARYING + key != name})
     for term in force_terms():
@@ -205,7 +166,7 @@ def without_reactions(system: System, omitted: tuple[str, ...]) -> System:
 
 def rigid(body: FlexibleBody) -> FlexibleBody:
     """The body without its shapes, and so without any stiffness that its strain could leave out."""
-    return replace(body.without_slaves().truncated(0), damping=np.zeros((0, 0)), ignored=None)
+    return replace(body.without_slaves().truncated(0), damping=np.zeros((0, 0)), foreshortening=None)
 
 
 def reduced(model: Model, omitted: tuple[str, ...]) -> Model:

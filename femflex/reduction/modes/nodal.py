@@ -62,6 +62,11 @@ def lumped(structure: Structure) -> Structure:
     return replace(structure, M=sparse.diags_array(diagonal).tocsr(), inertia=(table,))
 
 
+def is_lumped(structure: Structure) -> bool:
+    """Whether the mass of a structure is `lumped`: its mass matrix is diagonal, which that of members never is."""
+    return int(structure.M.nnz) <= structure.n_dof
+
+
 def _translation_dofs(structure: Structure) -> tuple[Index, Index]:
     """Independent dofs that move a node, in any axes, and the node of each."""
     rows = structure.translation.tocoo()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from femflex.studies.campbell.crossings import Crossing
 from femflex.studies.campbell.diagram import Branch, Campbell, assembled_diagram, campbell
-from femflex.studies.campbell.of_case import axis_of, case_campbell, case_spins, diagram_of, system_of
+from femflex.studies.campbell.of_case import axis_of, case_campbell, case_spins, decided_of, diagram_of
 from femflex.studies.campbell.sweep import Spin, spins
 
 __all__ = [
@@ -17,7 +17,7 @@ __all__ = [
     "campbell",
     "case_campbell",
     "case_spins",
+    "decided_of",
     "diagram_of",
     "spins",
-    "system_of",
 ]

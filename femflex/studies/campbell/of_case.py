@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,9 @@ from femflex.dynamics import compile_system
 from femflex.studies.campbell.diagram import Campbell, assembled_diagram
 from femflex.studies.campbell.matching import Match
 from femflex.studies.campbell.sweep import Spin, frame_of, spins
-from femflex.system import System
+
+if TYPE_CHECKING:
+    from femflex.pipeline.decisions import Decided
 
 Array = NDArray[np.float64]
 
@@ -37,36 +40,37 @@ def diagram_of(case: Case, found: list[tuple[Spin, Match | None]], complete: boo
     return assembled_diagram(found, table.modes, table.orders, case.title, complete)
 
 
-def system_of(case: Case) -> System:
-    """The system that is spun: that of the case, its equilibrium to be found anew at every speed."""
-    from femflex.pipeline.decisions import build_system
+def decided_of(case: Case) -> Decided:
+    """The case with all choices made whose system is spun, its equilibrium to be found anew at every speed.
 
-    if case.initial is not None and case.initial.source == "equilibrium":
-        case = case.model_copy(update={"initial": None})
-    return build_system(case)
+    Its doubts are given as warnings. Raises CaseError with what does not fit together.
+    """
+    from femflex.pipeline.balanced import decided_at_rest
+
+    return decided_at_rest(case)
 
 
 def case_spins(
-    case: Case, at: float | None = None, progress: Callable[[float], None] | None = None, system: System | None = None
+    case: Case, at: float | None = None, progress: Callable[[float], None] | None = None, decided: Decided | None = None
 ) -> Iterator[tuple[Spin, Match | None]]:
-    """The steady spins of a case in turn; its bodies are built before the first, if its `system_of` is not given.
+    """The steady spins of a case in turn; its choices are made before the first, if they are not given (`decided_of`).
 
     Warns (PhysicsWarning) of bodies whose stiffening by the fastest of them is left out.
     """
     table, axis = table_of(case), axis_of(case)
-    system = system_of(case) if system is None else system
+    decided = decided_of(case) if decided is None else decided
     x = None
-    for found in spins(system, axis, table.speeds, table.modes, at, progress):
+    for found in spins(decided.system, axis, table.speeds, table.modes, at, progress):
         x = found[0].x
         yield found
     if x is not None:
-        warn_of_ignored_stiffening(system, axis * table.speeds[-1], x)
+        warn_of_ignored_stiffening(decided, axis * table.speeds[-1], x)
 
 
-def warn_of_ignored_stiffening(system: System, spin: Array, x: Array) -> None:
+def warn_of_ignored_stiffening(decided: Decided, spin: Array, x: Array) -> None:
     """Warn of bodies with linear strain that a steady spin (3,) [rad/s] would stiffen."""
-    model = compile_system(replace(system, frame=frame_of(spin, float(np.linalg.norm(spin)))))
-    guard = Stiffening(model)
+    model = compile_system(replace(decided.system, frame=frame_of(spin, float(np.linalg.norm(spin)))))
+    guard = Stiffening(model, decided.known)
     guard.watch(model.observe(np.zeros(1), x[None]))
     guard.warn()
 

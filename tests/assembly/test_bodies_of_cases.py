@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from femflex.advice.doubts import warn_of_doubtful_bodies
+from femflex.advice import warn_of
+from femflex.advice.doubts import output_doubts
 from femflex.assembly.rigid_skins import equivalent_box
 from femflex.case import Case, parse_case, read_case
 from femflex.dynamics import compile_system
-from femflex.pipeline.decisions import build_body, build_system
+from femflex.pipeline.decisions import build_body, build_system, decided
 from femflex.reduction import save_body
 from femflex.rotations import dcm_from_angles, dcm_from_quaternion
 from femflex.warning import PhysicsWarning
@@ -196,12 +197,17 @@ def test_a_body_drawn_far_aside_does_not_start_stretched(
             r'rates: 360 is read as 360 rad/s \(57.3 turns a second\).*"360 deg/s" \(6.283 rad/s\)',
         ),
         ("rates", '["360 rad/s", 0, 0]', r"attitude.rates: 360 is read as"),
+        ("angles", "[0, 0, 3.5]", r'attitude.angles: 3.5 is read as 3.5 rad .*"3.5 deg" \(0.06109 rad\)'),
         ("yaw", "30", r'attitude.yaw: 30 is read as 30 rad \(4.77 turns\).*"30 deg" \(0.5236 rad\)'),
     ],
 )
 def test_numbers_that_look_like_degrees_are_warned_of_with_both_readings(key: str, value: str, told: str):
     with pytest.warns(PhysicsWarning, match=told):
         parse_case(HUB + f"[attitude]\n{key} = {value}\n")
+
+
+def test_an_angle_that_says_radians_may_be_over_half_a_turn():
+    assert parse_case(HUB + "[attitude]\nyaw = '3.5 rad'\n").attitude.turns()[2] == 3.5
 
 
 def test_fast_rates_with_their_unit_are_not_warned_of():
@@ -483,22 +489,21 @@ def test_doubtful_bodies_are_warned_of_with_both_numbers(craft: str, write_case:
         match=r"its 2 modes carry at most 61% of its mass in any direction, less "
         r"than 75%",
     ):
-        warn_of_doubtful_bodies(one, bodies, 0.01)
+        warn_of(decided(one).advice)
     sound = read_case(write_case())
     with pytest.warns(
         PhysicsWarning,
         match=r"step of 0.1 s shows up to 5 Hz, and the first mode of body 'boom' "
         r"has 6.496 Hz",
     ):
-        warn_of_doubtful_bodies(sound, {"boom": build_body(sound, "boom")}, 0.1)
-    warn_of_doubtful_bodies(
-        sound, {"boom": build_body(sound, "boom")}, 0.01
-    )  # nothing to say: warnings are errors here
+        warn_of(output_doubts({"boom": build_body(sound, "boom")}, 0.1))
+    found = decided(sound)
+    warn_of((*found.advice, *output_doubts(found.system.bodies, 0.01)))  # nothing to say: warnings are errors here
     path = write_case(craft, "long.toml")
     (path.parent / "boom.inp").write_text((path.parent / "boom.inp").read_text().replace("3.0, 0.0", "3000.0, 0.0"))
     long = read_case(path)
     with pytest.warns(PhysicsWarning, match=r"the mesh spans 3000 m, over 1000 m; .* mesh_unit = 'mm'"):
-        warn_of_doubtful_bodies(long, {"boom": build_body(long, "boom")}, 1e-9)
+        build_body(long, "boom")
 
 
 def test_a_held_attitude_is_reported_as_it_is_held(tmp_path):

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.advice.enriched import Enriched, Place
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors
 from femflex.fem.structure import Structure
 from femflex.reduction.admissible import beam_body
@@ -30,9 +29,24 @@ from femflex.reduction.modes.statics import static_solver
 from femflex.reduction.modes.vibration import load_vectors, ritz
 
 Array = NDArray[np.float64]
+Place = tuple[str, str]  # group or end of the body, and a direction there ("" for all that belong together)
 
 FOLLOWERS = ("derivative",)  # kinds of shapes of second order in the others: none of a small motion about rest
 MORE = 8  # polynomials of each field beyond the functions that a beam has
+
+
+@dataclass(frozen=True, eq=False)
+class Enriched:
+    """A body with linear strain in a richer set; for small motions about rest alone.
+
+    body     with the markers of the body it was made from
+    kept     (n, k) the shapes that the body has, in coordinates of the richer set
+    choices  by place: static shapes (n, m) that could be added to these
+    """
+
+    body: FlexibleBody
+    kept: Array
+    choices: Mapping[Place, Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +63,7 @@ class MeshedEnrichment:
     places: Mapping[str, str]
 
     def __call__(self, body: FlexibleBody, markers: Collection[str]) -> Enriched:
-        """See Enrichment."""
+        """The body in the richer set; its joints are at the markers of these names."""
         structure = self.structure
         modes = self.modes.picked([k for k, kind in enumerate(self.modes.kinds) if kind not in FOLLOWERS])
         labels, F = self._loads(body, markers)
@@ -114,7 +128,7 @@ class BeamEnrichment:
     functions: BeamFunctions
 
     def __call__(self, body: FlexibleBody, markers: Collection[str]) -> Enriched:
-        """See Enrichment."""
+        """The body in the richer set; its joints are at the markers of these names."""
         given, counts = self.functions, {key: getattr(self.functions, key) for key in ("y", "z", "axial", "torsion")}
         rich = BeamFunctions(**{key: n and n + MORE for key, n in counts.items()}, family="polynomial", ends=given.ends)
         found = beam_body(self.beam, rich, orthonormal=False)

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from femflex.advice.burden import FIELD
-from femflex.advice.few_shapes import lowest_of_few
+from femflex.advice.buckling.burden import FIELD
+from femflex.advice.buckling.few_shapes import lowest_of_few
 from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
 from femflex.reduction.bends.held_walk import largest

@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.advice.burden import Burden, skew
-from femflex.advice.pushes import FOLLOWING, Motion, Push
+from femflex.advice.buckling.burden import Burden, skew
+from femflex.advice.buckling.pushes import FOLLOWING, Motion, Push
 from femflex.dynamics.model import compile_system
 from femflex.system import Joint, System
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from femflex.case.reduction import Stretchable
 from femflex.fem.plate.strain import PlateStrain
 from femflex.fem.structure import Structure
-from femflex.reduction import ModeSet, with_sheet_bends, with_third_derivatives
+from femflex.reduction.bends.third_derivatives import with_sheet_bends, with_third_derivatives
+from femflex.reduction.modes.modeset import ModeSet
 
 CROSSWISE = 10.0  # width^2 curvature / thickness (Searle's parameter) from which shapes that curve crosswise are stiff
 SMALL = 0.05  # bend over length from which it matters
@@ -49,15 +49,15 @@ def sheet_of(structure: Structure) -> Sheet | None:
     return None if bend > SMALL * length else Sheet(width, thickness, bend, float(np.hypot(length, width)))
 
 
-def with_own_bends(structure: Structure, modes: ModeSet, table: Stretchable) -> ModeSet:
-    """The set with the third derivatives its table asks for; where it does not say, what a wide thin sheet wants.
+def with_own_bends(structure: Structure, modes: ModeSet, wanted: int | None, deflection: float | None) -> ModeSet:
+    """The set with so many third derivatives; where none are said, with what a wide thin sheet wants.
 
     That is one shape, found as far as the sheet may bend, or at rest where its way there is not found.
     """
-    if table.third_derivatives is not None:
-        return with_third_derivatives(structure, modes, table.third_derivatives)
+    if wanted is not None:
+        return with_third_derivatives(structure, modes, wanted)
     sheet = sheet_of(structure) if modes.held.size and modes.n_modes else None
-    if sheet is None or table.deflection is not None:
+    if sheet is None or deflection is not None:
         return modes
     try:
         return with_sheet_bends(structure, modes, sheet.bend, FAR * sheet.size)
@@ -68,18 +68,18 @@ def with_own_bends(structure: Structure, modes: ModeSet, table: Stretchable) -> 
             return modes
 
 
-def of_sheet(structure: Structure, modes: ModeSet, table: Stretchable) -> str:
-    """What should be said of a set on a wide thin sheet; nothing where its modes alone do."""
+def of_sheet(structure: Structure, modes: ModeSet, wanted: int | None) -> str:
+    """What should be said of a set on a wide thin sheet; nothing where its modes alone do. wanted: as it was made."""
     sheet, third = sheet_of(structure), "third derivative" in modes.kinds
     if sheet is None:
         return ""
-    if not modes.held.size and not third and table.third_derivatives is None:
+    if not modes.held.size and not third and wanted is None:
         return (
             f"{sheet}, bent by more than some {sheet.bend:.2g} m, cannot curve crosswise as its shapes do, which are "
             "too stiff there; without a clamp it gets no shape for that by itself: third_derivatives = 2 gives it "
             "those of its two lowest shapes, found at rest, and `cantilever` the one it wants"
         )
-    if third != (table.third_derivatives is None):
+    if third != (wanted is None):
         return ""
     if third:
         return (

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from femflex import fem
-from femflex.advice.divided import divided
+from femflex.advice.remedies import divided
 from femflex.mesh import box, line, rectangle
 from femflex.reduction import UniformBeam, beam_body, cantilever_modes, reduce_structure
 from femflex.reduction.beams.uniform_beam import BeamFunctions

@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.advice.burden import FIELD
-from femflex.advice.few_shapes import lowest_of_few
+from femflex.advice.buckling.burden import FIELD
+from femflex.advice.buckling.few_shapes import lowest_of_few
 from femflex.body import FlexibleBody
 from femflex.body.symmetric import hessian
 from femflex.reduction.admissible import beam_body

@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
-import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from femflex.advice.bends import SWUNG
-from femflex.advice.burden import Buckling, Burden
-from femflex.advice.burdens import burdens
+from femflex.advice.advice import Advice, doubt
+from femflex.advice.bodies import KnownBodies, KnownBody
+from femflex.advice.buckling.burden import Buckling, Burden
+from femflex.advice.buckling.burdens import burdens
+from femflex.advice.limits import ALONE, BOWED, LATE, NAMED, NEAR, SWUNG
 from femflex.advice.motion_estimate import Carried
-from femflex.body import FlexibleBody
 from femflex.system import System
-from femflex.warning import PhysicsWarning
-
-NEAR = 4.0  # times what it bears: a body that buckles beyond it has lost at most a sixteenth of its stiffness to bends
-LATE = 0.03  # of what buckles a body: a set that buckles later by more is told of
-BOWING = 0.8  # of what buckles a body, foreseen: from there on strain that is left to choice is nonlinear
-BOWED = (
-    0.9  # of it: condensed strain, which shortens to second order, bends 1.5 % too little at 0.95, and none beyond 1
-)
-ALONE = 0.95  # of it, from which on a single load is to blame
-NAMED = 0.05  # of it, from which on a load is named
 
 
 @dataclass(frozen=True)
@@ -45,23 +36,23 @@ class Nearness:
         return f"{self.borne} is {self.part:.3g} of {what}" + (f" ({self.apart})" if self.apart else "")
 
 
-def is_judged(system: System) -> bool:
-    """Whether there are bodies of which it is known what buckles them."""
-    return any(body.buckling is not None for body in system.bodies.values())
+def judged_bodies(system: System, known: KnownBodies) -> list[str]:
+    """Names of the bodies of which it is known what buckles them."""
+    return [name for name in system.bodies if name in known and known[name].bearing is not None]
 
 
-def nearest(rigid: Carried | None, system: System) -> dict[str, Nearness]:
+def nearest(rigid: Carried | None, system: System, known: KnownBodies) -> dict[str, Nearness]:
     """Of those bodies that come as near to buckling as a NEAR-th, how near; as they move on as rigid ones.
 
-    None where nothing is foreseen of them; see `with_doubts`.
+    None where nothing is foreseen of them; see `unjudged`.
     """
-    judged = [name for name, body in system.bodies.items() if body.buckling is not None]
+    judged = judged_bodies(system, known)
     if not judged or rigid is None:
         return {}
     borne = burdens(replace(rigid.system, reactions=True), judged, rigid.times, rigid.states)
     found = {}
     for name in judged:
-        bearing = system.bodies[name].buckling
+        bearing = known[name].bearing
         assert bearing is not None
         near = bearing.nearest(borne[name], 1.0 / NEAR)
         if near.part >= 1.0 / NEAR:
@@ -70,20 +61,12 @@ def nearest(rigid: Carried | None, system: System) -> dict[str, Nearness]:
     return found
 
 
-def with_doubts(system: System, rigid: Carried | None, why: str) -> System:
-    """The system with a word, on each body that would be judged, of what of its motion is not; nothing where all is."""
-    if rigid is None:
-        text = f"whether anything buckles it is not judged, for its motion is foreseen {why}"
-    else:
-        text = f"whether anything buckles it is judged {rigid.short}"
-    if not (why if rigid is None else rigid.short):
-        return system
-    told = {
-        id(body): replace(body, note="; ".join(filter(None, (body.note, text))))
-        for body in system.bodies.values()
-        if body.buckling is not None
-    }
-    return replace(system, bodies={name: told.get(id(body), body) for name, body in system.bodies.items()})
+def unjudged(system: System, known: KnownBodies, rigid: Carried | None, why: str) -> list[Advice]:
+    """A word, on each body that would be judged, of what of its motion is not; nothing where all is."""
+    text = f"whether anything buckles it is not judged, for its motion is foreseen {why}"
+    if rigid is not None:
+        why, text = rigid.short, f"whether anything buckles it is judged {rigid.short}"
+    return [Advice(name, "buckling", None, text) for name in judged_bodies(system, known)] if why else []
 
 
 def beyond(near: Nearness, form: str) -> str:
@@ -103,22 +86,24 @@ def beyond(near: Nearness, form: str) -> str:
     return ""
 
 
-def warn_of_buckling(system: System, near: dict[str, Nearness]) -> None:
-    """Warn of bodies whose strain does not know what all that they bear does to them."""
+def buckling_doubts(system: System, known: KnownBodies, near: Mapping[str, Nearness]) -> list[Advice]:
+    """Of bodies whose strain does not know what all that they bear does to them."""
+    out = []
     for name, found in near.items():
         form = system.bodies[name].strain_form
         if form == "nonlinear" and "response" in system.bodies[name].kinds:
             continue  # made of what it does past buckling
         text = "; linear strain does not know" if form == "linear" else beyond(found, form)
-        for one in filter(None, (text, "" if form == "linear" else late(system.bodies[name], found))):
-            warnings.warn(f"bodies.{name}: {found}{one}", PhysicsWarning, stacklevel=3)
+        for one in filter(None, (text, "" if form == "linear" else late(known[name], found))):
+            out.append(doubt(name, "buckling", f"bodies.{name}: {found}{one}", found.part, 1.0 / NEAR))
+    return out
 
 
-def late(body: FlexibleBody, near: Nearness) -> str:
-    """That the shapes kept buckle later than the body does; nothing where they do not, or where it sways instead."""
-    if body.buckling is None or near.sways:
+def late(body: KnownBody, near: Nearness) -> str:
+    """That the shapes kept buckle later than the body does; nothing where they do not, or where it flutters instead."""
+    if body.bearing is None or near.sways:
         return ""
-    kept = body.buckling.kept(near.under, near.row)
+    kept = body.bearing.kept(near.under, near.row)
     if near.part <= (1.0 + LATE) * kept:
         return ""
     return (

@@ -1,4 +1,4 @@
-"""Static shapes for what joints transmit to the bodies of a case, chosen from its craft's modes; and what sets lack.
+"""Static shapes for what joints transmit to bodies, chosen from their craft's modes; and what sets leave out of these.
 
 Vibration modes are those of a body that carries nothing, on a root that stands still. Where a joint or a loop pulls at
 it, or a light parent lets its root move, a few of them are far off: two booms welded in line, four modes each, 3 % in
@@ -13,19 +13,18 @@ nothing and would be the craft's one stiff coordinate: it is left out. A root th
 from __future__ import annotations
 
 import logging
-import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.advice.enriched import Enriched, Place
-from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
-from femflex.case.case import Case
-from femflex.case.reduction import CantileverTable, Stretchable
-from femflex.case.support import DIRECTIONS
+from femflex.advice.advice import Advice, doubt
+from femflex.advice.bodies import KnownBodies
+from femflex.advice.enriched_bodies import Enriched, Place
+from femflex.advice.limits import DOUBTFUL, LOWEST, MANY_RICHER, ROUNDING, SHARE
 from femflex.dynamics.equilibria.rest_modes import RestModes, rest_modes, truncation
+from femflex.reduction.boundary.rigid import DIRECTIONS
 from femflex.system import System
 from femflex.system.ties import tie_places
 from femflex.warning import TruncationWarning
@@ -33,12 +32,7 @@ from femflex.warning import TruncationWarning
 Array = NDArray[np.float64]
 log = logging.getLogger(__name__)
 
-SHARE = 1e-3  # of a mode's strain energy: 0.05 % of its frequency
-LOWEST = 3  # elastic modes of the craft that sets are to hold
-DOUBTFUL = 0.01  # change of such a frequency with richer sets, from which on a case is warned of
-ROUNDING = 1e-6  # part of a static shape outside the others below which they hold it
-UNLOWEST = "whether richer sets would change the craft's frequencies is not judged for it"
-MANY = 600  # coordinates of the richer craft up to which its modes are sought
+NOT_JUDGED = "whether richer sets would change the craft's frequencies is not judged for it"
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,30 +49,31 @@ class RicherCraft:
     lack: str = ""
 
 
-def richer_craft(system: System) -> RicherCraft:
-    """A system with those of its bodies in richer sets that know their structure."""
+def richer_craft(system: System, known: KnownBodies) -> RicherCraft:
+    """A system with those of its bodies in richer sets whose origins are known."""
     markers = {name: tuple(sorted(found)) for name, found in joint_markers(system).items()}
     try:
-        bodies = _enriched(system, markers)
+        bodies = _enriched(system, known, markers)
         count = sum((bodies[name].body if name in bodies else body).n_modes for name, body in system.bodies.items())
-        if not bodies or count > MANY:
-            return RicherCraft({}, lack=f"{count} coordinates with richer sets, over {MANY}" if bodies else "")
+        if not bodies or count > MANY_RICHER:
+            return RicherCraft({}, lack=f"{count} coordinates with richer sets, over {MANY_RICHER}" if bodies else "")
         modes = rest_modes(system, {name: found.body for name, found in bodies.items()})
     except (ValueError, RuntimeError, np.linalg.LinAlgError) as error:
         return RicherCraft({}, lack=str(error).partition("\n")[0].rstrip("."))
     return RicherCraft(bodies, modes, markers, frozenset(name for name in bodies if _stands(system, name)))
 
 
-def _enriched(system: System, markers: Mapping[str, tuple[str, ...]]) -> dict[str, Enriched]:
-    """The bodies that know their structure in richer sets; bodies alike are enriched once."""
+def _enriched(system: System, known: KnownBodies, markers: Mapping[str, tuple[str, ...]]) -> dict[str, Enriched]:
+    """The bodies whose origins are known in richer sets; bodies alike are enriched once."""
     bodies = dict[str, Enriched]()
-    made: dict[tuple[int, tuple[str, ...]], Enriched] = {}
+    made: dict[tuple[int, tuple[str, ...]], Enriched | None] = {}
     for name, body in system.bodies.items():
-        if body.enrichment is not None and body.n_modes:
-            key = (id(body.enrichment), markers.get(name, ()))
+        if name in known and body.n_modes:
+            key = (id(known[name]), markers.get(name, ()))
             if key not in made:
-                made[key] = body.enrichment(body, key[1])
-            bodies[name] = made[key]
+                made[key] = known[name].enriched(body, key[1])
+            if (found := made[key]) is not None:
+                bodies[name] = found
     return bodies
 
 
@@ -102,23 +97,35 @@ def joint_markers(system: System) -> dict[str, set[str]]:
     return found
 
 
-def with_joint_shapes(case: Case, richer: RicherCraft) -> Case:
-    """The case with the static shapes of joints written out in the tables of its bodies that leave them open.
+def joint_advice(richer: RicherCraft, known: KnownBodies, alike: Mapping[str, str], band: float) -> dict[str, Advice]:
+    """Static shapes of joints that each body wants which leaves them open: {group: directions}, or ends of a beam.
 
-    Bodies whose tables and joints are alike keep the same ones.
+    alike: of each of these bodies what its table says; those of which it is the same, joints too, keep the same.
     """
-    open_ = open_joints(case)
-    alike = {name: f"{_said(case.bodies[name])} {richer.markers.get(name)}" for name in open_}
+    keys = {name: f"{said} {richer.markers.get(name)}" for name, said in alike.items()}
     chosen: dict[str, set[Place]] = {}
-    band = case.run.band or 0.0
-    for name in open_:
+    for name in alike:
         if richer.modes is not None and name in richer.bodies:
-            found, served, still = richer.bodies[name], richer.modes.lowest_elastic(LOWEST, band), name in richer.still
-            allowed = {place: x for place, x in found.choices.items() if _is_open(case.bodies[name], place, still)}
+            found, served = richer.bodies[name], richer.modes.lowest_elastic(LOWEST, band)
+            open_ = {place: x for place, x in found.choices.items() if _is_open(known, name, place, richer.still)}
             motions = richer.modes.shapes[name][:, served] / richer.modes.omega[served]
-            chosen.setdefault(alike[name], set()).update(needed(found, allowed, motions))
-    tables = {name: _with_joints(case.bodies[name], chosen.get(alike[name], set())) for name in open_}
-    return case.model_copy(update={"bodies": {**case.bodies, **tables}})
+            chosen.setdefault(keys[name], set()).update(needed(found, open_, motions))
+    return {name: _choice(name, chosen.get(keys[name], set())) for name in alike}
+
+
+def _choice(name: str, chosen: set[Place]) -> Advice:
+    groups = sorted({group for group, _ in chosen})
+    ways = {group: [way for way in DIRECTIONS if (group, way) in chosen] for group in groups}
+    told = ", ".join(" ".join([group, *found]) for group, found in ways.items()) or "none"
+    return Advice(name, "joints", ways, f"static shapes of its joints that the craft's modes want: {told}", None, SHARE)
+
+
+def _is_open(known: KnownBodies, name: str, place: Place, still: Iterable[str]) -> bool:
+    """Whether a body may have the static shapes of a place; still: bodies whose root cannot move."""
+    open_ = known.open(name)
+    if place[0] in open_.roots:
+        return open_.at_roots and name not in still
+    return open_.elsewhere
 
 
 def needed(found: Enriched, choices: Mapping[Place, Array], motions: Array) -> list[Place]:
@@ -154,85 +161,29 @@ def _outside(Q: Array, x: Array) -> Array:
     return np.linalg.qr(x)[0] if x.size else x[:, :0]
 
 
-def open_joints(case: Case) -> list[str]:
-    """Names of the bodies whose tables leave it open which static shapes of joints they keep."""
-    return [name for name, table in case.bodies.items() if _leaves_open(table)]
-
-
-def _leaves_open(table: BodyTable) -> bool:
-    if isinstance(table, AnalyticTable):
-        return table.functions.joints is None and "static" not in table.functions.model_fields_set
-    if not isinstance(table, FlexibleTable) or table.cut is not None:
-        return False
-    r = table.reduction
-    if not isinstance(r, Stretchable) or r.joints is not None:
-        return False
-    return not (r.responses or r.deflection or r.third_derivatives or isinstance(r.derivatives, int))
-
-
-def _is_open(table: BodyTable, place: Place, still: bool) -> bool:
-    """Whether a body may have the static shapes of a place: `attachment` and `loads` are its word.
-
-    still: its root cannot move.
-    """
-    if isinstance(table, AnalyticTable):
-        return not (still and place[0] == "root")
-    r = getattr(table, "reduction", None)
-    at_root = place[0] in getattr(r, "clamp", ())
-    said = isinstance(r, CantileverTable) and ("attachment" if at_root else "loads") in r.model_fields_set
-    return not said and not (still and at_root)
-
-
-def _said(table: BodyTable) -> str:
-    """What a table says but for its initial state."""
-    return f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})}"
-
-
-def _with_joints(table: BodyTable, chosen: set[Place]) -> BodyTable:
-    """The table with the static shapes of these places said."""
-    groups = sorted({group for group, _ in chosen})
-    if isinstance(table, AnalyticTable):
-        return table.model_copy(update={"functions": table.functions.model_copy(update={"joints": groups})})
-    assert isinstance(table, FlexibleTable) and isinstance(table.reduction, Stretchable)
-    joints = {group: [way for way in DIRECTIONS if (group, way) in chosen] for group in groups}
-    return table.model_copy(update={"reduction": table.reduction.model_copy(update={"joints": joints})})
-
-
-def has_joint_shapes(table: BodyTable) -> bool:
-    """Whether a table says static shapes of joints."""
-    said = table.functions.joints if isinstance(table, AnalyticTable) else getattr(_reduction(table), "joints", None)
-    return bool(said)
-
-
-def _reduction(table: BodyTable) -> object:
-    return table.reduction if isinstance(table, FlexibleTable) else None
-
-
-def warn_of_truncation(case: Case, system: System, richer: RicherCraft) -> None:
-    """Warn where richer sets would lower one of the craft's lowest elastic frequencies by more than DOUBTFUL."""
+def truncation_doubts(system: System, richer: RicherCraft, band: float) -> list[Advice]:
+    """Whether richer sets would lower one of the craft's lowest elastic frequencies by more than DOUBTFUL."""
     if richer.modes is None:
-        return
-    band = case.run.band or 0.0
+        return []
     try:
         found = truncation(system, richer.modes, LOWEST, band)
     except (ValueError, np.linalg.LinAlgError) as error:
         log.info(f"the craft's frequencies are not judged: {error}")
-        return
+        return []
     high = np.flatnonzero(found.errors > DOUBTFUL)
     if not high.size:
-        return
+        return []
     each = ", ".join(
         f"{k + 1} at {found.kept[k]:.4g} Hz would be at {found.richer[k]:.4g} Hz ({-found.errors[k]:.1%})" for k in high
     )
     judged = f"the first {LOWEST}" + (f" and those below {band:g} Hz" if band else "")
-    warnings.warn(
+    text = (
         f"the craft's elastic frequencies ({judged}, at rest, with linear strain) change by more than {DOUBTFUL:.0%} "
         f"with richer sets of shapes: {each}. Raise the number of modes of {_named(system, richer)}, or give the body "
         "more static shapes (`joints`). The richer sets hold all static shapes of the joints and what inertia adds to "
-        "them",
-        TruncationWarning,
-        stacklevel=3,
+        "them"
     )
+    return [replace(doubt("", "truncation", text, float(found.errors.max()), DOUBTFUL), category=TruncationWarning)]
 
 
 def _named(system: System, richer: RicherCraft) -> str:
@@ -247,15 +198,13 @@ def _named(system: System, richer: RicherCraft) -> str:
     return ", ".join(map(repr, blamed or richer.bodies))
 
 
-def with_lacks(case: Case, system: System, richer: RicherCraft) -> System:
-    """The system with a word on each body whose set is not judged."""
-    said = {}
+def not_judged(system: System, known: KnownBodies, richer: RicherCraft) -> list[Advice]:
+    """A word on each body whose set is not judged."""
+    out = []
     for name, body in system.bodies.items():
-        if not body.n_modes or name not in case.bodies:
+        if not body.n_modes or name not in known:
             continue
-        why = richer.lack
-        if isinstance(case.bodies[name], FileTable):
-            why = "the file of a body has no mesh"
+        why = "the file of a body has no mesh" if known[name].origin.source is None else richer.lack
         if why:
-            said[name] = replace(body, note="; ".join(filter(None, (body.note, f"{UNLOWEST} ({why})"))))
-    return replace(system, bodies={**system.bodies, **said}) if said else system
+            out.append(Advice(name, "truncation", None, f"{NOT_JUDGED} ({why})"))
+    return out

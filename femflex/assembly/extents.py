@@ -19,13 +19,13 @@ THICK = 0.25  # of the mesh's largest extent; what is thicker is no plate
 PER_METRE = {"m": 1.0, "cm": 100.0, "mm": 1000.0, "inch": 1 / 0.0254}
 
 
-def warn_of_doubtful_extents(case: Case, name: str, table: FlexibleTable, body: FlexibleBody) -> None:
+def warn_of_doubtful_extents(case: Case, name: str, table: object, body: FlexibleBody) -> None:
     """Warn of a mesh in the wrong unit, and of sections too thick for it."""
-    if body.skin is None:
+    if body.skin is None or not isinstance(table, FlexibleTable):
         return
     size = float(np.ptp(body.skin.points, axis=0).max())
     for text in list(_mesh(case, name, table, size)) or list(_thickness(case, table, size)):
-        warnings.warn(text, PhysicsWarning, stacklevel=4)
+        warnings.warn(text, PhysicsWarning, stacklevel=5)
 
 
 def _mesh(case: Case, name: str, table: FlexibleTable, size: float) -> Iterator[str]:

@@ -14,8 +14,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.advice.burden import FIELD, WRENCH, Buckling, Burden
-from femflex.advice.flutter import first_flutter
+from femflex.advice.buckling.burden import FIELD, WRENCH, Buckling, Burden
+from femflex.advice.buckling.flutter import first_flutter
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,83 @@
+"""A piece of advice: what was chosen for a body, or is doubtful of it, why, and the two numbers that it rests on."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+from femflex.warning import PhysicsWarning
+
+KEEPS = " (strain = 'linear' would keep it so)"
+SILENT = ("spin", "joints", "responses")  # choices that the word on a body's shapes tells of
+
+
+@dataclass(frozen=True)
+class Advice:
+    """One decision about a body, or one doubt of it.
+
+    body      its name; empty for the whole craft
+    decision  what it is about: "strain", "shapes", "joints", "spin", "responses", "stiffening", "bend", "buckling",
+              "truncation", "support", "torque", "mass", "output", "craft"
+    choice    what was chosen, as the tables of a case say it: "condensed", {"TIP": ["z", "ry"]}; None of a doubt
+    reason    in words, with both numbers
+    value     what was found, and
+    limit     what it is held against, in the same unit; None where there is no number
+    doubt     whether it is a warning of the physics, not a word on what was chosen
+    category  of the warning, where it is one
+    """
+
+    body: str
+    decision: str
+    choice: Any
+    reason: str
+    value: float | None = None
+    limit: float | None = None
+    doubt: bool = False
+    category: type[PhysicsWarning] = PhysicsWarning
+
+    @property
+    def text(self) -> str:
+        """The advice as a line of what a verb prints of the body."""
+        if self.decision != "strain":
+            return self.reason
+        return f"strain is {self.choice}: {self.reason}{KEEPS * (self.choice != 'linear')}"
+
+    def data(self) -> dict[str, Any]:
+        """The advice as JSON can hold it, for result files and `--json`."""
+        return {key: value for key, value in asdict(self).items() if key != "category"}
+
+
+def doubt(body: str, decision: str, reason: str, value: float | None = None, limit: float | None = None) -> Advice:
+    """A warning of the physics of a body, without a choice."""
+    return Advice(body, decision, None, reason, value, limit, doubt=True)
+
+
+def notes_of(advice: Iterable[Advice]) -> dict[str, str]:
+    """What is to be said of each body, its doubts apart: one line for each, by name."""
+    found: dict[str, list[str]] = {}
+    for one in advice:
+        if one.body and not one.doubt and one.decision not in SILENT:
+            found.setdefault(one.body, []).append(one.text)
+    return {name: "; ".join(texts) for name, texts in found.items()}
+
+
+def warn_of(advice: Iterable[Advice], stacklevel: int = 3) -> None:
+    """Give the doubts as warnings, each text once."""
+    texts: dict[str, type[PhysicsWarning]] = {one.reason: one.category for one in advice if one.doubt}
+    for text, category in texts.items():
+        warnings.warn(text, category, stacklevel=stacklevel)
+
+
+def advice_text(advice: Iterable[Advice]) -> str:
+    """Advice as the JSON text that a result file keeps in its attribute `advice`."""
+    return json.dumps([one.data() for one in advice])
+
+
+def advice_from(text: str) -> tuple[Advice, ...]:
+    """The advice in the attribute `advice` of a result file."""
+    known = {field.name for field in fields(Advice)}
+    found: list[Mapping[str, Any]] = json.loads(text)
+    return tuple(Advice(**{key: value for key, value in one.items() if key in known}) for one in found)

@@ -1,0 +1,1 @@
+"""How near what bodies bear comes to what buckles them."""

@@ -1,0 +1,146 @@
+"""What the tables of bodies leave open, and these tables with choices written in."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, Strain
+from femflex.case.case import Case
+from femflex.case.reduction import CantileverTable, Stretchable
+from femflex.reduction.origin import LeftOpen
+
+AXIAL = 2  # axial functions for each of bending: the stretch of bending is of twice its degree
+
+
+def left_open(table: BodyTable) -> LeftOpen:
+    """What the table of a body leaves to advice."""
+    strain, joints = _leaves_strain(table), _leaves_joints(table)
+    if isinstance(table, AnalyticTable):
+        f = table.functions
+        few = None if f.model_fields_set & {"static", "spin"} else max(f.y, f.z)
+        return LeftOpen(strain, joints, joints, joints, ("root",), few)
+    r = getattr(table, "reduction", None)
+    if not isinstance(table, FlexibleTable) or not isinstance(r, Stretchable):
+        return LeftOpen(strain, joints)
+    held = isinstance(r, CantileverTable)
+    at_roots = joints and not (held and "attachment" in r.model_fields_set)
+    elsewhere = joints and not (held and "loads" in r.model_fields_set)
+    plain = r.derivatives is None and r.deflection is None and not r.responses and not r.third_derivatives
+    few = None
+    if isinstance(r, CantileverTable) and table.cut is None and not r.model_fields_set & {"attachment", "spin"}:
+        few = r.modes if all(m.family == "beam" for m in table.members) else None  # sheets slew no better with them
+    return LeftOpen(strain, joints, at_roots, elsewhere, tuple(getattr(r, "clamp", ())), few, held and plain)
+
+
+def _leaves_strain(table: BodyTable) -> bool:
+    bending = isinstance(table, AnalyticTable) and (table.functions.y or table.functions.z)
+    whole = isinstance(table, FlexibleTable) and table.cut is None
+    return bool(bending or whole) and getattr(table, "strain", None) is None
+
+
+def _leaves_joints(table: BodyTable) -> bool:
+    if isinstance(table, AnalyticTable):
+        return table.functions.joints is None and "static" not in table.functions.model_fields_set
+    if not isinstance(table, FlexibleTable) or table.cut is not None:
+        return False
+    r = table.reduction
+    if not isinstance(r, Stretchable) or r.joints is not None:
+        return False
+    return not (r.responses or r.deflection or r.third_derivatives or isinstance(r.derivatives, int))
+
+
+def undecided(case: Case) -> list[str]:
+    """Names of the bodies whose strain is left to be chosen."""
+    return [name for name, table in case.bodies.items() if _leaves_strain(table)]
+
+
+def open_joints(case: Case) -> list[str]:
+    """Names of the bodies whose tables leave it open which static shapes of joints they keep."""
+    return [name for name, table in case.bodies.items() if _leaves_joints(table)]
+
+
+def said(table: BodyTable) -> str:
+    """What a table says but for its initial state."""
+    return f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})}"
+
+
+def remedy_of(table: BodyTable) -> str:
+    """What to do for a strain that knows what pulls along a body."""
+    if isinstance(table, FileTable):
+        return f"make {table.file} anew (femflex body) from a case that gives it strain = 'condensed'"
+    r = getattr(table, "reduction", None)
+    if isinstance(r, Stretchable) and r.derivatives in ("none", 0):
+        return f"drop derivatives = {r.derivatives!r} and give it strain = 'condensed'"
+    return "give it strain = 'condensed'"
+
+
+def bound_to_linear(table: BodyTable) -> str:
+    """Why a body is to stay linear whatever bends it; nothing where it need not."""
+    if not isinstance(table, FlexibleTable):
+        return ""
+    if not isinstance(table.reduction, Stretchable):
+        method = getattr(table.reduction, "method", "none")
+        return f"its reduction ({method!r}) knows no other form (one with derivatives, such as 'cantilever', does)"
+    if table.reduction.derivatives in ("none", 0):
+        return (
+            f"derivatives = {table.reduction.derivatives!r} leaves its set without shapes that let bending go without "
+            "stretching (without that key it would be condensed)"
+        )
+    return ""
+
+
+def with_tables(case: Case, tables: Mapping[str, BodyTable]) -> Case:
+    """The case with other tables of some bodies."""
+    return case.model_copy(update={"bodies": {**case.bodies, **tables}}) if tables else case
+
+
+def with_strains(case: Case, strains: Mapping[str, Strain]) -> Case:
+    """The case with the strain of some bodies said; nonlinear with the shapes in which it stretches."""
+    tables = {}
+    for name, strain in strains.items():
+        table = case.bodies[name]
+        stretch = _stretch(table) if strain == "nonlinear" else {}
+        tables[name] = table.model_copy(update={"strain": strain, **stretch})
+    return with_tables(case, tables)
+
+
+def _stretch(table: BodyTable) -> dict[str, object]:
+    """What a body without a word of it is given to stretch in: derivatives, or axial functions."""
+    if isinstance(table, AnalyticTable) and not table.functions.axial:
+        most = AXIAL * max(table.functions.y, table.functions.z)
+        return {"functions": table.functions.model_copy(update={"axial": most})}
+    if isinstance(table, FlexibleTable) and getattr(table.reduction, "derivatives", "none") is None:
+        assert table.reduction is not None
+        return {"reduction": table.reduction.model_copy(update={"derivatives": "auto"})}
+    return {}
+
+
+def with_joints(case: Case, chosen: Mapping[str, Mapping[str, list[str]]]) -> Case:
+    """The case with the static shapes of joints of some bodies said: group -> directions; of beams, their ends."""
+    return with_tables(case, {name: _with_joints(case.bodies[name], ways) for name, ways in chosen.items()})
+
+
+def _with_joints(table: BodyTable, ways: Mapping[str, list[str]]) -> BodyTable:
+    if isinstance(table, AnalyticTable):
+        return table.model_copy(update={"functions": table.functions.model_copy(update={"joints": list(ways)})})
+    assert isinstance(table, FlexibleTable) and isinstance(table.reduction, Stretchable)
+    return table.model_copy(update={"reduction": table.reduction.model_copy(update={"joints": dict(ways)})})
+
+
+def with_spin(case: Case, names: Collection[str]) -> Case:
+    """The case with the static shapes of spin asked for in the tables of these bodies."""
+    tables = {}
+    for name in names:
+        table = case.bodies[name]
+        key = "functions" if isinstance(table, AnalyticTable) else "reduction"
+        tables[name] = table.model_copy(update={key: getattr(table, key).model_copy(update={"spin": True})})
+    return with_tables(case, tables)
+
+
+def with_responses_to(case: Case, name: str, keys: Mapping[str, Any]) -> Case:
+    """The case with these keys in the reduction of a body, whose strain is nonlinear."""
+    table = case.bodies[name]
+    assert isinstance(table, FlexibleTable) and table.reduction is not None
+    update = {"reduction": table.reduction.model_copy(update=dict(keys)), "strain": "nonlinear"}
+    return with_tables(case, {name: table.model_copy(update=update)})

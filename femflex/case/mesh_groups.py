@@ -1,0 +1,78 @@
+"""What bodies ask of their meshes: groups that are there and not empty, markers that lie on them."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from femflex.case.body import FlexibleTable
+from femflex.case.problems import Problem, near
+
+if TYPE_CHECKING:
+    from femflex.mesh import Mesh
+
+UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}  # of a mesh file, in metres
+NEAR = 0.05  # distance over mesh size beyond which a marker's position is taken for a mistake
+
+
+def group_problems(name: str, table: FlexibleTable, folder: Path) -> list[Problem]:
+    """What the body asks of its mesh and the mesh does not have, or why the mesh cannot be read."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # given again when the body is built
+            return list(mesh_problems(name, table, file_mesh(folder, table)))
+    except (ValueError, OSError) as error:
+        return [Problem(f"bodies.{name}.mesh", str(error))]
+
+
+def file_mesh(folder: Path, table: FlexibleTable) -> Mesh:
+    """The mesh of a body as its file has it, in metres. Raises ValueError and OSError."""
+    from femflex.mesh import read_mesh
+
+    mesh = read_mesh(folder / table.mesh, dict(table.groups) or None)
+    return mesh if table.mesh_unit == "m" else mesh.scaled(UNITS[table.mesh_unit])
+
+
+def mesh_problems(name: str, table: FlexibleTable, mesh: Mesh) -> Iterator[Problem]:
+    """Groups that the mesh lacks or that are empty, and markers that lie nowhere on it."""
+    for marker, entry in table.markers.items():
+        if entry.position is not None:
+            at = np.array(entry.position)
+            yield from _distance_problems(f"bodies.{name}.markers.{marker}.position", mesh, mesh.nearest_point(at), at)
+    for where, group in _groups_named(name, table):
+        if group not in mesh.groups:
+            text = f"found {group!r}, which is no group of {table.mesh}; {near(group, mesh.groups)}"
+            known = f" (it has {', '.join(map(repr, mesh.groups))})" if "did you mean" in text else ""
+            yield Problem(where, text + known)
+            continue
+        try:
+            mesh.group_cells(group) if ".members[" in where else mesh.group_points(group)
+        except ValueError as error:
+            yield Problem(where, str(error))
+
+
+def _groups_named(name: str, table: FlexibleTable) -> Iterator[tuple[str, str]]:
+    yield from ((f"bodies.{name}.members[{m.group}].group", m.group) for m in table.members)
+    yield from ((f"bodies.{name}.point_masses[{m.group}].group", m.group) for m in table.point_masses)
+    for key in ("clamp", "interfaces", "loads"):
+        yield from ((f"bodies.{name}.reduction.{key}", group) for group in getattr(table.reduction, key, ()))
+    for marker, entry in table.markers.items():
+        if entry.position is None:
+            key = f"bodies.{name}.markers.{marker}"
+            yield (f"{key}.group", entry.group) if entry.group is not None else (key, marker)
+
+
+def _distance_problems(where: str, mesh: Mesh, index: int, wanted: np.ndarray) -> list[Problem]:
+    size = float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
+    distance = float(np.linalg.norm(mesh.points[index] - wanted))
+    if distance <= NEAR * size:
+        return []
+    text = (
+        f"found {wanted.tolist()} m, {distance:.4g} m from the nearest point of the mesh "
+        f"{mesh.points[index].tolist()}; name a place on the mesh"
+    )
+    return [Problem(where, text)]

@@ -1,0 +1,29 @@
+"""What is said of the bodies of a system, their strain and their shapes, and as JSON: the same by every verb."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from femflex.pipeline.decisions import Decided
+
+
+def say_notes(notes: Mapping[str, str]) -> None:
+    """Print them, a line for each body."""
+    for name, note in notes.items():
+        print(f"body        {name}: {note}")
+
+
+def strain_data(decided: Decided) -> dict[str, dict[str, Any]]:
+    """Strain of each elastic body, what is said of it, and the advice on it, as --json prints them."""
+    notes = decided.notes
+    return {
+        name: {
+            "strain": body.strain_form,
+            "note": notes.get(name, ""),
+            "advice": [one.data() for one in decided.advice if one.body == name],
+        }
+        for name, body in decided.system.bodies.items()
+        if body.n_modes
+    }

@@ -1,0 +1,158 @@
+"""The terms of eq. (9) that bodies, joints, gravity and motion bring by themselves, each with all that is known of it.
+
+Force terms say the same of themselves in files of their own (see femflex.dynamics.force_terms). These here are
+evaluated together, in one pass over the bodies: gravity is a field inside the inertia forces and costs nothing there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from femflex.body import FlexibleBody
+from femflex.system import Environment, Joint, System
+from femflex.system.variation import MARKER
+
+Change = Callable[[System], System]
+
+
+@dataclass(frozen=True)
+class EquationTerm:
+    """A row of the ledger.
+
+    meaning   what it says
+    present   whether a system has it
+    without   the system without it; None where there is none
+    switched  whether the compiled equations leave it out instead (see femflex.dynamics.terms.reduced)
+    """
+
+    name: str
+    meaning: str
+    present: Callable[[System], bool]
+    without: Change | None = None
+    switched: bool = False
+
+
+def of_bodies(change: Callable[[FlexibleBody], FlexibleBody], frozen: str) -> Change:
+    """The change of a system in which every body changes; a part of varying bodies goes with it."""
+    return lambda system: replace(
+        system,
+        bodies={name: change(body) for name, body in system.bodies.items()},
+        varying={name: variation.without(frozen) for name, variation in system.varying.items()},
+    )
+
+
+def of_joints(change: Callable[[Joint], Joint]) -> Change:
+    """The change of a system in which every joint of the tree changes."""
+    return lambda system: replace(system, joints=tuple(map(change, system.joints)))
+
+
+def without_strain(name: str) -> Callable[[FlexibleBody], FlexibleBody]:
+    """The change of a body that sets one array of its strain tensors to zero."""
+    return lambda body: replace(body, strain=replace(body.strain, **{name: 0.0 * getattr(body.strain, name)}))
+
+
+def of_degree(name: str, array: str) -> Change:
+    """The system without the strain of one degree. Raises ValueError where the strain of a body varies as a whole."""
+
+    def change(system: System) -> System:
+        if mixed := [key for key, variation in system.varying.items() if "strain" in variation.acting]:
+            raise ValueError(
+                f"{name!r} cannot be switched off: the strain of body {mixed[0]!r} varies with time as a whole; switch "
+                "off 'nonlinear_strain', or let its function write the part that is to stay"
+            )
+        return of_bodies(without_strain(array), "strain")(system)
+
+    return change
+
+
+def varies(system: System, part: str) -> bool:
+    """Whether a part of any body varies with time."""
+    return any(part in variation.acting for variation in system.varying.values())
+
+
+def led(system: System) -> bool:
+    """Whether joints or material move as specified."""
+    if any(profile.moves for joint in system.joints for profile in joint.held.values()):
+        return True
+    parts = (part for variation in system.varying.values() for part in variation.acting)
+    return any(part == "flow" or part.startswith(MARKER) for part in parts)
+
+
+def turning(system: System) -> bool:
+    """Whether something moves that the coordinates do not say."""
+    return system.frame.kind != "inertial" or led(system)
+
+
+EQUATION_TERMS = (  # in the order of the ledger's rows
+    EquationTerm("inertia", "M udot", lambda system: True),
+    EquationTerm("coriolis_centrifugal", "part of h quadratic in u", lambda system: True, switched=True),
+    EquationTerm(
+        "gyroscopic",
+        "G u, linear in u, from a turning base frame, specified joints or moving material",
+        turning,
+        switched=True,
+    ),
+    EquationTerm(
+        "specified_motion",
+        "Gamma_t - T0,q: the motion of base frame, specified joints and material by itself",
+        turning,
+        switched=True,
+    ),
+    EquationTerm(
+        "elastic",
+        "K1 delta",
+        lambda system: varies(system, "stiffness") or any(body.strain.V1.any() for body in system.bodies.values()),
+        of_bodies(without_strain("V1"), "V1"),
+    ),
+    EquationTerm(
+        "elastic_K2",
+        "K2 delta, quadratic in delta",
+        lambda system: varies(system, "strain") or any(body.strain.V2.any() for body in system.bodies.values()),
+        of_degree("elastic_K2", "V2"),
+    ),
+    EquationTerm(
+        "elastic_K3",
+        "K3 delta, cubic in delta",
+        lambda system: varies(system, "strain") or any(body.strain.V3.any() for body in system.bodies.values()),
+        of_degree("elastic_K3", "V3"),
+    ),
+    EquationTerm(
+        "prestress",
+        "f0, the force of an initial stress",
+        lambda system: varies(system, "stiffness") or any(body.strain.f0.any() for body in system.bodies.values()),
+        of_bodies(without_strain("f0"), "f0"),
+    ),
+    EquationTerm(
+        "damping",
+        "D ddelta of the bodies",
+        lambda system: varies(system, "damping") or any(body.damping.any() for body in system.bodies.values()),
+        of_bodies(lambda body: replace(body, damping=0.0 * body.damping), "damping"),
+    ),
+    EquationTerm(
+        "joint_springs",
+        "springs of joints",
+        lambda system: any(joint.stiffness.any() for joint in system.joints),
+        of_joints(lambda joint: replace(joint, stiffness=0.0 * joint.stiffness)),
+    ),
+    EquationTerm(
+        "joint_dampers",
+        "dampers of joints",
+        lambda system: any(joint.damping.any() for joint in system.joints),
+        of_joints(lambda joint: replace(joint, damping=0.0 * joint.damping)),
+    ),
+    EquationTerm("gravity_gradient", "gravity relative to O", lambda system: system.orbit is not None, switched=True),
+    EquationTerm(
+        "gravity",
+        "weight of the bodies in uniform gravity",
+        lambda system: system.environment.has_weight,
+        lambda system: replace(system, environment=Environment()),
+    ),
+    EquationTerm(
+        "moving_mass",
+        "M_t u: the mass matrix changes with specified joints and moving material",
+        led,
+        switched=True,
+    ),
+)
+BY_NAME = {term.name: term for term in EQUATION_TERMS}

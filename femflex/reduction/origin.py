@@ -1,0 +1,85 @@
+"""What a body was reduced from: by that its shapes, and what it bears, can be judged after it is made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from femflex.fem.structure import Structure
+from femflex.fem.support import Support
+from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
+from femflex.reduction.modes.modeset import ModeSet
+
+
+@dataclass(frozen=True, eq=False)
+class Meshed:
+    """A Structure and the set that reduces it.
+
+    groups    marker -> mesh group
+    supports  mesh group -> support, of the groups that the set clamps in some components alone
+    answered  mesh groups whose static shapes were asked for beside the set's modes
+    deflection, third_derivatives  for which the set was made, where that was said
+    """
+
+    structure: Structure
+    modes: ModeSet
+    groups: Mapping[str, str] = field(default_factory=dict)
+    supports: Mapping[str, Support] = field(default_factory=dict)
+    answered: tuple[str, ...] = ()
+    deflection: float | None = None
+    third_derivatives: int | None = None
+
+    @property
+    def places(self) -> dict[str, str]:
+        """Marker -> mesh group; the groups of the set are markers under their own names."""
+        return {**{group: group for group in self.modes.groups}, **self.groups}
+
+
+@dataclass(frozen=True, eq=False)
+class Analytic:
+    """A straight beam and its admissible functions. groups: marker -> "root" or "tip", where it has another name."""
+
+    beam: UniformBeam
+    functions: BeamFunctions
+    groups: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def places(self) -> dict[str, str]:
+        """Marker -> "root" or "tip"."""
+        return {**self.groups, "root": "root", "tip": "tip"}
+
+
+@dataclass(frozen=True)
+class LeftOpen:
+    """What is left to advice when a body is made.
+
+    strain     its form of strain
+    joints     static shapes of joints, and of these: at_roots, elsewhere
+    roots      mesh groups, or the end, where it is clamped
+    few        number of its modes, or of its functions along one direction, where static shapes of spin are left open
+               too and suit it; None where not
+    responses  shapes that snap through
+    """
+
+    strain: bool = False
+    joints: bool = False
+    at_roots: bool = False
+    elsewhere: bool = False
+    roots: tuple[str, ...] = ()
+    few: int | None = None
+    responses: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Origin:
+    """What a body was reduced from, what is left open of it, and how its maker would change it.
+
+    source  None of a body from a file, whose mesh is not known
+    bound   why it stays linear whatever bends it; empty where it need not
+    remedy  what to do for a strain that knows what pulls along it, as in "give it strain = 'condensed'"
+    """
+
+    source: Meshed | Analytic | None = None
+    open: LeftOpen = LeftOpen()
+    bound: str = ""
+    remedy: str = "give it strain = 'condensed'"

@@ -1,0 +1,82 @@
+"""What is doubtful of a craft whatever it is going to do: loose bodies, thrust on an orbit that is specified."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+
+from femflex.advice.bodies import KnownBodies
+from femflex.advice.doubts import doubts
+from femflex.body import rigid_body
+from femflex.case import parse_case
+from femflex.pipeline.decisions import build_system
+from femflex.system import Load, Orbit, System, free, spherical, weld
+from femflex.warning import PhysicsWarning
+
+BLOCK = rigid_body(100.0, np.diag([10.0, 12.0, 14.0]))
+RADIUS = 7.0e6
+
+
+def texts(system, duration=100.0):
+    return [one.reason for one in doubts(system, KnownBodies({}), duration)]
+
+
+def test_a_body_that_nothing_joins_to_jointed_ones_is_told_of():
+    joints = (weld(child="hub"), weld(child="arm", parent="hub"), free(child="tank"))
+    (text,) = texts(System({"hub": BLOCK, "arm": BLOCK, "tank": BLOCK}, joints))
+    assert text.startswith("bodies.tank: it has no joint, nothing hangs on it, and 2 of the other bodies have one")
+
+
+def test_a_free_craft_is_not_taken_for_a_forgotten_joint():
+    assert not texts(System({"hub": BLOCK, "arm": BLOCK}, (free(child="hub"), weld(child="arm", parent="hub"))))
+    assert not texts(System({"hub": BLOCK}, (free(child="hub"),)))
+
+
+CASE = """
+[run]
+duration = 10
+output_step = 0.1
+[bodies.wall]
+kind = "rigid"
+mass = 1
+inertia = [1, 1, 1]
+[bodies.panel]
+kind = "rigid"
+mass = 1
+inertia = [1, 1, 1]
+[[joints]]
+kind = "revolute"
+axis = "z"
+child = "wall"
+"""
+
+
+def test_a_case_with_a_forgotten_joint_is_warned_of():
+    with pytest.warns(PhysicsWarning, match=r"bodies.panel: it has no joint"):
+        build_system(parse_case(CASE))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        build_system(parse_case(CASE + '[[joints]]\nkind = "weld"\nparent = "wall"\nchild = "panel"\n'))
+
+
+def orbiting(*loads, kind="specified"):
+    joint = free(child="hub") if kind == "free" else spherical(child="hub")
+    return System({"hub": BLOCK}, (joint,), loads=loads, orbit=Orbit(RADIUS, free=kind == "free"))
+
+
+def thrust(force, name="thrust"):
+    return Load(name, "hub", "origin", force=np.array(force, float))
+
+
+def test_thrust_on_a_specified_orbit_is_told_of_with_the_change_of_speed_that_it_leaves_out():
+    """2 N on 100 kg for 100 s: 2 m/s."""
+    (text,) = texts(orbiting(thrust([0, 0, 2])))
+    assert "push the craft by up to 2 N, 2 m/s over 100 s, and its orbit is specified" in text
+    assert not texts(orbiting(thrust([0, 0, 2]), kind="free"))
+
+
+def test_thrusters_that_balance_or_hardly_push_are_not_told_of():
+    assert not texts(orbiting(thrust([0, 0, 2]), thrust([0, 0, -2], "other")))
+    assert not texts(orbiting(thrust([0, 0, 1e-3])))
