@@ -9,9 +9,6 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).resolve().parents[1] / "femflex"
 LEFT = {  # pairs that still import each other; the list may only shrink
-    ("femflex.advice", "femflex.assembly"),
-    ("femflex.advice", "femflex.body"),
-    ("femflex.assembly", "femflex.case"),
     ("femflex.dynamics.force_terms", "femflex.dynamics.reports"),
     ("femflex.fem.line", "femflex.fem.sections"),
 }
