@@ -159,3 +159,19 @@ def test_a_frequency_of_the_craft_has_no_channel_and_no_speed(femflex, case, mor
     path.write_text(path.read_text() + more + "\n")
     code, _, err = femflex("check", path)
     assert code == 2 and said in err
+
+
+@pytest.mark.parametrize(("mode", "drawn"), [(None, 7), (9, 9)])
+def test_the_movie_is_of_the_first_mode_that_is_not_rigid_unless_named(case, mode, drawn, tmp_path, monkeypatch):
+    import femflex.view
+    from femflex.case import read_case
+    from femflex.cli.craft_modes import Drawing
+    from femflex.pipeline.balanced import case_modes
+
+    captions = []
+    monkeypatch.setattr(
+        femflex.view, "craft_movie", lambda skin, caption, path, **more: captions.append(caption) or path
+    )
+    drawing = Drawing(picture=None, movie=tmp_path / "m.mp4", mode=mode, force=False)
+    drawing.make(case_modes(read_case(case())), "hub and beam")
+    assert [caption.split(" · ")[0] for caption in captions] == [str(drawn)]

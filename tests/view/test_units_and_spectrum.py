@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from femflex.view.spectrum import amplitude_spectrum
-from femflex.view.units import clock, colour_bar, length_unit
+from femflex.view.units import clock, colour_bar, length_unit, strain_bar
 
 
 @pytest.mark.parametrize("largest", 10.0 ** np.linspace(-8, 3, 45))
@@ -61,3 +61,10 @@ def test_nothing_makes_no_peak_and_a_short_record_is_refused():
     assert amplitude_spectrum(np.linspace(0, 1, 64), np.linspace(2, 5, 64)).amplitude.max() < 1e-12  # a trend
     with pytest.raises(ValueError, match="a spectrum needs at least 16 instants; the record has 5"):
         amplitude_spectrum(np.arange(5.0), np.arange(5.0))
+
+
+@pytest.mark.parametrize(("largest", "parts"), [(2.9e-4, 2), (3.9e-4, 4), (4.9e-4, 5), (5.9e-4, 2)])
+def test_a_bar_of_both_signs_has_few_parts(largest, parts):
+    """Six on either side of zero would be too many: two; without a sign six stay."""
+    assert strain_bar(largest, "1", True, "axial strain").parts == parts
+    assert strain_bar(2.9e-4, "1", False, "axial strain").parts == 6
