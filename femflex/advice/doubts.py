@@ -28,10 +28,11 @@ def doubts(system: System, known: KnownBodies, duration: float) -> list[Advice]:
     return [*out, *_light_sets(system), *_loose_bodies(system), *_driven_orbit(system, duration)]
 
 
-def output_doubts(bodies: Mapping[str, FlexibleBody], step: float) -> list[Advice]:
-    """Modes of bodies that an output step [s] is too long to show."""
+def output_doubts(system: System, step: float) -> list[Advice]:
+    """Modes of whole bodies that an output step [s] is too long to show."""
+    pieces = {piece for parts in system.segments.values() for piece in parts}
     out = []
-    for name, body in _once(bodies):
+    for name, body in _once({name: body for name, body in system.bodies.items() if name not in pieces}):
         omega = body.omega[np.isfinite(body.omega) & (body.omega > 0)]
         if len(omega) and step > math.pi / omega[0]:
             text = (

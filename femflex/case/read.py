@@ -90,10 +90,10 @@ def _mesh_problems(parts: Outline, folder: Path) -> list[Problem]:
 
 
 def _not_there(path: Path) -> str:
-    if path.suffix != ".toml":
-        return "there is no such file; give the name of one that is there"
     known = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
     told = near(path.name, known)
+    if path.suffix != ".toml" and not told.startswith("did you"):
+        return "there is no such file; give the name of one that is there"
     few = len(known) <= FEW or told.startswith("did you")
     return f"there is no such case file; {told if few else f'{len(known)} others are there, such as {known[0]!r}'}"
 

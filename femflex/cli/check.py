@@ -77,7 +77,7 @@ def examined(case: Path) -> tuple[Decided, str]:
         found = decided(read, thorough=True)
         system = found.system
         times = read.run.times(duration_of(read, system))
-        warn_of((*found.advice, *output_doubts(system.bodies, float(times[1] - times[0]))))
+        warn_of((*found.advice, *output_doubts(system, float(times[1] - times[0]))))
     elastic = sum(body.n_modes for body in system.bodies.values())
     mass = sum(body.moments.mass for body in system.bodies.values())
     bodies = count(len(system.bodies), "body", "bodies")

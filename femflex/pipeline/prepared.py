@@ -103,7 +103,7 @@ def prepare(
     if output is not None and resume:
         check_same_model(model, Path(output))
     times = case.run.times(duration_of(case, system))
-    found = replace(found, advice=(*found.advice, *output_doubts(system.bodies, float(times[1] - times[0]))))
+    found = replace(found, advice=(*found.advice, *output_doubts(system, float(times[1] - times[0]))))
     warn_of(found.advice)
     begun = ""
     if output is not None and resume:

@@ -133,10 +133,12 @@ def _write(file: h5py.File, body: FlexibleBody) -> None:
     if body.foreshortening is not None:
         ignored = file.create_group("ignored")
         ignored.attrs["description"] = "foreshortening of the lowest shape over its stiffness, see body.Foreshortening"
-        ignored.create_dataset("mass", data=body.foreshortening.mass).attrs["units"] = "s^2/m | s^2"
+        mass = ignored.create_dataset("mass", data=body.foreshortening.mass)
+        mass.attrs["units"], mass.attrs["description"] = "s^2/m | s^2", "int z theta^T dm, z = (1, rho)"
         at = ignored.create_group("at", track_order=True)
         for name, theta in body.foreshortening.at.items():
-            at.create_dataset(_escaped(name), data=theta).attrs["units"] = "1/N"
+            place = at.create_dataset(_escaped(name), data=theta)
+            place.attrs["units"], place.attrs["description"] = "1/N", "theta at this marker"
     write_field(file, body.strain_field)
 
 

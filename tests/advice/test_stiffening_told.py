@@ -31,7 +31,7 @@ def test_the_frequency_of_a_light_boom_is_that_of_what_hangs_at_its_tip():
 @pytest.mark.parametrize(("bend", "told"), [(0.7, False), (1.1, True)])
 def test_a_condensed_body_bent_by_more_than_its_strain_holds_is_told_of(bend, told, recwarn):
     body = beam_body(BEAM, BeamFunctions(y=2, z=1), strain="condensed")
-    seen = Bend("boom", 1, body)
+    seen = Bend("boom", 1, body, "cut it into segments")
     state = np.zeros((2, 1 + body.n_modes))
     first = int(np.argmax(np.abs(body.markers["tip"].phi[1, : body.n_modes])))
     state[1, 1 + first] = bend * SWUNG * seen.size / np.abs(body.markers["tip"].phi[1, first])

@@ -14,7 +14,7 @@ from femflex.fem import FAMILIES
 from femflex.fem.option import OPTIONS
 from femflex.pipeline.decisions import build_body
 
-README = Path(__file__).resolve().parents[2] / "README.md"
+MEMBERS = Path(__file__).resolve().parents[2] / "docs" / "howto" / "members.md"
 PLAIN = 'material = "aluminium" }'
 HELD = ('clamp = "ROOT"', 'clamp = ["ROOT", "TIP"]')
 BENT = 'initial = { marker = "tip", displacement = [0, "10 mm", 0] }'
@@ -73,6 +73,6 @@ def test_options_that_are_refused_do_not_fit_the_schema_either(craft: str):
 
 
 @pytest.mark.parametrize("family", sorted(FAMILIES))
-def test_the_readme_lists_the_options_of_every_family(family: str):
-    row = next(line for line in README.read_text().splitlines() if line.startswith(f"| `{family}`"))
+def test_the_page_of_members_lists_the_options_of_every_family(family: str):
+    row = next(line for line in MEMBERS.read_text(encoding="utf-8").splitlines() if line.startswith(f"| `{family}`"))
     assert {name for name in OPTIONS[family] if f"`{name}`" in row} == set(OPTIONS[family])

@@ -274,7 +274,12 @@ IN_THE_TEXT = [
     ("", "[expect.a]\nchannel = 'q'\nvalue = '1 m'\ntolerance = '1 deg'\n", "value in m, tolerance in rad"),
     ("", "[expect.a]\nchannel = 'q'\nat = 20\nbelow = 1\n", "expect.a.at", "0 to 10 s"),
     ("", "[expect.a]\nchannel = 'attitude/angle'\nbelow = 1\n", "did you mean 'attitude/angles'?"),
-    ("", "[expect.a]\nchannel = 'attitude/angles'\ncomponent = 'pich'\nbelow = 1\n", "did you mean 'pitch'?"),
+    (
+        "",
+        "[expect.a]\nchannel = 'attitude/angles'\ncomponent = 'pitch'\nbelow = 1\n",
+        "component",
+        "known are 'x', 'y', 'z'",
+    ),
     ("", "[expect.a]\nchannel = 'attitude/angles'\ncomponent = 3\nbelow = 1\n", "3 entries"),
     ("", "[expect.a]\nchannel = 'q'\nabove = 2\nbelow = 1\n", "between which nothing lies"),
     ("", "[pictures]\ntimes = [20]\n", "pictures.times", "0 to 10 s"),

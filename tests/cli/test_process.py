@@ -53,7 +53,7 @@ def _interrupted_run(case: Path, output: Path) -> tuple[int, float, str]:
 def test_an_interrupted_run_is_kept_and_resumes_bit_for_bit(
     craft: str, write_case: Callable[..., Path], tmp_path: Path
 ):
-    long = craft.replace('duration = "10 s"', 'duration = "20 s"').replace(
+    long = craft.replace('duration = "10 s"', 'duration = "40 s"').replace(
         "output_step = 0.05", "output_step = 0.005\nmax_step = 0.0005"
     )
     case = write_case(long)
@@ -65,12 +65,12 @@ def test_an_interrupted_run_is_kept_and_resumes_bit_for_bit(
         rows = int(file["progress"][0])
         assert err.startswith(f"femflex: interrupted; {tmp_path / 'run.h5'} keeps {rows} rows, to ")
         assert err.endswith(" s, and --resume goes on from there\n")
-        assert 0 < rows < 4001 and np.isfinite(file["q"][:rows]).all()
+        assert 0 < rows < 8001 and np.isfinite(file["q"][:rows]).all()
     subprocess.run(
         [*COMMAND, "run", str(case), "-o", str(tmp_path / "run.h5"), "--resume"], check=True, capture_output=True
     )
     subprocess.run([*COMMAND, "run", str(case), "-o", str(tmp_path / "whole.h5")], check=True, capture_output=True)
     with h5py.File(tmp_path / "run.h5") as resumed, h5py.File(tmp_path / "whole.h5") as whole:
-        assert resumed.attrs["complete"] and len(resumed["time"]) == 4001
+        assert resumed.attrs["complete"] and len(resumed["time"]) == 8001
         for path in ("time", "q", "u", "markers/boom.tip/position", "monitors/energy"):
             np.testing.assert_array_equal(resumed[path][()], whole[path][()])

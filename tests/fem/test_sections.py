@@ -193,5 +193,7 @@ def test_impossible_sections_are_refused(section, sentence):
 
 
 def test_a_shape_without_material_is_refused():
-    with pytest.raises(ValueError, match=r"Circle needs a material; found none\. Give one, or a StiffnessSection"):
+    with pytest.raises(
+        ValueError, match=r"Circle needs a material; found none\. Name one, or give the section by its stiffnesses"
+    ):
         Circle(0.1).resultants(None, STATION, STATION)

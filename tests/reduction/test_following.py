@@ -41,12 +41,15 @@ def test_derivatives_that_bend_stay_coordinates_and_the_rest_follows():
     assert max(stay) < 2 * shapes.omega[:8].max()
 
 
-def test_automatic_derivatives_of_a_slim_boom_all_follow():
+def test_automatic_derivatives_of_a_slim_boom_follow_where_they_are_stiff():
     structure = boom()
     for modes in (craig_bampton(structure, ("start", "end"), 2), cantilever_modes(structure, "start", 6)):
         shapes = with_derivatives(structure, modes)
         body = reduce_structure(structure, shapes, strain="condensed")
-        assert body.n_modes == modes.n_modes and 0 < len(derived(shapes)) == body.kinds.count("derivative")
+        assert 0 < len(derived(shapes)) == body.kinds.count("derivative")
+        # a derivative that bends stays a coordinate, and is no faster than those there are
+        kept = body.omega[modes.n_modes : body.n_modes]
+        assert len(kept) <= 1 and (kept < 0.5 * body.omega[: modes.n_modes].max()).all()
 
 
 def test_a_set_none_of_whose_derivatives_can_follow_keeps_them_all_as_coordinates():
@@ -65,7 +68,7 @@ def test_members_between_interfaces_stay_as_stiff_as_they_are_with_linear_strain
     for keep in (4, "auto"):
         body = reduce_structure(structure, with_derivatives(structure, modes, keep), strain="condensed")
         stiff = np.sqrt(np.outer(*[np.diag(linear.strain.V1)] * 2))
-        np.testing.assert_allclose(body.strain.V1 / stiff, linear.strain.V1 / stiff, atol=1e-9)
+        np.testing.assert_allclose(body.strain.V1[:8, :8] / stiff, linear.strain.V1 / stiff, atol=1e-9)
         np.testing.assert_allclose(body.moments.elastic_mass()[:8, :8], linear.moments.elastic_mass(), atol=1e-9)
 
 

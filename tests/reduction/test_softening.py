@@ -44,9 +44,9 @@ def test_the_twist_wants_few_more_derivatives():
     structure = strip(*STRIPS["slim"])
     for n in (4, 8, 12):
         shapes = derived(structure, cantilever_modes(structure, "start", 12), n, "auto")
-        more = int(shapes.note.split(", and ")[-1].split()[0])
-        assert "bends that soften others" in shapes.note
-        assert more <= n
+        more = [int(part.split()[0]) for part in shapes.note.split(", and ") if "bends that soften others" in part]
+        assert bool(more) == (n > 4)  # of four modes those for slender bends hold these too
+        assert sum(more) <= n
 
 
 @pytest.mark.parametrize("name", STRIPS)

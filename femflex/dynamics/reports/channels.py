@@ -26,7 +26,7 @@ from femflex.system.segments import marker_label
 
 XYZ = ("x", "y", "z")
 EULER = ("e0", "e1", "e2", "e3")
-ANGLE_WORDS = {"x": "pitch", "y": "yaw", "z": "roll"}  # about the orbit normal, the vertical, the flight direction
+ANGLE_WORDS = {"x": "pitch", "y": "yaw", "z": "roll"}  # about the axes of the orbital frame
 
 
 def conservative_loads(system: System) -> list[str]:
@@ -99,7 +99,8 @@ def channels_of(system: System) -> dict[str, Channel]:
     where = "from O" if system.orbit else "from the inertial origin"
     sequence = system.libration_sequence
     angles, kind = letters_of(sequence), "extrinsic" if is_extrinsic(sequence) else "intrinsic"
-    words = tuple(f"{a}{k + 1}" if is_symmetric(sequence) else ANGLE_WORDS[a] for k, a in enumerate(angles))
+    names = ANGLE_WORDS if system.frame.kind == "orbital" else {axis: axis for axis in "xyz"}
+    words = tuple(f"{a}{k + 1}" if is_symmetric(sequence) else names[a] for k, a in enumerate(angles))
     out = {
         "q": Channel(_units(q), "coordinates", (len(q),), tuple(name for name, _ in q)),
         "u": Channel(_units(u), "quasi-velocities", (len(u),), tuple(name for name, _ in u)),
