@@ -99,9 +99,9 @@ def told(case):
 @pytest.mark.slow
 def test_an_arch_that_its_load_may_snap_gets_responses_to_that_load(arch):
     body, warned = told(arch())
-    assert (
-        body.strain_form == "nonlinear" and body.kinds[:11] == ("vibration",) * 2 + ("attachment",) + ("response",) * 8
-    )
+    assert body.strain_form == "nonlinear"
+    # the lowest modes sway sideways, and a push on the crown moves neither of them
+    assert body.kinds[:11] == ("vibration",) * 2 + ("unanswered attachment",) + ("response",) * 8
     assert "it is curved (it rises by 0.03 m), load 'push' (600 N at t" in body.note and ") is 3.9" in body.note
     assert "its static responses to z at 'CROWN', up to 0.09 m" in body.note
     assert not warned

@@ -147,7 +147,7 @@ def arch(rise, n=12):
     return build_structure(mesh, [Member("line", "beam", Rectangle(0.03, H), METAL, {"extent": 1.0})])
 
 
-def panel(rise, n=8, length=0.5):
+def panel(rise, n=8, length=0.5, supports=None):
     """A cylindrical panel of unit span from flat triangles, straight edges "left" and "right"."""
     mesh = rectangle(1.0, length, n, round(n * length), "triangle")
     radius = (0.25 + rise**2) / (2 * rise)
@@ -156,7 +156,7 @@ def panel(rise, n=8, length=0.5):
     points = np.stack(
         [0.5 + radius * np.sin(angle), mesh.points[:, 1], radius * (np.cos(angle) - np.cos(half))], axis=1
     )
-    return build_structure(replace(mesh, points=points), [Member("surface", "plate", H, METAL)])
+    return build_structure(replace(mesh, points=points), [Member("surface", "plate", H, METAL)], supports=supports)
 
 
 def snapped(structure, clamp, where, step):
