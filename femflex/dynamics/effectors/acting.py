@@ -104,25 +104,36 @@ def _made(function: Callable[..., Any], sizes: Sizes, jacobian: bool) -> tuple[i
     return int(made.address), made
 
 
+def _view(sizes: Sizes, array: Any) -> Any:
+    """The function that makes a `Seen` of what the model hands over, compiled where arrays are views of addresses."""
+    m, f, n, n_z, n_p, _ = sizes
+
+    def view(t: float, seen: Any, z: Any, parameters: Any) -> Seen:
+        return Seen(
+            t,
+            array(seen, (m, 3)),
+            array(beyond(seen, 3 * m), (m, 3, 3)),
+            array(beyond(seen, 12 * m), (m, 3)),
+            array(beyond(seen, 15 * m), (m, 3)),
+            array(beyond(seen, 18 * m), (f,)),
+            array(beyond(seen, 18 * m + f), (f,)),
+            array(beyond(seen, 18 * m + 2 * f), (n,)),
+            array(z, (n_z,)),
+            array(parameters, (n_p,)),
+        )
+
+    return view if array is plain_array else _numba.njit(view)
+
+
 def _act(inner: Any, sizes: Sizes, array: Any) -> Callable[..., None]:
     """The function of signature ACT that hands arrays to an effector's own."""
-    m, f, n, n_z, n_p, c = sizes
+    m, f, _, n_z, _, c = sizes
+    view = _view(sizes, array)
     effort, last = 6 * m, 6 * m + f + n_z + c
 
     def called(t: float, seen: Any, z: Any, parameters: Any, out: Any) -> None:
         inner(
-            Seen(
-                t,
-                array(seen, (m, 3)),
-                array(beyond(seen, 3 * m), (m, 3, 3)),
-                array(beyond(seen, 12 * m), (m, 3)),
-                array(beyond(seen, 15 * m), (m, 3)),
-                array(beyond(seen, 18 * m), (f,)),
-                array(beyond(seen, 18 * m + f), (f,)),
-                array(beyond(seen, 18 * m + 2 * f), (n,)),
-                array(z, (n_z,)),
-                array(parameters, (n_p,)),
-            ),
+            view(t, seen, z, parameters),
             Given(
                 array(out, (m, 3)),
                 array(beyond(out, 3 * m), (m, 3)),
@@ -141,24 +152,11 @@ def _act(inner: Any, sizes: Sizes, array: Any) -> Callable[..., None]:
 
 def _jacobian(inner: Any, sizes: Sizes, array: Any) -> Callable[..., None]:
     """The function of signature ACT that hands arrays to an effector's own Jacobian."""
-    m, f, n, n_z, n_p, _ = sizes
+    n_z = sizes[3]
+    view = _view(sizes, array)
 
     def called(t: float, seen: Any, z: Any, parameters: Any, out: Any) -> None:
-        inner(
-            Seen(
-                t,
-                array(seen, (m, 3)),
-                array(beyond(seen, 3 * m), (m, 3, 3)),
-                array(beyond(seen, 12 * m), (m, 3)),
-                array(beyond(seen, 15 * m), (m, 3)),
-                array(beyond(seen, 18 * m), (f,)),
-                array(beyond(seen, 18 * m + f), (f,)),
-                array(beyond(seen, 18 * m + 2 * f), (n,)),
-                array(z, (n_z,)),
-                array(parameters, (n_p,)),
-            ),
-            array(out, (n_z, n_z)),
-        )
+        inner(view(t, seen, z, parameters), array(out, (n_z, n_z)))
 
     return called
 
