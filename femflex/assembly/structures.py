@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from femflex.assembly.acting import Acting
-from femflex.assembly.sections import build_material, build_section
+from femflex.assembly.sections import build_material, build_section, build_solid_material
 from femflex.assembly.shared import shared
 from femflex.case.body import FlexibleTable, MemberTable
 from femflex.case.case import Case
@@ -26,6 +26,7 @@ from femflex.case.support import DIRECTIONS, SkewSupport
 from femflex.fem import FAMILIES, Member, PointMass, Structure, build_structure
 from femflex.fem.option import OPTIONS as FAMILY_OPTIONS
 from femflex.fem.sections.laminates import Lamina
+from femflex.fem.sections.materials import Material, Orthotropic
 from femflex.fem.support import Support, antisymmetry, symmetry
 from femflex.mesh import Mesh
 from femflex.reduction import (
@@ -210,9 +211,16 @@ def _member(case: Case, name: str, table: MemberTable, left_out: Mapping[str, ob
     if table.family not in FAMILIES:
         text = f"found {table.family!r}, which is no family of members; {near(table.family, FAMILIES)}"
         raise CaseError(case.path.name, [Problem(f"{where}.family", text)])
-    material = None if table.material is None else build_material(case.materials[table.material])
+    material: Material | Lamina | Orthotropic | None = None
     section = None
-    if table.section is not None:
+    if table.family == "solid" and table.material is not None:
+        try:
+            material = build_solid_material(case.materials[table.material])
+        except ValueError as error:
+            raise CaseError(case.path.name, [Problem(f"materials.{table.material}", str(error))]) from None
+    elif table.material is not None:
+        material = build_material(case.materials[table.material])
+    if table.section is not None and not isinstance(material, Orthotropic):
         try:
             section, material = build_section(case.sections[table.section], material, case.materials)
         except ValueError as error:

@@ -36,10 +36,10 @@ class Isotropic(Table):
 
 
 class Orthotropic(Table):
-    """A material of plies: axes 1 and 2 in the plane."""
+    """A material with axes of its own: of plies, with axes 1 and 2 in the plane, or of solids."""
 
     kind: Literal["orthotropic"]
-    """Selects this material: orthotropic, for plies."""
+    """Selects this material: orthotropic, for plies and solids."""
     E1: Modulus
     """Elastic modulus along axis 1."""
     E2: Modulus
@@ -54,6 +54,12 @@ class Orthotropic(Table):
     """Transverse shear modulus in the 1-3 plane. Left out: G12."""
     G23: Modulus | None = None
     """Transverse shear modulus in the 2-3 plane. Left out: G12."""
+    E3: Modulus | None = None
+    """Elastic modulus along axis 3, which solids need."""
+    nu13: Plain | None = None
+    """Poisson's ratio, which solids need: contraction along 3 under tension along 1."""
+    nu23: Plain | None = None
+    """Poisson's ratio, which solids need: contraction along 3 under tension along 2."""
 
 
 class Core(Table):

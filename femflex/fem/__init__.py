@@ -11,14 +11,16 @@ from pkgutil import walk_packages
 from femflex.fem.family import FAMILIES
 from femflex.fem.line.cut import Segment, cut
 from femflex.fem.point_mass import PointMass
-from femflex.fem.sections.materials import Material
+from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.fem.structure import Member, Structure, StructureSkin, build_structure
 from femflex.fem.support import Support, antisymmetry, symmetry
 
 __all__ = [
     "FAMILIES",
+    "Anisotropic",
     "Material",
     "Member",
+    "Orthotropic",
     "PointMass",
     "Segment",
     "Structure",

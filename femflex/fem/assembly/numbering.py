@@ -95,6 +95,12 @@ class Numbering:
         """Raw dofs (k, 3) that members already gave the rotation of nodes (k,); -1 where none did."""
         return self._rotation[nodes]
 
+    def turns_about_all_axes(self, dofs: Index) -> NDArray[np.bool_]:
+        """Whether the nodes whose first rotational dofs these are (any shape) turn about all axes, not in a plane."""
+        flat = np.zeros(self.n_raw, bool)
+        flat[self._rotation[self._flat()[0], 0]] = True
+        return np.asarray(~flat[dofs])
+
     def layout(self, supports: Sequence[Condition] = ()) -> Layout:
         """How raw dofs lie along the axes of supports."""
         nodes, axes = self._flat()
