@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from femflex.fem.plate.frames import in_plane
 from femflex.fem.shell.tying import inlayer, shear
 from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.quality import quadrature
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -84,12 +85,12 @@ def gradient_rows(geometry: ShellGeometry, points: Array) -> Array:
     k = base.h.shape[1]
     frame, inverse = _frames(geometry, base)
     rows = np.zeros((e, q, ROWS, 6 * k))
-    membrane, bending = _inlayer(geometry, points, base)
-    strain = _cartesian(inverse, np.concatenate([membrane, bending], axis=3).reshape(e, q, 3, -1))
-    strain = strain.reshape(e, q, 3, 2, 6 * k)
+    strain = _inlayer(geometry, points, base, inverse)
+    if geometry.cell == "quad9":
+        strain = strain + _mean_lost(geometry)
     if geometry.cell == "quad":
         strain[:, :, :, 0] += _incompatible(geometry, points, strain[:, :, :, 0])
-    gamma = _shear(geometry, points, base)
+    gamma = _shear(geometry, points)
     rows[:, :, 9:11] = np.einsum("eqxa,eqal->eqxl", inverse, gamma)
     rows[:, :, 6:9] = strain[:, :, :, 1]
     # displacement derivatives along the frame's axes, du/dx_a = sum_alpha inverse[a, alpha] dh_alpha
@@ -114,8 +115,9 @@ def _frames(geometry: ShellGeometry, base: _Base) -> tuple[Array, Array]:
     return frame, np.linalg.inv(jacobian)
 
 
-def _covariant(g: Array, d: Array, d_a: Array, h: Array, dh: Array, V: Array) -> tuple[Array, Array, Array]:
+def _covariant(base: _Base, V: Array) -> tuple[Array, Array, Array]:
     """Rows of e and kappa (rr, ss, 2 rs) (e, q, 3, 6 k) and of gamma (rt, st) (e, q, 2, 6 k)."""
+    g, d, d_a, h, dh = base.g, base.d, base.d_a, base.h, base.dh
     e, q = d.shape[:2]
     k = h.shape[1]
     u = np.einsum("eqai,qkb->eqabki", g, dh).reshape(e, q, 2, 2, 3 * k)  # g_a . u,b
@@ -132,25 +134,32 @@ def _covariant(g: Array, d: Array, d_a: Array, h: Array, dh: Array, V: Array) ->
     return membrane, bending, gamma
 
 
-def _rows_at(geometry: ShellGeometry, points: Array, base: _Base | None = None) -> tuple[Array, Array, Array]:
-    base = _base(geometry, points) if base is None else base
-    return _covariant(base.g, base.d, base.d_a, base.h, base.dh, geometry.V)
+def _inlayer(geometry: ShellGeometry, points: Array, base: _Base, inverse: Array, tie: bool = True) -> Array:
+    """Membrane and bending rows (e, q, 3, 2, 6 k) along the frames at points, tied where the cell asks for it."""
+    tying = inlayer(geometry.cell) if tie else None
+    own = _base(geometry, tying.at) if tying is not None else base
+    both = np.concatenate(_covariant(own, geometry.V)[:2], axis=3)
+    covariant = both if tying is None else _tied(tying.weights(points), both)
+    return _cartesian(inverse, covariant).reshape(*covariant.shape[:3], 2, -1)
 
 
-def _inlayer(geometry: ShellGeometry, points: Array, base: _Base) -> tuple[Array, Array]:
-    """Covariant membrane and bending rows (e, q, 3, 6 k) at points, tied where the cell asks for it."""
-    tying = inlayer(geometry.cell)
-    if tying is None:
-        membrane, bending, _ = _rows_at(geometry, points, base)
-        return membrane, bending
-    weights = tying.weights(points)
-    membrane, bending, _ = _rows_at(geometry, tying.at)
-    return _tied(weights, membrane), _tied(weights, bending)
+def _mean_lost(geometry: ShellGeometry) -> Array:
+    """Constant rows (e, 1, 3, 2, 6 k) that give tied strains the mean over the element that untied ones have.
+
+    In elements that are no parallelograms tying alone changes it, and patches of constant stress would not be exact.
+    """
+    points, weight = quadrature("quad", 3)
+    base = _base(geometry, points)
+    _, inverse = _frames(geometry, base)
+    area = areas(geometry, points)[0] * weight
+    lost = _inlayer(geometry, points, base, inverse, tie=False) - _inlayer(geometry, points, base, inverse)
+    mean = np.einsum("eq,eqcbl->ecbl", area / area.sum(axis=1, keepdims=True), lost)
+    return mean[:, None]
 
 
-def _shear(geometry: ShellGeometry, points: Array, base: _Base) -> Array:
+def _shear(geometry: ShellGeometry, points: Array) -> Array:
     tying = shear(geometry.cell)
-    return _tied(tying.weights(points), _rows_at(geometry, tying.at)[2])
+    return _tied(tying.weights(points), _covariant(_base(geometry, tying.at), geometry.V)[2])
 
 
 def _tied(weights: Array, rows: Array) -> Array:
