@@ -16,6 +16,7 @@ from scipy import sparse
 from femflex.fem.assembly.conditions import conditions
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.assembly.support_dofs import held_columns
+from femflex.fem.connections.connection import Connection
 from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces, prepared
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.point_mass import PointMass, point_mass_block
@@ -166,8 +167,9 @@ def build_structure(
     members: Sequence[Member],
     point_masses: Sequence[PointMass] = (),
     supports: Supports | None = None,
+    connections: Sequence[Connection] = (),
 ) -> Structure:
-    """The Structure of a mesh with these members and concentrated masses.
+    """The Structure of a mesh with these members, concentrated masses and connections.
 
     supports: those that mode sets will ask for. They hold nothing here; the dofs lie along their axes, so that
     `Structure.held_dofs` finds them in planes askew and on edges of curved shells too.
@@ -178,8 +180,12 @@ def build_structure(
         raise ValueError("a structure needs at least one member; found none")
     warn_of_doubled_cells(mesh, members)
     mesh, notes = prepared(mesh, members)
+    for connection in connections:
+        mesh = connection.placed(mesh)
     numbering = Numbering(len(mesh.points), members)
     parts = [contribution(mesh, member, numbering) for member in members]
+    for connection in connections:
+        numbering.connect(connection.dependences(mesh, numbering))
     inertia = tuple(block for part in parts for block in part.inertia)
     inertia += tuple(point_mass_block(mesh, point_mass, numbering) for point_mass in point_masses)
     late = tuple(block for part in parts if part.late is not None for block in part.late())

@@ -25,7 +25,8 @@ def qualities(points: Array, cell: str, nodes: Index) -> Array:
     """Shape quality (n,), 1 equilateral, 0 degenerate, negative where a cell is folded or inside out.
 
     The mean-ratio measure d det(T)^(2/d) / |T|^2 with T the Jacobian relative to the ideal cell's, the least over the
-    corners, of a pyramid those of its base (Knupp, SIAM J. Sci. Comput. 23 (2001) 193-218, section 5). Lines have quality 1 unless folded.
+    corners, of a pyramid those of its base (Knupp, SIAM J. Sci. Comput. 23 (2001) 193-218, section 5). Lines have
+    quality 1 unless folded.
     """
     kind = CELL_TYPES[cell]
     d = kind.dimension

@@ -9,7 +9,7 @@ from scipy.sparse.linalg import spsolve
 
 from femflex.fem import Material, Member, Structure, build_structure
 from femflex.fem.support import Support, symmetry
-from femflex.mesh import Mesh, box, rectangle
+from femflex.mesh import Mesh, rectangle
 from femflex.mesh.cells import CELL_TYPES
 
 
@@ -109,16 +109,37 @@ def straight_beam(cell: str, load: str, shape: str = "rectangular") -> Problem:
     tip = m.nearest_point([6, 0, 0])
     way = {"in plane": Y, "out of plane": Z, "axial": X}[load]
     answer = {"in plane": 0.1081, "out of plane": 0.4321, "axial": 3e-5}[load]
-    return Problem(m, 0.1, Material(1e7, 0.3, 1.0), {"left": Support(("x", "y", "z", "rx", "ry", "rz"))}, {"right": way}, tip, way, answer)
+    return Problem(
+        m,
+        0.1,
+        Material(1e7, 0.3, 1.0),
+        {"left": Support(("x", "y", "z", "rx", "ry", "rz"))},
+        {"right": way},
+        tip,
+        way,
+        answer,
+    )
 
 
 def curved_beam(cell: str, load: str, n: int = 6) -> Problem:
     """Quarter ring, radii 4.12 to 4.32, thickness 0.1, E = 1e7, nu = 0.25: 0.08734 in plane, 0.5022 out of plane."""
     flat = rectangle(np.pi / 2, 0.2, n, 1, cell)
-    m = mapped(flat, lambda p: np.stack([(4.32 - p[:, 1]) * np.sin(p[:, 0]), (4.32 - p[:, 1]) * np.cos(p[:, 0]), 0 * p[:, 0]], 1))
+    m = mapped(
+        flat,
+        lambda p: np.stack([(4.32 - p[:, 1]) * np.sin(p[:, 0]), (4.32 - p[:, 1]) * np.cos(p[:, 0]), 0 * p[:, 0]], 1),
+    )
     way, answer = {"in plane": (X, 0.08734), "out of plane": (Z, 0.5022)}[load]
     tip = m.nearest_point([4.12, 0, 0])
-    return Problem(m, 0.1, Material(1e7, 0.25, 1.0), {"left": Support(("x", "y", "z", "rx", "ry", "rz"))}, {"right": way}, tip, way, answer)
+    return Problem(
+        m,
+        0.1,
+        Material(1e7, 0.25, 1.0),
+        {"left": Support(("x", "y", "z", "rx", "ry", "rz"))},
+        {"right": way},
+        tip,
+        way,
+        answer,
+    )
 
 
 def twisted_beam(cell: str, load: str, thickness: float = 0.32, n: int = 12) -> Problem:
@@ -138,8 +159,14 @@ def twisted_beam(cell: str, load: str, thickness: float = 0.32, n: int = 12) -> 
     answer = {(0.32, "in plane"): 0.005424, (0.32, "out of plane"): 0.001754}
     answer |= {(0.05, "in plane"): 1.390, (0.05, "out of plane"): 0.3431}
     return Problem(
-        m, thickness, Material(29e6, 0.22, 1.0), {"left": Support(("x", "y", "z", "rx", "ry", "rz"))},
-        {"right": way * 1.0}, m.nearest_point([12, 0, 0]), way, answer[thickness, load],
+        m,
+        thickness,
+        Material(29e6, 0.22, 1.0),
+        {"left": Support(("x", "y", "z", "rx", "ry", "rz"))},
+        {"right": way * 1.0},
+        m.nearest_point([12, 0, 0]),
+        way,
+        answer[thickness, load],
     )
 
 
@@ -155,7 +182,13 @@ def scordelis_lo(cell: str, n: int) -> Problem:
 def hemisphere(cell: str, n: int) -> Problem:
     """R = 10, hole of 18 deg, h = 0.04, E = 6.825e7, nu = 0.3, pulls of 2: 0.0940 (0.0930 converged)."""
     flat = rectangle(np.pi / 2, np.radians(72), n, n, cell)
-    m = mapped(flat, lambda p: 10 * np.stack([np.cos(p[:, 0]) * np.cos(p[:, 1]), np.sin(p[:, 0]) * np.cos(p[:, 1]), np.sin(p[:, 1])], axis=1))
+    m = mapped(
+        flat,
+        lambda p: (
+            10
+            * np.stack([np.cos(p[:, 0]) * np.cos(p[:, 1]), np.sin(p[:, 0]) * np.cos(p[:, 1]), np.sin(p[:, 1])], axis=1)
+        ),
+    )
     m = m.with_groups(points={"held": [m.nearest_point([10, 0, 0])]})
     supports = {"left": symmetry([0, 1.0, 0]), "right": symmetry([1.0, 0, 0]), "held": Support(("z",))}
     one, other = (m.nearest_point(at) for at in ([10, 0, 0], [0, 10, 0]))
@@ -166,7 +199,12 @@ def pinched_cylinder(cell: str, n: int) -> Problem:
     """R = 300, L = 600, h = 3, E = 3e6, nu = 0.3, diaphragms, unit forces: 1.8248e-5. An octant."""
     flat = rectangle(300.0, np.pi / 2, n, n, cell)
     m = mapped(flat, lambda p: np.stack([p[:, 0], 300 * np.cos(p[:, 1]), 300 * np.sin(p[:, 1])], axis=1))
-    supports = {"left": symmetry([1.0, 0, 0]), "right": Support(("y", "z", "rx")), "bottom": symmetry([0, 0, 1.0]), "top": symmetry([0, 1.0, 0])}
+    supports = {
+        "left": symmetry([1.0, 0, 0]),
+        "right": Support(("y", "z", "rx")),
+        "bottom": symmetry([0, 0, 1.0]),
+        "top": symmetry([0, 1.0, 0]),
+    }
     node = m.nearest_point([0, 300, 0])
     return Problem(m, 3.0, Material(3e6, 0.3, 1.0), supports, {node: -Y / 4}, node, -Y, 1.8248e-5)
 
@@ -176,7 +214,12 @@ def raasch_hook(cell: str, n: int) -> Problem:
     4.9352 with transverse shear (Knight 1997), in hundreds of an inch/lb: 0.049352."""
     share = 14 * np.radians(60) / (14 * np.radians(60) + 46 * np.radians(150))
     bend = max(1, round(n * share * 1.4))
-    a = np.concatenate([np.linspace(0, share, bend * CELL_TYPES[cell].order + 1), np.linspace(share, 1, (n - bend) * CELL_TYPES[cell].order + 1)[1:]])
+    a = np.concatenate(
+        [
+            np.linspace(0, share, bend * CELL_TYPES[cell].order + 1),
+            np.linspace(share, 1, (n - bend) * CELL_TYPES[cell].order + 1)[1:],
+        ]
+    )
     flat = rectangle(1.0, 20.0, n, max(1, n // 4), cell)
     steps = np.linspace(0, 1, n * CELL_TYPES[cell].order + 1)
 
@@ -199,4 +242,13 @@ def raasch_hook(cell: str, n: int) -> Problem:
     m = mapped(flat, place)
     end = m.points[m.group_points("right")].mean(axis=0)
     tip = m.nearest_point(end)
-    return Problem(m, 2.0, Material(3300.0, 0.35, 1.0), {"left": Support(("x", "y", "z", "rx", "ry", "rz"))}, {"right": Z}, tip, Z, 4.9352)
+    return Problem(
+        m,
+        2.0,
+        Material(3300.0, 0.35, 1.0),
+        {"left": Support(("x", "y", "z", "rx", "ry", "rz"))},
+        {"right": Z},
+        tip,
+        Z,
+        4.9352,
+    )

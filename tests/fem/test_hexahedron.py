@@ -225,7 +225,9 @@ def test_mistakes_are_refused_in_words():
         build_structure(mesh, [Member("volume", "solid")])
     with pytest.raises(ValueError, match=r"has a section; a solid has none"):
         build_structure(mesh, [Member("volume", "solid", 0.1, METAL)])
-    with pytest.raises(ValueError, match=r"group 'left' holds quad9 cells; the solid family is made of hexahedron, hexa"):
+    with pytest.raises(
+        ValueError, match=r"group 'left' holds quad9 cells; the solid family is made of hexahedron, hexa"
+    ):
         build_structure(mesh, [Member("left", "solid", material=METAL)])
     mirrored = Mesh(mesh.points * [-1, 1, 1], dict(mesh.cells), mesh.cell_groups)
     with pytest.raises(ValueError, match=r"1 of 1 hexahedron27 elements are turned inside out or folded"):

@@ -63,12 +63,16 @@ class Orthotropic:
     def __post_init__(self) -> None:
         for one in fields(self):
             value = getattr(self, one.name)
-            if not math.isfinite(value) or (one.name[0] in "EG" and value <= 0) or (one.name == "density" and value < 0):
+            if (
+                not math.isfinite(value)
+                or (one.name[0] in "EG" and value <= 0)
+                or (one.name == "density" and value < 0)
+            ):
                 raise ValueError(
                     f"{one.name} of an orthotropic material is {value}; moduli are positive, the density is not "
                     "negative, all are finite"
                 )
-        _require_positive(np.linalg.inv(self._compliance()), "nu12, nu13 and nu23 of an orthotropic material")
+        _require_positive(self.elasticity(), "nu12, nu13 and nu23 of an orthotropic material")
 
     def elasticity(self) -> Array:
         """Elastic matrix (6, 6) [N/m^2] along its axes, order 11, 22, 33, 23, 13, 12."""

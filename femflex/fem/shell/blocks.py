@@ -66,7 +66,7 @@ class ShellInertia:
 
 
 def strain_maps() -> tuple[Array, Array]:
-    """linear_map (8, 11) and quadratic_map (8, 11, 11) of shells over their gradients, those of plates, with omega^2."""
+    """linear_map (8, 11) and quadratic_map (8, 11, 11) over the gradients of shells: those of plates, with omega^2."""
     linear, quadratic = np.zeros((8, ROWS)), np.zeros((8, ROWS, ROWS))
     linear[0, 0] = linear[1, 3] = linear[2, 1] = linear[2, 2] = 1.0
     linear[3:, 6:] = np.eye(5)

@@ -25,9 +25,7 @@ Index = NDArray[np.int64]
 DRILLING = 0.1  # of the shear stiffness in the plane
 
 
-def drilling(
-    geometry: ShellGeometry, dofs: Index, drilled: NDArray[np.bool_], shear: float
-) -> tuple[DenseStrain, ...]:
+def drilling(geometry: ShellGeometry, dofs: Index, drilled: NDArray[np.bool_], shear: float) -> tuple[DenseStrain, ...]:
     """Strain theta.n - omega at the nodes (e, k) that have a rotation about the director; none where none has.
 
     shear: stiffness G h [N/m]

@@ -1,7 +1,7 @@
 """Strains of shell elements over their dofs: a surface with directors (Naghdi's shell), sampled by `tying`.
 
-x(r, s, z) = sum h_k (x_k + z V_k), displacement u + z eta with eta = sum h_k theta_k x V_k. Covariant strains, g_a = x,a
-and d = sum h_k V_k:
+x(r, s, z) = sum h_k (x_k + z V_k), displacement u + z eta with eta = sum h_k theta_k x V_k. Covariant strains,
+g_a = x,a and d = sum h_k V_k:
 
     e_ab = (g_a.u,b + g_b.u,a) / 2      kappa_ab = (g_a.eta,b + g_b.eta,a + d,a.u,b + d,b.u,a) / 2
     gamma_a = g_a.eta + d.u,a
@@ -53,7 +53,7 @@ class ShellGeometry:
 
 @dataclass(frozen=True, eq=False)
 class _Base:
-    """Base vectors at points of elements: g (e, q, 2, 3), d (e, q, 3), d_a (e, q, 2, 3); shapes h (q, k), dh (q, k, 2)."""
+    """Base vectors at points of elements: g, d_a (e, q, 2, 3), d (e, q, 3); shape functions h (q, k), dh (q, k, 2)."""
 
     h: Array
     dh: Array

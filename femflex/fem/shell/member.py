@@ -215,15 +215,15 @@ def _check_shapes(name: str, x: Array, where: str) -> None:
     worst = int(np.argmax(angle))
     if angle[worst] > FOLDED:
         raise ValueError(
-            f"{where}: {int((angle > FOLDED).sum())} of {len(x)} quadrilaterals are warped by more than {FOLDED:g} deg, "
+            f"{where}: {int((angle > FOLDED).sum())} of {len(x)} quadrilaterals are warped by over {FOLDED:g} deg, "
             f"or their nodes go across; the worst, by {angle[worst]:.3g} deg, is {_at(worst, x)}; correct the order of "
             "nodes, or cut them into triangles"
         )
     if angle[worst] > WARPED:
         warnings.warn(
             f"{where}: {int((angle > WARPED).sum())} of {len(x)} quadrilaterals are warped by more than {WARPED:g} deg "
-            f"between corner normals; the worst, by {angle[worst]:.3g} deg, is {_at(worst, x)}. Their stiffness is some "
-            "per cents off; mesh finer there, or use eight-node elements",
+            f"between corner normals; the worst, by {angle[worst]:.3g} deg, is {_at(worst, x)}. Their stiffness is "
+            "some per cents off; mesh finer there, or use eight-node elements",
             PhysicsWarning,
             stacklevel=5,
         )

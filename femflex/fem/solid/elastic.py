@@ -55,6 +55,8 @@ def material_axes(given: ArrayLike, where: str) -> Array:
     size = np.linalg.norm(first) * np.linalg.norm(second)
     third = np.cross(first, second)
     if not size or np.linalg.norm(third) < PARALLEL * size:
-        raise ValueError(f"{where} has axes {two.tolist()}, whose directions are parallel or zero; give two that differ")
+        raise ValueError(
+            f"{where} has axes {two.tolist()}, whose directions are parallel or zero; give two that differ"
+        )
     x, z = first / np.linalg.norm(first), third / np.linalg.norm(third)
     return np.stack([x, np.cross(z, x), z])
