@@ -23,6 +23,7 @@ from femflex.fem.point_mass import PointMass, point_mass_block
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.fem.support import COMPONENTS, Support, Supports, as_support
 from femflex.fem.tables import InertiaBlock, StrainBlock, mass_and_stiffness
+from femflex.mesh.regions import with_whole
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -178,6 +179,7 @@ def build_structure(
     """
     if not members:
         raise ValueError("a structure needs at least one member; found none")
+    mesh = with_whole(mesh, [*(member.group for member in members), *(supports or {})])
     warn_of_doubled_cells(mesh, members)
     mesh, notes = prepared(mesh, members)
     for connection in connections:

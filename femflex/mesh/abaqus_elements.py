@@ -31,6 +31,7 @@ WRITTEN = {
     "tetra10": ("C3D10", "C3D10MH"),
     "wedge": ("C3D6", "C3D6"),
     "wedge15": ("C3D15", "C3D15"),
+    "pyramid": ("C3D5", "C3D5"),
     "hexahedron": ("C3D8", "C3D8RH"),
     "hexahedron20": ("C3D20", "C3D20RH"),
 }

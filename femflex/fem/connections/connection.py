@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from femflex.fem.assembly.dependence import Dependence
 from femflex.fem.assembly.numbering import Numbering
+from femflex.mesh.regions import with_point_at
 
 if TYPE_CHECKING:
     from femflex.mesh import Mesh
@@ -37,10 +37,10 @@ def with_reference(mesh: Mesh, reference: str | Place, group: str, name: str) ->
     if isinstance(reference, str):
         return mesh
     at = np.asarray(reference, float)
+    own = reference_group(reference, group, name)
     if at.shape != (3,) or not np.isfinite(at).all():
         raise ValueError(f"reference of the connection to group {group!r} is {reference!r}; give a group or a position")
-    points = {reference_group(reference, group, name): [len(mesh.points)]}
-    return replace(mesh, points=np.concatenate([mesh.points, at[None]])).with_groups(points=points)
+    return with_point_at(mesh, own, at)
 
 
 def reference_group(reference: str | Place, group: str, name: str) -> str:
