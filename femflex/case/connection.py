@@ -35,7 +35,7 @@ class RigidTable(_Referenced):
 
     kind: Literal["rigid"]
     """Selects this connection: a rigid one."""
-    components: Annotated[list[Component], Field(min_length=1)] = ["x", "y", "z", "rx", "ry", "rz"]
+    components: Annotated[tuple[Component, ...], Field(min_length=1)] = ("x", "y", "z", "rx", "ry", "rz")
     """Components of the nodes that follow the reference."""
     axes: Axes | None = None
     """Axes of the components: three directions at right angles. Left out: those of the body."""

@@ -1,4 +1,4 @@
-"""Shells, solids with axes, connections and regions of a case are those of Python; mistakes are named where they are."""
+"""Shells, solids with axes, connections and regions of a case are those of Python; mistakes are located."""
 
 import numpy as np
 import pytest
