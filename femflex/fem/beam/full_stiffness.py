@@ -21,12 +21,12 @@ Array = NDArray[np.float64]
 PLACES = ("offset", "shear_centre", "mass_centre")
 
 
-def shears(resultants: Resultants, options: dict[str, Any]) -> bool:
+def shears(section: Any, options: dict[str, Any]) -> bool:
     """Whether the beam shears: as its options say, or where its section couples shear or its centres lie apart."""
     if options["shear"] is not None:
         return bool(options["shear"])
     apart = any(np.any(options[name]) for name in PLACES[:2] if options[name] is not None)
-    return resultants.coupled is not None or apart
+    return bool(getattr(section, "couples_shear", False)) or apart
 
 
 def full_stiffness(resultants: Resultants, options: dict[str, Any], where: str) -> Array:

@@ -125,8 +125,7 @@ def _elements(mesh: Mesh, member: Member, numbering: Numbering, options: dict[st
         arc = arc_length(mesh, nodes, member.group, options["start"])
     else:
         arc = ArcLength(np.zeros((len(nodes), 2)), np.ones(len(nodes)))
-    one = member.section.resultants(member.material, np.zeros((1, 1)), np.ones((1, 1)))
-    shear = shears(one, options)
+    shear = shears(member.section, options)
     order = BeamOrder(options["order"], options["axial_order"], options["torsion_order"], shear)
     nodal = np.concatenate([numbering.translation(nodes.ravel()), numbering.rotation(nodes.ravel())], axis=1)
     if options["release"] is not None:

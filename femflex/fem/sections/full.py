@@ -52,6 +52,11 @@ class FullSection:
             raise ValueError("mass of a full section has moments of inertia that no distribution of mass has")
 
     @property
+    def couples_shear(self) -> bool:
+        """Whether the beam shears where its options do not say."""
+        return True
+
+    @property
     def varies(self) -> bool:
         """Whether anything changes along the member."""
         return False

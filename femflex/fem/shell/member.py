@@ -45,7 +45,7 @@ FOLD_ANGLE = 20.0  # [deg]
 OPTIONS: Options = {
     **PLATE_OPTIONS,
     "fold_angle": Option(
-        np.radians(FOLD_ANGLE), "angle between neighbouring elements above which their edge is a fold", "rad"
+        float(np.radians(FOLD_ANGLE)), "angle between neighbouring elements above which their edge is a fold", "rad"
     ),
 }
 
