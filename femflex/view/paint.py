@@ -8,6 +8,8 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
 from femflex.body import Skin
@@ -24,6 +26,7 @@ Index = NDArray[np.int64]
 UNITS = {"line": "J/m", "plate": "J/m²", "solid": "J/m³"}
 EVERY = "every"  # kind of a quantity that members of all kinds have: energy density as a part of its kind's largest
 MOST_VALUES = 4e7  # strains that are evaluated to find the range of a run
+STRAY = 0.1  # of the points of a piece of skin
 NEGATIVE = 1e-3  # of the largest; an energy density below minus this is drawn on a signed bar
 
 
@@ -110,7 +113,7 @@ class BodyPaint:
     def of(cls, quantity: Quantity, field: tuple[StrainPart, ...], skin: Skin) -> BodyPaint:
         """The paint of a skin; every point of it takes its colour from the member with the nearest point."""
         distance = np.array([cKDTree(part.places).query(skin.points)[0] for part in field])
-        owner = np.argmin(distance, axis=0)
+        owner = np.argmin(_among_own(distance, skin), axis=0)
         taken = [k for k, part in enumerate(field) if quantity.held(part)]
         own = {k: np.flatnonzero(owner == k) for k in taken}
         parts = tuple((on_skin(field[k], skin.points[rows]), rows) for k, rows in own.items() if len(rows))
@@ -122,6 +125,22 @@ class BodyPaint:
         for part, rows in self.parts:
             found[rows] = self.quantity.of(part, y[None])[0]
         return found
+
+
+def _among_own(distance: Array, skin: Skin) -> Array:
+    """Distances (parts, n_skin) without those of parts that lie on a connected piece of the skin by chance alone.
+
+    A part that is nearest at fewer than STRAY of a piece's points is of another member that meets it there.
+    """
+    n = len(skin.points)
+    pairs = [np.stack([c.ravel(), np.roll(c, 1, axis=1).ravel()]) for c in skin.cells.values()]
+    a, b = np.concatenate([np.zeros((2, 0), np.int64), *pairs], axis=1)
+    _, piece = csgraph.connected_components(sparse.coo_array((np.ones(len(a)), (a, b)), shape=(n, n)), directed=False)
+    nearest = np.argmin(distance, axis=0)
+    count = np.zeros((len(distance), piece.max(initial=0) + 1))
+    np.add.at(count, (nearest, piece), 1.0)
+    share = count / np.maximum(count.sum(axis=0), 1.0)
+    return np.where(share[:, piece] < STRAY, np.inf, distance)
 
 
 def painted(run: Run, bodies: Mapping[str, RunBody], colour: str) -> tuple[dict[str, BodyPaint], Bar | None]:
