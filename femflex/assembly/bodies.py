@@ -166,7 +166,7 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
         getattr(r, "deflection", None),
         getattr(r, "third_derivatives", None),
     )
-    return body, source, tuple(filter(None, [added_shapes_text(added, modeset, joints)]))
+    return body, source, (*given.notes, *filter(None, [added_shapes_text(added, modeset, joints)]))
 
 
 def _partial(clamp: Mapping[str, tuple[str, ...] | SkewSupport]) -> dict[str, tuple[str, ...] | SkewSupport]:
