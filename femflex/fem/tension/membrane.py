@@ -147,6 +147,7 @@ def _strain(
         group=group,
         family="membrane",
         places=geometry(kind, L) @ x,
+        moved=shapes(kind, L),
         viscosity=options["viscosity"],
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,18 +20,42 @@ class TensionStrain(DenseStrain):
     """A strain block of a tether, eps (s = 1), or of a membrane, eps_xx, eps_yy, gamma_xy (s = 3).
 
     group, family  of its member
-    places (e, q, 3)  of its points, undeformed [m]
+    places (e, q, 3)  of its points [m]
+    moved (q, m)      shape functions of each component of their displacement
     viscosity         internal (Kelvin-Voigt) damping: stress C viscosity d eps/dt beside C eps [s]
     """
 
     group: str = ""
     family: str = ""
-    places: Array | None = None
+    places: Array = field(default_factory=lambda: np.zeros((1, 1, 3)))
+    moved: Array = field(default_factory=lambda: np.zeros((1, 1)))
     viscosity: float = 0.0
 
     def lowest_tension(self) -> Array:
         """Tension [N] or lowest principal stress resultant [N/m] of the initial stress at the points (e, q)."""
         return lowest_principal(np.broadcast_to(self.stress, (*self.weight.shape, self.stress.shape[-1])))
+
+
+    def deflected(self, raw: Array) -> TensionStrain:
+        """The block about raw displacements (n_raw,), exact: strains and stress from there, gradients as before.
+
+        With g = g_e + G d the strain is eps_e + (L + Q g_e) G d + 1/2 G d.Q G d: the rows (L + Q g_e) G follow G.
+        """
+        s, n = self.linear_map.shape
+        g = self.gradients(raw[:, None], slice(None))[..., 0]
+        Qg = np.einsum("sgh,eqh->eqsg", self.quadratic_map, g)
+        eps = np.matmul(self.linear_map + Qg / 2, g[..., None])
+        rows = np.matmul(self.linear_map + Qg, self.G)
+        G = np.concatenate([np.broadcast_to(self.G, (*rows.shape[:2], *self.G.shape[2:])), rows], axis=2)
+        u = np.einsum("qm,emc->eqc", self.moved, raw[self.dofs].reshape(len(self.dofs), -1, 3))
+        return replace(
+            self,
+            stress=self.stress + np.matmul(self.elastic, eps)[..., 0],
+            linear_map=np.concatenate([np.zeros((s, n)), np.eye(s)], axis=1),
+            quadratic_map=np.pad(self.quadratic_map, ((0, 0), (0, s), (0, s))),
+            G=G,
+            places=self.places + u,
+        )
 
 
 def lowest_principal(stress: Array) -> Array:

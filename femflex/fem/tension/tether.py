@@ -143,6 +143,7 @@ def _blocks(
         group=member.group,
         family="tether",
         places=places(xi),
+        moved=line_shapes(kind, order, xi),
         viscosity=options["viscosity"],
     )
     return inertia, strain, StrainPlaces("line", places(xi))
