@@ -21,6 +21,7 @@ from femflex.fem.structure import Structure
 from femflex.fem.tension.strain import PRINCIPAL, UNITS, TensionStrain
 from femflex.reduction.boundary.clamps import Groups, held_dofs
 from femflex.reduction.boundary.pivots import factors, negative_pivots
+from femflex.reduction.boundary.supported import supported
 from femflex.reduction.preload.loads import Loads, Preload, loads_on
 from femflex.warning import PhysicsWarning
 
@@ -33,6 +34,8 @@ STAGE = 10.0  # factor of stiffness from stage to stage
 STEPS = 200  # Newton steps of a stage at most
 SHIFTED = 1e-3  # first shift, of the typical stiffness over the mass of a dof
 LEAST_SHIFT = 1e-12  # of the same, below which it is dropped
+ROUNDING, RELAXED = 1e-14, 1e-8  # of the elastic stiffness, and of the stress given: tension up to which it is none
+BALANCED = 1e-6  # of the largest initial force on a dof, up to which the others are balanced by themselves
 SLACK = 1e-6  # of the largest tension: compression up to which it passes for rounding of the discretisation
 
 
@@ -48,10 +51,17 @@ def static_equilibrium(structure: Structure, clamp: Groups, preload: Preload | N
     loads = loads_on(structure, preload or Preload())
     x = equilibrium(structure, held, loads)
     found = deflected(structure, x) if x.any() else structure
-    refuse_untensioned(found)
+    refuse_untensioned(found, max((float(np.abs(b.stress).max()) for b in tension_blocks(structure)), default=0.0))
     warn_if_slack(found)
     found.known["at rest", held.tobytes()] = (True,)
     return found
+
+
+def is_preloaded(structure: Structure, held: Index) -> bool:
+    """Whether loads outside balance the elastic force of a structure in its `static_equilibrium`."""
+    free = np.setdiff1d(np.arange(structure.n_dof), held)
+    left = float(np.abs(structure.f0[free]).max(initial=0.0))
+    return ("at rest", held.tobytes()) in structure.known and left > BALANCED * float(np.abs(structure.f0).max())
 
 
 def equilibrium(structure: Structure, held: Index, loads: Loads) -> Array:
@@ -138,15 +148,29 @@ def _settled(x: Array, left: float, scale: float) -> Array:
     )
 
 
-def refuse_untensioned(structure: Structure) -> None:
-    """Raise ValueError when a tether or membrane has no tension anywhere."""
+def refuse_untensioned(structure: Structure, given: float = 0.0) -> None:
+    """Raise ValueError when a tether or membrane has no tension anywhere, or only rounding of the given stress."""
     for block in tension_blocks(structure):
-        if not (np.broadcast_to(block.stress, (*block.weight.shape, block.stress.shape[-1])) > 0).any():
+        if float(block.stress.max()) <= max(ROUNDING * float(block.elastic.max()), RELAXED * given):
             raise ValueError(
                 f"{block.family} on group {block.group!r} has no tension, and so no stiffness across itself; give it a "
                 "prestress between supports that hold it, or a preload (weight, spin, orbit or forces) under which it "
                 "finds its tension"
             )
+
+
+def refuse_slack(structure: Structure, held: Index) -> None:
+    """Raise ValueError when slack tethers or wrinkled membranes leave the structure without positive stiffness."""
+    on = supported(structure, held)
+    try:
+        negative = negative_pivots(factors(on.K_stiff))
+    except RuntimeError:  # a pivot that is zero: told by the modes
+        return
+    if negative:
+        raise ValueError(
+            f"slack tethers or wrinkled membranes leave {negative} motions of the structure unstable; raise the tension "
+            "(prestress or preload) until none of them is under compression"
+        )
 
 
 def warn_if_slack(structure: Structure) -> None:
