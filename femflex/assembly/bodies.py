@@ -15,7 +15,7 @@ from femflex.assembly.open_choices import bound_to_linear, left_open, remedy_of
 from femflex.assembly.rigid_skins import rigid_skin
 from femflex.assembly.segments import build_segments
 from femflex.assembly.shared import shared
-from femflex.assembly.structures import PLACE, build_mesh, build_modes, structure_of, supports_of
+from femflex.assembly.structures import PLACE, build_mesh, build_modes, preload_of, structure_of, supports_of
 from femflex.assembly.torques import check_torques, has_torque
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
@@ -153,7 +153,7 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
     assert isinstance(table, FlexibleTable)
     given = structure_of(case, name, table, refine)
     added = acting(case, name, table, marker_groups(table))
-    structure, modeset = build_modes(given, table, modes, name, added)
+    structure, modeset = build_modes(given, table, modes, name, added, preload_of(case, name, table))
     body, modeset = _meshed(case, name, table, structure, modeset)
     r = table.reduction
     joints = getattr(r, "joints", None) or {}

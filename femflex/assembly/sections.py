@@ -8,7 +8,7 @@ from typing import Any
 from femflex.case import section as tables
 from femflex.case.base import Table
 from femflex.case.problems import near
-from femflex.fem.sections import Box, Circle, GivenSection, ISection, Rectangle, StiffnessSection, Tube
+from femflex.fem.sections import Box, CableSection, Circle, GivenSection, ISection, Rectangle, StiffnessSection, Tube
 from femflex.fem.sections.laminates import Lamina, PlateSection, Ply, layup
 from femflex.fem.sections.materials import Material
 
@@ -20,6 +20,7 @@ BEAM_SECTIONS: dict[type[Table], Any] = {
     tables.ISection: ISection,
     tables.Given: GivenSection,
     tables.Stiffness: StiffnessSection,
+    tables.Cable: CableSection,
 }
 
 

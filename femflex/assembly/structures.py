@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -45,6 +46,8 @@ from femflex.reduction import (
     with_derivatives,
     with_responses,
 )
+from femflex.reduction.preload.equilibrium import static_equilibrium
+from femflex.reduction.preload.loads import Preload, orbit, spin
 from femflex.reduction.wide_sheets import with_own_bends
 from femflex.warning import PhysicsWarning
 
@@ -104,21 +107,56 @@ def point_masses_of(table: FlexibleTable) -> list[PointMass]:
     return [PointMass(m.group, m.mass, m.inertia, m.offset) for m in table.point_masses]
 
 
+def preload_of(case: Case, name: str, table: FlexibleTable) -> Preload | None:
+    """The steady loads of a body's own equilibrium; None where it has none. Raises CaseError where an orbit is wanted
+    that the case does not have."""
+    p = table.preload
+    if p is None:
+        return None
+    field = np.zeros((3, 3))
+    if p.spin is not None:
+        field = np.asarray(spin(p.spin).gradient)
+    if p.orbit is not None:
+        rate = p.orbit.rate
+        if rate is None and (rate := mean_motion(case)) is None:
+            where = f"bodies.{name}.preload.orbit"
+            raise CaseError(case.path.name, [Problem(where, "found no rate, and the case has no [orbit]; give one")])
+        try:
+            field = np.asarray(orbit(rate, p.orbit.vertical, p.orbit.normal).gradient)
+        except ValueError as error:
+            raise CaseError(case.path.name, [Problem(f"bodies.{name}.preload.orbit", str(error))]) from None
+    return Preload(p.acceleration, field, p.origin, p.forces, p.masses)
+
+
+def mean_motion(case: Case) -> float | None:
+    """Mean motion of the case's orbit [rad/s], if it has one."""
+    o = case.orbit
+    if o is None or o.kind == "none":
+        return None
+    a = o.semi_major_axis if o.semi_major_axis is not None else o.perigee_radius / (1.0 - o.eccentricity)
+    return float(np.sqrt(o.mu / a**3))
+
+
 def build_modes(
     structure: Structure,
     table: FlexibleTable,
     modes: int | None = None,
     name: str = "",
     acting: Acting | None = None,
+    preload: Preload | None = None,
 ) -> tuple[Structure, ModeSet]:
     """The structure a body's reduction works on and its mode set, of `modes` modes instead of the case's if given.
 
     acting: what acts on it; those static shapes of that are added to a cantilever set that are slow beside it.
-    Initial stress is first let go where the clamps do not hold it (`relaxed`); what is doubtful of it is told of the
+    preload: steady loads of its own equilibrium. Initial stress is first let go where the clamps do not hold it (`relaxed`); what is doubtful of it is told of the
     body of that name.
     """
     r = table.reduction
-    given, structure = structure, relaxed(structure, clamp_of(getattr(r, "clamp", {})))
+    clamp = clamp_of(getattr(r, "clamp", {}))
+    if preload is not None:
+        at_rest = partial(static_equilibrium, structure, clamp, preload)
+        structure = structure.recalled(("preloaded", repr(table.preload), str(clamp)), at_rest)
+    given, structure = structure, relaxed(structure, clamp)
     if name:
         meant = any(member.options.get("prestress") for member in table.members)
         warn_of_initial_stress(f"bodies.{name}", given, structure, meant)

@@ -10,11 +10,14 @@ from femflex.case.base import Name, Table, exactly_one, refuse
 from femflex.case.inertia import InertiaMatrix
 from femflex.case.initial import InitialTable
 from femflex.case.options import add_options, read_options
+from femflex.case.preload import PreloadTable
 from femflex.case.reduction import DampingTable, FunctionsTable, Reduction
 from femflex.case.shape import MarkerTable, Shape
 from femflex.case.values import Count, Direction, Mass, Position, PositiveLength, Quantity
 
 Strain = Literal["linear", "nonlinear", "condensed"]
+TENSION = ("tether", "membrane")  # families that bear tension alone
+STRETCHABLE = ("cantilever", "free_free", "craig_bampton")
 
 
 class BodyTable(Table):
@@ -67,7 +70,7 @@ class MemberTable(Table):
     model_config = ConfigDict(json_schema_extra=add_options)
 
     family: str
-    """Element family: beam, plate, plate_bfs or solid."""
+    """Element family: beam, plate, plate_bfs, solid, tether or membrane."""
     section: str | None = None
     """Name in [sections]. Left out: none, for solids."""
     material: str | None = None
@@ -115,6 +118,9 @@ class FlexibleTable(BodyTable):
     """Mesh groups that become structure, each with family, section and material."""
     point_masses: list[PointMassTable] = Field(default_factory=list)
     """Concentrated masses at mesh points."""
+    preload: PreloadTable | None = None
+    """Steady loads under which the body finds its static equilibrium before it is reduced: its shape and tension there
+    are those of the body at rest, and the same loads must act in the run. Left out: none."""
     reduction: Reduction | None = None
     """Shapes that the body may take, and its clamps. Left out, only with segments: static shapes of each segment and no
     modes between its ends."""
@@ -124,7 +130,8 @@ class FlexibleTable(BodyTable):
     derivatives. condensed: the same, with the stretch following the bending, so that no stiff coordinate is left. Left
     out: condensed where the expected motion needs it (spin, loads, weight, specified motions, initial deflections,
     loads near buckling), nonlinear where the body cannot be condensed, else linear. Every verb prints the choice and
-    its reason."""
+    its reason. Of bodies with a preload, tethers or membranes, left out: condensed, or linear where the reduction has
+    no derivatives."""
     damping: DampingTable | None = None
     """Structural damping. Left out: none."""
 
@@ -132,6 +139,26 @@ class FlexibleTable(BodyTable):
     def cut(self) -> MemberTable | None:
         """The member that is cut into segments, if one is."""
         return next((member for member in self.members if member.segments is not None), None)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _tension_is_nonlinear(cls, values: Any) -> Any:
+        """A body that tension stiffens has its strain chosen here: tension comes with stretch, so it is condensed."""
+        if not isinstance(values, dict) or values.get("strain") is not None:
+            return values
+        members, reduction = values.get("members"), values.get("reduction")
+        families = {m.get("family") for m in members if isinstance(m, dict)} if isinstance(members, list) else set()
+        if not (families & set(TENSION) or values.get("preload") is not None) or not isinstance(reduction, dict):
+            return values
+        stretches = reduction.get("method") in STRETCHABLE and reduction.get("derivatives") not in ("none", 0)
+        return {**values, "strain": "condensed" if stretches else "linear"}
+
+    @model_validator(mode="after")
+    def _preloaded_whole(self) -> FlexibleTable:
+        if self.preload is not None and (self.cut is not None or getattr(self.reduction, "method", "") == "lumped"):
+            what = "a body cut into segments" if self.cut is not None else "a lumped body"
+            refuse(f"found preload on {what}; give it to a body that is reduced as a whole by another method")
+        return self
 
     @model_validator(mode="after")
     def _reduced_or_cut(self) -> FlexibleTable:

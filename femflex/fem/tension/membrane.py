@@ -16,7 +16,7 @@ from femflex.fem.plate.elastic import initial_stress, section_stiffness
 from femflex.fem.plate.frames import plane_frames, plane_normals
 from femflex.fem.plate.triangles import area_points
 from femflex.fem.tables import DenseInertia
-from femflex.fem.tension.strain import TensionStrain
+from femflex.fem.tension.strain import TensionStrain, least_squares
 from femflex.mesh.cells import CELL_TYPES
 
 if TYPE_CHECKING:
@@ -148,6 +148,7 @@ def _strain(
         family="membrane",
         places=geometry(kind, L) @ x,
         moved=shapes(kind, L),
+        smooth=least_squares(L, weight),
         viscosity=options["viscosity"],
     )
 

@@ -22,6 +22,8 @@ class TensionStrain(DenseStrain):
     group, family  of its member
     places (e, q, 3)  of its points [m]
     moved (q, m)      shape functions of each component of their displacement
+    smooth (q, q)     their least-squares fit by polynomials of the degree of the displacement's gradient: stress of
+                      stiff lines and sheets in large rotation is right there, and oscillates about it in between
     viscosity         internal (Kelvin-Voigt) damping: stress C viscosity d eps/dt beside C eps [s]
     """
 
@@ -29,11 +31,19 @@ class TensionStrain(DenseStrain):
     family: str = ""
     places: Array = field(default_factory=lambda: np.zeros((1, 1, 3)))
     moved: Array = field(default_factory=lambda: np.zeros((1, 1)))
+    smooth: Array = field(default_factory=lambda: np.eye(1))
     viscosity: float = 0.0
 
+    def smoothed_stress(self) -> Array:
+        """Initial stress at the points (e, q, s), smoothed in every element."""
+        return self.smooth @ np.broadcast_to(self.stress, (*self.weight.shape, self.stress.shape[-1]))
+
     def lowest_tension(self) -> Array:
-        """Tension [N] or lowest principal stress resultant [N/m] of the initial stress at the points (e, q)."""
-        return lowest_principal(np.broadcast_to(self.stress, (*self.weight.shape, self.stress.shape[-1])))
+        """Tension [N] or lowest principal stress resultant [N/m] of the initial stress at the points (e, q).
+
+        Of the second Piola-Kirchhoff stress, which differs from the true one by parts of the size of the strain.
+        """
+        return lowest_principal(self.smoothed_stress())
 
 
     def deflected(self, raw: Array) -> TensionStrain:
@@ -64,3 +74,9 @@ def lowest_principal(stress: Array) -> Array:
         return np.asarray(stress[..., 0])
     xx, yy, xy = np.moveaxis(stress, -1, 0)
     return np.asarray((xx + yy) / 2 - np.hypot((xx - yy) / 2, xy))
+
+
+def least_squares(values: Array, weight: Array) -> Array:
+    """Matrix (q, q) that fits point values by functions with these values (q, k), in the mean with weights (q,)."""
+    weighted = values.T * weight
+    return np.asarray(values @ np.linalg.solve(weighted @ values, weighted))

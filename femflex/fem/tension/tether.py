@@ -16,7 +16,7 @@ from femflex.fem.family import Contribution, SkinPart, StrainPlaces, family, mem
 from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length
 from femflex.fem.option import Option, Options, member_options
 from femflex.fem.tables import DenseInertia
-from femflex.fem.tension.strain import TensionStrain
+from femflex.fem.tension.strain import TensionStrain, least_squares
 from femflex.mesh.cells import CELL_TYPES
 
 if TYPE_CHECKING:
@@ -144,6 +144,7 @@ def _blocks(
         family="tether",
         places=places(xi),
         moved=line_shapes(kind, order, xi),
+        smooth=least_squares(np.polynomial.legendre.legvander(2 * xi - 1, order - 1), weights),
         viscosity=options["viscosity"],
     )
     return inertia, strain, StrainPlaces("line", places(xi))

@@ -69,13 +69,11 @@ def equilibrium(structure: Structure, held: Index, loads: Loads) -> Array:
     free = np.setdiff1d(np.arange(structure.n_dof), held)
     elastic = structure.internal_force
     x = np.zeros(structure.n_dof)
-    scale = float(np.abs(loads.F[free]).max(initial=0.0))
+    scale = float(np.abs(np.concatenate([loads.F[free], structure.f0])).max(initial=0.0))
+    if np.abs((structure.f0 - loads.F)[free]).max(initial=0.0) <= CONVERGED * scale:
+        return x
     if not tension_blocks(structure):
         return _newton(elastic, loads, free, x, scale, structure.M)
-    if np.abs(elastic.force(x)[free] - loads.F[free]).max(initial=0.0) <= CONVERGED * max(
-        scale, float(np.abs(structure.f0).max(initial=0.0))
-    ):
-        return x
     for factor in _stages(structure, loads, free):
         strain = [_softened(block, factor) if isinstance(block, TensionStrain) else block for block in structure.strain]
         own = InternalForce(strain, structure.T) if factor < 1.0 else elastic
