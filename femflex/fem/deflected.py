@@ -67,5 +67,3 @@ def _skin(part: Callable[[], SkinPart], raw: Array) -> SkinPart:
     drawn = part()
     moved = np.bincount(drawn.rows, drawn.values * raw[drawn.cols], drawn.points.size)
     return replace(drawn, points=drawn.points + moved.reshape(-1, 3))
-
-

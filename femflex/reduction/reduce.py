@@ -16,6 +16,7 @@ from femflex.reduction.beams.strain_points import strain_field
 from femflex.reduction.bends.foreshortening import foreshortening
 from femflex.reduction.boundary.markers import marker, marker_rows
 from femflex.reduction.boundary.rigid import check_no_rigid_motion, rigid_shapes
+from femflex.reduction.inertia.mass_points import mass_points
 from femflex.reduction.inertia.moments import linear_stiffness, mass_moments
 from femflex.reduction.inertia.orders import first_order_part, membrane_cubic
 from femflex.reduction.modes.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
@@ -99,6 +100,7 @@ def reduce_structure(
         ),
         omega=modes.omega,
         strain_field=strain_field(structure, phi, strain != "linear"),
+        mass_points=mass_points(structure, phi),
     )
     if strain == "linear":
         known = 0 < modes.n_modes <= MANY and not is_lumped(structure) and not is_preloaded(structure, modes.held)

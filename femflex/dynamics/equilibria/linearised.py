@@ -135,7 +135,11 @@ def stiffness(model: Model, t: float, x: Array, udot: Array, lambdas: Array) -> 
         step[j] = STEP * size
         columns.append((other(advanced(model, q, step)) - other(advanced(model, q, -step))) / (2 * step[j]))
     K = K + np.column_stack(columns)
-    for strain, e, qe in stretched:  # whose differences would be those of fast powers: EA against the tension of a string
+    for (
+        strain,
+        e,
+        qe,
+    ) in stretched:  # whose differences would be those of fast powers: EA against the tension of a string
         K[np.ix_(e, e)] += strain.tangent(q[qe]) - (strain.V1 + strain.V1.T) / 2
     return K
 

@@ -45,7 +45,6 @@ class TensionStrain(DenseStrain):
         """
         return lowest_principal(self.smoothed_stress())
 
-
     def deflected(self, raw: Array) -> TensionStrain:
         """The block about raw displacements (n_raw,), exact: strains and stress from there, gradients as before.
 

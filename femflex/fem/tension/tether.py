@@ -176,9 +176,7 @@ def _arcs(mesh: Mesh, cells: dict[str, Index], member: Member, start: str | None
     whole = arc_length(mesh, np.concatenate(ends), member.group, start)
     cuts = np.cumsum([0, *(len(e) for e in ends)])
     spans = zip(cuts[:-1], cuts[1:], strict=True)
-    return {
-        kind: ArcLength(whole.ends[a:b], whole.whole[a:b]) for kind, (a, b) in zip(cells, spans, strict=True)
-    }
+    return {kind: ArcLength(whole.ends[a:b], whole.whole[a:b]) for kind, (a, b) in zip(cells, spans, strict=True)}
 
 
 def _on_membrane(mesh: Mesh, cells: dict[str, Index], numbering: Numbering) -> bool:

@@ -88,7 +88,9 @@ def _stages(structure: Structure, loads: Loads, free: Index) -> list[float]:
         return [1.0]
     pull = float(np.abs(loads.F[free]).sum()) / 3
     size = float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
-    stiff = max(float(block.elastic[..., 0, 0].max()) * (1.0 if len(block.linear_map) == 1 else size) for block in blocks)
+    stiff = max(
+        float(block.elastic[..., 0, 0].max()) * (1.0 if len(block.linear_map) == 1 else size) for block in blocks
+    )
     first = pull / (FIRST_STRAIN * stiff)
     if not 0 < first < 1:
         return [1.0]

@@ -104,6 +104,7 @@ def recombined(body: FlexibleBody, X: Array, first: Array) -> dict[str, Any]:
         "markers": {key: replace(m, phi=m.phi @ X, psi=m.psi @ X) for key, m in body.markers.items()},
         "skin": None if skin is None else replace(skin, shapes=np.einsum("kpa,kl->lpa", skin.shapes, X, optimize=True)),
         "strain_field": tuple(part.mixed(X, first) for part in body.strain_field),
+        "mass_points": None if body.mass_points is None else body.mass_points.mixed(X),
     }
 
 
