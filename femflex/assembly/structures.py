@@ -148,7 +148,8 @@ def build_modes(
     """The structure a body's reduction works on and its mode set, of `modes` modes instead of the case's if given.
 
     acting: what acts on it; those static shapes of that are added to a cantilever set that are slow beside it.
-    preload: steady loads of its own equilibrium. Initial stress is first let go where the clamps do not hold it (`relaxed`); what is doubtful of it is told of the
+    preload: steady loads of its own equilibrium.
+    Initial stress is first let go where the clamps do not hold it (`relaxed`); what is doubtful of it is told of the
     body of that name.
     """
     r = table.reduction

@@ -77,7 +77,7 @@ def _orbit_lines(prepared: Prepared) -> list[str]:
 
 
 def _attraction_lines(system: System) -> list[str]:
-    """How the central attraction is taken over a craft that is large, or asks for it, and what its gradient leaves out."""
+    """How the central attraction is taken over a large craft, and what its gradient leaves out."""
     from femflex.system.attraction import LARGE, is_integrated, reach
 
     found, environment = reach(system), system.environment
@@ -87,8 +87,8 @@ def _attraction_lines(system: System) -> list[str]:
     if is_integrated(system) or found.ratio > LARGE:
         how = "integrated over points of mass" if is_integrated(system) else "by its gradient"
         lines.append(
-            f"attraction  {how}: the craft reaches {found.size:.4g} m, {found.ratio:.2g} of the distance from the centre "
-            f"(auto integrates from {LARGE:g} on); the gradient alone is wrong by {found.error:.2%} of itself there"
+            f"attraction  {how}: the craft reaches {found.size:.4g} m, {found.ratio:.2g} of the distance from the "
+            f"centre (auto integrates from {LARGE:g} on); the gradient is wrong by {found.error:.2%} of itself there"
         )
     if environment.oblateness:
         lines.append(f"oblateness  J2 = {environment.oblateness:.9g}, pole along the inertial Z axis")

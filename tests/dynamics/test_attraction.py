@@ -69,7 +69,7 @@ def test_a_free_rod_moves_as_its_own_points_do(J2):
 
 def own_pitch(system, times, pitch):
     """Pitch of the rod about O on its circle, from the torque of its own points."""
-    a, n = system.orbit.semi_major_axis, system.orbit.mean_motion
+    a = system.orbit.semi_major_axis
 
     def rates(t, y):
         e = np.array([np.cos(y[0]), np.sin(y[0])])  # along the vertical, and the direction of motion

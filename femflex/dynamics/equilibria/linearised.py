@@ -59,8 +59,9 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
     """The linear equations about the state x (n_x,) at t with accelerations udot (n_u,), zero when left out.
 
     M is exact, D exact too (the residual is of second degree in u); K is that of shapes, their nonlinear strain
-    included, and of springs exactly, plus central differences of the rest. Beside loops K holds the stiffness that their forces add as they turn along, and
-    the state must be at rest. Raises ValueError for nonholonomic constraints, and for loops in motion.
+    included, and of springs exactly, plus central differences of the rest. Beside loops K holds the stiffness that
+    their forces add as they turn along, and the state must be at rest. Raises ValueError for nonholonomic constraints,
+    and for loops in motion.
     """
     accelerations = np.zeros(model.n_u) if udot is None else np.asarray(udot, float)
     q, u, z = model.parts(x)

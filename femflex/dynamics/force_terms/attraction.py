@@ -215,7 +215,7 @@ class Attraction(ForceTerm):
 
     def without(self, system: System, item: str) -> System:
         change = {"attraction": "gradient"} if item == NAMES[EXACT] else {"oblateness": 0.0}
-        return replace(system, environment=replace(system.environment, **change))  # type: ignore[arg-type]
+        return replace(system, environment=replace(system.environment, **change))
 
 
 def lowered_points(system: System, name: str, pool: Pool) -> NDArray[np.void]:

@@ -58,7 +58,7 @@ class Numbering:
         return self._take(count)
 
     def sides(self, ends: Index) -> Index:
-        """Raw dofs (k, 3), global components, of the displacement 4 s (1 - s) b of straight sides with these ends (k, 2).
+        """Raw dofs (k, 3), global components, of the displacement 4 s (1 - s) b of straight sides with ends (k, 2).
 
         Tethers and membranes share them: the same pair of nodes always gets the same numbers.
         """

@@ -191,9 +191,8 @@ def _skin(parts: list[tuple[Array, Index, str]]) -> SkinPart:
         rows.append(np.broadcast_to(3 * number[:, :, None, None] + np.arange(3), shape).ravel())
         cols.append(np.broadcast_to(dofs[:, None], shape).ravel())
         values.append(np.broadcast_to(shapes(kind, L)[None, :, :, None], shape).ravel())
-    return SkinPart(
-        np.concatenate(points), {"triangle": np.concatenate(cells)}, *map(np.concatenate, (rows, cols, values))
-    )
+    triplets = np.concatenate(rows), np.concatenate(cols), np.concatenate(values)
+    return SkinPart(np.concatenate(points), {"triangle": np.concatenate(cells)}, *triplets)
 
 
 def _checked(options: dict[str, Any], where: str) -> dict[str, Any]:

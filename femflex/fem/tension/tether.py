@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from functools import partial
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.polynomial import Legendre
+from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefLine
@@ -108,7 +110,7 @@ def _blocks(
     x: Array, dofs: Index, kind: str, order: int, member: Member, options: dict[str, Any], arc: ArcLength
 ) -> tuple[DenseInertia, TensionStrain, StrainPlaces]:
     """Points of mass and of strain of elements with nodes at x (e, 2|3, 3)."""
-    section, varying = member.section, VARYING_DEGREE * member.section.varies
+    varying = VARYING_DEGREE * member.section.varies
     curved = 2 * (kind == "line3")
 
     def along(degree: int) -> tuple[Array, Array, Array, tuple[Array, Array]]:
@@ -144,7 +146,7 @@ def _blocks(
         family="tether",
         places=places(xi),
         moved=line_shapes(kind, order, xi),
-        smooth=least_squares(np.polynomial.legendre.legvander(2 * xi - 1, order - 1), weights),
+        smooth=least_squares(np.asarray(legvander(2 * xi - 1, order - 1), float), weights),
         viscosity=options["viscosity"],
     )
     return inertia, strain, StrainPlaces("line", places(xi))
@@ -175,7 +177,7 @@ def _arcs(mesh: Mesh, cells: dict[str, Index], member: Member, start: str | None
         return {kind: ArcLength(np.zeros((len(e), 2)), np.ones(len(e))) for kind, e in zip(cells, ends, strict=True)}
     whole = arc_length(mesh, np.concatenate(ends), member.group, start)
     cuts = np.cumsum([0, *(len(e) for e in ends)])
-    spans = zip(cuts[:-1], cuts[1:], strict=True)
+    spans = pairwise(cuts)
     return {kind: ArcLength(whole.ends[a:b], whole.whole[a:b]) for kind, (a, b) in zip(cells, spans, strict=True)}
 
 
@@ -203,7 +205,8 @@ def _skin(parts: list[tuple[Array, Index, str, int]]) -> SkinPart:
         rows.append(np.broadcast_to(3 * number[:, :, None, None] + np.arange(3), shape).ravel())
         cols.append(np.broadcast_to(dofs[:, None], shape).ravel())
         values.append(np.broadcast_to(N[None, :, :, None], shape).ravel())
-    return SkinPart(np.concatenate(points), {"line": np.concatenate(lines)}, *map(np.concatenate, (rows, cols, values)))
+    triplets = np.concatenate(rows), np.concatenate(cols), np.concatenate(values)
+    return SkinPart(np.concatenate(points), {"line": np.concatenate(lines)}, *triplets)
 
 
 def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:

@@ -103,8 +103,8 @@ def _softened(block: TensionStrain, factor: float) -> TensionStrain:
 
 def _newton(elastic: InternalForce, loads: Loads, free: Index, x: Array, scale: float, M: sparse.csr_array) -> Array:
     """Least total potential from x (n_dof,) on."""
-    mass = M.diagonal()[free]
-    mass = sparse.diags_array(np.maximum(mass, 1e-6 * mass.max()))
+    masses = M.diagonal()[free]
+    mass = sparse.diags_array(np.maximum(masses, 1e-6 * masses.max()))
     potential = elastic.energy(x) - loads.work(x)
     force = elastic.force(x)
     shift, best = None, np.inf
@@ -168,8 +168,8 @@ def refuse_slack(structure: Structure, held: Index) -> None:
         return
     if negative:
         raise ValueError(
-            f"slack tethers or wrinkled membranes leave {negative} motions of the structure unstable; raise the tension "
-            "(prestress or preload) until none of them is under compression"
+            f"slack tethers or wrinkled membranes leave {negative} motions of the structure unstable; raise the "
+            "tension (prestress or preload) until none of them is under compression"
         )
 
 
@@ -183,10 +183,10 @@ def warn_if_slack(structure: Structure) -> None:
         part = float(block.weight[lowest < -SLACK * largest].sum() / block.weight.sum())
         s = len(block.linear_map)
         at = ", ".join(f"{c:.4g}" for c in np.broadcast_to(block.places, (*lowest.shape, 3))[lowest == lowest.min()][0])
-        state = "slack" if s == 1 else "wrinkled"
+        state, what = ("slack", "length") if s == 1 else ("wrinkled", "area")
         warnings.warn(
-            f"{block.family} on group {block.group!r} is {state} over {part:.2%} of its {'length' if s == 1 else 'area'}"
-            f": its {PRINCIPAL[s]} falls to {lowest.min():.4g} {UNITS[s]} at ({at}), below zero, and the elements bear "
+            f"{block.family} on group {block.group!r} is {state} over {part:.2%} of its {what}: "
+            f"its {PRINCIPAL[s]} falls to {lowest.min():.4g} {UNITS[s]} at ({at}), below zero, and the elements bear "
             "that compression. Raise the tension, or move the supports",
             PhysicsWarning,
             stacklevel=3,

@@ -84,8 +84,8 @@ def _warn_if_unbalanced(structure: Structure, held: Index) -> None:
     left, whole = (float(np.abs(f).max(initial=0.0)) for f in (structure.f0[free], structure.f0))
     if left > SMALL * whole:
         warnings.warn(
-            f"the tension of tethers or membranes leaves {left:.3g} N unbalanced, over {SMALL:.0%} of its largest force "
-            f"on a dof ({whole:.3g} N); reduce the structure about its `static_equilibrium` instead",
+            f"the tension of tethers or membranes leaves {left:.3g} N unbalanced, over {SMALL:.0%} of its largest "
+            f"force on a dof ({whole:.3g} N); reduce the structure about its `static_equilibrium` instead",
             PhysicsWarning,
             stacklevel=5,
         )
