@@ -24,7 +24,7 @@ from femflex.case.reduction import (
     Stretchable,
 )
 from femflex.case.support import DIRECTIONS, SkewSupport
-from femflex.fem import FAMILIES, Member, PointMass, Structure, build_structure
+from femflex.fem import FAMILIES, Bushing, Member, PointMass, Structure, build_structure
 from femflex.fem.option import OPTIONS as FAMILY_OPTIONS
 from femflex.fem.sections.laminates import Lamina
 from femflex.fem.support import Support, antisymmetry, symmetry
@@ -76,7 +76,7 @@ def structure_of(case: Case, name: str, table: FlexibleTable, refine: int = 0) -
     made = shared()
     if made is None:
         return build_structure_of(case, name, table, build_mesh(case, name, table, refine))
-    said = {"mesh", "mesh_unit", "groups", "refine", "members", "point_masses", "markers"}
+    said = {"mesh", "mesh_unit", "groups", "refine", "members", "point_masses", "bushings", "markers"}
     parts = [table.model_dump_json(include=said), *case.materials.items(), *case.sections.items()]
     key = f"{case.path} {refine} {_far(table)} {supports_of(getattr(table.reduction, 'clamp', {}))} {parts}"
     new = key not in made.structures
@@ -89,7 +89,8 @@ def structure_of(case: Case, name: str, table: FlexibleTable, refine: int = 0) -
 def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) -> Structure:
     """The Structure of a body's members and point masses on its mesh, its dofs laid along the axes of its clamps."""
     supports = supports_of(getattr(table.reduction, "clamp", {}))
-    return build_structure(mesh, members_of(case, name, table), point_masses_of(table), supports)
+    members = members_of(case, name, table)
+    return build_structure(mesh, members, point_masses_of(table), supports, bushings_of(table))
 
 
 def members_of(case: Case, name: str, table: FlexibleTable) -> list[Member]:
@@ -135,6 +136,14 @@ def mean_motion(case: Case) -> float | None:
         return None
     a = o.semi_major_axis if o.semi_major_axis is not None else o.perigee_radius / (1.0 - o.eccentricity)
     return float(np.sqrt(o.mu / a**3))
+
+
+def bushings_of(table: FlexibleTable) -> list[Bushing]:
+    """The springs and bushings of a body."""
+    return [
+        Bushing(b.group, b.to, (b.stiffness, 0.0, 0.0) if b.stiffness else b.translation, b.rotation, b.axes)
+        for b in table.bushings
+    ]
 
 
 def build_modes(

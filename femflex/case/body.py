@@ -13,7 +13,7 @@ from femflex.case.options import add_options, read_options
 from femflex.case.preload import PreloadTable
 from femflex.case.reduction import DampingTable, FunctionsTable, Reduction
 from femflex.case.shape import MarkerTable, Shape
-from femflex.case.values import Count, Direction, Mass, Position, PositiveLength, Quantity
+from femflex.case.values import Count, Direction, Mass, Position, PositiveLength, Quantity, Vector
 
 Strain = Literal["linear", "nonlinear", "condensed"]
 TENSION = ("tether", "membrane")  # families that bear tension alone
@@ -100,6 +100,35 @@ class PointMassTable(Table):
     """Position of the mass's centre relative to the node."""
 
 
+class BushingTable(Table):
+    """A spring or bushing between two nodes of a body, or between a node and the body frame."""
+
+    group: str
+    """Group of one node."""
+    to: str | None = None
+    """Group of the other node. Left out: the body frame."""
+    stiffness: Annotated[float, Quantity("N/m", above=0.0)] | None = None
+    """Stiffness of a spring along the line between the two nodes, in place of translation, rotation and axes."""
+    translation: Annotated[Vector, Quantity("N/m", (3,), least=0.0)] = (0.0, 0.0, 0.0)
+    """Stiffnesses against relative displacement along the axes."""
+    rotation: Annotated[Vector, Quantity("N m", (3,), least=0.0)] = (0.0, 0.0, 0.0)
+    """Stiffnesses against relative rotation about the axes, per radian."""
+    axes: tuple[Direction, Direction, Direction] | None = None
+    """Directions of the three axes in the body frame, at right angles. Left out: the first from the node towards the
+    other one; the body frame's where they coincide, and to the body frame."""
+
+    @model_validator(mode="after")
+    def _one_form(self) -> BushingTable:
+        given = sorted(self.model_fields_set & {"translation", "rotation", "axes"})
+        if self.stiffness is not None and given:
+            refuse(f"found stiffness together with {', '.join(given)}; give one form or the other")
+        if self.stiffness is not None and self.to is None:
+            refuse("found stiffness without to; a spring along a line needs its other node")
+        if self.stiffness is None and not (any(self.translation) or any(self.rotation)):
+            refuse("found no stiffness; give stiffness, translation or rotation")
+        return self
+
+
 class FlexibleTable(BodyTable):
     """A body made of finite elements on a mesh; the body frame is the mesh's coordinates."""
 
@@ -118,6 +147,8 @@ class FlexibleTable(BodyTable):
     """Mesh groups that become structure, each with family, section and material."""
     point_masses: list[PointMassTable] = Field(default_factory=list)
     """Concentrated masses at mesh points."""
+    bushings: list[BushingTable] = Field(default_factory=list)
+    """Springs and bushings between nodes of the mesh."""
     preload: PreloadTable | None = None
     """Steady loads under which the body finds its static equilibrium before it is reduced: its shape and tension there
     are those of the body at rest, and the same loads must act in the run. Left out: none."""
@@ -185,6 +216,8 @@ class FlexibleTable(BodyTable):
         if getattr(self.reduction, "responses", 0) and (several or self.strain != "nonlinear"):
             what = "a body cut into segments" if several else f"a body with strain = {self.strain!r}"
             refuse(f"found responses in the reduction of {what}; they are for strain = 'nonlinear' of a whole body")
+        if several and self.bushings:
+            refuse("found bushings on a body cut into segments; leave them out, or join bodies by springs")
         if several and self.initial is not None:
             refuse("found initial on a body cut into segments; start from an equilibrium instead ([initial] from)")
         if several and self.damping is not None and (self.damping.ratio is not None or self.damping.mass):

@@ -58,6 +58,8 @@ def mesh_problems(name: str, table: FlexibleTable, mesh: Mesh) -> Iterator[Probl
 def _groups_named(name: str, table: FlexibleTable) -> Iterator[tuple[str, str]]:
     yield from ((f"bodies.{name}.members[{m.group}].group", m.group) for m in table.members)
     yield from ((f"bodies.{name}.point_masses[{m.group}].group", m.group) for m in table.point_masses)
+    for i, b in enumerate(table.bushings):
+        yield from ((f"bodies.{name}.bushings[{i}].{key}", g) for key, g in (("group", b.group), ("to", b.to)) if g)
     for key in ("forces", "masses"):
         yield from ((f"bodies.{name}.preload.{key}", group) for group in getattr(table.preload, key, ()))
     for key in ("clamp", "interfaces", "loads"):

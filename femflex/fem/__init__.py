@@ -8,6 +8,7 @@ from __future__ import annotations
 from importlib import import_module
 from pkgutil import walk_packages
 
+from femflex.fem.bushing import Bushing, spring
 from femflex.fem.family import FAMILIES
 from femflex.fem.line.cut import Segment, cut
 from femflex.fem.point_mass import PointMass
@@ -17,6 +18,7 @@ from femflex.fem.support import Support, antisymmetry, symmetry
 
 __all__ = [
     "FAMILIES",
+    "Bushing",
     "Material",
     "Member",
     "PointMass",
@@ -27,6 +29,7 @@ __all__ = [
     "antisymmetry",
     "build_structure",
     "cut",
+    "spring",
     "symmetry",
 ]
 

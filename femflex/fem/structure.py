@@ -16,6 +16,7 @@ from scipy import sparse
 from femflex.fem.assembly.conditions import conditions
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.assembly.support_dofs import held_columns
+from femflex.fem.bushing import Bushing, bushing_part
 from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.point_mass import PointMass, point_mass_block
@@ -164,8 +165,9 @@ def build_structure(
     members: Sequence[Member],
     point_masses: Sequence[PointMass] = (),
     supports: Supports | None = None,
+    bushings: Sequence[Bushing] = (),
 ) -> Structure:
-    """The Structure of a mesh with these members and concentrated masses.
+    """The Structure of a mesh with these members, concentrated masses, springs and bushings.
 
     supports: those that mode sets will ask for. They hold nothing here; the dofs lie along their axes, so that
     `Structure.held_dofs` finds them in planes askew and on edges of curved shells too.
@@ -177,6 +179,7 @@ def build_structure(
     warn_of_doubled_cells(mesh, members)
     numbering = Numbering(len(mesh.points), members)
     parts = [contribution(mesh, member, numbering) for member in members]
+    parts += [bushing_part(mesh, bushing, numbering) for bushing in bushings]
     inertia = tuple(block for part in parts for block in part.inertia)
     inertia += tuple(point_mass_block(mesh, point_mass, numbering) for point_mass in point_masses)
     strain = tuple(block for part in parts for block in part.strain)

@@ -35,7 +35,6 @@ STEPS = 200  # Newton steps of a stage at most
 SHIFTED = 1e-3  # first shift, of the typical stiffness over the mass of a dof
 LEAST_SHIFT = 1e-12  # of the same, below which it is dropped
 ROUNDING, RELAXED = 1e-14, 1e-8  # of the elastic stiffness, and of the stress given: tension up to which it is none
-BALANCED = 1e-6  # of the largest initial force on a dof, up to which the others are balanced by themselves
 SLACK = 1e-6  # of the largest tension: compression up to which it passes for rounding of the discretisation
 
 
@@ -54,14 +53,14 @@ def static_equilibrium(structure: Structure, clamp: Groups, preload: Preload | N
     refuse_untensioned(found, max((float(np.abs(b.stress).max()) for b in tension_blocks(structure)), default=0.0))
     warn_if_slack(found)
     found.known["at rest", held.tobytes()] = (True,)
+    if preload is not None:
+        found.known["preloaded", held.tobytes()] = (True,)
     return found
 
 
 def is_preloaded(structure: Structure, held: Index) -> bool:
     """Whether loads outside balance the elastic force of a structure in its `static_equilibrium`."""
-    free = np.setdiff1d(np.arange(structure.n_dof), held)
-    left = float(np.abs(structure.f0[free]).max(initial=0.0))
-    return ("at rest", held.tobytes()) in structure.known and left > BALANCED * float(np.abs(structure.f0).max())
+    return ("preloaded", held.tobytes()) in structure.known
 
 
 def equilibrium(structure: Structure, held: Index, loads: Loads) -> Array:
