@@ -4,6 +4,7 @@ Second-order triangles "membrane", second-order lines "cables" along its sides, 
 Groups of points: root (middle of the frame's lower side), centre, corners.
 """
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +32,7 @@ def sail() -> Mesh:
         inner = [len(points) + len(more) + k for k in range(3)]
         more += [points[a] + (points[b] - points[a]) * s for s in (0.25, 0.5, 0.75)]
         chain = [a, *inner, b]
-        lines += list(zip(chain[:-1], chain[1:], strict=True))
+        lines += list(pairwise(chain))
         root = inner[1] if i == 0 else root
     cells = {**flat.cells, "line": np.array(lines)}
     cables = np.concatenate([flat.cell_groups[side]["line3"] for side in ("left", "right", "bottom", "top")])
