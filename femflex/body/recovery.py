@@ -114,7 +114,9 @@ def peaks(parts: Sequence[StrainPart], y: Array, time: Array) -> list[Peak]:
             key = part.kind, name
             if key not in best or largest[at] > abs(best[key].value):
                 x, *rest = part.places[at]
-                best[key] = Peak(*key, units[name], float(largest[at]), float(time[when[at]]), (float(x), *map(float, rest)))  # type: ignore[arg-type]
+                best[key] = Peak(
+                    *key, units[name], float(largest[at]), float(time[when[at]]), (float(x), *map(float, rest))
+                )  # type: ignore[arg-type]
     return [best[key] for key in sorted(best, key=lambda key: (list(RESULTANTS).index(key[0]), key[1]))]
 
 

@@ -73,7 +73,26 @@ def _orbit_lines(prepared: Prepared) -> list[str]:
         f"            period {orbit.period:.6g} s, n = {orbit.mean_motion:.6g} rad/s, begins at anomaly "
         f"{degrees(orbit.true_anomaly):.4g} deg"
     )
-    return [text, motion]
+    return [text, motion, *_attraction_lines(prepared.system)]
+
+
+def _attraction_lines(system: System) -> list[str]:
+    """How the central attraction is taken over a large craft, and what its gradient leaves out."""
+    from femflex.system.attraction import LARGE, is_integrated, reach
+
+    found, environment = reach(system), system.environment
+    if found is None:
+        return []
+    lines = []
+    if is_integrated(system) or found.ratio > LARGE:
+        how = "integrated over points of mass" if is_integrated(system) else "by its gradient"
+        lines.append(
+            f"attraction  {how}: the craft reaches {found.size:.4g} m, {found.ratio:.2g} of the distance from the "
+            f"centre (auto integrates from {LARGE:g} on); the gradient is wrong by {found.error:.2%} of itself there"
+        )
+    if environment.oblateness:
+        lines.append(f"oblateness  J2 = {environment.oblateness:.9g}, pole along the inertial Z axis")
+    return lines
 
 
 def _attitude_line(prepared: Prepared) -> str:
