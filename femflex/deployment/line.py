@@ -1,0 +1,305 @@
+"""Beams and tethers that deploy: straight members on functions of xi = x / L, drawn out of a drum along their axis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from femflex.deployment.foreshortening import Followers, followers_of
+from femflex.deployment.material import Places, inertia_of
+from femflex.deployment.series import Series, added
+from femflex.deployment.table import DeployingParts, MarkerSeries
+from femflex.fem.eigen.canonical import canonical
+from femflex.fem.eigen.modes import dense_modes
+from femflex.fem.line.chain import element_frames
+from femflex.fem.line.section_points import section_points
+from femflex.reduction.beams.beam_functions import axial_characteristic, gauss, points_for, polynomials
+
+Array = NDArray[np.float64]
+Strain = Literal["linear", "condensed"]
+
+ROUNDING = 1e-13  # of the largest value of a function, below which it vanishes
+STRING_ENDS = {"free": 0, "held": 1}
+
+
+class LineFunctions(Protocol):
+    """Functions of the four fields u, v, w, theta of a straight member over 0 <= xi <= 1."""
+
+    @property
+    def count(self) -> int:
+        """Number of functions."""
+
+    @property
+    def most(self) -> int:
+        """The largest number of functions of one field."""
+
+    def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
+        """Derivative by x of u, v, w, theta (len(xi), 4, count) at x = xi length."""
+
+
+@dataclass(frozen=True)
+class StringFunctions:
+    """Functions of a member without bending stiffness, which turns freely where it leaves the drum.
+
+    y, z, axial  how many for v(x), w(x), u(x)
+    tip          "free", or "held" on the line of the member by what it ends at
+    family       "polynomial": xi times Jacobi polynomials, the first is a straight turn about the exit (of a free tip);
+                 "characteristic": sines
+    straight     whether the straight turn is among them; without, where a joint turns the member instead
+    """
+
+    y: int = 0
+    z: int = 0
+    axial: int = 0
+    tip: Literal["free", "held"] = "free"
+    family: Literal["polynomial", "characteristic"] = "polynomial"
+    straight: bool = True
+
+    def __post_init__(self) -> None:
+        if min(self.y, self.z, self.axial) < 0 or not (self.y or self.z or self.axial):
+            raise ValueError(
+                f"string functions were requested in numbers {(self.y, self.z, self.axial)} (y, z, axial); give some, "
+                "none negative"
+            )
+        if self.tip not in STRING_ENDS:
+            raise ValueError(f"the tip of a string is {self.tip!r}; it is one of {sorted(STRING_ENDS)}")
+
+    @property
+    def count(self) -> int:
+        """Number of functions."""
+        return self.y + self.z + self.axial
+
+    @property
+    def most(self) -> int:
+        """The largest number of functions of one field."""
+        return max(self.y, self.z, self.axial) + 1
+
+    def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
+        """Derivative by x of u, v, w, theta (len(xi), 4, count) at x = xi length."""
+        found, first = np.zeros((len(xi), 4, self.count)), 0
+        for row, n in ((1, self.y), (2, self.z), (0, self.axial)):
+            if n:
+                found[:, row, first : first + n] = self._field(row, n, xi, derivative) / length**derivative
+            first += n
+        return found
+
+    def _field(self, row: int, n: int, xi: Array, derivative: int) -> Array:
+        held = row > 0 and self.tip == "held"
+        skipped = int(row > 0 and not self.straight and not held)
+        if self.family == "polynomial":
+            return polynomials(1, int(held), n + skipped, rigid=1)(xi, derivative)[:, skipped:]
+        ends = "clamped-clamped" if held else "clamped-free"
+        return axial_characteristic(ends, n)(xi, derivative)
+
+
+@dataclass(frozen=True, eq=False)
+class DeployingLine:
+    """A straight beam or tether of one section, stored on a drum.
+
+    mass_per_length        [kg/m]
+    EA, EIy, EIz, GJ       axial [N], bending in x-z and in x-y, torsional stiffness [N m^2]; zero where it has none
+    tension                axial force at the tip that supports hold up [N], as of a blanket between its booms
+    ry, rz                 radii of gyration of the section's mass [m]; rotary_inertia False: in torsion alone
+    root, direction        the exit [m] and where the member points, body frame
+    orientation            vector near the section's y axis; default as for beam members
+    radius                 of the tube that is drawn [m]; None draws a line
+    """
+
+    mass_per_length: float
+    EA: float = 0.0
+    EIy: float = 0.0
+    EIz: float = 0.0
+    GJ: float = 0.0
+    tension: float = 0.0
+    ry: float = 0.0
+    rz: float = 0.0
+    rotary_inertia: bool = False
+    root: ArrayLike = (0.0, 0.0, 0.0)
+    direction: ArrayLike = (1.0, 0.0, 0.0)
+    orientation: ArrayLike | None = None
+    radius: float | None = None
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.mass_per_length) and self.mass_per_length > 0):
+            raise ValueError(
+                f"mass_per_length of a deploying member is {self.mass_per_length:g} kg/m; it must be positive"
+            )
+        for name in ("EA", "EIy", "EIz", "GJ", "tension", "ry", "rz"):
+            if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
+                raise ValueError(f"{name} of a deploying member is {getattr(self, name)}; it must be zero or positive")
+
+    @property
+    def frame(self) -> Array:
+        """Member axes in the body frame, rows x, y, z (3, 3)."""
+        start = np.asarray(self.root, float)
+        end = start + np.asarray(self.direction, float)
+        orientation = None if self.orientation is None else np.asarray(self.orientation, float)
+        return element_frames(start[None], end[None], orientation, "beam")[1][0]
+
+    @property
+    def sections(self) -> tuple[Array, Array]:
+        """Offsets (k, 3) of points of a section, member axes, and their shares of its mass (k,)."""
+        if not (self.ry or self.rz):
+            return np.zeros((1, 3)), np.ones(1)
+        return section_points(np.array(self.rz**2), np.array(self.ry**2), self.rotary_inertia)
+
+
+@dataclass(frozen=True, eq=False)
+class LineShapes:
+    """The shapes of a deploying line: columns X over its functions, then what follows them."""
+
+    line: DeployingLine
+    functions: LineFunctions | None
+    reference: float
+    X: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    followers: Followers | None = None
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return int(self.X.shape[1])
+
+    @property
+    def n_shapes(self) -> int:
+        """Number of shapes."""
+        return self.n + (0 if self.followers is None else self.followers.n)
+
+    def fields(self, xi: Array, derivative: int) -> Array:
+        """Derivative by xi of u, v, w, theta of the coordinates (len(xi), 4, n)."""
+        if self.functions is None:
+            return np.zeros((len(xi), 4, 0))
+        found = self.functions.fields(xi, 1.0, derivative) @ self.X
+        size = np.abs(self.functions.fields(np.linspace(0.0, 1.0, 33), 1.0, derivative) @ self.X).max(initial=0.0)
+        return np.where(np.abs(found) > ROUNDING * size, found, 0.0)  # a clamped end does not move at all
+
+    def places(self, xi: Array, weight: Array, offsets: Array, share: Array) -> Places:
+        """Points of sections at xi (k,), which take the part weight (k,) of the mass."""
+        parts = (self._series(xi, offsets, derivative) for derivative in range(2))
+        at = np.repeat(xi, len(offsets))
+        return Places(at, np.outer(weight, share).ravel(), *parts)
+
+    def _series(self, xi: Array, offsets: Array, derivative: int) -> Series:
+        """Position and shapes, body frame, of points at offsets (m, 3), or their derivative by xi."""
+        line, k, m, n = self.line, len(xi), len(offsets), self.n
+        u, v, w, theta = (self.fields(xi, derivative)[:, None, i] for i in range(4))  # k 1 n
+        steep = self.fields(xi, derivative + 1)[:, None] / self.reference
+        dv, dw = steep[:, :, 1], steep[:, :, 2]
+        x, y, z = (offsets[:, i, None] for i in range(3))
+        none = np.zeros((k, m, n))
+        out: Series = {p: np.zeros((k, m, 3, 1 + self.n_shapes)) for p in (1, 0, -1)}
+        out[1][:, :, 0, 0] = self.reference * (xi[:, None] if derivative == 0 else 1.0)
+        if derivative == 0:
+            out[0][:, :, :, 0] = offsets
+        out[0][:, :, :, 1 : 1 + n] = np.stack([none + u, none + v - z * theta, none + w + y * theta], axis=2)
+        out[-1][:, :, :, 1 : 1 + n] = np.stack([none - y * dv - z * dw, none + x * dv, none + x * dw], axis=2)
+        if self.followers is not None:
+            out[-1][:, :, 0, 1 + n :] = self.followers.values(xi, derivative)[:, None] / self.reference
+        turned = {p: np.einsum("ba,kmbA->kmaA", line.frame, part).reshape(k * m, 3, -1) for p, part in out.items()}
+        if derivative == 0:
+            turned[0][:, :, 0] += np.asarray(line.root, float)
+        return turned
+
+    def marker(self, xi: float) -> MarkerSeries:
+        """The section at xi."""
+        line, where = self.line, np.array([xi])
+        centre = self._series(where, np.zeros((1, 3)), 0)
+        value, slope = self.fields(where, 0)[0], self.fields(where, 1)[0] / self.reference
+        turn = np.zeros((2, 3, self.n_shapes))
+        turn[0, 0, : self.n] = value[3]
+        turn[1, 1, : self.n], turn[1, 2, : self.n] = -slope[2], slope[1]
+        twist, bend = line.frame.T @ turn[0], line.frame.T @ turn[1]
+        return MarkerSeries(
+            position={p: part[0, :, 0] for p, part in centre.items()},
+            phi={p: part[0, :, 1:] for p, part in centre.items()},
+            psi={0: twist, -1: bend},
+            orientation=line.frame.T,
+            axis=line.frame[0] if self.followers is not None else np.zeros(3),
+        )
+
+
+def line_parts(
+    line: DeployingLine,
+    functions: LineFunctions | None,
+    reference: float,
+    total: float,
+    strain: Strain = "condensed",
+    damping: float | Sequence[float] = 0.0,
+    at_tip: bool = False,
+    markers: Mapping[str, float] | None = None,
+) -> tuple[DeployingParts, LineShapes]:
+    """Series of a deploying line in lambda = L / reference, and its shapes.
+
+    functions   None for a member that stays straight
+    reference   length at which the shapes are mass-normalised [m]
+    total       mass of the whole member, deployed and stowed [kg]
+    strain      "condensed": bending draws the member in, so that axial loads and inertia stiffen or soften it to second
+                order (THEORY section 6); "linear": they do not
+    damping     fraction of critical damping of each shape at every length
+    markers     name -> xi, beside "root" and "tip"
+    """
+    member = line.mass_per_length * reference
+    shapes = LineShapes(line, functions, reference)
+    offsets, share = line.sections
+    most = 0 if functions is None else functions.most
+    xi, weight = gauss(points_for(most))
+    V1: Series = {0: np.zeros((0, 0))}
+    if functions is not None:
+        raw = LineShapes(line, functions, reference, np.eye(functions.count))
+        X, V1 = _columns(raw, member, xi, weight)
+        shapes = LineShapes(line, functions, reference, X)
+        if strain == "condensed":
+            shapes = LineShapes(line, functions, reference, X, followers_of(shapes.fields, xi, weight))
+    deployed = shapes.places(xi, weight, offsets, share)
+    drum = shapes.places(np.array([1.0 if at_tip else 0.0]), np.ones(1), offsets, share)
+    inertia = inertia_of(deployed, drum, member, total, at_tip)
+    n, followers = shapes.n, shapes.followers
+    parts = DeployingParts(
+        reference=reference,
+        inertia=inertia,
+        V1=V1,
+        damping=_damping(V1, n, damping),
+        markers={name: shapes.marker(where) for name, where in {"root": 0.0, "tip": 1.0, **(markers or {})}.items()},
+        slaves=np.zeros((0, n, n)) if followers is None else followers.slaves,
+        kinds=("admissible",) * n + ("derivative",) * (shapes.n_shapes - n),
+    )
+    return parts, shapes
+
+
+def _columns(raw: LineShapes, member: float, xi: Array, weight: Array) -> tuple[Array, Series]:
+    """Columns X over the functions, orthonormal over the mass at the reference length, and V1 over them."""
+    line, L = raw.line, raw.reference
+    value, slope, bend = (raw.fields(xi, d) for d in range(3))
+
+    def integral(f: Array, row: int) -> Array:
+        return np.asarray((f[:, row] * weight[:, None]).T @ f[:, row])
+
+    offsets, share = line.sections
+    polar = float(share @ (offsets[:, 1] ** 2 + offsets[:, 2] ** 2))
+    M = member * (sum(integral(value, row) for row in range(3)) + polar * integral(value, 3))
+    if line.rotary_inertia:
+        M = M + member / L**2 * (line.rz**2 * integral(slope, 1) + line.ry**2 * integral(slope, 2))
+    V1: Series = {
+        -3: (line.EIz * integral(bend, 1) + line.EIy * integral(bend, 2)) / L**3,
+        -1: (line.EA * integral(slope, 0) + line.GJ * integral(slope, 3)) / L
+        + line.tension * (integral(slope, 1) + integral(slope, 2)) / L,
+    }
+    K = sum(V1.values(), np.zeros_like(M))
+    if np.linalg.matrix_rank(K) == len(K):
+        eigenvalues, modes = dense_modes(K, M)
+        X = canonical(eigenvalues, modes)
+    else:
+        X = np.linalg.inv(np.linalg.cholesky(M)).T
+    return X, added(*({p: X.T @ part @ X} for p, part in V1.items() if part.any())) or {0: np.zeros_like(M)}
+
+
+def _damping(V1: Series, n: int, ratio: float | Sequence[float]) -> Series:
+    """2 ratio omega Me of each shape at every length, with Me as lambda: the power of lambda is half of V1's and 1."""
+    ratios = np.broadcast_to(np.asarray(ratio, float), (n,)) if np.ndim(ratio) == 0 else np.asarray(ratio, float)
+    if len(ratios) != n:
+        raise ValueError(f"{len(ratios)} damping ratios were given for {n} coordinates; give one, or one for each")
+    diagonal = {p: 2.0 * ratios * np.sqrt(np.maximum(np.diag(part), 0.0)) for p, part in V1.items()}
+    return added(*({(p + 1) // 2: np.diag(part)} for p, part in diagonal.items())) or {0: np.zeros((n, n))}
