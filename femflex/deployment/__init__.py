@@ -1,6 +1,15 @@
 """Members that grow and shrink: bodies whose properties follow from a deployed length (THEORY section 6)."""
 
-from femflex.deployment.body import deploying_line
+from femflex.deployment.body import DeployingBody, deploying_line, deploying_strip
 from femflex.deployment.line import DeployingLine, StringFunctions
+from femflex.deployment.strip import DeployingStrip, StripFunctions
 
-__all__ = ["DeployingLine", "StringFunctions", "deploying_line"]
+__all__ = [
+    "DeployingBody",
+    "DeployingLine",
+    "DeployingStrip",
+    "StringFunctions",
+    "StripFunctions",
+    "deploying_line",
+    "deploying_strip",
+]

@@ -5,15 +5,18 @@ from __future__ import annotations
 import itertools
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import Literal
+from dataclasses import replace
+from typing import Literal, NamedTuple, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
-from femflex.deployment.line import DeployingLine, LineFunctions, Strain, line_parts
-from femflex.deployment.table import variation_of
-from femflex.system import Profile, Variation
+from femflex.deployment.line import DeployingLine, LineFunctions, LineShapes
+from femflex.deployment.parts import MemberShapes, Strain, member_parts, resting_rates
+from femflex.deployment.strip import DeployingStrip, StripFunctions, StripShapes
+from femflex.deployment.table import DeployingParts, variation_of
+from femflex.system import LengthTable, Profile, Variation
 from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
@@ -23,54 +26,107 @@ SOFTENED = 0.02  # change of bending stiffness by axial inertia from which linea
 BUCKLING = 7.837  # of m' |A| L^3 / EI, at which a cantilever under its own distributed load buckles
 
 
+class DeployingBody(NamedTuple):
+    """A member that deploys.
+
+    body       as it is at t = 0
+    variation  how it varies
+    parts      its series in the length over the reference length
+    shapes     its shapes over xi = x / L
+    """
+
+    body: FlexibleBody
+    variation: Variation
+    parts: DeployingParts
+    shapes: MemberShapes
+
+    def resting_rates(self, delta: Array, rest: str = "place") -> Array:
+        """Rates (n,) of coordinates delta (n,) at t = 0 for a deflection that rests at a fixed "place" of the length.
+
+        rest: "material" for points of the material at rest, "coordinates" for none.
+        """
+        table = self.variation.write
+        assert isinstance(table, LengthTable)
+        length, rate, _ = (float(v) for v in table.length(0.0))
+        return resting_rates(self.shapes, length, rate, delta, rest)
+
+
 def deploying_line(
-    line: DeployingLine,
-    functions: LineFunctions | None,
-    length: Profile,
-    *,
-    stock: float | None = None,
-    until: float = 0.0,
-    reference: float | None = None,
-    strain: Strain = "condensed",
-    damping: float | Sequence[float] = 0.0,
-    drum: Literal["root", "tip"] = "root",
-    drum_radius: float | None = None,
-    markers: Mapping[str, float] | None = None,
-) -> tuple[FlexibleBody, Variation]:
+    line: DeployingLine, functions: LineFunctions | None, length: Profile, **options: Unpack[Options]
+) -> DeployingBody:
     """A beam or tether that deploys along a profile of its length: its body at t = 0, and how that varies.
 
-    functions    admissible functions on xi = x / L (`BeamFunctions`, `StringFunctions`, ...); None: it stays straight
-    length       L(t) [m]
-    stock        length of the whole member [m]; its mass stays constant. None: the largest length up to `until`
-    reference    length at which coordinates are mass-normalised [m]; None: the first one
-    until        last time of the run [s]; the length is checked up to it
-    strain       "condensed", or "linear" without what axial forces and inertia do to bending
-    damping      fraction of critical damping, one or one for each coordinate
-    drum         "root": material is drawn out of the parent; "tip": it is laid out from the tip
-    drum_radius  [m], for the torque of the drum
-    markers      name -> distance from the exit over the length, beside "root" and "tip"
+    functions  admissible functions on xi = x / L (`BeamFunctions`, `StringFunctions`, ...); None: it stays straight
+    length     L(t) [m]
+    options    see `Options`
 
     Raises ValueError for a length that reaches zero or exceeds the stock.
     """
-    least, most, first = length_range(length, until)
+    first = _first(length, options)
+    made = _deployed(LineShapes(line, functions, first), length, options)
+    if options.get("strain") == "linear":
+        _warn_of_linear_strain(line, length, options.get("until", 0.0))
+    return made
+
+
+def deploying_strip(
+    strip: DeployingStrip, functions: StripFunctions | None, length: Profile, **options: Unpack[Options]
+) -> DeployingBody:
+    """A plate or membrane that rolls out along a profile of its length; as `deploying_line`."""
+    return _deployed(StripShapes(strip, functions, _first(length, options)), length, options)
+
+
+class Options(TypedDict, total=False):
+    """What every deploying member may be given.
+
+    stock        length of the whole member [m]; its mass stays constant. Left out: the largest length up to `until`
+    until        last time of the run [s]; the length is checked up to it. Left out: 0
+    reference    length at which coordinates are mass-normalised [m]. Left out: the first one
+    strain       "condensed" (the default), or "linear" without what axial forces and inertia do to bending
+    damping      fraction of critical damping, one or one for each coordinate
+    drum         "root" (the default): material is drawn out of the parent; "tip": it is laid out from the tip
+    drum_radius  [m], for the torque of the drum
+    markers      name -> distance from the exit over the length, beside "root" and "tip"
+    orientations marker -> its axes C_BM (3, 3). Left out: those of the member
+    """
+
+    stock: float | None
+    until: float
+    reference: float | None
+    strain: Strain
+    damping: float | Sequence[float]
+    drum: Literal["root", "tip"]
+    drum_radius: float | None
+    markers: Mapping[str, float] | None
+    orientations: Mapping[str, Array]
+
+
+def _first(length: Profile, options: Options) -> float:
+    return options.get("reference") or length_range(length, options.get("until", 0.0))[2]
+
+
+def _deployed(shapes: MemberShapes, length: Profile, options: Options) -> DeployingBody:
+    least, most, first = length_range(length, options.get("until", 0.0))
+    stock, at_tip, markers = options.get("stock"), options.get("drum") == "tip", options.get("markers") or {}
     whole = max(most, first) if stock is None else stock
     check_length(least, most, whole)
-    for name, xi in (markers or {}).items():
+    for name, xi in markers.items():
         if not 0.0 <= xi <= 1.0:
             raise ValueError(
                 f"marker {name!r} stands at {xi:g} times the deployed length, which is still stowed or beyond the tip; "
                 "give a number from 0 (exit) to 1 (tip)"
             )
-    parts, _ = line_parts(
-        line, functions, reference or first, line.mass_per_length * whole, strain, damping, drum == "tip", markers
-    )
-    if strain == "linear":
-        _warn_of_linear_strain(line, length, until)
+    total = shapes.member_mass / shapes.reference * whole
+    strain, damping = options.get("strain", "condensed"), options.get("damping", 0.0)
+    parts, shapes = member_parts(shapes, total, strain, damping, at_tip, markers)
+    turned = {
+        name: replace(marker, orientation=options.get("orientations", {}).get(name, marker.orientation))
+        for name, marker in parts.markers.items()
+    }
+    parts = replace(parts, markers=turned)
     body = parts.body(first)
-    variation = variation_of(
-        parts, body, length, stock=whole, drum_radius=drum_radius, at_tip=drum == "tip", bounds=(least, most)
-    )
-    return body, variation
+    more = {"stock": whole, "drum_radius": options.get("drum_radius"), "at_tip": at_tip, "bounds": (least, most)}
+    return DeployingBody(body, variation_of(parts, body, length, **more), parts, shapes)
 
 
 def length_range(length: Profile, until: float) -> tuple[float, float, float]:

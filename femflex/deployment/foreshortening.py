@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,12 +35,14 @@ class Followers:
         return np.asarray(legendre.legval(2.0 * xi - 1.0, series, tensor=True).T, float)
 
 
-def followers_of(fields: Callable[[Array, int], Array], xi: Array, weight: Array) -> Followers | None:
-    """Followers of bending fields (len(xi), 4, n) at Gauss points xi; None where nothing bends."""
-    slope = fields(xi, 1)
+def followers_of(slope: Array, share: Array, xi: Array, weight: Array) -> Followers | None:
+    """Followers of the slopes (len(xi), m, n) by xi of transverse displacements at Gauss points xi, each of a `share`.
+
+    None where nothing bends.
+    """
     n = slope.shape[2]
     i, j = np.triu_indices(n)
-    squares = slope[:, 1, i] * slope[:, 1, j] + slope[:, 2, i] * slope[:, 2, j]  # k pairs
+    squares = np.einsum("m,kmp,kmp->kp", share, slope[:, :, i], slope[:, :, j])
     if not squares.any():
         return None
     U, size, V = np.linalg.svd(np.sqrt(weight)[:, None] * squares, full_matrices=False)

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from femflex.deployment.foreshortening import Followers, followers_of
-from femflex.deployment.material import Places, inertia_of
-from femflex.deployment.series import Series, added
-from femflex.deployment.table import DeployingParts, MarkerSeries
-from femflex.fem.eigen.canonical import canonical
-from femflex.fem.eigen.modes import dense_modes
+from femflex.deployment.foreshortening import Followers
+from femflex.deployment.material import Places
+from femflex.deployment.series import Series
+from femflex.deployment.table import MarkerSeries
 from femflex.fem.line.chain import element_frames
 from femflex.fem.line.section_points import section_points
-from femflex.reduction.beams.beam_functions import axial_characteristic, gauss, points_for, polynomials
+from femflex.reduction.beams.beam_functions import axial_characteristic, polynomials
 
 Array = NDArray[np.float64]
-Strain = Literal["linear", "condensed"]
-
 ROUNDING = 1e-13  # of the largest value of a function, below which it vanishes
 STRING_ENDS = {"free": 0, "held": 1}
 
@@ -148,6 +144,12 @@ class DeployingLine:
         return section_points(np.array(self.rz**2), np.array(self.ry**2), self.rotary_inertia)
 
 
+def clean(function: Callable[[Array], Array], xi: Array) -> Array:
+    """Values at xi without rounding: a clamped end does not move at all."""
+    found, size = function(xi), np.abs(function(np.linspace(0.0, 1.0, 33))).max(initial=0.0)
+    return np.where(np.abs(found) > ROUNDING * size, found, 0.0)
+
+
 @dataclass(frozen=True, eq=False)
 class LineShapes:
     """The shapes of a deploying line: columns X over its functions, then what follows them."""
@@ -172,12 +174,47 @@ class LineShapes:
         """Derivative by xi of u, v, w, theta of the coordinates (len(xi), 4, n)."""
         if self.functions is None:
             return np.zeros((len(xi), 4, 0))
-        found = self.functions.fields(xi, 1.0, derivative) @ self.X
-        size = np.abs(self.functions.fields(np.linspace(0.0, 1.0, 33), 1.0, derivative) @ self.X).max(initial=0.0)
-        return np.where(np.abs(found) > ROUNDING * size, found, 0.0)  # a clamped end does not move at all
+        functions = self.functions
+        return clean(lambda x: functions.fields(x, 1.0, derivative) @ self.X, xi)
 
-    def places(self, xi: Array, weight: Array, offsets: Array, share: Array) -> Places:
+    @property
+    def most(self) -> int:
+        """The largest number of functions of one field."""
+        return 0 if self.functions is None else self.functions.most
+
+    @property
+    def member_mass(self) -> float:
+        """Mass of the reference length [kg]."""
+        return self.line.mass_per_length * self.reference
+
+    def slopes(self, xi: Array) -> tuple[Array, Array]:
+        """Slopes by xi of v and w (len(xi), 2, n), and how much of each counts (2,)."""
+        return self.fields(xi, 1)[:, 1:3], np.ones(2)
+
+    def matrices(self, xi: Array, weight: Array) -> tuple[Array, Series]:
+        """Mass matrix at the reference length and V1 as a series in lambda, over the functions."""
+        line, L, member = self.line, self.reference, self.member_mass
+        assert self.functions is not None
+        value, slope, bend = (self.functions.fields(xi, 1.0, d) for d in range(3))
+
+        def integral(f: Array, row: int) -> Array:
+            return np.asarray((f[:, row] * weight[:, None]).T @ f[:, row])
+
+        offsets, share = line.sections
+        polar = float(share @ (offsets[:, 1] ** 2 + offsets[:, 2] ** 2))
+        M = member * (sum(integral(value, row) for row in range(3)) + polar * integral(value, 3))
+        if line.rotary_inertia:
+            M = M + member / L**2 * (line.rz**2 * integral(slope, 1) + line.ry**2 * integral(slope, 2))
+        V1: Series = {
+            -3: (line.EIz * integral(bend, 1) + line.EIy * integral(bend, 2)) / L**3,
+            -1: (line.EA * integral(slope, 0) + line.GJ * integral(slope, 3)) / L
+            + line.tension * (integral(slope, 1) + integral(slope, 2)) / L,
+        }
+        return M, V1
+
+    def places(self, xi: Array, weight: Array) -> Places:
         """Points of sections at xi (k,), which take the part weight (k,) of the mass."""
+        offsets, share = self.line.sections
         parts = (self._series(xi, offsets, derivative) for derivative in range(2))
         at = np.repeat(xi, len(offsets))
         return Places(at, np.outer(weight, share).ravel(), *parts)
@@ -219,87 +256,3 @@ class LineShapes:
             orientation=line.frame.T,
             axis=line.frame[0] if self.followers is not None else np.zeros(3),
         )
-
-
-def line_parts(
-    line: DeployingLine,
-    functions: LineFunctions | None,
-    reference: float,
-    total: float,
-    strain: Strain = "condensed",
-    damping: float | Sequence[float] = 0.0,
-    at_tip: bool = False,
-    markers: Mapping[str, float] | None = None,
-) -> tuple[DeployingParts, LineShapes]:
-    """Series of a deploying line in lambda = L / reference, and its shapes.
-
-    functions   None for a member that stays straight
-    reference   length at which the shapes are mass-normalised [m]
-    total       mass of the whole member, deployed and stowed [kg]
-    strain      "condensed": bending draws the member in, so that axial loads and inertia stiffen or soften it to second
-                order (THEORY section 6); "linear": they do not
-    damping     fraction of critical damping of each shape at every length
-    markers     name -> xi, beside "root" and "tip"
-    """
-    member = line.mass_per_length * reference
-    shapes = LineShapes(line, functions, reference)
-    offsets, share = line.sections
-    most = 0 if functions is None else functions.most
-    xi, weight = gauss(points_for(most))
-    V1: Series = {0: np.zeros((0, 0))}
-    if functions is not None:
-        raw = LineShapes(line, functions, reference, np.eye(functions.count))
-        X, V1 = _columns(raw, member, xi, weight)
-        shapes = LineShapes(line, functions, reference, X)
-        if strain == "condensed":
-            shapes = LineShapes(line, functions, reference, X, followers_of(shapes.fields, xi, weight))
-    deployed = shapes.places(xi, weight, offsets, share)
-    drum = shapes.places(np.array([1.0 if at_tip else 0.0]), np.ones(1), offsets, share)
-    inertia = inertia_of(deployed, drum, member, total, at_tip)
-    n, followers = shapes.n, shapes.followers
-    parts = DeployingParts(
-        reference=reference,
-        inertia=inertia,
-        V1=V1,
-        damping=_damping(V1, n, damping),
-        markers={name: shapes.marker(where) for name, where in {"root": 0.0, "tip": 1.0, **(markers or {})}.items()},
-        slaves=np.zeros((0, n, n)) if followers is None else followers.slaves,
-        kinds=("admissible",) * n + ("derivative",) * (shapes.n_shapes - n),
-    )
-    return parts, shapes
-
-
-def _columns(raw: LineShapes, member: float, xi: Array, weight: Array) -> tuple[Array, Series]:
-    """Columns X over the functions, orthonormal over the mass at the reference length, and V1 over them."""
-    line, L = raw.line, raw.reference
-    value, slope, bend = (raw.fields(xi, d) for d in range(3))
-
-    def integral(f: Array, row: int) -> Array:
-        return np.asarray((f[:, row] * weight[:, None]).T @ f[:, row])
-
-    offsets, share = line.sections
-    polar = float(share @ (offsets[:, 1] ** 2 + offsets[:, 2] ** 2))
-    M = member * (sum(integral(value, row) for row in range(3)) + polar * integral(value, 3))
-    if line.rotary_inertia:
-        M = M + member / L**2 * (line.rz**2 * integral(slope, 1) + line.ry**2 * integral(slope, 2))
-    V1: Series = {
-        -3: (line.EIz * integral(bend, 1) + line.EIy * integral(bend, 2)) / L**3,
-        -1: (line.EA * integral(slope, 0) + line.GJ * integral(slope, 3)) / L
-        + line.tension * (integral(slope, 1) + integral(slope, 2)) / L,
-    }
-    K = sum(V1.values(), np.zeros_like(M))
-    if np.linalg.matrix_rank(K) == len(K):
-        eigenvalues, modes = dense_modes(K, M)
-        X = canonical(eigenvalues, modes)
-    else:
-        X = np.linalg.inv(np.linalg.cholesky(M)).T
-    return X, added(*({p: X.T @ part @ X} for p, part in V1.items() if part.any())) or {0: np.zeros_like(M)}
-
-
-def _damping(V1: Series, n: int, ratio: float | Sequence[float]) -> Series:
-    """2 ratio omega Me of each shape at every length, with Me as lambda: the power of lambda is half of V1's and 1."""
-    ratios = np.broadcast_to(np.asarray(ratio, float), (n,)) if np.ndim(ratio) == 0 else np.asarray(ratio, float)
-    if len(ratios) != n:
-        raise ValueError(f"{len(ratios)} damping ratios were given for {n} coordinates; give one, or one for each")
-    diagonal = {p: 2.0 * ratios * np.sqrt(np.maximum(np.diag(part), 0.0)) for p, part in V1.items()}
-    return added(*({(p + 1) // 2: np.diag(part)} for p, part in diagonal.items())) or {0: np.zeros((n, n))}

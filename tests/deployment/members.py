@@ -25,7 +25,7 @@ def first_mode(xi):
 def wall_beam(length, n=4, until=5.0, line=UNIT, tip=TIP, functions=None, **more):
     """A beam in x-y from a wall, bent in its first shape, coordinates at rest; characteristic functions."""
     functions = functions or BeamFunctions(y=n)
-    body, variation = deploying_line(line, functions, length, until=until, **more)
+    body, variation, *_ = deploying_line(line, functions, length, until=until, **more)
     delta = np.zeros(body.n_modes)
     delta[0] = tip / body.marker("tip").phi[1, 0]
     return System({"beam": body}, (weld("beam", child_marker="root"),), varying={"beam": variation},
@@ -44,7 +44,7 @@ def hub_with_arms(arms, rate=(0.0, 0.0, 0.5), until=6.0, mass=20.0, inertia=(3.0
     bodies, joints, varying, delta = {"hub": rigid_body(mass, np.diag(inertia))}, [], {}, {}
     joints.append(free("hub", u0=np.concatenate([np.zeros(3), rate])))
     for name, (line, functions, length, options) in arms.items():
-        bodies[name], varying[name] = deploying_line(line, functions, length, until=until, **options)
+        bodies[name], varying[name], *_ = deploying_line(line, functions, length, until=until, **options)
         joints.append(weld(name, "hub"))
         n = bodies[name].n_modes
         delta[name] = 0.05 / (1 + np.arange(n)) ** 2

@@ -7,12 +7,12 @@ import pytest
 from members import TIP, UNIT, first_mode, hub_with_arms, solved, wall_beam
 from pde import beam_from_a_wall
 
-from femflex.deployment import DeployingLine
+from femflex.deployment import DeployingLine, deploying_line
 from femflex.dynamics import compile_system
 from femflex.dynamics.terms.by_source import linear_terms
 from femflex.integrate import integrator
 from femflex.reduction.beams.uniform_beam import BeamFunctions
-from femflex.system import Profile
+from femflex.system import Profile, System, weld
 from femflex.warning import PhysicsWarning
 
 MOTIONS = {
@@ -63,9 +63,7 @@ def test_energy_of_transverse_motion_falls_by_what_the_root_takes():
     U, times = 0.3, np.linspace(0, 5, 401)
     system = wall_beam(Profile.polynomial(1.0, U), 8)
     _model, states, _ = solved(system, times, 1e-11)
-    from femflex.deployment.line import line_parts
-
-    shapes = line_parts(UNIT, BeamFunctions(y=8), 1.0, 2.5)[1]
+    shapes = deploying_line(UNIT, BeamFunctions(y=8), Profile.constant(1.0)).shapes
     xi, w = (np.polynomial.legendre.leggauss(60)[0] + 1) / 2, np.polynomial.legendre.leggauss(60)[1] / 2
     f0, f1, f2 = (shapes.fields(xi, d)[:, 1] for d in range(3))
     root = shapes.fields(np.zeros(1), 2)[0, 1]
@@ -107,10 +105,7 @@ def test_force_of_the_drum_is_that_of_momentum(rate, acceleration):
 
 def wall_beam_rigid(line, length):
     """A member that stays straight, from a wall."""
-    from femflex.deployment import deploying_line
-    from femflex.system import System, weld
-
-    body, variation = deploying_line(line, None, length, until=1.0)
+    body, variation, *_ = deploying_line(line, None, length, until=1.0)
     return System({"beam": body}, (weld("beam", child_marker="root"),), varying={"beam": variation}, reactions=True)
 
 

@@ -11,8 +11,8 @@ import numba.core.errors
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.arithmetic.entries import USER, known
 from femflex.dynamics.arithmetic.by_length import write_by_length
+from femflex.dynamics.arithmetic.entries import USER, known
 from femflex.system.length_table import LengthTable
 
 Array = NDArray[np.float64]
