@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
+from femflex.deployment.drawn import skin_of
 from femflex.deployment.line import DeployingLine, LineFunctions, LineShapes
 from femflex.deployment.parts import MemberShapes, Strain, member_parts, resting_rates
+from femflex.deployment.reel import Reel
 from femflex.deployment.strip import DeployingStrip, StripFunctions, StripShapes
 from femflex.deployment.table import DeployingParts, variation_of
-from femflex.system import LengthTable, Profile, Variation
+from femflex.system import Profile, Variation
 from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
@@ -33,44 +35,44 @@ class DeployingBody(NamedTuple):
     variation  how it varies
     parts      its series in the length over the reference length
     shapes     its shapes over xi = x / L
+    start      its length and the rate of that at t = 0
     """
 
     body: FlexibleBody
     variation: Variation
     parts: DeployingParts
     shapes: MemberShapes
+    start: tuple[float, float]
 
     def resting_rates(self, delta: Array, rest: str = "place") -> Array:
         """Rates (n,) of coordinates delta (n,) at t = 0 for a deflection that rests at a fixed "place" of the length.
 
         rest: "material" for points of the material at rest, "coordinates" for none.
         """
-        table = self.variation.write
-        assert isinstance(table, LengthTable)
-        length, rate, _ = (float(v) for v in table.length(0.0))
+        length, rate = self.start
         return resting_rates(self.shapes, length, rate, delta, rest)
 
 
 def deploying_line(
-    line: DeployingLine, functions: LineFunctions | None, length: Profile, **options: Unpack[Options]
+    line: DeployingLine, functions: LineFunctions | None, length: Profile | Reel, **options: Unpack[Options]
 ) -> DeployingBody:
     """A beam or tether that deploys along a profile of its length: its body at t = 0, and how that varies.
 
     functions  admissible functions on xi = x / L (`BeamFunctions`, `StringFunctions`, ...); None: it stays straight
-    length     L(t) [m]
+    length     L(t) [m], or a Reel whose states it is
     options    see `Options`
 
     Raises ValueError for a length that reaches zero or exceeds the stock.
     """
     first = _first(length, options)
     made = _deployed(LineShapes(line, functions, first), length, options)
-    if options.get("strain") == "linear":
+    if options.get("strain") == "linear" and isinstance(length, Profile):
         _warn_of_linear_strain(line, length, options.get("until", 0.0))
     return made
 
 
 def deploying_strip(
-    strip: DeployingStrip, functions: StripFunctions | None, length: Profile, **options: Unpack[Options]
+    strip: DeployingStrip, functions: StripFunctions | None, length: Profile | Reel, **options: Unpack[Options]
 ) -> DeployingBody:
     """A plate or membrane that rolls out along a profile of its length; as `deploying_line`."""
     return _deployed(StripShapes(strip, functions, _first(length, options)), length, options)
@@ -101,12 +103,19 @@ class Options(TypedDict, total=False):
     orientations: Mapping[str, Array]
 
 
-def _first(length: Profile, options: Options) -> float:
-    return options.get("reference") or length_range(length, options.get("until", 0.0))[2]
+def _range(length: Profile | Reel, options: Options) -> tuple[float, float, float]:
+    """Least, largest and first length [m]."""
+    if isinstance(length, Reel):
+        return length.length, length.length, length.length
+    return length_range(length, options.get("until", 0.0))
 
 
-def _deployed(shapes: MemberShapes, length: Profile, options: Options) -> DeployingBody:
-    least, most, first = length_range(length, options.get("until", 0.0))
+def _first(length: Profile | Reel, options: Options) -> float:
+    return options.get("reference") or _range(length, options)[2]
+
+
+def _deployed(shapes: MemberShapes, length: Profile | Reel, options: Options) -> DeployingBody:
+    least, most, first = _range(length, options)
     stock, at_tip, markers = options.get("stock"), options.get("drum") == "tip", options.get("markers") or {}
     whole = max(most, first) if stock is None else stock
     check_length(least, most, whole)
@@ -124,9 +133,13 @@ def _deployed(shapes: MemberShapes, length: Profile, options: Options) -> Deploy
         for name, marker in parts.markers.items()
     }
     parts = replace(parts, markers=turned)
-    body = parts.body(first)
+    body = parts.body(first, skin=skin_of(shapes, first, whole, at_tip, options.get("drum_radius")))
     more = {"stock": whole, "drum_radius": options.get("drum_radius"), "at_tip": at_tip, "bounds": (least, most)}
-    return DeployingBody(body, variation_of(parts, body, length, **more), parts, shapes)
+    if isinstance(length, Reel):
+        variation = variation_of(parts, body, length.state, drum_mass=length.mass, **more)
+        return DeployingBody(body, variation, parts, shapes, (length.length, length.speed))
+    start = (first, float(length(0.0)[1]))
+    return DeployingBody(body, variation_of(parts, body, length, **more), parts, shapes, start)
 
 
 def length_range(length: Profile, until: float) -> tuple[float, float, float]:

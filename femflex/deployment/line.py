@@ -18,6 +18,8 @@ from femflex.fem.line.section_points import section_points
 from femflex.reduction.beams.beam_functions import axial_characteristic, polynomials
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+SIDES = 12  # of the tube that is drawn
 ROUNDING = 1e-13  # of the largest value of a function, below which it vanishes
 STRING_ENDS = {"free": 0, "held": 1}
 
@@ -256,3 +258,31 @@ class LineShapes:
             orientation=line.frame.T,
             axis=line.frame[0] if self.followers is not None else np.zeros(3),
         )
+
+    @property
+    def drawn(self) -> tuple[Array, Array, dict[str, Index]]:
+        """What is drawn: xi (k,), offsets (m, 3) of the points of a section, and cells over points (k, m)."""
+        xi = np.linspace(0.0, 1.0, 1 + 4 * max(5, self.most))
+        if self.line.radius is None:
+            return xi, np.zeros((1, 3)), {"line": np.stack([np.arange(len(xi) - 1), np.arange(1, len(xi))], axis=1)}
+        angle = np.arange(SIDES) * 2 * np.pi / SIDES
+        offsets = self.line.radius * np.stack([0 * angle, np.cos(angle), np.sin(angle)], axis=1)
+        return xi, offsets, {"quad": grid(len(xi), SIDES, closed=True)}
+
+    def drawn_series(self) -> tuple[Series, dict[str, Index]]:
+        """Points and shapes of what is drawn of the deployed part, and its cells."""
+        xi, offsets, cells = self.drawn
+        return self._series(xi, offsets, 0), cells
+
+    @property
+    def thickness(self) -> float:
+        """Radius of what is drawn [m]; 0 for a line."""
+        return self.line.radius or 0.0
+
+
+def grid(n: int, m: int, closed: bool) -> Index:
+    """Quadrilaterals between neighbours of points (n, m); closed: the last of each row is beside the first."""
+    at, side = np.meshgrid(np.arange(n - 1), np.arange(m if closed else m - 1), indexing="ij")
+    ring = np.stack([at, at + 1, at + 1, at], axis=-1) * m
+    around = np.stack([side, side, (side + 1) % m, (side + 1) % m], axis=-1)
+    return np.asarray((ring + around).reshape(-1, 4), np.int64)

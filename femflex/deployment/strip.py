@@ -10,12 +10,13 @@ from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
 from femflex.deployment.foreshortening import Followers
-from femflex.deployment.line import DeployingLine, clean
+from femflex.deployment.line import DeployingLine, clean, grid
 from femflex.deployment.material import Places
 from femflex.deployment.series import Series
 from femflex.deployment.table import MarkerSeries
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 
 class AlongFunctions(Protocol):
@@ -187,7 +188,7 @@ class StripShapes:
 
     def series(self, xi: Array, eta: Array, derivative: int) -> Series:
         """Position and shapes, body frame, at (xi, eta), or their derivative by xi: p -> (k m, 3, 1 + n_shapes)."""
-        line, k, m, n = self.strip.line, len(xi), len(eta), self.n
+        line, k, m, n = self.line, len(xi), len(eta), self.n
         out: Series = {p: np.zeros((k, m, 3, 1 + self.n_shapes)) for p in (1, 0, -1)}
         out[1][:, :, 0, 0] = self.reference * (xi[:, None] if derivative == 0 else 1.0)
         if derivative == 0:
@@ -202,7 +203,7 @@ class StripShapes:
 
     def marker(self, xi: float) -> MarkerSeries:
         """The middle of the section at xi."""
-        line, where, middle = self.strip.line, np.array([xi]), np.zeros(1)
+        line, where, middle = self.line, np.array([xi]), np.zeros(1)
         centre = self.series(where, middle, 0)
         turn = np.zeros((2, 3, self.n_shapes))
         turn[0, 0, : self.n] = self.deflections(where, middle, 0, 1)[0, 0] * 2.0 / self.strip.width
@@ -214,3 +215,18 @@ class StripShapes:
             orientation=line.frame.T,
             axis=line.frame[0] if self.followers is not None else np.zeros(3),
         )
+
+    def drawn_series(self) -> tuple[Series, dict[str, Index]]:
+        """Points and shapes of what is drawn of the deployed part, and its cells."""
+        xi, eta = np.linspace(0.0, 1.0, 1 + 4 * max(5, self.most)), np.linspace(-1.0, 1.0, 5)
+        return self.series(xi, eta, 0), {"quad": grid(len(xi), len(eta), closed=False)}
+
+    @property
+    def line(self) -> DeployingLine:
+        """The line along its middle."""
+        return self.strip.line
+
+    @property
+    def thickness(self) -> float:
+        """Thickness of what is drawn [m]: none."""
+        return 0.0

@@ -95,8 +95,11 @@ class DeployingParts:
         return (*parts, *(f"marker/{name}" for name, marker in self.markers.items() if marker.moves))
 
 
-def variation_of(parts: DeployingParts, body: FlexibleBody, length: Profile, **more: Any) -> Variation:
-    """The Variation of a body, as `parts` says, along a profile of its length; more: fields of LengthTable."""
+def variation_of(parts: DeployingParts, body: FlexibleBody, length: Profile | str, **more: Any) -> Variation:
+    """The Variation of a body, as `parts` says; more: fields of LengthTable.
+
+    length: profile of its length, or the name of the state that is its length.
+    """
     block = Block(body, parts.varies)
     writer = _Writer(block, parts.reference)
     _write_inertia(writer, parts.inertia, body.n_shapes)

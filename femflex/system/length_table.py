@@ -24,14 +24,17 @@ Array = NDArray[np.float64]
 Term = tuple[int, int, int]  # powers of s, of the rate and of the acceleration
 
 WIDTH = 4  # numbers of a block that are written at once
-HEAD = 10  # numbers before the profile, see `numbers_for`
+HEAD = 12  # numbers before the profile, see `numbers_for`
 
 
 @dataclass(frozen=True, eq=False)
 class LengthTable:
     """What a body's block holds at a length L(t).
 
-    length      Profile of L in time [m]
+    length      Profile of L in time [m]; or the name of the state of an effector that is the length, such as
+                "reel.length". Its next state is the rate U, and what the effector gives for the rate of U is the force
+                on the length [N], positive outward: of a brake, a motor or a tension
+    drum_mass   mass that the drum adds to a free length, its inertia over its radius squared [kg]
     pieces      per piece of the length: term -> numbers of the block (size,)
     origins     (n_pieces,) length at which s = 0 [m]; ascending; a piece holds from its origin on, the first one before
     scales      (n_pieces,) length over which s grows by 1 [m]
@@ -42,7 +45,7 @@ class LengthTable:
     error       largest error of its numbers relative to the size of each kind, 0 where it is exact
     """
 
-    length: Profile
+    length: Profile | str
     pieces: Sequence[Mapping[Term, Array]]
     origins: Array = field(default_factory=lambda: np.zeros(1))
     scales: Array = field(default_factory=lambda: np.ones(1))
@@ -51,6 +54,7 @@ class LengthTable:
     at_tip: bool = False
     bounds: tuple[float, float] = (0.0, np.inf)
     error: float = 0.0
+    drum_mass: float = 0.0
 
     @cached_property
     def terms(self) -> list[Term]:
@@ -94,14 +98,16 @@ class LengthTable:
     def numbers(self) -> Array:
         """All of it in one flat array, as the compiled equations read it (see femflex.dynamics.arithmetic.by_length).
 
-        Number of pieces, terms, runs and values; least and largest power of s; size of the profile; three free places;
-        then profile, origins, scales, terms (3 each), runs (4 each), values piece by piece.
+        Number of pieces, terms, runs and values; least and largest power of s; size of the profile; 1 where the length
+        is a state, its place in z, the place of its acceleration there, the place of "pickup" in the block (these four
+        are written when the system is lowered), the mass of the drum; then profile, origins, scales, terms (3 each),
+        runs (4 each), values piece by piece.
         """
         runs, values = self.runs
         powers = [term[0] for term in self.terms]
-        profile = self.length.numbers
+        profile = np.zeros(0) if isinstance(self.length, str) else self.length.numbers
         counts = [len(self.pieces), len(self.terms), len(runs), values.shape[1]]
-        head = [*counts, min(powers), max(powers), len(profile), 0, 0, 0]
+        head = [*counts, min(powers), max(powers), len(profile), 0, 0, 0, -1, self.drum_mass]
         terms = np.array(self.terms, float).ravel()
         return np.concatenate([head, profile, self.origins, self.scales, terms, runs.ravel(), values.ravel()])
 

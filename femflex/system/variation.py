@@ -84,7 +84,8 @@ class Variation:
     def __post_init__(self) -> None:
         if isinstance(self.write, LengthTable):
             object.__setattr__(self, "numbers", self.write.numbers())
-            object.__setattr__(self, "breaks", np.append(self.write.length.breaks, self.breaks))
+            if not isinstance(self.write.length, str):
+                object.__setattr__(self, "breaks", np.append(self.write.length.breaks, self.breaks))
         for key in ("numbers", "breaks"):
             value = np.atleast_1d(np.asarray(getattr(self, key), float))
             own = key == "numbers" and isinstance(self.write, LengthTable)

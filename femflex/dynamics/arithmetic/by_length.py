@@ -55,5 +55,9 @@ def write_block(length: Vector, numbers: Array, block: Array) -> None:
 
 @entry(USER)
 def write_by_length(t: float, z: Array, numbers: Array, block: Array) -> None:
-    """Write the block of a LengthTable whose length is a profile in time."""
-    write_block(profile_at(t, HEAD, numbers), numbers, block)
+    """Write the block of a LengthTable whose length is a profile in time, or a state."""
+    if numbers[7] > 0.0:
+        k = int(numbers[8])
+        write_block((z[k], z[k + 1], z[int(numbers[9])]), numbers, block)
+    else:
+        write_block(profile_at(t, HEAD, numbers), numbers, block)

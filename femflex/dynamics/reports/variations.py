@@ -80,7 +80,7 @@ def observe_variations(model: Model, times: Array, states: Array) -> dict[str, A
             k = 1 + model.system.order.index(name)
             mass[j, i], power[j, i] = model.pool[int(body_records(model.table)[k]["mass"])], power_of(model, k)
             if name in lengths:
-                drums[name].append(drum_of(model, k, lengths[name], float(t), power[j, i]))
+                drums[name].append(drum_of(model, k, lengths[name], length_at(model, name, t, x), power[j, i]))
     out = {}
     for i, name in enumerate(names):
         out[f"bodies/{name}/mass"], out[f"bodies/{name}/power"] = mass[:, i], power[:, i]
@@ -92,13 +92,28 @@ def observe_variations(model: Model, times: Array, states: Array) -> dict[str, A
     return out
 
 
-def drum_of(model: Model, k: int, table: LengthTable, t: float, power: float) -> dict[str, float]:
+def length_at(model: Model, name: str, t: float, x: Array) -> tuple[float, float, float]:
+    """A body's length, its rate and its acceleration, at the state x (n_x,) that was gathered last."""
+    table = model.system.varying[name].write
+    assert isinstance(table, LengthTable)
+    if not isinstance(table.length, str):
+        L, U, acceleration = (float(v) for v in table.length(t))
+        return L, U, acceleration
+    z, head = model.parts(x)[2], model.table[:N_HEADER].view(HEADER)[0]
+    numbers = int(body_records(model.table)[1 + model.system.order.index(name)]["numbers"])
+    place, slot = int(model.pool[numbers + 8]), int(model.pool[numbers + 9])
+    return float(z[place]), float(z[place + 1]), float(model.work[int(head["z"]) + slot])
+
+
+def drum_of(
+    model: Model, k: int, table: LengthTable, at_length: tuple[float, float, float], power: float
+) -> dict[str, float]:
     """What the drum of body record k reports, at the state that was gathered last: the channels of `drum_channels`."""
     records, pool, work = body_records(model.table), model.pool, model.work
     b, motion = records[k], body_motion(model, k)
     variation = model.system.varying[model.system.order[k - 1]]
     at = Block(variation.whole or model.system.bodies[model.system.order[k - 1]], variation.varies)
-    length, rate, acceleration = (float(v) for v in table.length(t))
+    length, rate, acceleration = at_length
     unit, block = pool.copy(), int(b["block"])
     unit[block : block + table.size] = table.at(length, 1.0)
     carried = sum(
