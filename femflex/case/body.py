@@ -7,31 +7,19 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field, StrictBool, ValidationInfo, field_validator, model_validator
 
 from femflex.case.base import Name, Table, exactly_one, refuse
+from femflex.case.body_base import BodyTable as BodyTable
 from femflex.case.connection import Connection, RegionTable
+from femflex.case.deploying import DeployingTable
 from femflex.case.inertia import InertiaMatrix
-from femflex.case.initial import InitialTable
 from femflex.case.options import add_options, read_options
 from femflex.case.preload import PreloadTable
 from femflex.case.reduction import DampingTable, FunctionsTable, Reduction
-from femflex.case.shape import MarkerTable, Shape
+from femflex.case.shape import Shape
 from femflex.case.values import Count, Direction, Mass, Position, PositiveLength, Quantity, Vector
 
 Strain = Literal["linear", "nonlinear", "condensed"]
 TENSION = ("tether", "membrane")  # families that bear tension alone
 STRETCHABLE = ("cantilever", "free_free", "craig_bampton")
-
-
-class BodyTable(Table):
-    """What every body may say."""
-
-    markers: dict[Name, MarkerTable] = Field(default_factory=dict)
-    """Markers by name: points with axes where joints, loads and outputs attach."""
-    initial: InitialTable | None = None
-    """Elastic state at t = 0. Left out: undeformed and at rest."""
-
-    def own_markers(self) -> tuple[str, ...]:
-        """Names of markers the body has without being declared."""
-        return ("origin",)
 
 
 class RigidTable(BodyTable):
@@ -307,4 +295,4 @@ class FileTable(BodyTable):
     """Structural damping. Left out: that of the file."""
 
 
-Body = Annotated[RigidTable | FlexibleTable | AnalyticTable | FileTable, Field(discriminator="kind")]
+Body = Annotated[RigidTable | FlexibleTable | AnalyticTable | FileTable | DeployingTable, Field(discriminator="kind")]

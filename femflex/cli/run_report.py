@@ -149,7 +149,8 @@ def latch_lines(run: Run) -> list[str]:
 
 
 def conserved_monitors(run: Run, system: System) -> list[str]:
-    """The monitors that ought to be constant: none under loads that have no potential and under damping.
+    """The monitors that ought to be constant: none under loads that have no potential, under damping, or where bodies
+    vary with time.
 
     Without orbit energy, and angular momentum unless a joint holds the craft; on a free orbit energy; on a specified
     circular one the Jacobi integral.
@@ -159,6 +160,8 @@ def conserved_monitors(run: Run, system: System) -> list[str]:
     from femflex.dynamics.joints.law_report import is_damped
     from femflex.dynamics.reports.channels import conservative_loads
 
+    if system.varying:
+        return []
     led = any(profile.moves for joint in system.joints for profile in joint.held.values())
     working = any(spring.damping for spring in system.springs) or any(c.function for c in system.constraints)
     weights = conservative_loads(system)

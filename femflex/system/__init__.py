@@ -20,6 +20,7 @@ from femflex.system.kinds import (
 )
 from femflex.system.latch import Latch
 from femflex.system.law import Friction, Law
+from femflex.system.length_table import LengthTable
 from femflex.system.load import Load
 from femflex.system.loop import Closure, closure
 from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
@@ -49,6 +50,7 @@ __all__ = [
     "Joint",
     "Latch",
     "Law",
+    "LengthTable",
     "Load",
     "Nonholonomic",
     "Orbit",
