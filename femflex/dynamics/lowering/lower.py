@@ -45,6 +45,7 @@ def lower(system: System, terms: Sequence[Lowered]) -> tuple[Table, Array, int]:
     bodies = np.zeros(1 + len(order), at.BODY)
     bodies[0]["work"] = scratch.take(at.W_FIXED)
     nq = nu = 0
+    states = [name for name, _ in system.state_names()]
     for i, name in enumerate(order, start=1):
         joint, body = system.joint_of(name), system.bodies[name]
         record = bodies[i]
@@ -55,7 +56,7 @@ def lower(system: System, terms: Sequence[Lowered]) -> tuple[Table, Array, int]:
         lower_joint(record, joint, system, pool)
         lower_body(record, body, pool, scratch)
         if name in system.varying:
-            lower_variation(record, name, body, system.varying[name], len(system.state_names()), pool, scratch)
+            lower_variation(record, name, body, system.varying[name], states, pool, scratch)
     for i, name in enumerate(order, start=1):
         lower_markers(bodies, i, system.joint_of(name), system, pool, scratch)
     markers = np.array([lower_marker(b, m, system, order, pool) for b, m in reported_markers(system)], at.MARKER)

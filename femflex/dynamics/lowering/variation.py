@@ -12,15 +12,23 @@ from femflex.system.variation import PLACE, Block, Variation
 
 
 def lower_variation(
-    record: np.void, name: str, body: FlexibleBody, variation: Variation, n_z: int, pool: Pool, scratch: Scratch
+    record: np.void,
+    name: str,
+    body: FlexibleBody,
+    variation: Variation,
+    states: list[str],
+    pool: Pool,
+    scratch: Scratch,
 ) -> None:
     """Point the record of a body to the block that its function writes, part by part."""
     written = variation.whole or body
     at = Block(written, variation.varies)
     block = pool.put_own(at.laid(written))
     record["varies"], record["block"], record["dense"] = 1, block, 1
-    record["numbers"] = pool.put_own(variation.numbers)
-    record["write"] = address_of(name, variation.write, n_z, len(variation.numbers), at.size)
+    known = [float(states.index(state)) for state in variation.states]
+    numbers = np.concatenate([known, variation.numbers])
+    record["numbers"] = pool.put_own(numbers)
+    record["write"] = address_of(name, variation.write, len(states), len(numbers), at.size)
     parts, wide = variation.acting, int(record["wide"])
     if "mass" in parts:
         record["derived"], record["orthonormal"] = 1, 0
