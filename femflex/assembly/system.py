@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from femflex.assembly.bodies import build_bodies
+from femflex.assembly.craft import build_craft
 from femflex.assembly.initial import initial_shape
 from femflex.assembly.joints import build_joints, root_joint
 from femflex.assembly.loads import build_loads
@@ -26,7 +27,8 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
     """
     parts, loads = bodies_and_loads(case, bodies)
     try:
-        joint, parts = root_joint(case, parts)
+        craft = build_craft(case, parts)
+        joint, parts = root_joint(case, craft.parts)
         joints = (*(() if joint is None else (joint,)), *build_joints(case))
         orbit = build_orbit(case.orbit)
         system = assembled(
@@ -42,6 +44,8 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
             sights=tuple(Sight(**table.model_dump()) for table in case.sights),
             reactions=case.run.reactions,
             environment=Environment(np.array(case.environment.gravity)),
+            effectors=craft.effectors,
+            varying=craft.varying,
         )
     except CaseError:
         raise

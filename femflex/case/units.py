@@ -44,6 +44,7 @@ NOUNS = {
     "N m/rad": "rotational stiffness",
     "N s/m": "damping",
     "N m s/rad": "rotational damping",
+    "N m s": "angular momentum",
     "Pa": "pressure or elastic modulus",
     "m^3/s^2": "gravitational parameter",
     "kg^0.5 m": "modal amplitude",

@@ -22,7 +22,7 @@ from femflex.system.constraint import Nonholonomic, knife_edge, rolling_disc, ve
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector, StateEvent
 from femflex.system.environment import STANDARD_GRAVITY, Environment
-from femflex.system.gimbals import control_moment_gyro
+from femflex.system.gimbals import coasting_gyro, control_moment_gyro
 from femflex.system.joint import Joint
 from femflex.system.kinds import (
     JOINTS,
@@ -96,6 +96,7 @@ __all__ = [
     "block",
     "closure",
     "coasting",
+    "coasting_gyro",
     "control_moment_gyro",
     "cylindrical",
     "free",

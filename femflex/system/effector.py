@@ -86,7 +86,7 @@ class Effector:
     events      instants at which its states jump
     breaks      (n,) times at which it is not smooth [s]
     starts      channel -> (state, value): the state starts so that the channel has this value, unless System.z0 says
-                where it starts; the channel is linear in the state
+                where it starts; channels are linear in these states
     """
 
     name: str
@@ -140,7 +140,9 @@ class Effector:
 
 def taken_names(effector: Effector, key: str) -> set[str]:
     """Names under which an effector reports other things than its states, or than its channels."""
-    own = {"force", "torque", "effort", "power", *ACCOUNTS}
+    own = {"power", *ACCOUNTS}
+    own |= {"force", "torque"} if effector.markers else set()
+    own |= {"effort"} if effector.freedoms else set()
     return own if key == "states" else own | set(effector.states)
 
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
 from femflex.system.effector import Effector
 from femflex.system.wheel import MOMENTUM, UNLIMITED, direction
+
+Array = NDArray[np.float64]
 
 
 def control_moment_gyro(
@@ -80,3 +83,14 @@ def control_moment_gyro(
         parameters=np.array(numbers),
         starts={"rate1": ("momentum", 0.0)} if gimbal_inertia else {},
     )
+
+
+def coasting_gyro(gyro: Effector, states: Array) -> Effector:
+    """A gyro as a rotor of constant momentum that stays at its gimbal angles: for linear equations and equilibria."""
+    p = gyro.parameters
+    outer, inner, spin = p[4:7], p[7:10], p[10:13]
+    turn = Rotation.from_rotvec(outer * states[0])
+    spin = turn.apply(spin)
+    if p[0] == 2.0:
+        spin = Rotation.from_rotvec(turn.apply(inner) * states[1]).apply(spin)
+    return Effector(gyro.name, "rotor", gyro.markers, channels=MOMENTUM, parameters=np.array([*spin, p[1]]))

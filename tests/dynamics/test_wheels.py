@@ -12,12 +12,15 @@ from femflex.body import Marker
 from femflex.body.rigid import rigid_body
 from femflex.dynamics import compile_system
 from femflex.dynamics.equilibria.linearised import linearised
+from femflex.dynamics.equilibria.system_modes import system_modes
 from femflex.integrate import Dop853
 from femflex.system import (
     Effector,
     System,
+    block,
     control_moment_gyro,
     free,
+    gain,
     reaction_wheel,
     revolute,
     signal,
@@ -260,3 +263,31 @@ def test_a_wheel_that_a_body_cannot_contain_is_refused():
     bad = replace(wheel, act="whel", inputs=())
     with pytest.raises(ValueError, match="femflex has no effector function 'whel'"):
         compile_system(System({"hub": hub()}, (free("hub"),), effectors=(bad,)))
+
+
+def test_modes_of_a_craft_with_a_wheel_are_those_of_a_gyrostat():
+    """Nutation at h / J_t and the vibration that the wheel couples: (M s^2 + G s + K) of the same craft by hand."""
+    for gyro in (False, True):
+        h = 12.0
+        if gyro:
+            keys = {"gimbal_axis": (1, 0, 0), "spin_axis": (0, 1, 0)}
+            one = control_moment_gyro("wheel", "hub", h, rates=[0.0], initial_angles=[math.pi / 2], **keys)
+            body = hub(np.diag([4.0, 4.0, 5.0]))
+        else:
+            one = reaction_wheel("wheel", "hub", 0.5, axis=(0, 0, 1), initial_speed=h / 0.5)
+            body = without_axial_inertia(hub(np.diag([4.0, 4.0, 5.0])), one)
+        found = system_modes(System({"hub": body}, (free("hub"),), effectors=(one,)))
+        assert found.frequencies.max() == pytest.approx(3.0 / (2 * math.pi), rel=1e-6)
+
+
+def test_a_wheel_inside_a_loop_of_a_controller_is_left_in_it():
+    wheel = reaction_wheel("wheel", "hub", 0.5, torque="hold.y", initial_speed=4.0)
+    hold = block("hold", gain([[-1.0]]), ["wheel.speed"], ["y"])
+    with pytest.raises(ValueError, match="algebraic loop"):
+        System({"hub": hub()}, (free("hub"),), effectors=(wheel, hold))
+    wheel = reaction_wheel("wheel", "hub", 0.5, speed="hold.y", initial_speed=4.0)
+    hold = block("hold", gain([[-1.0]]), ["wheel.momentum"], ["y"])
+    from femflex.dynamics.equilibria.coasting import with_coasting_rotors
+
+    system = System({"hub": hub()}, (free("hub"),), effectors=(wheel, hold))
+    assert with_coasting_rotors(system) is system

@@ -47,6 +47,11 @@ def add_angular_momentum(system: System, out: dict[str, Any]) -> None:
             out["monitors/angular_momentum"] = out["monitors/angular_momentum"] + np.stack(own, axis=-1)
 
 
+def keeps_momentum(effector: Effector) -> bool:
+    """Whether what an effector does leaves the momentum of the whole craft as it is, its own included."""
+    return set(MOMENTUM) <= effector.channels.keys() or effector.act in ("measure", "separation")
+
+
 def sensor_problems(system: System, channels: Mapping[str, Channel]) -> list[str]:
     """Sentences on sensors of controllers that are no channels."""
     return [
