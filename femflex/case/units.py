@@ -23,7 +23,7 @@ NOUNS = {
     "m^6": "warping constant",
     "kg": "mass",
     "kg/m": "mass per length",
-    "kg m": "moment of inertia per length",
+    "kg m": "static imbalance or moment of inertia per length",
     "kg/m^2": "mass per area",
     "kg/m^3": "density",
     "kg m^2": "moment of inertia",

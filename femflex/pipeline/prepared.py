@@ -134,10 +134,15 @@ def check_periods(system: System, duration: float) -> None:
 
 
 def sampling(system: System) -> list[str]:
-    """A sentence on the period of every controller."""
+    """A sentence on the controllers of each period."""
+    periods: dict[float, list[str]] = {}
+    for controller in system.controllers:
+        periods.setdefault(controller.period, []).append(controller.name)
     return [
-        f"Controller {controller.name} is called every {controller.period:g} s, and its command held between."
-        for controller in system.controllers
+        f"Controller {names[0]} is called every {period:g} s, and its command held between."
+        if len(names) == 1
+        else f"Controllers {', '.join(names)} are called every {period:g} s, and their commands held between."
+        for period, names in periods.items()
     ]
 
 
