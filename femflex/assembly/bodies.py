@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from femflex.assembly.acting import acting, told
+from femflex.assembly.acting_loads import acting_loads, added_shapes_text
 from femflex.assembly.extents import warn_of_doubtful_extents
 from femflex.assembly.functions import functions_of
-from femflex.assembly.open_choices import bound_to_linear, left_open, remedy_of
+from femflex.assembly.open_choices import bound_to_linear, open_choices, remedy_of
 from femflex.assembly.rigid_skins import rigid_skin
 from femflex.assembly.segments import build_segments
-from femflex.assembly.shared import shared
+from femflex.assembly.shared import shared_parts
 from femflex.assembly.structures import PLACE, build_mesh, build_modes, structure_of, supports_of
 from femflex.assembly.torques import check_torques, has_torque
 from femflex.body import FlexibleBody, Marker, rigid_body
@@ -102,7 +102,7 @@ def built_body(
     """
     if name not in case.bodies:
         raise CaseError(case.path.name, [Problem("bodies", f"found no body {name!r}; {near(name, case.bodies)}")])
-    made = shared()
+    made = shared_parts()
     if made is None:
         return _built(case, name, modes, refine, segments)
     rest = case.model_copy(update={"bodies": {}, "initial": None})
@@ -118,7 +118,7 @@ def _content(case: Case, name: str) -> str:
         table = table.model_copy(update={"reduction": open_})
     beside = [str(sorted(turning_markers(case, name)))]
     if isinstance(table, FlexibleTable):
-        beside.append(str(acting(case, name, table, marker_groups(table))))
+        beside.append(str(acting_loads(case, name, table, marker_groups(table))))
     return f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {beside}"
 
 
@@ -130,7 +130,7 @@ def _built(case: Case, name: str, modes: int | None, refine: int, segments: int 
             cut = _segments(case, name, table, (modes, refine, segments))
             return BuiltBody(Segments(tuple(_turned(body, table) for body in cut.bodies)))
         body, source, notes = _body(case, name, table, modes, refine)
-        open_ = Origin(source, left_open(table), bound_to_linear(table), remedy_of(table))
+        open_ = Origin(source, open_choices(table), bound_to_linear(table), remedy_of(table))
         if isinstance(table, FlexibleTable | AnalyticTable | FileTable):
             warn_of_doubtful_extents(case, name, table, body)
         return BuiltBody(_with_markers(body, name, table), None if isinstance(table, RigidTable) else open_, notes)
@@ -152,7 +152,7 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
         return _from_file(case, name, table, modes), None, ()
     assert isinstance(table, FlexibleTable)
     given = structure_of(case, name, table, refine)
-    added = acting(case, name, table, marker_groups(table))
+    added = acting_loads(case, name, table, marker_groups(table))
     structure, modeset = build_modes(given, table, modes, name, added)
     body, modeset = _meshed(case, name, table, structure, modeset)
     r = table.reduction
@@ -166,7 +166,7 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
         getattr(r, "deflection", None),
         getattr(r, "third_derivatives", None),
     )
-    return body, source, tuple(filter(None, [told(added, modeset, joints)]))
+    return body, source, (*given.notes, *filter(None, [added_shapes_text(added, modeset, joints)]))
 
 
 def _partial(clamp: Mapping[str, tuple[str, ...] | SkewSupport]) -> dict[str, tuple[str, ...] | SkewSupport]:

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field, StrictBool, ValidationInfo, field_validator, model_validator
 
 from femflex.case.base import Name, Table, exactly_one, refuse
+from femflex.case.connection import Connection, RegionTable
 from femflex.case.inertia import InertiaMatrix
 from femflex.case.initial import InitialTable
 from femflex.case.options import add_options, read_options
@@ -26,7 +27,7 @@ class BodyTable(Table):
     """Elastic state at t = 0. Left out: undeformed and at rest."""
 
     def own_markers(self) -> tuple[str, ...]:
-        """Names of markers the body has without being told."""
+        """Names of markers the body has without being declared."""
         return ("origin",)
 
 
@@ -78,7 +79,7 @@ class MemberTable(Table):
     model_config = ConfigDict(json_schema_extra=add_options)
 
     family: str
-    """Element family: beam, plate, plate_bfs or solid."""
+    """Element family: beam, plate, plate_bfs, shell or solid."""
     section: str | None = None
     """Name in [sections]. Left out: none, for solids."""
     material: str | None = None
@@ -126,6 +127,10 @@ class FlexibleTable(BodyTable):
     """Mesh groups that become structure, each with family, section and material."""
     point_masses: list[PointMassTable] = Field(default_factory=list)
     """Concentrated masses at mesh points."""
+    connections: list[Connection] = Field(default_factory=list)
+    """Rigid and distributing interfaces between members, and equations of displacements."""
+    regions: dict[Name, RegionTable] = Field(default_factory=dict)
+    """Groups of the mesh by place or number. The groups all, all_lines, all_surfaces and all_solids exist without."""
     reduction: Reduction | None = None
     """Shapes that the body may take, and its clamps. Left out, only with segments: static shapes of each segment and no
     modes between its ends."""
