@@ -269,6 +269,11 @@ def _rigid(case: Case, table: RigidTable) -> FlexibleBody:
     centre, J = np.array(table.center_of_mass), np.array(table.inertia)
     if table.inertia_about == "origin":
         J = J - table.mass * ((centre @ centre) * np.eye(3) - np.outer(centre, centre))
+    if table.imbalance is not None:
+        offset = np.array([table.imbalance.static / table.mass, 0.0, 0.0])
+        J = J - table.imbalance.dynamic * (np.eye(3)[[0]].T @ np.eye(3)[[2]] + np.eye(3)[[2]].T @ np.eye(3)[[0]])
+        J = J - table.mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+        centre = centre + offset
     markers = {name: Marker.rigid(np.array(entry.position or (0.0, 0.0, 0.0))) for name, entry in table.markers.items()}
     return rigid_body(table.mass, J, centre, markers, rigid_skin(case, table))
 

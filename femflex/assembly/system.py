@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from femflex.assembly.bodies import build_bodies
+from femflex.assembly.craft import build_craft
 from femflex.assembly.deploying import with_deployment
 from femflex.assembly.initial import initial_shape
 from femflex.assembly.joints import build_joints, root_joint
@@ -27,7 +28,8 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
     """
     parts, loads = bodies_and_loads(case, bodies)
     try:
-        joint, parts = root_joint(case, parts)
+        craft = build_craft(case, parts)
+        joint, parts = root_joint(case, craft.parts)
         joints = (*(() if joint is None else (joint,)), *build_joints(case))
         orbit = build_orbit(case.orbit)
         system = assembled(
@@ -48,6 +50,8 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
                 case.environment.oblateness,
                 case.orbit.radius,
             ),
+            effectors=craft.effectors,
+            varying=craft.varying,
         )
     except CaseError:
         raise

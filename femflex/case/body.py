@@ -22,6 +22,15 @@ TENSION = ("tether", "membrane")  # families that bear tension alone
 STRETCHABLE = ("cantilever", "free_free", "craig_bampton")
 
 
+class ImbalanceTable(Table):
+    """Imbalance of a rotor about its z axis, beside mass, inertia and centre of the balanced one."""
+
+    static: Annotated[float, Quantity("kg m")] = 0.0
+    """Static imbalance: the centre of mass moves by static / mass along x."""
+    dynamic: Annotated[float, Quantity("kg m^2")] = 0.0
+    """Dynamic imbalance: the product of inertia int x z dm about the balanced centre."""
+
+
 class RigidTable(BodyTable):
     """A rigid body."""
 
@@ -36,6 +45,8 @@ class RigidTable(BodyTable):
     """Position of the centre of mass in the body frame."""
     inertia_about: Literal["center_of_mass", "origin"] = "center_of_mass"
     """Reference point of `inertia`: the centre of mass, or the origin of the body frame."""
+    imbalance: ImbalanceTable | None = None
+    """Imbalance of a rotor that turns about its z axis. Left out: none."""
     shapes: list[Shape] = Field(default_factory=list)
     """Shapes drawn in pictures. Left out: a box with this mass and inertia."""
 

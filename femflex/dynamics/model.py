@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.effectors.states import has_events, observe_states, sensor_problems
+from femflex.dynamics.effectors.starts import with_starts
+from femflex.dynamics.effectors.states import add_angular_momentum, has_events, observe_states, sensor_problems
 from femflex.dynamics.equilibria.frequency import highest_frequency
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.forces.orbit_force import observe_orbit_force
@@ -241,6 +242,7 @@ class Model(Summarised):
         out |= dict(zip(("q", "u", "z"), self.parts(states), strict=True))
         out |= observe_held(self, times, states) | observe_laws(self, states, rows[:, ROW_DISSIPATED])
         out |= observe_states(self.system, out["z"])
+        add_angular_momentum(self.system, out)
         out |= observe_balls(self.system, states) | observe_locks(self.system, states)
         out |= observe_orbit_force(self.system, out) | observe_variations(self, times, states)
         if is_extrinsic(self.system.libration_sequence):
@@ -291,7 +293,7 @@ def compile_system(system: System) -> Model:
         channels=channels,
         rate=rate_of(system),
     )
-    return constrained(tree) if system.loops or system.constraints else tree
+    return with_starts(constrained(tree) if system.loops or system.constraints else tree)
 
 
 def free_lengths(system: System) -> list[str]:
