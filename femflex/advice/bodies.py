@@ -6,11 +6,11 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from femflex.advice.buckling.beam import BeamBearing
-from femflex.advice.buckling.bearing import JudgedBearing
-from femflex.advice.buckling.burden import Bearing
-from femflex.advice.buckling.structure import StructureBearing
-from femflex.advice.enriched_bodies import BeamEnrichment, Enriched, MeshedEnrichment
+from femflex.advice.buckling.applied_load import BucklingModel
+from femflex.advice.buckling.beam import BeamBuckling
+from femflex.advice.buckling.buckling_analysis import BucklingAnalysis
+from femflex.advice.buckling.structure import StructureBuckling
+from femflex.advice.enriched_bodies import BeamEnrichment, EnrichedBody, MeshedEnrichment
 from femflex.body import FlexibleBody
 from femflex.fem.deflected import tension_blocks
 from femflex.reduction.bends.curvature import hardening, rise, softest
@@ -26,16 +26,18 @@ class KnownBody:
     origin: Origin
 
     @cached_property
-    def bearing(self) -> Bearing | None:
+    def bearing(self) -> BucklingModel | None:
         """What tells how it buckles; None of what nothing clamps, does not bend, or is a tether or membrane."""
         source = self.origin.source
         if isinstance(source, Meshed) and tension_blocks(source.structure):
             return None
         if isinstance(source, Meshed):
             clamped = source.modes.held.size and source.modes.n_modes
-            return JudgedBearing(StructureBearing(source.structure, source.modes, source.places)) if clamped else None
+            return (
+                BucklingAnalysis(StructureBuckling(source.structure, source.modes, source.places)) if clamped else None
+            )
         if isinstance(source, Analytic) and (source.functions.y or source.functions.z):
-            return JudgedBearing(BeamBearing(source.beam, source.functions, source.places))
+            return BucklingAnalysis(BeamBuckling(source.beam, source.functions, source.places))
         return None
 
     def softening(self, most: float) -> tuple[float, float] | None:
@@ -63,7 +65,7 @@ class KnownBody:
         source = self.origin.source
         return isinstance(source, Meshed) and is_preloaded(source.structure, source.modes.held)
 
-    def enriched(self, body: FlexibleBody, markers: Collection[str]) -> Enriched | None:
+    def enriched(self, body: FlexibleBody, markers: Collection[str]) -> EnrichedBody | None:
         """The body in a richer set, with joints at the markers of these names; None where that cannot be made."""
         source = self.origin.source
         if isinstance(source, Analytic):

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.advice.bodies import KnownBodies
-from femflex.advice.stiffening import IgnoredStiffness
+from femflex.advice.stiffening import OmittedStiffness
 from femflex.body import FlexibleBody, Foreshortening
 from femflex.body.strain_field import StrainPart
 from femflex.dynamics import Model
@@ -55,7 +55,7 @@ class Watched:
     elements: Index
     places: Array
     rest: Array
-    stiffnesses: tuple[IgnoredStiffness, ...]
+    stiffnesses: tuple[OmittedStiffness, ...]
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Slack:
     place: tuple[float, float, float]
 
 
-class Tension:
+class TensionWatch:
     """Watches the tension of tethers and membranes, row by row, and warns where it falls below zero."""
 
     def __init__(self, model: Model, known: KnownBodies | None = None) -> None:
@@ -143,7 +143,7 @@ def _watched(system: System, name: str, source: Meshed, block: TensionStrain, pa
     work = work_of_accelerations(structure, theta)
     at = {marker: marker_rows(structure, group).translation @ theta for marker, group in source.places.items()}
     stiffnesses = tuple(
-        IgnoredStiffness(system, {name: Foreshortening(work[:, :, j], {key: rows[:, j] for key, rows in at.items()})})
+        OmittedStiffness(system, {name: Foreshortening(work[:, :, j], {key: rows[:, j] for key, rows in at.items()})})
         for j in range(theta.shape[1])
     )
     places = np.einsum("kq,kqa->ka", mean, np.broadcast_to(block.places, (*block.weight.shape, 3))[elements])

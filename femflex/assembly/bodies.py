@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from femflex.assembly.acting import acting, told
+from femflex.assembly.acting_loads import acting_loads, added_shapes_text
 from femflex.assembly.extents import warn_of_doubtful_extents
 from femflex.assembly.functions import functions_of
-from femflex.assembly.open_choices import bound_to_linear, left_open, remedy_of
+from femflex.assembly.open_choices import bound_to_linear, open_choices, remedy_of
 from femflex.assembly.rigid_skins import rigid_skin
 from femflex.assembly.segments import build_segments
-from femflex.assembly.shared import shared
+from femflex.assembly.shared import shared_parts
 from femflex.assembly.structures import PLACE, build_mesh, build_modes, preload_of, structure_of, supports_of
 from femflex.assembly.torques import check_torques, has_torque
 from femflex.body import FlexibleBody, Marker, rigid_body
@@ -105,7 +105,7 @@ def built_body(
     """
     if name not in case.bodies:
         raise CaseError(case.path.name, [Problem("bodies", f"found no body {name!r}; {near(name, case.bodies)}")])
-    made = shared()
+    made = shared_parts()
     if made is None:
         return _built(case, name, modes, refine, segments)
     rest = case.model_copy(update={"bodies": {}, "initial": None})
@@ -121,7 +121,7 @@ def _content(case: Case, name: str) -> str:
         table = table.model_copy(update={"reduction": open_})
     beside = [str(sorted(turning_markers(case, name)))]
     if isinstance(table, FlexibleTable):
-        beside.append(str(acting(case, name, table, marker_groups(table))))
+        beside.append(str(acting_loads(case, name, table, marker_groups(table))))
     return f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {beside}"
 
 
@@ -133,7 +133,7 @@ def _built(case: Case, name: str, modes: int | None, refine: int, segments: int 
             cut = _segments(case, name, table, (modes, refine, segments))
             return BuiltBody(Segments(tuple(_turned(body, table) for body in cut.bodies)))
         body, source, notes = _body(case, name, table, modes, refine)
-        open_ = Origin(source, left_open(table), bound_to_linear(table), remedy_of(table))
+        open_ = Origin(source, open_choices(table), bound_to_linear(table), remedy_of(table))
         if isinstance(table, FlexibleTable | AnalyticTable | FileTable):
             warn_of_doubtful_extents(case, name, table, body)
         return BuiltBody(_with_markers(body, name, table), None if isinstance(table, RigidTable) else open_, notes)
@@ -155,7 +155,7 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
         return _from_file(case, name, table, modes), None, ()
     assert isinstance(table, FlexibleTable)
     given = structure_of(case, name, table, refine)
-    added = acting(case, name, table, marker_groups(table))
+    added = acting_loads(case, name, table, marker_groups(table))
     structure, modeset = build_modes(given, table, modes, name, added, preload_of(case, name, table))
     body, modeset = _meshed(case, name, table, structure, modeset)
     r = table.reduction
@@ -169,10 +169,11 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
         getattr(r, "deflection", None),
         getattr(r, "third_derivatives", None),
     )
-    return body, source, tuple(filter(None, [told(added, modeset, joints), tension_told(structure, modeset, body)]))
+    notes = added_shapes_text(added, modeset, joints), tension_text(structure, modeset, body)
+    return body, source, tuple(filter(None, notes))
 
 
-def tension_told(structure: Structure, modeset: ModeSet, body: FlexibleBody) -> str:
+def tension_text(structure: Structure, modeset: ModeSet, body: FlexibleBody) -> str:
     """A line on the tension of tethers and membranes, and on the frequencies of a body about its preload."""
     parts = []
     for block in tension_blocks(structure):

@@ -8,9 +8,9 @@ from functools import partial
 
 import numpy as np
 
-from femflex.assembly.acting import Acting
+from femflex.assembly.acting_loads import ActingLoads
 from femflex.assembly.sections import build_material, build_section
-from femflex.assembly.shared import shared
+from femflex.assembly.shared import shared_parts
 from femflex.case.body import FlexibleTable, MemberTable
 from femflex.case.case import Case
 from femflex.case.mesh_groups import file_mesh, mesh_problems
@@ -73,7 +73,7 @@ def build_mesh(case: Case, name: str, table: FlexibleTable, refine: int = 0) -> 
 
 def structure_of(case: Case, name: str, table: FlexibleTable, refine: int = 0) -> Structure:
     """The Structure of a body on its own mesh, refined `refine` times more: one where `shared_structures` has it."""
-    made = shared()
+    made = shared_parts()
     if made is None:
         return build_structure_of(case, name, table, build_mesh(case, name, table, refine))
     said = {"mesh", "mesh_unit", "groups", "refine", "members", "point_masses", "bushings", "markers"}
@@ -151,15 +151,15 @@ def build_modes(
     table: FlexibleTable,
     modes: int | None = None,
     name: str = "",
-    acting: Acting | None = None,
+    acting: ActingLoads | None = None,
     preload: Preload | None = None,
 ) -> tuple[Structure, ModeSet]:
     """The structure a body's reduction works on and its mode set, of `modes` modes instead of the case's if given.
 
     acting: what acts on it; those static shapes of that are added to a cantilever set that are slow beside it.
     preload: steady loads of its own equilibrium.
-    Initial stress is first let go where the clamps do not hold it (`relaxed`); what is doubtful of it is told of the
-    body of that name.
+    Initial stress is first let go where the clamps do not hold it (`relaxed`); doubts of it are reported for the body
+    of that name.
     """
     r = table.reduction
     clamp = clamp_of(getattr(r, "clamp", {}))
@@ -171,11 +171,13 @@ def build_modes(
         meant = any(member.options.get("prestress") for member in table.members)
         warn_of_initial_stress(f"bodies.{name}", given, structure, meant)
     if isinstance(r, Stretchable):
-        found = _vibrating(structure, r, modes, acting or Acting())
+        found = _vibrating(structure, r, modes, acting or ActingLoads())
         if r.third_derivatives or bends_far(table):
             found = with_own_bends(structure, found, r.third_derivatives, r.deflection)
         if r.derivatives not in (None, "none", 0):
-            found = derived(structure, found, r.derivatives, None if r.responses else r.deflection, f"bodies.{name}")
+            found = with_static_derivatives(
+                structure, found, r.derivatives, None if r.responses else r.deflection, f"bodies.{name}"
+            )
         if r.responses and r.deflection is not None:
             ways = [way for way in getattr(r, "attachment", ()) if way in "xyz"]
             loads = getattr(r, "loads", {})
@@ -189,14 +191,16 @@ def build_modes(
     return structure, rigid_set(structure.n_dof)
 
 
-def derived(structure: Structure, modes: ModeSet, keep: int | str, deflection: float | None, where: str) -> ModeSet:
+def with_static_derivatives(
+    structure: Structure, modes: ModeSet, keep: int | str, deflection: float | None, where: str
+) -> ModeSet:
     """The set with so many static derivatives; warns where it has fewer of them than are asked for."""
     found = with_derivatives(structure, modes, keep, deflection)
     kept = found.n_modes - modes.n_modes
     if isinstance(keep, int) and kept < keep:
         of = "its states bent so far" if deflection else f"the pairs of its {modes.n_modes} shapes"
         warnings.warn(
-            f"{where}: {keep} derivatives are asked for, and {of} have {kept} that are independent; "
+            f"{where}: {keep} derivatives are requested, and {of} have {kept} that are independent; "
             f"these are kept, and derivatives = {kept} is the same",
             PhysicsWarning,
             stacklevel=3,
@@ -210,7 +214,7 @@ def bends_far(table: FlexibleTable) -> bool:
     return table.strain in ("nonlinear", "condensed") and keep not in ("none", 0)
 
 
-def _vibrating(structure: Structure, r: Stretchable, modes: int | None, acting: Acting) -> ModeSet:
+def _vibrating(structure: Structure, r: Stretchable, modes: int | None, acting: ActingLoads) -> ModeSet:
     """The set of a reduction that keeps a number of modes, before its derivatives."""
     assert isinstance(r, CantileverTable | FreeFreeTable | CraigBamptonTable)
     n = r.modes if modes is None else modes

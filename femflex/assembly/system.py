@@ -66,7 +66,7 @@ def problems_of_loads(case: Case) -> list[Problem]:
 
 
 def bodies_and_loads(case: Case, bodies: Mapping[str, Part] | None) -> tuple[dict[str, Part], tuple[Load, ...]]:
-    """Bodies (built if not given) and loads, their problems told together."""
+    """Bodies (built if not given) and loads, their problems reported together."""
     problems: list[Problem] = []
     parts: dict[str, Part] = {}
     loads: tuple[Load, ...] = ()

@@ -15,12 +15,13 @@ from femflex.body.moments import MassMoments
 from femflex.body.skin import Skin
 from femflex.body.strain import StrainTensors
 from femflex.body.strain_field import StrainPart
+from femflex.summary import Rows, Summarised, listed
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class FlexibleBody:
+@dataclass(frozen=True, eq=False, repr=False)
+class FlexibleBody(Summarised):
     """A reduced body: everything the dynamics and the pictures need, in SI, in the body frame.
 
     moments  MassMoments over all shapes
@@ -53,6 +54,19 @@ class FlexibleBody:
     foreshortening: Foreshortening | None = None
     strain_field: tuple[StrainPart, ...] = ()
     mass_points: MassPoints | None = None
+
+    def summary(self) -> tuple[str, Rows]:
+        """Mass, centre of mass, coordinates, frequencies and markers."""
+        centre = ", ".join(f"{x:.4g}" for x in self.moments.center_of_mass())
+        rows = [("mass", f"{self.moments.mass:.6g} kg"), ("centre of mass", f"({centre}) m")]
+        if self.n_modes:
+            counts = [f"{self.kinds.count(kind)} {kind}" for kind in dict.fromkeys(self.kinds)]
+            rows += [("coordinates", str(self.n_modes)), ("shapes", ", ".join(counts) or str(self.n_shapes))]
+            rows += [("strain", self.strain_form)]
+            known = self.omega[np.isfinite(self.omega)] / (2.0 * np.pi)
+            rows += [("frequencies", listed([f"{f:.4g}" for f in known], 6) + " Hz")] if len(known) else []
+        rows += [("markers", listed(sorted(self.markers)))]
+        return f"{'Flexible' if self.n_modes else 'Rigid'} body", rows
 
     def __post_init__(self) -> None:
         n, n_shapes = self.n_modes, self.n_shapes

@@ -53,8 +53,8 @@ def markers(outline: Outline, folder: Path) -> Iterator[Problem]:
     for where, owner, marker in places:
         known = known_markers(outline.bodies.get(owner or ""))
         if marker is not None and known is not None and marker not in known:
-            told = f"found {marker!r}, which is no marker of body {owner!r}; {near(marker, known)}"
-            yield Problem(where, told + _as_group(outline.bodies.get(owner or ""), owner, marker, folder))
+            text = f"found {marker!r}, which is no marker of body {owner!r}; {near(marker, known)}"
+            yield Problem(where, text + _as_group(outline.bodies.get(owner or ""), owner, marker, folder))
 
 
 def _as_group(body: BodyTable | None, owner: str | None, marker: str, folder: Path) -> str:
@@ -65,7 +65,7 @@ def _as_group(body: BodyTable | None, owner: str | None, marker: str, folder: Pa
 
     try:
         groups = {*read_mesh(folder / body.mesh).groups, *body.groups}
-    except (ValueError, OSError):  # told where the mesh is read
+    except (ValueError, OSError):  # reported where the mesh is read
         return ""
     if marker not in groups:
         return ""

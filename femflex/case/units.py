@@ -107,8 +107,8 @@ def split_quantity(text: str, unit: str = "m") -> tuple[float, str]:
         )
     match = _NUMBER.fullmatch(text)
     if match is None:
-        told = "a number, then its unit, such as" if unit else "a number such as"
-        raise UnitError(f"found {text!r}, which does not begin with a number; write {told} {example(unit)!r}")
+        found_text = "a number, then its unit, such as" if unit else "a number such as"
+        raise UnitError(f"found {text!r}, which does not begin with a number; write {found_text} {example(unit)!r}")
     if re.match(r",\d", match[2]):
         raise UnitError(f"found {text!r} with a decimal comma; write a point, as in {text.replace(',', '.', 1)!r}")
     return float(match[1]), match[2].strip()

@@ -22,7 +22,7 @@ def plot(
         ),
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="PNG or SVG file; left out, beside the run.")
+        Path | None, typer.Option("-o", "--output", help="PNG or SVG file; left out, in the folder of the run.")
     ] = None,
     other: Annotated[
         Path | None, typer.Option("--with", help="Result file of another run, laid over this one in dashed lines.")

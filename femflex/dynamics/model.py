@@ -33,6 +33,7 @@ from femflex.dynamics.reports.variations import observe_variations
 from femflex.dynamics.terms.by_source import SWITCHED
 from femflex.dynamics.workspace import Workspace
 from femflex.rotations import is_extrinsic
+from femflex.summary import Rows, Summarised, listed
 from femflex.system import Channel, System
 
 if TYPE_CHECKING:
@@ -45,8 +46,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class Model:
+@dataclass(frozen=True, eq=False, repr=False)
+class Model(Summarised):
     """A System lowered to flat arrays; `rate(t, x, dx, table, pool, work)` is its compiled equation of motion.
 
     Nothing in it changes once it is compiled. Its calls write to arrays of a Workspace: each thread has its own, and
@@ -75,6 +76,13 @@ class Model:
     omitted: tuple[str, ...] = ()
     constraints: Constraints | None = None
     project: Any = None
+
+    def summary(self) -> tuple[str, Rows]:
+        """Its system's summary, with the sizes of the compiled equations."""
+        rows = [("states", f"{self.n_x}: {self.n_q} coordinates, {self.n_u} velocities, {self.n_z} of effectors")]
+        rows += [("constraint rows", str(self.constraints.n_rows))] if self.constraints is not None else []
+        rows += [("switched off", listed(self.omitted))] if self.omitted else []
+        return "Compiled model", [*rows, ("channels", str(len(self.channels))), *self.system.summary()[1]]
 
     @property
     def table(self) -> NDArray[np.int64]:

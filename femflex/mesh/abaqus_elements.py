@@ -1,8 +1,8 @@
-"""Abaqus element types: what meshio is told when reading, and what is written for our cells."""
+"""Abaqus element types: what meshio is reported when reading, and what is written for our cells."""
 
 from __future__ import annotations
 
-# Element type -> the type meshio is told, and the number of nodes. First match counts.
+# Element type -> the type meshio is reported, and the number of nodes. First match counts.
 ELEMENTS: list[tuple[str, str, int]] = [
     (r"(B21|B23|B31|B33|T2D2|T3D2|B31OS|PIPE[23]1|FRAME[23]D|F[23]D2|R[23]D2|RB[23]D2|LINE2)(H|OS|OSH|E)?$", "B31", 2),
     (r"(B22|B32|T2D3|T3D3|PIPE[23]2)(H|OS|OSH|R|E)?$", "B32", 3),

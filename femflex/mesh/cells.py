@@ -1,6 +1,6 @@
 """The cell types femflex understands, in meshio's names and node order (the order of VTK).
 
-Every type is told by the positions of its nodes on the unit cell and the monomials its shape functions are made of;
+Every type is reported by the positions of its nodes on the unit cell and the monomials its shape functions are made of;
 interpolation, subdivision, generators and quality all follow from these two tables.
 """
 

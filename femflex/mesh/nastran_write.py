@@ -60,7 +60,7 @@ def _property_ids(mesh: Mesh) -> tuple[dict[str, Index], dict[int, str], list[st
     """Property id of every cell by type, name of every id ("" for cells in no group), and groups that need a SET.
 
     Cells with the same groups share an id. A group whose cells all have one id gives it its name; groups of several
-    ids, and further groups of the same cells, are told as SETs.
+    ids, and further groups of the same cells, are reported as SETs.
     """
     pids = {cell: np.zeros(len(nodes), np.int64) for cell, nodes in mesh.cells.items()}
     kinds: dict[tuple[str, ...], int] = {}

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from femflex.advice.stiffening import Stiffening
-from femflex.advice.tension import Tension
+from femflex.advice.stiffening import StiffeningWatch
+from femflex.advice.tension import TensionWatch
 from femflex.pipeline.guard import Runaway, Singularities, first_overflow, warn_of_passage
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def integrate(
 
     model, known = prepared.model.for_run(), prepared.decided.known
     runaway, singularities = Runaway(model, known, prepared.decided.notes), Singularities(model)
-    stiffening, tension = Stiffening(model, known), Tension(model, known)
+    stiffening, tension = StiffeningWatch(model, known), TensionWatch(model, known)
     if model.constraints is not None:
         model.constraints.forget_passage()
     with _writer(prepared, Path(output), force, resume, lock) as (writer, state, written):
@@ -139,8 +139,8 @@ def _kept(error: IntegrationError, writer: RunWriter, model: Model, written: flo
         writer.write_block(error.times[-1:], seen)
     writer.finish(False, text, _statistics(error))
     kept = f"{writer.path} keeps what was computed and is marked incomplete."
-    told = f"{text} {kept if writer.rows else 'Nothing was computed before that could be kept.'}"
-    return type(error)(told, error.times, error.states, error.coordinate, error.steps, error.reason)
+    found_text = f"{text} {kept if writer.rows else 'Nothing was computed before that could be kept.'}"
+    return type(error)(found_text, error.times, error.states, error.coordinate, error.steps, error.reason)
 
 
 def _seen(error: IntegrationError, model: Model) -> dict[str, Any]:

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
     from femflex.case import Case
     from femflex.dynamics import Model
-    from femflex.dynamics.constraints.moved_start import Moved
-    from femflex.dynamics.constraints.taken_up import TakenUp
+    from femflex.dynamics.constraints.clearance import TakenUp
+    from femflex.dynamics.constraints.moved_start import MovedValue
     from femflex.integrate import Integrator
     from femflex.pipeline.decisions import Decided
     from femflex.system import Controller, Effector, Part, System, Variation
@@ -37,7 +37,7 @@ class Prepared:
     decided: Decided
 
     @cached_property
-    def moved(self) -> list[Moved]:
+    def moved(self) -> list[MovedValue]:
         """The initial values that were moved to make the start consistent, those moved farthest first."""
         from femflex.dynamics.constraints.moved_start import moved_start
 
@@ -46,7 +46,7 @@ class Prepared:
     @cached_property
     def taken_up(self) -> list[TakenUp]:
         """The misfit of loops with play that was taken into their markers."""
-        from femflex.dynamics.constraints.taken_up import taken_up
+        from femflex.dynamics.constraints.clearance import taken_up
 
         return [] if self.model.constraints is None else taken_up(self.model.constraints)
 
@@ -74,10 +74,10 @@ def prepare(
     effectors: effectors and controllers beside those of the case
     varying: body name -> Variation, how its properties depend on time
 
-    Raises as `femflex.run` does for what can be told before the first step.
+    Raises as `femflex.run` does for what can be reported before the first step.
     """
     from femflex.advice.advice import warn_of
-    from femflex.advice.doubts import output_doubts
+    from femflex.advice.model_warnings import output_warnings
     from femflex.case import Case, read_case
     from femflex.dynamics import compile_system
     from femflex.pipeline.decisions import decided
@@ -103,7 +103,7 @@ def prepare(
     if output is not None and resume:
         check_same_model(model, Path(output))
     times = case.run.times(duration_of(case, system))
-    found = replace(found, advice=(*found.advice, *output_doubts(system, float(times[1] - times[0]))))
+    found = replace(found, advice=(*found.advice, *output_warnings(system, float(times[1] - times[0]))))
     warn_of(found.advice)
     begun = ""
     if output is not None and resume:

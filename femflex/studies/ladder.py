@@ -200,10 +200,10 @@ def varied(case: Case, can: Callable[[BodyTable], bool], what: str) -> list[str]
     named = study.quantity.body if study.quantity.of in OF_BODY else study.body
     names = [name for name in case.bodies if named in (None, name) and can(case.bodies[name])]
     if not names:
-        told = ", ".join(f"{name} ({_described(table)})" for name, table in case.bodies.items())
+        text = ", ".join(f"{name} ({_described(table)})" for name, table in case.bodies.items())
         about = f"there is no {what}" if named is None else f"body {named!r}, which the study is about, has no {what}"
         raise ValueError(
-            f"{case.path.name}: {about}; its bodies are {told}. Vary something else (modes, mesh, "
+            f"{case.path.name}: {about}; its bodies are {text}. Vary something else (modes, mesh, "
             "derivatives, segments, strain), or another body."
         )
     return names

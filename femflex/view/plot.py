@@ -11,6 +11,7 @@ import numpy as np
 
 from femflex.results import Run
 from femflex.view.curves import BALANCE, Curve, curves_of
+from femflex.view.drawing import Drawing
 from femflex.view.output import placed
 from femflex.view.second import apart, dashed, frame, mark_end, name_second, title_of, what_is_left
 from femflex.view.spectrum import WINDOW, amplitude_spectrum
@@ -191,4 +192,4 @@ def saved(figure: Figure, path: str | Path, dpi: int, force: bool) -> Path:
         raise ValueError(f"a plot is written as .png or .svg; {path.name} is neither")
     with placed(path, force) as part:
         figure.savefig(part, format=kind, dpi=dpi)
-    return path
+    return Drawing(path)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from femflex.advice.bodies import KnownBodies
-from femflex.advice.tension import Tension
+from femflex.advice.tension import TensionWatch
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system
 from femflex.fem import Member, build_structure
@@ -35,7 +35,7 @@ def cord(preload, strain):
 def seen(system, known):
     """Tension of the watched elements (k,) at the start, their places, and the watch."""
     model = compile_system(system)
-    watch = Tension(model, known)
+    watch = TensionWatch(model, known)
     channels = model.observe(np.zeros(1), model.x0[None])
     watch.watch(np.zeros(1), channels)
     (one,) = watch._watched

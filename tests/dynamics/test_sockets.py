@@ -465,6 +465,7 @@ def linear_spring(seen, out):
     out.energy[0] = 0.5 * seen.parameters[0] * seen.coordinate[0] ** 2
 
 
+@pytest.mark.slow
 def test_in_orbit_places_and_velocities_count_from_the_centre_of_mass():
     boom, _ = random_body(np.random.default_rng(3), 2)
     system = System(

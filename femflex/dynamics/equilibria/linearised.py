@@ -14,7 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, StrainTensors
-from femflex.dynamics.equilibria.closed_motion import carried, independent, refuse_rolling, slack_of_loops
+from femflex.dynamics.equilibria.closed_motion import (
+    independent_coordinates,
+    least_multipliers,
+    refuse_rolling,
+    slack_of_loops,
+)
 from femflex.dynamics.equilibria.states import StateEquations, state_equations
 from femflex.dynamics.lowering.layout import BALL_NONE, body_records
 from femflex.dynamics.model import Model
@@ -92,7 +97,7 @@ def free_directions(model: Model, t: float, x: Array) -> tuple[NDArray[np.int64]
     Z = np.eye(model.n_u)[:, free]
     if model.constraints is None:
         return free, Z
-    own, following = independent(
+    own, following = independent_coordinates(
         model.constraints.matrix(t, x)[:, free], usual_sizes(model)[free], slack_of_loops(model.system)
     )
     return free[own], Z @ following
@@ -112,7 +117,7 @@ def multipliers(model: Model, t: float, x: Array) -> Array:
         return np.zeros(0)
     ties, force = model.constraints.matrix(t, x), model.bias(t, x)
     held = held_freedoms(model)
-    return carried(np.where(held, 0.0, ties), np.where(held, 0.0, force), slack_of_loops(model.system))
+    return least_multipliers(np.where(held, 0.0, ties), np.where(held, 0.0, force), slack_of_loops(model.system))
 
 
 def stiffness(model: Model, t: float, x: Array, udot: Array, lambdas: Array) -> Array:

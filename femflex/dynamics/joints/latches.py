@@ -3,7 +3,7 @@
 A rigid latch stops its freedom by an impulse J along it: M du = J e + A^T L with du = -u on the freedom and A du = 0 on
 the constraints, whose impulses L keep loops closed. Nothing else acts, so momentum and angular momentum stay. The
 energy lost is -J u / 2 (Carnot): what the constraints do not let move takes none. Latches that close at the same
-instant are one impact, M du = sum J_i e_i + A^T L; each is told the work of its own impulse, -J_i u_i / 2, which add
+instant are one impact, M du = sum J_i e_i + A^T L; each gets the work of its own impulse, -J_i u_i / 2, which add
 up to the energy lost and are the same for two that are alike.
 """
 

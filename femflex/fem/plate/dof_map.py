@@ -28,7 +28,7 @@ def member_section(member: Member) -> PlateSection:
     section, material, where = member.section, member.material, f"{member.family} on group {member.group!r}"
     if isinstance(section, PlateSection):
         if material is not None:
-            raise ValueError(f"{where} has a material beside a section that already holds its own; leave one out")
+            raise ValueError(f"{where} has a material and a section with its own material; leave one out")
         return section
     if isinstance(section, int | float | np.floating) and not isinstance(section, bool):
         if material is None:

@@ -20,7 +20,7 @@ from femflex.warning import PhysicsWarning
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-CLOSE = 1.25  # times the stress given: below this margin to buckling it is told
+CLOSE = 1.25  # times the stress given: below this margin to buckling it is reported
 FAR = 1e3  # times the stress given, from which on it counts as never
 CLASSED, EXACT = 1e-2, 1e-10  # part of the ratio of stiffness to which it is found, to see that it is far off, and else
 ROUGHLY, VECTORS, RESTARTS = 1e-3, 12, 8  # of the stiffness left; of Lanczos' method, some 60 solutions at most

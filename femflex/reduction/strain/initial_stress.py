@@ -19,7 +19,7 @@ from femflex.warning import PhysicsWarning
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-HELD = 0.5  # share of the energy of a wanted stress that clamps must hold not to be told
+HELD = 0.5  # share of the energy of a wanted stress that clamps must hold not to be reported
 SMALL = 0.01  # strain up to which it is small: stiffness and shape change by as much
 SLACK = 0.01  # share of the stress's energy that supports may let go before linear strain is doubtful
 
@@ -96,7 +96,7 @@ def warn_of_initial_stress(name: str, given: Structure, left: Structure, meant: 
 
     name   what the structure is called
     given  before `relaxed`; left: after it
-    meant  whether the stress is wanted: heat that supports do not hold is no mistake, and not told
+    meant  whether the stress is wanted: heat that supports do not hold is no mistake, and not reported
     """
     if not given.stressed:
         return

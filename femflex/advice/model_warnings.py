@@ -22,13 +22,13 @@ from femflex.system.ties import tie_places
 Array = NDArray[np.float64]
 
 
-def doubts(system: System, known: KnownBodies, duration: float) -> list[Advice]:
+def model_warnings(system: System, known: KnownBodies, duration: float) -> list[Advice]:
     """What is doubtful of a craft and its bodies, whatever they are going to do."""
     out = [*_held_elsewhere(system, known), *_dragged_supports(system, known), *_idle_torques(system)]
     return [*out, *_light_sets(system), *_loose_bodies(system), *_driven_orbit(system, duration)]
 
 
-def output_doubts(system: System, step: float) -> list[Advice]:
+def output_warnings(system: System, step: float) -> list[Advice]:
     """Modes of whole bodies that an output step [s] is too long to show."""
     pieces = {piece for parts in system.segments.values() for piece in parts}
     out = []
@@ -121,11 +121,10 @@ def _dragged_supports(system: System, known: KnownBodies) -> Iterator[Advice]:
         if free:
             text = (
                 f"bodies.{joint.child}: its joint to {joint.parent or 'the base frame'} holds it at "
-                f"{joint.child_marker!r}, which its clamp leaves free in {', '.join(free)}: the body then moves with "
-                f"that marker's own motion, and drags its other supports ({', '.join(map(repr, others))}) along, which "
-                f"are to stay where they are. Drop child_marker = {joint.child_marker!r}, so that the joint holds the "
-                "frame in which all of its supports are still and the shapes keep that freedom, or clamp "
-                f"{', '.join(free)} at {group!r} too"
+                f"{joint.child_marker!r}, whose clamp leaves {', '.join(free)} free. The body then follows that "
+                f"marker, and its other supports ({', '.join(map(repr, others))}) move with it. Remove "
+                f"child_marker = {joint.child_marker!r}, so that the joint holds the body frame, in which all supports "
+                f"are at rest; or clamp {', '.join(free)} at {group!r} too"
             )
             yield doubt(joint.child, "support", text, float(len(free)), 0.0)
 
@@ -175,9 +174,8 @@ def _loose_bodies(system: System) -> Iterator[Advice]:
     for joint in system.joints:
         if _is_free(system, joint) and others and joint.child not in parents | tied:
             text = (
-                f"bodies.{joint.child}: it has no joint, nothing hangs on it, and {len(others)} of the other bodies "
-                "have one: it moves freely beside them. If it is part of the craft, give it a joint to the body that "
-                "carries it"
+                f"bodies.{joint.child}: it has no joint and carries no body, while {len(others)} of the other bodies "
+                "have a joint; it moves freely. If it is part of the craft, add a joint to the body that carries it"
             )
             yield doubt(joint.child, "craft", text, 0.0)
 

@@ -1,4 +1,4 @@
-"""What a body bears along a motion, piece by piece, and what tells under how much of it the body buckles."""
+"""Loads on a body along a motion, one by one, and the interface of its linear buckling analysis."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ WRENCH = 6  # force and torque
 
 
 @dataclass(frozen=True, eq=False)
-class Burden:
+class AppliedLoad:
     """One thing that loads a body at n_t instants, body axes.
 
-    name     what it is, as told
+    name     what it is, as reported
     marker   where it acts; None: all over the body, as a field of accelerations -(b + W r), r from the body's origin
     values   (n_t, 12) b and W by its columns [m/s^2, 1/s^2]; or (n_t, 6) force and torque at the marker [N, N m]
-    wrench   (n_t, 6) force and torque as told
-    arm      (n_t, 3) from the marker to where the force acts, on what hangs there and turns with it [m]
+    wrench   (n_t, 6) force and torque as reported
+    arm      (n_t, 3) from the marker to where the force acts, on the attached body that turns with it [m]
     follows  whether the force turns with the marker, or keeps its direction
     held     0; 3: it holds the marker in its place, as the loop does whose force it is; 6: in its attitude too
-    inertia  (6, 6) of what hangs there and moves with the marker [kg, kg m, kg m^2]
+    inertia  (6, 6) of the bodies attached there, which move with the marker [kg, kg m, kg m^2]
     """
 
     name: str
@@ -62,33 +62,32 @@ class Burden:
 
 
 @dataclass(frozen=True)
-class Buckling:
-    """How near a body is to buckling under all that it bears at an instant.
+class BucklingResult:
+    """Load over buckling load of a body, under all its loads at an instant.
 
-    part    of what buckles it, 1 / lambda of det(K + lambda K_sigma) = 0; 0 where nothing does
+    part    load over buckling load, 1 / lambda of det(K + lambda K_sigma) = 0; 0 where it cannot buckle
     row     of the instant
-    shares  (n,) of each burden in part; they add up to it. None are sought where part is small
-    sways   whether it is by oscillations that grow (flutter), under forces that follow the body
+    shares  (n,) of each load in part; they add up to it. Zero where part is small
+    flutters  whether it is by flutter, under follower loads
     """
 
     part: float
     row: int
     shares: tuple[float, ...]
-    sways: bool = False
+    flutters: bool = False
 
 
-class Bearing(Protocol):
-    """What knows how a body buckles."""
+class BucklingModel(Protocol):
+    """Linear buckling analysis of a body."""
 
-    def nearest(self, burdens: Sequence[Burden], told: float = 0.0) -> Buckling:
-        """How near the burdens together come to what buckles the body, at the worst of their instants.
+    def nearest(self, loads: Sequence[AppliedLoad], shares_from: float = 0.0) -> BucklingResult:
+        """Largest load over buckling load of all loads together, over their instants.
 
-        told: part from which on their shares are sought.
+        shares_from: part above which the share of each load is computed.
         """
 
-    def kept(self, burdens: Sequence[Burden], row: int) -> float:
-        """The same at an instant, of what buckles the body confined to the shapes that it keeps; forces that follow
-        count as if they kept their direction."""
+    def kept(self, loads: Sequence[AppliedLoad], row: int) -> float:
+        """The same at an instant, for the buckling load in the reduced basis; follower loads count as dead loads."""
 
 
 def skew(a: Array) -> Array:

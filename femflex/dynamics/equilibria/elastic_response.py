@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from femflex.dynamics.equilibria.closed_motion import carried, slack_of_loops
+from femflex.dynamics.equilibria.closed_motion import least_multipliers, slack_of_loops
 from femflex.dynamics.equilibria.linearised import free_directions, held_freedoms, linearised
 from femflex.dynamics.joints.held_places import held_places
 from femflex.dynamics.lowering.layout import body_records
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 DAMPED = 0.99  # of critical: modes damped more than that are taken to be so, for their answer hardly swings either
 
 
-def elastic_answer(model: Model, times: Array, states: Array, accelerations: Array) -> Array:
+def elastic_response(model: Model, times: Array, states: Array, accelerations: Array) -> Array:
     """The states (n_t, n_x) with the elastic coordinates and rates that the motion calls up, from those of model.x0.
 
     states (n_t, n_x) and accelerations (n_t, n_u): the motion of the bodies, elastic ones zero. Velocities may jump
@@ -45,18 +45,18 @@ def elastic_answer(model: Model, times: Array, states: Array, accelerations: Arr
     damping = np.einsum("ik,ij,jk->k", phi, D, phi)
     u, steps = model.parts(states)[1], np.diff(times)[:, None]
     jumps = np.diff(u, axis=0) - steps * (accelerations[1:] + accelerations[:-1]) / 2
-    force, impulse = left_over(model, times, states, accelerations, np.vstack([jumps, np.zeros(model.n_u)]))
+    force, impulse = unmodelled_response(model, times, states, accelerations, np.vstack([jumps, np.zeros(model.n_u)]))
     qe, ue = elastic_places(model)
     start = np.zeros((2, model.n_u))
     start[:, ue] = model.x0[qe], model.x0[model.n_q + ue]
     modal = start[:, own] @ M @ phi
-    y, rate = swung(omega, damping, times, force @ Z @ phi, impulse @ Z @ phi, modal)
+    y, rate = modal_response(omega, damping, times, force @ Z @ phi, impulse @ Z @ phi, modal)
     shapes, out = (Z @ phi)[ue], states.copy()
     out[:, qe], out[:, model.n_q + ue] = y @ shapes.T, rate @ shapes.T
     return out
 
 
-def left_over(model: Model, times: Array, states: Array, rates: Array, jumps: Array) -> tuple[Array, Array]:
+def unmodelled_response(model: Model, times: Array, states: Array, rates: Array, jumps: Array) -> tuple[Array, Array]:
     """Forces, and impulses of jumps of the velocities, on the elastic coordinates; each (n_t, n_u), 0 for joints."""
     force, impulse = np.zeros((2, len(times), model.n_u))
     ue, slack = elastic_places(model)[1], slack_of_loops(model.system)
@@ -66,12 +66,12 @@ def left_over(model: Model, times: Array, states: Array, rates: Array, jumps: Ar
         pair = [model.residual(float(t), x, rate), model.residual(float(t), x, rate + jump)]
         if model.constraints is not None:  # what loops carry as the bodies move on stands in the rows of joints
             A = model.constraints.matrix(float(t), x)
-            pair = [own - carried(A[:, carrying], own[carrying], slack) @ A for own in pair]
+            pair = [own - least_multipliers(A[:, carrying], own[carrying], slack) @ A for own in pair]
         row[ue], pushed[ue] = -pair[0][ue], (pair[0] - pair[1])[ue]
     return force, impulse
 
 
-def swung(
+def modal_response(
     omega: Array, damping: Array, times: Array, force: Array, impulse: Array, start: Array
 ) -> tuple[Array, Array]:
     """y and y' (n_t, m) of y'' + damping y' + omega^2 y = force, m modes, force (n_t, m) linear between the times.

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.equilibria.balance import relaxed, stiff_answers, unbalanced
+from femflex.dynamics.equilibria.balance import relaxed, stiff_answers, unbalanced_forces
 from femflex.dynamics.equilibria.linearised import advanced
 from femflex.dynamics.equilibria.steady import Steady
 
@@ -23,7 +23,7 @@ STEPS, HALVINGS = 200, 20
 OVERSHOT = 0.5  # of the force along a step that its end may have, the other way round
 
 
-def below(problem: Steady, q: Array, begun: Array) -> Array | None:
+def stable_state_below(problem: Steady, q: Array, begun: Array) -> Array | None:
     """Coordinates (n_q,) near a stable equilibrium below q, an unstable one; None where none is come to.
 
     Of the two sides of q that of the coordinates begun from is taken.
@@ -53,7 +53,7 @@ def below(problem: Steady, q: Array, begun: Array) -> Array | None:
 def _resistance(problem: Steady, q: Array) -> tuple[Array, Array, Array, Array]:
     """Forces (n_u,) that are left, and the stiffness (n_u, n_u), its values (m,) and directions (n_u, m)."""
     A = problem.ties(q)
-    g, lambdas = unbalanced(problem, q, 1.0, A)
+    g, lambdas = unbalanced_forces(problem, q, 1.0, A)
     Z = np.hstack(problem.directions(A))
     K = problem.stiffness(q, 1.0, lambdas)
     values, V = np.linalg.eigh(Z.T @ (K + K.T) @ Z / 2)
@@ -64,7 +64,7 @@ def _down(problem: Steady, q: Array, g: Array, K: Array, move: Array) -> Array |
     """The coordinates a step further, shortened until they still go down at its end, or hardly up."""
     for _ in range(HALVINGS):
         to = _moved(problem, q, K, move)
-        after = unbalanced(problem, to, 1.0, problem.ties(to))[0]
+        after = unbalanced_forces(problem, to, 1.0, problem.ties(to))[0]
         if after @ move <= OVERSHOT * abs(g @ move):
             return to
         move = move / 2

@@ -10,8 +10,8 @@ BEAT = 0.5  # seconds
 
 
 @contextmanager
-def kept_alive(bar: Callable[[float], None]) -> Iterator[Callable[[float], None]]:
-    """What tells the bar, and tells it again at every beat: while a large mesh is built, nothing else would."""
+def keep_alive(bar: Callable[[float], None]) -> Iterator[Callable[[float], None]]:
+    """A function that reports progress to the bar, which repeats its last value at every beat."""
     reached, lock, over = [0.0], Lock(), Event()
 
     def tell(now: float) -> None:

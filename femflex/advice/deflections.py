@@ -1,4 +1,4 @@
-"""How far elastic bodies bend, against what their strain holds up to."""
+"""Largest deflections of elastic bodies, compared with the limit of their strain form."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from femflex.advice.bodies import KnownBodies
 from femflex.advice.limits import BENT, SWUNG
-from femflex.advice.remedies import divided
+from femflex.advice.remedies import division_remedy
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ Array = NDArray[np.float64]
 LARGE = 2_000_000  # numbers that the displacements of all points in some rows may take at once
 
 
-class Bend:
-    """The largest bend of one body so far.
+class DeflectionWatch:
+    """Largest deflection of one body so far.
 
     name     of the body
     at       its first elastic coordinate in the state
@@ -70,26 +70,26 @@ class Bend:
         body = self._body
         bound, way = BENT, f"{self.remedy}, "
         if body.strain_form != "linear":
-            bound, way = SWUNG, f"{divided(body)}, "
+            bound, way = SWUNG, f"{division_remedy(body)}, "
         if (reached := self.reached) > bound:
-            told = f" Before the run: {note}." if note and bound == BENT else ""
+            text = f" Before the run: {note}." if note and bound == BENT else ""
             warnings.warn(
                 f"body {self.name!r} {verb} displaced by {reached * self.size:.3g} m, {reached:.0%} of its size of "
                 f"{self.size:.3g} m; {body.strain_form} strain holds up to about {bound:.0%}. Check stiffness, loads "
-                f"and units, {way}or read the result as an indication.{told}",
+                f"and units, {way}or take the result as an indication only.{text}",
                 PhysicsWarning,
                 stacklevel=3,
             )
 
 
-def bends(model: Model, known: KnownBodies | None = None) -> list[Bend]:
-    """One Bend for each elastic body of a model; known: where it is known what they were reduced from."""
+def deflection_watches(model: Model, known: KnownBodies | None = None) -> list[DeflectionWatch]:
+    """One DeflectionWatch for each elastic body of a model; known: where it is known what they were reduced from."""
     out, at, known = [], 0, known or KnownBodies({})
     for name in model.system.order:
         body = model.system.bodies[name]
         at += model.system.joint_of(name).n_q
         if body.n_modes:
-            out.append(Bend(name, at, body, known.remedy(name)))
+            out.append(DeflectionWatch(name, at, body, known.remedy(name)))
         at += body.n_modes
     return out
 

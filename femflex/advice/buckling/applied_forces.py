@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.reports.carried import carried
+from femflex.dynamics.reports.marker_motion import marker_motion
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Joint, Nonholonomic, System
 
@@ -19,7 +19,7 @@ FOLLOWING = {"body", "marker"}  # frames of loads that turn with their body
 
 
 @dataclass(frozen=True, eq=False)
-class Push:
+class AppliedForce:
     """Force and torque (n_t, 3) on a body about its marker at a place (n_t, 3), inertial components.
 
     load: whether it is one of the system's loads; frame: in whose axes it is given; held: see Burden.
@@ -41,7 +41,7 @@ class Push:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class RigidMotion:
     """A motion of a system of rigid bodies: times (n_t,) and what `observe` tells of it, reactions too."""
 
     system: System
@@ -55,23 +55,23 @@ class Motion:
 
     def place(self, body: str | None, marker: str) -> Array:
         """Place (n_t, 3) of a marker, inertial components."""
-        return carried(self.system, self.times, self.seen, body, marker)[0]
+        return marker_motion(self.system, self.times, self.seen, body, marker)[0]
 
     @cached_property
-    def pushes(self) -> list[Push]:
+    def pushes(self) -> list[AppliedForce]:
         """All that acts at markers but what the joints of the tree carry."""
         return [*self._loads(), *self._ties(), *self._springs()]
 
-    def _loads(self) -> Iterator[Push]:
+    def _loads(self) -> Iterator[AppliedForce]:
         for load in self.system.loads:
             force, torque = (
                 np.einsum("tij,tj->ti", self.turned[load.body], self.seen[f"loads/{load.name}/{what}"])
                 for what in ("force", "torque")
             )
             place = self.place(load.body, load.marker)
-            yield Push(f"load {load.name!r}", load.body, load.marker, force, torque, place, True, load.frame)
+            yield AppliedForce(f"load {load.name!r}", load.body, load.marker, force, torque, place, True, load.frame)
 
-    def _ties(self) -> Iterator[Push]:
+    def _ties(self) -> Iterator[AppliedForce]:
         system = self.system
         ties: list[tuple[str, str, str, str, Joint | Nonholonomic]] = [
             (f"loops/{j.label}", f"loop {j.label!r}", j.child, j.child_marker, j) for j in system.loops
@@ -84,32 +84,32 @@ class Motion:
         for path, name, body, marker, tie in ties:
             force, torque = (self.seen[f"{path}/{what}"] for what in ("force", "torque"))
             held = 0 if not isinstance(tie, Joint) else 3 if tie.ball is not None or len(tie.rotations) else 6
-            on = Push(name, body, marker, force, torque, self.place(body, marker), held=held)
+            on = AppliedForce(name, body, marker, force, torque, self.place(body, marker), held=held)
             yield on
             if tie.parent is not None:
                 yield self._back(on, tie.parent, tie.parent_marker)
 
-    def _springs(self) -> Iterator[Push]:
+    def _springs(self) -> Iterator[AppliedForce]:
         """Springs at rest: what their dampers do is left out."""
         for spring in self.system.springs:
             place, other = self.place(spring.body, spring.marker), self.place(spring.parent, spring.parent_marker)
             line = place - other
             length = np.maximum(np.linalg.norm(line, axis=1, keepdims=True), 1e-300)
             force = -spring.stiffness * (length - spring.length) * line / length
-            on = Push(f"spring {spring.name!r}", spring.body, spring.marker, force, 0.0 * force, place)
+            on = AppliedForce(f"spring {spring.name!r}", spring.body, spring.marker, force, 0.0 * force, place)
             yield on
             if spring.parent is not None:
                 yield self._back(on, spring.parent, spring.parent_marker)
 
-    def _back(self, on: Push, body: str, marker: str) -> Push:
+    def _back(self, on: AppliedForce, body: str, marker: str) -> AppliedForce:
         """What answers it on the other body."""
         place = self.place(body, marker)
         wrench = -on.about(place)
         return replace(on, body=body, marker=marker, force=wrench[:, :3], torque=wrench[:, 3:], place=place)
 
-    def joint(self, body: str) -> Push:
+    def joint(self, body: str) -> AppliedForce:
         """What the joint of a body exerts on it."""
         joint = self.system.joint_of(body)
         path, place = f"joints/{joint.label}", self.place(body, joint.child_marker)
         force, torque = (self.seen.get(f"{path}/{what}", np.zeros_like(place)) for what in ("force", "torque"))
-        return Push(f"its joint {joint.label!r}", body, joint.child_marker, force, torque, place)
+        return AppliedForce(f"its joint {joint.label!r}", body, joint.child_marker, force, torque, place)

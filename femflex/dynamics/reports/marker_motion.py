@@ -13,7 +13,7 @@ from femflex.system import System
 Array = NDArray[np.float64]
 
 
-def carried(
+def marker_motion(
     system: System, times: Array, seen: Mapping[str, Array], body: str | None, marker: str
 ) -> tuple[Array, Array]:
     """Place r_M (n_t, 3) and C_NM (n_t, 3, 3) of a marker, inertial components, turned on its body as its shapes say.

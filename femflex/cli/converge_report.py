@@ -8,7 +8,7 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING
 
-from femflex.cli.advice_lines import say_notes
+from femflex.cli.advice_lines import print_notes
 from femflex.cli.tables import print_json, print_table
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class StudyOutputs:
     """What is to be made of a study."""
 
     tolerance: float | None
@@ -41,7 +41,7 @@ class Wanted:
     def begin(self, notes: Mapping[str, str]) -> None:
         """Print why bodies have the strain they have, where the case does not say it."""
         if not self.as_json:
-            say_notes(notes)
+            print_notes(notes)
 
     def say(self, found: Convergence | StrainStudy) -> None:
         """Print one study as it is done."""
@@ -77,9 +77,9 @@ def print_forms(found: StrainStudy) -> None:
     for form in found.forms:
         off = found.difference(form)
         counts = [str(n) for n in (form.coordinates, form.coordinates - form.derivatives, form.derivatives)]
-        told = [f"{form.value:.12g}", f"{off:.2e}", f"{form.seconds:.3g}"] if isfinite(off) else ["", "", ""]
+        text = [f"{form.value:.12g}", f"{off:.2e}", f"{form.seconds:.3g}"] if isfinite(off) else ["", "", ""]
         rows.append(
-            [form.strain, *counts, str(form.followers), *told, "<-" if form.strain == found.recommended else ""]
+            [form.strain, *counts, str(form.followers), *text, "<-" if form.strain == found.recommended else ""]
         )
     heads = ["strain", "coordinates", "vibration", "derivatives", "following", "value", "difference", "seconds", ""]
     print_table(heads, rows)
@@ -94,9 +94,9 @@ def print_study(found: Convergence) -> None:
     rows, apart, heads = [], *derivatives_apart(found)
     for k, level in enumerate(found.levels):
         change, error = found.changes[k], found.errors[k]
-        told = [f"{change:.3e}" if isfinite(change) else "", f"{error:.2e}" if isfinite(error) else ""]
+        found_text = [f"{change:.3e}" if isfinite(change) else "", f"{error:.2e}" if isfinite(error) else ""]
         mark = "<-" if level == found.recommended else ""
-        rows.append([str(level), str(found.counts[k]), *apart[k], f"{found.values[k]:.12g}", *told, mark])
+        rows.append([str(level), str(found.counts[k]), *apart[k], f"{found.values[k]:.12g}", *found_text, mark])
     print_table([*heads, "value", "change", "error", ""], rows)
     for text in found.left_out:
         print(fill(f"left out    {text}", 110, subsequent_indent=" " * 12))

@@ -30,7 +30,7 @@ LEFT_OVER = 0.01  # of a load's static work, by which modes with linear strain m
 
 
 @dataclass(frozen=True)
-class Acting:
+class ActingLoads:
     """What acts on a body.
 
     loads   mesh group -> directions of forces and moments
@@ -48,7 +48,7 @@ class Acting:
         return bool(self.loads or self.base)
 
 
-def acting(case: Case, name: str, table: FlexibleTable, groups: Mapping[str, str]) -> Acting:
+def acting_loads(case: Case, name: str, table: FlexibleTable, groups: Mapping[str, str]) -> ActingLoads:
     """What acts on a body whose reduction leaves it to the case which static shapes it keeps; else nothing.
 
     groups: the mesh group of every marker. A load whose axes are not the body's may come to point along any of them.
@@ -62,15 +62,15 @@ def acting(case: Case, name: str, table: FlexibleTable, groups: Mapping[str, str
         or r.deflection is not None
         or table.cut is not None
     ):
-        return Acting()
+        return ActingLoads()
     if linear:
-        return Acting(_loaded(load_directions(case, name), r, groups), least=LEFT_OVER)
+        return ActingLoads(_loaded(load_directions(case, name), r, groups), least=LEFT_OVER)
     asked = "attachment" not in r.model_fields_set
-    heavy, spun = asked and any(case.environment.gravity), asked and spins(case) if r.spin is None else r.spin
+    heavy, spun = asked and any(case.environment.gravity), asked and spins_steadily(case) if r.spin is None else r.spin
     loads = _loaded((*load_directions(case, name), *_carried(case, name)), r, groups)
     causes = ("its weight",) * heavy + ("its spin",) * spun
     ways = DIRECTIONS if spun else DIRECTIONS[:3] if heavy else ()
-    return Acting(loads, tuple(way for way in ways if way not in r.attachment), causes)
+    return ActingLoads(loads, tuple(way for way in ways if way not in r.attachment), causes)
 
 
 def _loaded(
@@ -84,7 +84,7 @@ def _loaded(
     return {group: tuple(d for d in DIRECTIONS if d in some) for group, some in found.items() if some}
 
 
-def spins(case: Case) -> bool:
+def spins_steadily(case: Case) -> bool:
     """Whether the craft of a case spins steadily, in a run or in its diagram over speeds."""
     return case.campbell is not None or (case.attitude.frame == "spinning" and any(case.attitude.spin or ()))
 
@@ -94,7 +94,7 @@ def load_directions(case: Case, name: str) -> Iterator[tuple[str, list[str]]]:
     for table in case.loads:
         if table.body != name:
             continue
-        with suppress(ValueError, OSError):  # told of where the loads of the case are built
+        with suppress(ValueError, OSError):  # reported where the loads of the case are built
             load = build_load(case, table)
             pushed = [bool(column.any()) for value in (load.force, load.torque) for column in np.atleast_2d(value).T]
             if load.frame != "body":
@@ -112,7 +112,7 @@ def _carried(case: Case, name: str) -> Iterator[tuple[str, list[str]]]:
             yield marker, list(DIRECTIONS[:3] if joint.kind == "spherical" else DIRECTIONS)
 
 
-def told(found: Acting, modes: ModeSet, joints: Mapping[str, Sequence[str]]) -> str:
+def added_shapes_text(found: ActingLoads, modes: ModeSet, joints: Mapping[str, Sequence[str]]) -> str:
     """What is said of the shapes that were added for what acts on the body, joints: those for its joints."""
     count = modes.kinds.count("attachment") + modes.kinds.count(UNANSWERED)
     if not count or not (found or joints):
@@ -126,6 +126,5 @@ def told(found: Acting, modes: ModeSet, joints: Mapping[str, Sequence[str]]) -> 
         parts.append(f"of its joints ({', '.join(f'{group} {chr(32).join(ways)}' for group, ways in joints.items())})")
         keys.append("joints = {}")
     shapes = "1 static shape" if count == 1 else f"{count} static shapes"
-    return (
-        f"{shapes} {' and '.join(parts)} beside its modes ({' and '.join(keys)} in its reduction would leave them out)"
-    )
+    left_out = f"({' and '.join(keys)} in its reduction would leave them out)"
+    return f"{shapes} {' and '.join(parts)} in addition to its modes {left_out}"

@@ -11,15 +11,15 @@ NUMBER = re.compile(r"(?<![A-Za-z_])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 NAMED = 3  # names of further bodies that are listed
 
 
-class Gathered:
-    """Warnings that wait until the work in hand is done, so that those of one kind can be told together."""
+class WarningGroups:
+    """Warnings that wait until the work in hand is done, so that those of one kind can be reported together."""
 
     def __init__(self) -> None:
         self._told: dict[str, None] = {}
         self._waiting: list[str] = []
 
     def add(self, text: str) -> None:
-        """Take up a warning, unless it was told already."""
+        """Take up a warning, unless it was reported already."""
         if text not in self._told:
             self._told[text] = None
             self._waiting.append(text)
@@ -32,11 +32,11 @@ class Gathered:
     def tell(self) -> None:
         """Print what waits."""
         waiting, self._waiting = self._waiting, []
-        for line in together(waiting):
+        for line in grouped(waiting):
             print(f"femflex: warning: {line}", file=sys.stderr)
 
 
-GATHERED = Gathered()
+GATHERED = WarningGroups()
 
 
 def gather_warnings() -> None:
@@ -44,7 +44,7 @@ def gather_warnings() -> None:
     global GATHERED
     from femflex.warning import CacheWarning, PhysicsWarning
 
-    gathered = GATHERED = Gathered()
+    gathered = GATHERED = WarningGroups()
 
     def show(message: Warning | str, category: type[Warning], *_: Any) -> None:
         if issubclass(category, CacheWarning | PhysicsWarning):
@@ -58,15 +58,15 @@ def gather_warnings() -> None:
 
 def warnings_so_far() -> list[str]:
     """The warnings of this command so far, those that say the same of several bodies as one."""
-    return together(GATHERED.texts)
+    return grouped(GATHERED.texts)
 
 
-def tell_warnings() -> None:
+def print_warnings() -> None:
     """Print the warnings that wait."""
     GATHERED.tell()
 
 
-def together(texts: list[str]) -> list[str]:
+def grouped(texts: list[str]) -> list[str]:
     """One line per kind of warning: those that differ by the body they begin with and in numbers alone.
 
     >>> together(["a: off by 2 %", "b: off by 3 %", "other"])
@@ -83,6 +83,6 @@ def together(texts: list[str]) -> list[str]:
         others = [name for name, _ in members[1:]]
         more = f" and {len(others) - NAMED} more" if len(others) > NAMED else ""
         own = "with its own numbers" if len(others) == 1 else "each with its own numbers"
-        told = f" (likewise {', '.join(others[:NAMED])}{more}, {own})" if others else ""
-        out.append(members[0][1] + told)
+        found_text = f" (likewise {', '.join(others[:NAMED])}{more}, {own})" if others else ""
+        out.append(members[0][1] + found_text)
     return out

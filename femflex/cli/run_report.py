@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from femflex.system import System
 
 ENERGIES = ("kinetic", "elastic", "spring", "load")  # whose sizes the energy's change is measured by
-MOVED = 4  # initial values told on screen when the start moves them
+MOVED = 4  # initial values listed on screen when the start moves them
 
 
-def say_what_runs(prepared: Prepared) -> None:
+def print_run_heading(prepared: Prepared) -> None:
     """Print modes, orbit, attitude and the integrator with the reason it was chosen."""
-    from femflex.cli.advice_lines import say_notes
-    from femflex.cli.modes import alike, print_modes
+    from femflex.cli.advice_lines import print_notes
+    from femflex.cli.modes import group_equal_bodies, print_modes
 
     case, system = prepared.case, prepared.system
     print(case.title or case.path.name)
@@ -26,34 +26,34 @@ def say_what_runs(prepared: Prepared) -> None:
         print(f"without {', '.join(prepared.model.omitted)}")
     pieces = {piece for parts in system.segments.values() for piece in parts}
     whole = {name: body for name, body in system.bodies.items() if body.n_modes and name not in pieces}
-    for names, body in alike(whole):
+    for names, body in group_equal_bodies(whole):
         print()
         print_modes(names, body)
     print()
     for name, parts in system.segments.items():
         each = system.bodies[parts[0]].n_modes
         print(f"body        {name} is cut into {len(parts)} segments of {each} elastic coordinates each")
-    say_notes(prepared.decided.notes)
+    print_notes(prepared.decided.notes)
     for line in (*_orbit_lines(prepared), _attitude_line(prepared)):
         print(line)
     step = f"{len(prepared.times)} rows to {prepared.times[-1]:.6g} s"
     print(f"integrator  {prepared.reason}")
     if (held := prepared.model.constraints) is not None:
-        print(f"constraints {held.told(0.0, prepared.model.x0)}")
+        print(f"constraints {held.text(0.0, prepared.model.x0)}")
         for misfit in prepared.taken_up:
             print(f"constraints {misfit}")
-        say_what_moved(prepared)
+        print_moved_start(prepared)
     print(f"output      {step}")
 
 
-def say_what_moved(prepared: Prepared) -> None:
+def print_moved_start(prepared: Prepared) -> None:
     """Print what was changed of the initial values to make them consistent with loops and constraints."""
     moved = prepared.moved
-    told = ", ".join(map(str, moved[:MOVED]))
+    text = ", ".join(map(str, moved[:MOVED]))
     if len(moved) > MOVED:
-        told += f", and {len(moved) - MOVED} more (all in the file's attribute `start_moved`)"
+        text += f", and {len(moved) - MOVED} more (all in the file's attribute `start_moved`)"
     if moved:
-        print(f"start       made consistent: {told}")
+        print(f"start       made consistent: {text}")
 
 
 def _orbit_lines(prepared: Prepared) -> list[str]:
@@ -62,8 +62,8 @@ def _orbit_lines(prepared: Prepared) -> list[str]:
     orbit, table = prepared.system.orbit, prepared.case.orbit
     if orbit is None:
         g = prepared.system.environment.gravity
-        told = [f"gravity     ({', '.join(f'{a:.6g}' for a in g)}) m/s^2, inertial axes"] if g.any() else []
-        return ["orbit       none", *told]
+        weight = [f"gravity     ({', '.join(f'{a:.6g}' for a in g)}) m/s^2, inertial axes"] if g.any() else []
+        return ["orbit       none", *weight]
     altitude = (table.perigee_radius - table.radius) / 1e3
     text = (
         f"orbit       {table.kind}, perigee {altitude:.6g} km over {table.radius / 1e3:.6g} km, e = "
@@ -102,13 +102,13 @@ def _attitude_line(prepared: Prepared) -> str:
     seen = prepared.model.observe(prepared.times[:1], prepared.model.x0[None])
     angles = [degrees(a) + 0.0 for a in seen["attitude/angles"][0]]  # no -0
     names = prepared.model.channels["attitude/angles"].names
-    told = ", ".join(f"{name} {angle:.4g}" for name, angle in zip(names, angles, strict=True))
+    text = ", ".join(f"{name} {angle:.4g}" for name, angle in zip(names, angles, strict=True))
     how = "held" if case.attitude.held else system.joint_of(system.root).kind
     root = next((name for name, parts in system.segments.items() if system.root in parts), system.root)
-    return f"attitude    {root} {how} in the {system.frame.kind} frame: {told} deg"
+    return f"attitude    {root} {how} in the {system.frame.kind} frame: {text} deg"
 
 
-def say_what_came_out(run: Run, system: System, output: Path) -> None:
+def print_run_summary(run: Run, system: System, output: Path) -> None:
     """Print how the run ended and how far its monitors drifted."""
     import numpy as np
 
@@ -119,7 +119,7 @@ def say_what_came_out(run: Run, system: System, output: Path) -> None:
     )
     for line in latch_lines(run):
         print(line)
-    for path in conserved(run, system):
+    for path in conserved_monitors(run, system):
         value = run[path]
         change = float(np.abs(value - value[0]).max())
         shares = [f"monitors/{kind}" for kind in ENERGIES] if path == "monitors/energy" else [path]
@@ -148,7 +148,7 @@ def latch_lines(run: Run) -> list[str]:
     return out
 
 
-def conserved(run: Run, system: System) -> list[str]:
+def conserved_monitors(run: Run, system: System) -> list[str]:
     """The monitors that ought to be constant: none under loads that have no potential and under damping.
 
     Without orbit energy, and angular momentum unless a joint holds the craft; on a free orbit energy; on a specified
@@ -180,7 +180,7 @@ def conserved(run: Run, system: System) -> list[str]:
     return ["monitors/jacobi"] if circular else []
 
 
-def say_verdicts(case: Case, run: Run) -> list[str]:
+def print_verdicts(case: Case, run: Run) -> list[str]:
     """Names of the expectations of the case that do not hold; prints all of them. They are those of the full case."""
     if run.without:
         if case.expect.answers:
@@ -194,7 +194,7 @@ def say_verdicts(case: Case, run: Run) -> list[str]:
     return [verdict.name for verdict in verdicts if not verdict.holds]
 
 
-def say_modes_verdicts(case: Case) -> list[str]:
+def print_modes_verdicts(case: Case) -> list[str]:
     """Names of the expectations of the craft's modes that do not hold; prints all of them."""
     from femflex.case.verdicts import expects_modes, judged_modes
     from femflex.pipeline.balanced import case_modes
