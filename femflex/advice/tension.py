@@ -67,7 +67,7 @@ class Slack:
     place: tuple[float, float, float]
 
 
-class Tension:
+class TensionWatch:
     """Watches the tension of tethers and membranes, row by row, and warns where it falls below zero."""
 
     def __init__(self, model: Model, known: KnownBodies | None = None) -> None:

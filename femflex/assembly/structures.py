@@ -61,7 +61,7 @@ from femflex.reduction import (
     with_responses,
 )
 from femflex.reduction.preload.equilibrium import static_equilibrium
-from femflex.reduction.preload.loads import Preload, orbit, spin
+from femflex.reduction.preload.loads import Preload
 from femflex.reduction.wide_sheets import with_own_bends
 from femflex.warning import PhysicsWarning
 
@@ -145,14 +145,14 @@ def preload_of(case: Case, name: str, table: FlexibleTable) -> Preload | None:
         return None
     field = np.zeros((3, 3))
     if p.spin is not None:
-        field = np.asarray(spin(p.spin).gradient)
+        field = np.asarray(Preload.spin(p.spin).gradient)
     if p.orbit is not None:
         rate = p.orbit.rate
         if rate is None and (rate := mean_motion(case)) is None:
             where = f"bodies.{name}.preload.orbit"
             raise CaseError(case.path.name, [Problem(where, "found no rate, and the case has no [orbit]; give one")])
         try:
-            field = np.asarray(orbit(rate, p.orbit.vertical, p.orbit.normal).gradient)
+            field = np.asarray(Preload.orbit(rate, p.orbit.vertical, p.orbit.normal).gradient)
         except ValueError as error:
             raise CaseError(case.path.name, [Problem(f"bodies.{name}.preload.orbit", str(error))]) from None
     return Preload(p.acceleration, field, p.origin, p.forces, p.masses)
