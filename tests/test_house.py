@@ -29,6 +29,7 @@ def test_ruff_is_content(words):
     assert found.returncode == 0, found.stdout
 
 
+@pytest.mark.slow
 def test_mypy_is_content_with_the_package():
     found = tool("mypy")
     assert found.returncode == 0, found.stdout

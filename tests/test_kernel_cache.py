@@ -107,6 +107,7 @@ def flipped(content):
     return content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :]
 
 
+@pytest.mark.slow
 @COMPILED
 @pytest.mark.parametrize("damage", [cut, flipped, lambda content: b"", lambda content: os.urandom(len(content))])
 def test_a_damaged_kernel_is_compiled_again_and_replaced(package, damage):
@@ -119,6 +120,7 @@ def test_a_damaged_kernel_is_compiled_again_and_replaced(package, damage):
     assert stored_files(package) == [first, second]
 
 
+@pytest.mark.slow
 @COMPILED
 def test_without_a_place_to_write_kernels_are_compiled_with_one_sentence(package, tmp_path):
     blocked = tmp_path / "blocked"
@@ -133,6 +135,7 @@ def test_without_a_place_to_write_kernels_are_compiled_with_one_sentence(package
     assert "set NUMBA_CACHE_DIR to a folder that you can write" in err
 
 
+@pytest.mark.slow
 @COMPILED
 def test_a_full_or_missing_first_folder_is_passed_over(package, tmp_path):
     (tmp_path / "file").write_text("")
@@ -141,6 +144,7 @@ def test_a_full_or_missing_first_folder_is_passed_over(package, tmp_path):
     assert answer(package, NUMBA_CACHE_DIR=str(tmp_path / "new")) == (["7.0", "5.0", "2"], "")  # read from there
 
 
+@pytest.mark.slow
 @COMPILED
 def test_processes_that_compile_at_the_same_time_agree(package):
     command = [sys.executable, "-c", CALL]
@@ -153,6 +157,7 @@ def test_processes_that_compile_at_the_same_time_agree(package):
     assert {path.suffix for path in stored_files(package)[0].parent.iterdir()} == {".kernel"}  # no drafts left
 
 
+@pytest.mark.slow
 @COMPILED
 def test_another_processor_has_its_own_kernels(package):
     assert answer(package)[0][2] == "0"

@@ -66,6 +66,7 @@ def said(folder: Path, *words: str) -> list[str]:
     return done.stdout.split()
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT", "0") == "1", reason="the compiler is off")
 def test_parts_shared_by_two_kernels_round_the_same_when_loaded(tmp_path):
     script = tmp_path / "shared_part.py"

@@ -41,6 +41,7 @@ def check_invariants(channels, model, tolerance):
     assert np.ptp(channels["monitors/elastic"]) > 1e-3 * kinetic  # the shapes take part
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("method", [Dop853(rtol=1e-11, atol=1e-12), Esdirk4(rtol=1e-6)], ids=["dop853", "esdirk4"])
 def test_a_large_system_keeps_energy_and_momenta(name, method, tmp_path):
@@ -82,6 +83,7 @@ def measured(make, n, tmp_path):
     return model.table.nbytes + model.pool.nbytes + model.work.nbytes, peak
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [large_systems.chain, large_systems.star], ids=["chain", "star"])
 def test_memory_grows_no_faster_than_the_number_of_bodies(make, tmp_path):
     measured(make, 5, tmp_path)
@@ -93,6 +95,7 @@ def test_memory_grows_no_faster_than_the_number_of_bodies(make, tmp_path):
         assert slopes == pytest.approx(np.full(2, slopes[0]), rel=tolerance)
 
 
+@pytest.mark.slow
 def test_the_highest_frequency_without_the_matrix_is_that_of_the_matrix(tmp_path, monkeypatch):
     model = model_of(large_systems.chain(15), tmp_path)
     by_matrix = highest_frequency(model)
@@ -107,6 +110,7 @@ def test_bodies_alike_are_built_once(tmp_path):
     assert bodies["boom0"].n_modes == 3 and bodies["boom1"].n_modes == 2
 
 
+@pytest.mark.slow
 def test_modes_of_bodies_alike_are_printed_once(tmp_path):
     (tmp_path / "star.toml").write_text(large_systems.star(4, 0.01))
     done = CliRunner().invoke(app, ["run", str(tmp_path / "star.toml"), "-o", str(tmp_path / "run.h5")])

@@ -11,7 +11,8 @@ PACKAGE = Path(__file__).resolve().parents[1] / "femflex"
 EVERYTHING = {path.stem for path in PACKAGE.iterdir() if path.suffix == ".py" or path.is_dir()} - {"__pycache__"}
 ALLOWED = {
     "rotations": set(),
-    "body": set(),
+    "body": {"summary"},
+    "summary": set(),
     "warning": set(),
     "kernel_cache": {"kernel_digest"},
     "kernel_digest": set(),
@@ -23,9 +24,9 @@ ALLOWED = {
     "integrate": {"kernels"},
     "fem": {"mesh"},
     "reduction": {"fem", "body", "mesh", "reading", "kernels"},
-    "system": {"body", "rotations"},
+    "system": {"body", "rotations", "summary"},
     "deployment": {"reduction", "fem", "system", "body", "mesh", "rotations"},
-    "dynamics": {"system", "body", "rotations", "kernels"},
+    "dynamics": {"system", "body", "rotations", "kernels", "summary"},
     "results": {"body", "system", "rotations", "reading"},
     "view": {"results", "body", "mesh", "rotations"},
     "studies": EVERYTHING - {"cli"},

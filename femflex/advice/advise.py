@@ -10,13 +10,13 @@ from numpy.typing import ArrayLike
 
 from femflex.advice.advice import Advice, doubt, warn_of
 from femflex.advice.bodies import KnownBodies
-from femflex.advice.buckling.nearness import buckling_doubts, nearest, unjudged
+from femflex.advice.buckling.margin import buckling_margins, buckling_warnings, unassessed_bodies
 from femflex.advice.curved import shape_notes
-from femflex.advice.doubts import doubts
-from femflex.advice.motion_estimate import foreseen
-from femflex.advice.remedies import divided
+from femflex.advice.model_warnings import model_warnings
+from femflex.advice.motion_estimate import estimate_motion
+from femflex.advice.remedies import division_remedy
 from femflex.advice.strain import strain_advice
-from femflex.advice.truncation import richer_craft, truncation_doubts
+from femflex.advice.truncation import richer_craft, truncation_warnings
 from femflex.reduction.origin import Origin
 from femflex.system import System
 
@@ -44,27 +44,27 @@ def advise(
     known = KnownBodies(origins or {})
     elastic = [name for name, body in system.bodies.items() if body.n_modes]
     linear = [name for name in elastic if system.bodies[name].strain_form == "linear"]
-    view = foreseen(system, duration)
-    near = nearest(view.rigid, system, known)
+    view = estimate_motion(system, duration)
+    near = buckling_margins(view.rigid, system, known)
     spin = None if fastest is None else np.asarray(fastest, float)
     wanted, _ = strain_advice(system, linear, {}, view, known, spin)
-    found = [against(system, known, one) for name, one in wanted.items()]
+    found = [strain_doubt(system, known, one) for name, one in wanted.items()]
     found += shape_notes(system.bodies, known)
-    found += unjudged(system, known, view.rigid, view.short)
-    found += buckling_doubts(system, known, near)
+    found += unassessed_bodies(system, known, view.rigid, view.short)
+    found += buckling_warnings(system, known, near)
     if any(name in known for name in elastic):
-        found += truncation_doubts(system, richer_craft(system, known), band)
-    found += doubts(system, known, duration)
+        found += truncation_warnings(system, richer_craft(system, known), band)
+    found += model_warnings(system, known, duration)
     if warn:
         warn_of(found)
     return tuple(found)
 
 
-def against(system: System, known: KnownBodies, wanted: Advice) -> Advice:
+def strain_doubt(system: System, known: KnownBodies, wanted: Advice) -> Advice:
     """The advice on the strain of a body that has linear strain: a doubt where it wants another."""
     if wanted.choice == "linear":
         return wanted
-    other = divided(system.bodies[wanted.body])
+    other = division_remedy(system.bodies[wanted.body])
     way = f"{known.remedy(wanted.body)}, or {other}"
     text = f"body {wanted.body!r} has linear strain: {wanted.reason}. To follow it, {way}"
     return replace(doubt(wanted.body, "strain", text, wanted.value, wanted.limit), choice=wanted.choice)

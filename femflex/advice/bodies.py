@@ -6,14 +6,16 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from femflex.advice.buckling.beam import BeamBearing
-from femflex.advice.buckling.bearing import JudgedBearing
-from femflex.advice.buckling.burden import Bearing
-from femflex.advice.buckling.structure import StructureBearing
-from femflex.advice.enriched_bodies import BeamEnrichment, Enriched, MeshedEnrichment
+from femflex.advice.buckling.applied_load import BucklingModel
+from femflex.advice.buckling.beam import BeamBuckling
+from femflex.advice.buckling.buckling_analysis import BucklingAnalysis
+from femflex.advice.buckling.structure import StructureBuckling
+from femflex.advice.enriched_bodies import BeamEnrichment, EnrichedBody, MeshedEnrichment
 from femflex.body import FlexibleBody
+from femflex.fem.deflected import tension_blocks
 from femflex.reduction.bends.curvature import hardening, rise, softest
 from femflex.reduction.origin import Analytic, LeftOpen, Meshed, Origin
+from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.reduce import MANY
 
 
@@ -24,14 +26,18 @@ class KnownBody:
     origin: Origin
 
     @cached_property
-    def bearing(self) -> Bearing | None:
-        """What tells how it buckles; None of what nothing clamps, or that does not bend."""
+    def bearing(self) -> BucklingModel | None:
+        """Its linear buckling analysis; None where nothing is clamped, or where it is a tether or membrane."""
         source = self.origin.source
+        if isinstance(source, Meshed) and tension_blocks(source.structure):
+            return None
         if isinstance(source, Meshed):
             clamped = source.modes.held.size and source.modes.n_modes
-            return JudgedBearing(StructureBearing(source.structure, source.modes, source.places)) if clamped else None
+            return (
+                BucklingAnalysis(StructureBuckling(source.structure, source.modes, source.places)) if clamped else None
+            )
         if isinstance(source, Analytic) and (source.functions.y or source.functions.z):
-            return JudgedBearing(BeamBearing(source.beam, source.functions, source.places))
+            return BucklingAnalysis(BeamBuckling(source.beam, source.functions, source.places))
         return None
 
     def softening(self, most: float) -> tuple[float, float] | None:
@@ -53,12 +59,20 @@ class KnownBody:
             return 0.0
         return hardening(source.structure, source.modes)
 
-    def enriched(self, body: FlexibleBody, markers: Collection[str]) -> Enriched | None:
+    @property
+    def is_preloaded(self) -> bool:
+        """Whether its shapes are those about an equilibrium under loads, which small motions about rest lack."""
+        source = self.origin.source
+        return isinstance(source, Meshed) and is_preloaded(source.structure, source.modes.held)
+
+    def enriched(self, body: FlexibleBody, markers: Collection[str]) -> EnrichedBody | None:
         """The body in a richer set, with joints at the markers of these names; None where that cannot be made."""
         source = self.origin.source
         if isinstance(source, Analytic):
             return BeamEnrichment(source.beam, source.functions)(body, markers)
         if not isinstance(source, Meshed) or "nodal" in source.modes.kinds or not 0 < source.modes.n_modes <= MANY:
+            return None
+        if self.is_preloaded:
             return None
         return MeshedEnrichment(source.structure, source.modes, source.places)(body, markers)
 

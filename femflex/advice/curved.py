@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from femflex.advice.advice import Advice
 from femflex.advice.bodies import KnownBodies, KnownBody
-from femflex.advice.buckling.nearness import Nearness
+from femflex.advice.buckling.margin import BucklingMargin
 from femflex.advice.limits import HEARD, PRESSED, REACHED, RESPONSES, SOFTENED
 from femflex.body import FlexibleBody, StrainTensors
 from femflex.dynamics import compile_system
@@ -42,15 +42,15 @@ def shape_notes(bodies: Mapping[str, FlexibleBody], known: KnownBodies) -> list[
 def _notes(source: Meshed, body: FlexibleBody) -> list[str]:
     structure, modes = source.structure, source.modes
     if body.strain_form == "nonlinear" and "response" in modes.kinds:
-        if text := of_responses(structure, modes, body.strain):
+        if text := response_note(structure, modes, body.strain):
             return [text]
     if body.strain_form == "linear" or source.deflection is not None:
         return []
-    curved = of_curved(structure, modes) if modes.held.size else ""
+    curved = curvature_note(structure, modes) if modes.held.size else ""
     return [text for text in (curved, of_sheet(structure, modes, source.third_derivatives)) if text]
 
 
-def of_responses(structure: Structure, modes: ModeSet, tensors: StrainTensors) -> str:
+def response_note(structure: Structure, modes: ModeSet, tensors: StrainTensors) -> str:
     """What a set with responses does not hold: bends that the loads they answer do not bring about; nothing if little.
 
     It holds those that they do, whatever its other shapes store alone (`require_stretch`).
@@ -59,26 +59,26 @@ def of_responses(structure: Structure, modes: ModeSet, tensors: StrainTensors) -
     if found.sound:
         return ""
     return (
-        f"its responses hold what their own loads do; other bends stretch it too much: its lowest shape, bent by "
-        f"{found.deflection:.3g} m, stores {found.alone:.3g} times its linear energy, the structure "
-        f"{found.relaxed:.3g} times that. Derivatives = 'auto' would hold those too, with more coordinates"
+        f"its static responses represent their own loads; it is too stiff for others: its lowest mode, bent by "
+        f"{found.deflection:.3g} m, stores {found.alone:.3g} times its linear energy, and the structure stores "
+        f"{found.relaxed:.3g} times that energy. derivatives = 'auto' represents those too, with more coordinates"
     )
 
 
-def of_curved(structure: Structure, modes: ModeSet) -> str:
+def curvature_note(structure: Structure, modes: ModeSet) -> str:
     """What should be said of derivatives at rest of a structure that softens as it bends; nothing where it does not."""
     left, high = softest(structure, modes), rise(structure)
     if left > SOFTENED or not high:
         return ""
-    how = f"to {left:.0%} of that at rest" if left > 0 else "below zero: it snaps through"
+    how = f"to {left:.0%} of that at rest" if left > 0 else "below zero (snap-through)"
     return (
-        f"it is curved (it rises by {high:.3g} m), and bent one way a low shape's stiffness falls {how}, which "
-        "derivatives taken at rest follow in part alone; for bends so far give strain = 'nonlinear' with "
+        f"it is curved (rise {high:.3g} m). Bent one way, the tangent stiffness of a low mode falls {how}, which modal "
+        "derivatives at rest represent only in part. For such deflections set strain = 'nonlinear' with "
         f"responses = {RESPONSES}, deflection = '{REACHED * high:.2g} m' and the load in `loads` or `attachment`"
     )
 
 
-def why_snapping(known: KnownBody, name: str, moved: float, near: Nearness | None) -> Advice | None:
+def snap_through_advice(known: KnownBody, name: str, moved: float, near: BucklingMargin | None) -> Advice | None:
     """The advice to give a body responses to its loads; None where it is not curved, or hardly moved.
 
     moved: estimated displacement [m] with linear strain.
@@ -87,13 +87,15 @@ def why_snapping(known: KnownBody, name: str, moved: float, near: Nearness | Non
     if found is None or found[0] > SOFTENED or not found[1]:
         return None
     left, high = found
-    how = f"to {left:.0%} of that at rest" if left > 0.0 else "below zero: it may snap through"
+    how = f"to {left:.0%} of that at rest" if left > 0.0 else "below zero (possible snap-through)"
     pressed = f"loads and motions may bend it by {moved:.2g} m by linear strain" if near is None else str(near)
-    reason = f"it is curved (it rises by {high:.3g} m), {pressed}, and bent one way a low shape's stiffness falls {how}"
+    reason = (
+        f"it is curved (rise {high:.3g} m), {pressed}, and bent one way the tangent stiffness of a low mode falls {how}"
+    )
     return Advice(name, "strain", "nonlinear", reason, left, SOFTENED)
 
 
-def responses(
+def response_advice(
     known: KnownBody, system: System, name: str, given: Mapping[str, Sequence[str]], base: Sequence[str]
 ) -> Advice:
     """The keys of a reduction by which a curved body answers to its loads, and these in words.
@@ -117,12 +119,12 @@ def responses(
         "responses": RESPONSES,
         "deflection": REACHED * found[1],
     }
-    told = " and ".join(words) or "the acceleration that moves it most"
+    text = " and ".join(words) or "the acceleration with the largest response"
     return Advice(
         name,
         "responses",
         keys,
-        f"{RESPONSES} shapes of it are its static responses to {told}, up to {REACHED * found[1]:.2g} m",
+        f"{RESPONSES} of its shapes are static responses to {text}, up to a deflection of {REACHED * found[1]:.2g} m",
     )
 
 

@@ -36,7 +36,7 @@ MORE = 8  # polynomials of each field beyond the functions that a beam has
 
 
 @dataclass(frozen=True, eq=False)
-class Enriched:
+class EnrichedBody:
     """A body with linear strain in a richer set; for small motions about rest alone.
 
     body     with the markers of the body it was made from
@@ -62,7 +62,7 @@ class MeshedEnrichment:
     modes: ModeSet
     places: Mapping[str, str]
 
-    def __call__(self, body: FlexibleBody, markers: Collection[str]) -> Enriched:
+    def __call__(self, body: FlexibleBody, markers: Collection[str]) -> EnrichedBody:
         """The body in the richer set; its joints are at the markers of these names."""
         structure = self.structure
         modes = self.modes.picked([k for k, kind in enumerate(self.modes.kinds) if kind not in FOLLOWERS])
@@ -73,7 +73,7 @@ class MeshedEnrichment:
         added = ritz(structure, combined(structure, np.column_stack([first, second])))[1]
         phi = np.column_stack([modes.phi, added])
         inside = np.vstack([np.zeros((modes.n_modes, len(labels))), added.T @ (structure.M @ first)])
-        return Enriched(
+        return EnrichedBody(
             self._at_rest(body, phi),
             np.eye(phi.shape[1])[:, : modes.n_modes],
             {label: inside[:, [k]] for k, label in enumerate(labels) if first[:, k].any()},
@@ -127,7 +127,7 @@ class BeamEnrichment:
     beam: UniformBeam
     functions: BeamFunctions
 
-    def __call__(self, body: FlexibleBody, markers: Collection[str]) -> Enriched:
+    def __call__(self, body: FlexibleBody, markers: Collection[str]) -> EnrichedBody:
         """The body in the richer set; its joints are at the markers of these names."""
         given, counts = self.functions, {key: getattr(self.functions, key) for key in ("y", "z", "axial", "torsion")}
         rich = BeamFunctions(**{key: n and n + MORE for key, n in counts.items()}, family="polynomial", ends=given.ends)
@@ -143,7 +143,7 @@ class BeamEnrichment:
             for end, shapes in _static(given, xi).items()
             if end == "root" or any(_same(body, name, end) for name in markers)
         }
-        return Enriched(found, inside, choices)
+        return EnrichedBody(found, inside, choices)
 
 
 def _static(functions: BeamFunctions, xi: Array) -> dict[str, Array]:

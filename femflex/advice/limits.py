@@ -17,9 +17,9 @@ BENT = 0.1  # elastic displacement over the body's size up to which linear strai
 SWUNG = 0.2  # the same for nonlinear strain: curvature is linear still, 3 % off in the tip of a cantilever there
 
 # Buckling
-NEAR = 4.0  # times what it bears: a body that buckles beyond it has lost at most a sixteenth of its stiffness to bends
-LATE = 0.03  # of what buckles a body: a set that buckles later by more is told of
-BOWING = 0.8  # of what buckles a body, foreseen: from there on strain that is left to choice is nonlinear
+NEAR = 4.0  # times its load: a body that buckles beyond it has lost at most a sixteenth of its stiffness to bends
+LATE = 0.03  # of what buckles a body: a basis that buckles later by more is warned of
+BOWING = 0.8  # of the estimated buckling load: from there on strain selected automatically is nonlinear
 BOWED = 0.9  # of it: condensed strain, of second order, bends 1.5 % too little at 0.95, and not at all beyond 1
 ALONE = 0.95  # of it, from which on a single load is to blame
 NAMED = 0.05  # of it, from which on a load is named
@@ -27,7 +27,7 @@ NAMED = 0.05  # of it, from which on a load is named
 # Curved bodies that may snap
 SOFTENED = 0.5  # tangent stiffness left at a bend, over that at rest, below which a body is called curved
 REACHED = 3.0  # deflection over rise that responses should reach: beyond the state snapped through, at twice the rise
-PRESSED = 0.1  # of a body's rise: foreseen displacement from which on its softening counts
+PRESSED = 0.1  # of a body's rise: estimated displacement from which on its softening counts
 RESPONSES = 8  # shapes from static responses: with them a curved panel snaps within 2 % of all its elements
 HEARD = 0.05  # of a load's largest component: those below are not followed
 

@@ -1,4 +1,4 @@
-"""What a system will come to, foreseen before its run: its bodies moved as rigid ones, and their small elastic answer.
+"""Motion estimate before a run: a preliminary rigid-body simulation, and the small elastic response to it.
 
 The rigid motion goes through all loads, specified motions, springs and stops to come, and knows the spin that torques
 reach and the way that a craft gives; it has no fast vibration, and so costs a small part of the run.
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from femflex.advice.limits import MANY, MOST_RATES
 from femflex.body import FlexibleBody
 from femflex.dynamics import Model, compile_system
-from femflex.dynamics.equilibria.elastic_answer import elastic_answer, elastic_places
+from femflex.dynamics.equilibria.elastic_response import elastic_places, elastic_response
 from femflex.dynamics.joints.held_places import specified_states
 from femflex.dynamics.terms.without import stiffened
 from femflex.integrate import Dop853, IntegrationError
@@ -32,15 +32,15 @@ CLOSED = 4  # times fewer of them where loops have to be solved for in each
 PER_PERIOD = 12  # rows for each period of specified sines
 MOST_ROWS = 12_000
 AFTER = np.arange(1, 9) / 8  # of the slowest vibration's period, after whatever comes suddenly
-PARTS = 64  # the motion is foreseen part by part, until MOST_RATES rates are spent
+PARTS = 64  # the motion is computed part by part, until MOST_RATES rates are spent
 
 
 @dataclass(frozen=True, eq=False)
-class Carried:
-    """A motion of a system foreseen with all its bodies rigid.
+class RigidEstimate:
+    """Estimated motion of a system with all its bodies rigid.
 
     system  of rigid bodies     times  (n_t,) [s]     states (n_t, n_x) of its model
-    short   how far alone it is foreseen, and why; nothing for the whole
+    short   why it covers less than the whole time, and how much; empty for the whole
     """
 
     system: System
@@ -50,13 +50,13 @@ class Carried:
 
 
 @dataclass(frozen=True, eq=False)
-class Foresight:
-    """A motion foreseen.
+class MotionEstimate:
+    """Estimated motion of a system.
 
     times    (n_t,) [s]
     carried  (n_t, n_x) states of the model moved as rigid bodies, elastic coordinates zero
-    bent     (n_t, n_x) the same with their elastic answer
-    short    how far alone it is foreseen, and why; nothing for the whole
+    bent     (n_t, n_x) the same with their elastic response
+    short    why it covers less than the whole time, and how much; empty for the whole
     rigid    the motion of rigid bodies that it is made from; None where there is none
     """
 
@@ -65,45 +65,45 @@ class Foresight:
     carried: Array
     bent: Array
     short: str = ""
-    rigid: Carried | None = None
+    rigid: RigidEstimate | None = None
 
 
-def foreseen(system: System, until: float) -> Foresight:
-    """What the system comes to in a run until that time [s]; as far as that costs little."""
+def estimate_motion(system: System, until: float) -> MotionEstimate:
+    """Estimated motion of a system up to a time [s], as far as it costs little."""
     system = replace(system, reactions=False, sights=())
     model = compile_system(system)
-    start = Foresight(model, np.zeros(1), model.x0[None], model.x0[None])
+    start = MotionEstimate(model, np.zeros(1), model.x0[None], model.x0[None])
     try:
-        rigid = carried_along(model, until)
+        rigid = rigid_motion_of(model, until)
         states, rates = _taken_along(model, compile_system(rigid.system), (rigid.times, rigid.states))
     except (ValueError, np.linalg.LinAlgError) as error:
-        return replace(start, short=f"at the start alone ({_first(error)})")
-    moved = Foresight(model, rigid.times, states, states, rigid.short, rigid)
+        return replace(start, short=f"for the initial state only ({_first(error)})")
+    moved = MotionEstimate(model, rigid.times, states, states, rigid.short, rigid)
     if model.n_u > MANY:
-        return replace(moved, short=f"without its bending ({model.n_u} coordinates, over {MANY})")
+        return replace(moved, short=f"without elastic deflection ({model.n_u} coordinates, over {MANY})")
     try:
-        return replace(moved, bent=elastic_answer(model, rigid.times, states, rates))
+        return replace(moved, bent=elastic_response(model, rigid.times, states, rates))
     except (ValueError, np.linalg.LinAlgError) as error:
-        return replace(moved, short=f"without its bending ({_first(error)})")
+        return replace(moved, short=f"without elastic deflection ({_first(error)})")
 
 
-def ahead(system: System, until: float) -> tuple[Carried | None, str]:
+def estimate_rigid_motion(system: System, until: float) -> tuple[RigidEstimate | None, str]:
     """The motion of a system's bodies as rigid ones until that time [s], or None and why there is none."""
     try:
-        return carried_along(compile_system(replace(system, reactions=False, sights=())), until), ""
+        return rigid_motion_of(compile_system(replace(system, reactions=False, sights=())), until), ""
     except (ValueError, np.linalg.LinAlgError) as error:
-        return None, f"at the start alone ({_first(error)})"
+        return None, f"for the initial state only ({_first(error)})"
 
 
-def carried_along(model: Model, until: float) -> Carried:
+def rigid_motion_of(model: Model, until: float) -> RigidEstimate:
     """The motion of a model's bodies as rigid ones until that time [s], as far as that costs little.
 
     Raises ValueError and LinAlgError where they cannot be rigid.
     """
     system = stiffened(model.system, set(model.system.bodies))
     rigid = compile_system(system)
-    (times, states), short = _moved(rigid, looked_at(model, until))
-    return Carried(system, times, specified_states(rigid, times, states), short)
+    (times, states), short = _moved(rigid, estimate_times(model, until))
+    return RigidEstimate(system, times, specified_states(rigid, times, states), short)
 
 
 def _first(error: Exception) -> str:
@@ -111,7 +111,7 @@ def _first(error: Exception) -> str:
     return str(error).partition("\n")[0].rstrip(".")
 
 
-def looked_at(model: Model, until: float) -> Array:
+def estimate_times(model: Model, until: float) -> Array:
     """The times that are looked at: spread out, denser under specified sines, beside all jumps and as answers swing."""
     sines = [profile.sines[:, 1].max(initial=0.0) for joint in model.system.joints for profile in joint.held.values()]
     turns = max(sines, default=0.0) * until / (2.0 * np.pi)
@@ -129,10 +129,10 @@ def looked_at(model: Model, until: float) -> Array:
 
 def slowest_period(model: Model) -> float:
     """Period of the slowest shape of all bodies [s], each held alone."""
-    return max((period for body in model.system.bodies.values() for period in periods(body)), default=0.0)
+    return max((period for body in model.system.bodies.values() for period in shape_periods(body)), default=0.0)
 
 
-def periods(body: FlexibleBody) -> list[float]:
+def shape_periods(body: FlexibleBody) -> list[float]:
     """Periods of the shapes of a body held alone [s]."""
     stiffness, mass = np.diag(body.strain.V1), np.diag(body.without_slaves().moments.elastic_mass())
     return [2.0 * np.pi * float(np.sqrt(m / k)) for k, m in zip(stiffness, mass, strict=True) if k > 0.0]
@@ -149,12 +149,12 @@ def _moved(rigid: Model, times: Array) -> tuple[Motion, str]:
     for part in np.array_split(times, PARTS):
         try:
             done = collected(_affordable(method.blocks(rigid, part, rigid.x0, resume)), None, rigid.n_x)
-        except TooDear:
+        except TooExpensive:
             reached = found[-1][0][-1] if found else times[0]
             return _joined(found or [(times[:1], rigid.x0[None])]), _dear(reached)
         except IntegrationError as error:
             found.append((error.times, error.states))
-            return _joined(found), f"up to t = {error.t:.4g} s alone, where the bodies fail to move on as rigid ones"
+            return _joined(found), f"up to t = {error.t:.4g} s only, where the rigid-body simulation fails"
         found.append((done.times, done.states))
         resume = done.resume
         if done.steps.evaluations > MOST_RATES and part[-1] < times[-1]:
@@ -162,7 +162,7 @@ def _moved(rigid: Model, times: Array) -> tuple[Motion, str]:
     return _joined(found), ""
 
 
-class TooDear(Exception):
+class TooExpensive(Exception):
     """One part of the motion takes more rates than the whole may."""
 
 
@@ -170,12 +170,12 @@ def _affordable(blocks: Iterator[Block]) -> Iterator[Block]:
     """The blocks, until they have taken ten times what all parts may, as a spin of 1e9 rad/s does."""
     for block in blocks:
         if block.steps.evaluations > 10 * MOST_RATES:
-            raise TooDear
+            raise TooExpensive
         yield block
 
 
 def _dear(reached: float) -> str:
-    return f"up to t = {reached:.4g} s alone, for what more would cost"
+    return f"up to t = {reached:.4g} s only, to limit its cost"
 
 
 def _joined(parts: Sequence[Motion]) -> Motion:

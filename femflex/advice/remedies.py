@@ -5,7 +5,7 @@ from __future__ import annotations
 from femflex.body import FlexibleBody
 
 
-def divided(body: FlexibleBody) -> str:
+def division_remedy(body: FlexibleBody) -> str:
     """What to do, in words: lines of meshes are cut into segments; what has none is divided by hand."""
     kinds = {part.kind for part in body.strain_field}
     if "admissible" in body.kinds:

@@ -1,4 +1,4 @@
-"""Bodies of a case that are foreseen to be spun up so far that static shapes of spin pay beside their modes.
+"""Bodies of a case that are spun up so fast, by estimate, that static shapes of spin improve their modes.
 
 A motion, a torque or thrusters may turn a body faster than it swings, or wrench it round: what pulls at every place by
 its distance then bends it in shapes that few modes lack. A beam in two modes is 0.8 % off in the lag of Kane's
@@ -12,16 +12,16 @@ import numpy as np
 from femflex.advice.advice import Advice
 from femflex.advice.bodies import KnownBodies
 from femflex.advice.limits import FEW, SPUN
-from femflex.advice.motion_estimate import Carried, periods
+from femflex.advice.motion_estimate import RigidEstimate, shape_periods
 from femflex.dynamics import compile_system
 from femflex.system import System
 
-ROWS = 2000  # over the time foreseen, between which the acceleration is taken
+ROWS = 2000  # over the estimated time, between which the acceleration is taken
 
 
-def spin_advice(system: System, rigid: Carried, known: KnownBodies) -> list[Advice]:
+def spin_advice(system: System, rigid: RigidEstimate, known: KnownBodies) -> list[Advice]:
     """Bodies that leave it open and turn so fast, or are turned so suddenly, as they move on as rigid ones."""
-    elastic = {name: max(found) for name, body in system.bodies.items() if (found := periods(body))}
+    elastic = {name: max(found) for name, body in system.bodies.items() if (found := shape_periods(body))}
     if not elastic:
         return []
     seen = compile_system(rigid.system).observe(rigid.times, rigid.states)

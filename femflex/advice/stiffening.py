@@ -1,4 +1,4 @@
-"""What linear strain leaves out of the stiffness of bodies, and watching it: the pull of spin, thrust and loads."""
+"""Geometric stiffness that linear strain leaves out of bodies, by spin, thrust and loads, and warnings of it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from scipy.linalg import eigh
 
 from femflex.advice.bodies import KnownBodies
 from femflex.advice.limits import STIFFENED
-from femflex.advice.remedies import divided
+from femflex.advice.remedies import division_remedy
 from femflex.body import FlexibleBody, Foreshortening
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import System
@@ -28,8 +28,8 @@ TURNED = 0.01  # (rate / first frequency)^2 over what is added to the stiffness,
 
 
 @dataclass(frozen=True)
-class Pull:
-    """What pulls at a place of a body whose foreshortening there is theta (3,): a body and all that hangs on it.
+class AxialForce:
+    """Axial force at a point of a body whose foreshortening there is theta (3,): that of a body and all it carries.
 
     sign: 1, or -1 where it is the joint that holds them against it.
     """
@@ -39,19 +39,20 @@ class Pull:
     sign: float
 
 
-class IgnoredStiffness:
+class OmittedStiffness:
     """The part of its lowest shape's stiffness that each body with linear strain leaves out; negative: it softens.
 
-    Counted is the centripetal inertia of each body and of all that hangs on it, at the body's rate; in orbit the
-    gravity gradient; weight and loads, as they pull at a body and at what hangs on it; and how a free craft gives way
-    to them as a whole, without turning faster.
+    Counted is the centripetal inertia of each body and of all bodies that it carries, at the body's rate; in orbit the
+    gravity gradient; weight and loads, as they act on a body and on the bodies that it carries; and how a free craft
+    accelerates under them as a whole, without turning faster.
     """
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: System, known: Mapping[str, Foreshortening] | None = None) -> None:
+        """known: other displacements than the foreshortening of the bodies' lowest shapes, by body."""
         self._system = system
-        known = {name: body.foreshortening for name, body in system.bodies.items()}
-        self.bodies = {name: theta for name, theta in known.items() if theta is not None}
-        self._pulls = {name: pulls(system, name, ignored) for name, ignored in self.bodies.items()}
+        own = {name: body.foreshortening for name, body in system.bodies.items()} if known is None else known
+        self.bodies = {name: theta for name, theta in own.items() if theta is not None}
+        self._pulls = {name: axial_forces(system, name, ignored) for name, ignored in self.bodies.items()}
         self._free = len(system.joint_of(system.root).translations) == 3
         self._gravity = system.environment.gravity
         self._about_mass = system.orbit is not None or self._free
@@ -67,7 +68,7 @@ class IgnoredStiffness:
             load.name: np.einsum("tab,tb->ta", turned[load.body], channels[f"loads/{load.name}/force"])
             for load in self._system.loads
         }
-        pushed, mass, loaded = self._hung(places, turned, loads)
+        pushed, mass, loaded = self._carried(places, turned, loads)
         given_way = loaded[self._system.root] / mass[self._system.root] if self._free else 0.0 * origin
         out = {}
         for name, ignored in self.bodies.items():
@@ -99,10 +100,10 @@ class IgnoredStiffness:
         rate = self._system.orbit.mu / channels["orbit/radius"] ** 3
         return -rate[:, None, None] * (np.eye(3) - 3.0 * up[:, :, None] * up[:, None, :])
 
-    def _hung(
+    def _carried(
         self, places: Mapping[str, Array], turned: Mapping[str, Array], loads: Mapping[str, Array]
     ) -> tuple[dict[str, Array], dict[str, float], dict[str, Array]]:
-        """Of each body and all that hangs on it: mass times place, mass, and weight with loads, inertial axes."""
+        """Of each body and all that it carries: mass times place, mass, and weight with loads, inertial axes."""
         pushed: dict[str, Array] = {}
         mass: dict[str, float] = {}
         loaded = {}
@@ -119,15 +120,15 @@ class IgnoredStiffness:
         return pushed, mass, loaded
 
 
-def pulls(system: System, name: str, ignored: Foreshortening) -> list[Pull]:
-    """What pulls at a body where its foreshortening is known: what hangs on it, and the joint it hangs by."""
-    hung = [(joint.parent_marker, joint.child, 1.0) for joint in system.joints if joint.parent == name]
-    hung.append((system.joint_of(name).child_marker, name, -1.0))
-    return [Pull(ignored.at[marker], body, sign) for marker, body, sign in hung if marker in ignored.at]
+def axial_forces(system: System, name: str, ignored: Foreshortening) -> list[AxialForce]:
+    """Axial forces on a body where its foreshortening is known: of the bodies that it carries, and of its own joint."""
+    carried = [(joint.parent_marker, joint.child, 1.0) for joint in system.joints if joint.parent == name]
+    carried.append((system.joint_of(name).child_marker, name, -1.0))
+    return [AxialForce(ignored.at[marker], body, sign) for marker, body, sign in carried if marker in ignored.at]
 
 
 @dataclass(frozen=True)
-class Seen:
+class LargestGain:
     """What was left out at an instant: gain, the part of the lowest shape's stiffness that is added; spin [rad/s]."""
 
     gain: float
@@ -135,17 +136,17 @@ class Seen:
     body: str
 
 
-class Stiffening:
+class StiffeningWatch:
     """Watches how far bodies with linear strain would be stiffened or softened, row by row, and warns of it."""
 
     def __init__(self, model: Model, known: KnownBodies | None = None) -> None:
         self._system = system = model.system
         self._known = known or KnownBodies({})
-        self._ignored = IgnoredStiffness(system)
+        self._ignored = OmittedStiffness(system)
         whole = {piece: whole for whole, pieces in system.segments.items() for piece in pieces}
         self._whole = {name: whole.get(name, name) for name in self._ignored.bodies}
-        self._most: dict[str, Seen] = {}
-        self._least: dict[str, Seen] = {}
+        self._most: dict[str, LargestGain] = {}
+        self._least: dict[str, LargestGain] = {}
 
     def watch(self, channels: Mapping[str, Array]) -> None:
         """Take note of a block of rows."""
@@ -156,9 +157,9 @@ class Stiffening:
         whole = self._whole[name]
         high, low = int(np.argmax(gain)), int(np.argmin(gain))
         if whole not in self._most or gain[high] > self._most[whole].gain:
-            self._most[whole] = Seen(float(gain[high]), float(spin[high]), name)
+            self._most[whole] = LargestGain(float(gain[high]), float(spin[high]), name)
         if whole not in self._least or gain[low] < self._least[whole].gain:
-            self._least[whole] = Seen(float(gain[low]), float(spin[low]), name)
+            self._least[whole] = LargestGain(float(gain[low]), float(spin[low]), name)
 
     def warn(self, verb: str = "turned at up to") -> None:
         """Warn of bodies whose first frequency would have been raised or lowered by more than STIFFENED, with both
@@ -168,32 +169,32 @@ class Stiffening:
             if raised > STIFFENED:
                 cut = whole in self._system.segments
                 text = self._of_segment(whole, seen.body) if cut else self._of_body(seen.body, raised)
-                way = f"{verb} {seen.spin:.4g} rad/s" if self._spins(seen) else "is pulled along by loads or weight"
+                way = f"{verb} {seen.spin:.4g} rad/s" if self._spins(seen) else "is stretched by loads or weight"
                 self._warn(f"body {whole!r} {way}: a stiffening of {raised:.0%} of {text}")
         for whole, seen in self._least.items():
             left = float(np.sqrt(max(1.0 + seen.gain, 0.0)))
             if left < 1.0 - STIFFENED and whole not in self._system.segments:
-                self._warn(f"body {whole!r} was pressed, by loads or inertia along it, {self._softened(seen, left)}")
+                self._warn(f"body {whole!r} was compressed, by loads or inertia, {self._softened(seen, left)}")
 
-    def _spins(self, seen: Seen) -> bool:
+    def _spins(self, seen: LargestGain) -> bool:
         """Whether it is the spin of a body that stiffens it, not loads or weight along it."""
         body = self._system.bodies[seen.body]
         return (seen.spin / lowest_frequency(body, {})) ** 2 > TURNED * seen.gain
 
-    def _softened(self, seen: Seen, left: float) -> str:
-        other = divided(self._system.bodies[seen.body])
+    def _softened(self, seen: LargestGain, left: float) -> str:
+        other = division_remedy(self._system.bodies[seen.body])
         way = f"which linear strain leaves out. {self._remedy(seen.body)}, or {other}."
         if left == 0.0:
-            return f"up to {-seen.gain:.3g} times as hard as makes it buckle in its first shape, {way}"
+            return f"by up to {-seen.gain:.3g} times the load that buckles it in its first mode, {way}"
         return f"so that its first frequency{self._frequencies(seen.body, left)} falls by {1.0 - left:.0%}, {way}"
 
     def _frequencies(self, name: str, factor: float) -> str:
-        """The lowest frequency of the held body and what hangs on it, as linear strain has it and as it would be."""
+        """Lowest frequency of the clamped body with what it carries, with linear strain and with the stiffening."""
         if not np.isfinite(self._system.bodies[name].omega).any():
             return ""
-        hung = masses_hung(self._system, name)
-        known = lowest_frequency(self._system.bodies[name], hung) / (2 * np.pi)
-        carrying = f", held, with the {sum(hung.values()):.4g} kg that hang on it" if hung else ""
+        carried = attached_masses(self._system, name)
+        known = lowest_frequency(self._system.bodies[name], carried) / (2 * np.pi)
+        carrying = f", clamped, with the {sum(carried.values()):.4g} kg that it carries" if carried else ""
         return f" ({known:.4g} Hz, not {known * factor:.4g} Hz{carrying})"
 
     def _remedy(self, name: str) -> str:
@@ -201,8 +202,8 @@ class Stiffening:
         return text[:1].upper() + text[1:]
 
     def _of_body(self, name: str, raised: float) -> str:
-        told = self._frequencies(name, 1.0 + raised)
-        return f"its first frequency{told} is ignored by linear strain. {self._remedy(name)}."
+        text = self._frequencies(name, 1.0 + raised)
+        return f"its first frequency{text} is left out by linear strain. {self._remedy(name)}."
 
     @staticmethod
     def _warn(text: str) -> None:
@@ -211,13 +212,13 @@ class Stiffening:
     def _of_segment(self, whole: str, name: str) -> str:
         count = len(self._system.segments[whole])
         return (
-            f"the first shape of its segment {name!r} is ignored by linear strain within segments, over "
+            f"the first shape of its segment {name!r} is left out by linear strain within segments; limit "
             f"{STIFFENED:.0%}. Cut it into more than {count} segments, or give it strain = 'condensed'."
         )
 
 
-def masses_hung(system: System, name: str) -> dict[str, float]:
-    """Mass of all that hangs at each marker of a body [kg]."""
+def attached_masses(system: System, name: str) -> dict[str, float]:
+    """Mass carried at each marker of a body [kg]."""
     mass = {body: system.bodies[body].moments.mass for body in system.order}
     for body in reversed(system.order):
         if (parent := system.joint_of(body).parent) is not None:
@@ -229,11 +230,11 @@ def masses_hung(system: System, name: str) -> dict[str, float]:
     return out
 
 
-def lowest_frequency(body: FlexibleBody, hung: Mapping[str, float]) -> float:
+def lowest_frequency(body: FlexibleBody, carried: Mapping[str, float]) -> float:
     """Lowest frequency of a body held in its frame with point masses [kg] at its markers [rad/s]."""
     n, V1 = body.n_modes, (body.strain.V1 + body.strain.V1.T) / 2
     M = body.moments.elastic_mass()[:n, :n]
-    for marker, mass in hung.items():
+    for marker, mass in carried.items():
         phi = body.marker(marker).phi[:, :n]
         M = M + mass * phi.T @ phi
     return float(np.sqrt(max(eigh(V1, M, eigvals_only=True)[0], 0.0)))

@@ -1,4 +1,4 @@
-"""Which strain a body wants: judged by what its system comes to with linear strain in a preliminary motion."""
+"""Choice of the strain form of a body, from the motion estimate of its system with linear strain."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from femflex.advice.advice import Advice
-from femflex.advice.bends import bends
 from femflex.advice.bodies import KnownBodies
-from femflex.advice.buckling.nearness import Nearness, beyond
-from femflex.advice.curved import why_snapping
+from femflex.advice.buckling.margin import BucklingMargin, post_buckling_note
+from femflex.advice.curved import snap_through_advice
+from femflex.advice.deflections import deflection_watches
 from femflex.advice.limits import BENT, BOWING, LEEWAY, PHASE, STIFFENED, STILL, SWINGING, SWUNG, TOLD
-from femflex.advice.motion_estimate import Foresight
-from femflex.advice.remedies import divided
-from femflex.advice.stiffening import IgnoredStiffness, lowest_frequency, masses_hung
+from femflex.advice.motion_estimate import MotionEstimate
+from femflex.advice.remedies import division_remedy
+from femflex.advice.stiffening import OmittedStiffness, attached_masses, lowest_frequency
 from femflex.dynamics import compile_system
 from femflex.system import Environment, Frame, System
 
@@ -27,7 +27,7 @@ Strain = Literal["linear", "nonlinear", "condensed"]
 
 
 @dataclass(frozen=True)
-class Reach:
+class MotionExtent:
     """How far a body goes, by the preliminary motion.
 
     most, least    what is added to the stiffness of its first shape, in parts of it
@@ -59,8 +59,8 @@ class Reach:
 def strain_advice(
     system: System,
     names: list[str],
-    near: Mapping[str, Nearness],
-    view: Foresight,
+    near: Mapping[str, BucklingMargin],
+    view: MotionEstimate,
     known: KnownBodies,
     fastest: Array | None = None,
 ) -> tuple[dict[str, Advice], list[str]]:
@@ -71,50 +71,52 @@ def strain_advice(
     near: of bodies that bear nearly what buckles them, how near; view: the preliminary motion; fastest (3,): a steady
     spin [rad/s] that counts too, as the last of a diagram over speeds.
     """
-    found = reaches(view, known)
+    found = motion_extents(view, known)
     if fastest is not None:
         spun = compile_system(replace(system, frame=Frame("spinning", fastest)))
-        steady = reaches(Foresight(spun, np.zeros(1), spun.x0[None], spun.x0[None]), known)
+        steady = motion_extents(MotionEstimate(spun, np.zeros(1), spun.x0[None], spun.x0[None]), known)
         found = {name: _wider(reach, steady[name]) for name, reach in found.items()}
-    for name, gain in weights_of_swingers(system).items():
-        found[name] = _wider(found[name], Reach(gain, -gain, 0.0, 0.0))
-    chosen = {name: _with_buckling(judged(name, found[name]), near.get(name)) for name in names if name in found}
+    for name, gain in pendulum_stiffening(system).items():
+        found[name] = _wider(found[name], MotionExtent(gain, -gain, 0.0, 0.0))
+    chosen = {
+        name: _with_buckling(strain_of_extent(name, found[name]), near.get(name)) for name in names if name in found
+    }
     snapping = []
     for name in chosen:
         moved = found[name].bent * found[name].size
-        if known.open(name).responses and (why := why_snapping(known[name], name, moved, near.get(name))):
+        if known.open(name).responses and (why := snap_through_advice(known[name], name, moved, near.get(name))):
             chosen[name] = why
             snapping.append(name)
     return chosen, snapping
 
 
-def judged(name: str, reach: Reach) -> Advice:
+def strain_of_extent(name: str, reach: MotionExtent) -> Advice:
     """The strain that a body wants, and why: what linear strain leaves out of it, or does not hold up to."""
     raised = float(np.sqrt(1.0 + max(reach.most, 0.0)) - 1.0)
     fallen = 1.0 - float(np.sqrt(max(1.0 + min(reach.least, 0.0), 0.0)))
     stretched = float(np.sqrt(1.0 + reach.stretched) - 1.0)
-    way = f"turning at {reach.spin:.4g} rad/s" if reach.spin > 0.0 else "what pulls along it"
+    way = f"turning at {reach.spin:.4g} rad/s" if reach.spin > 0.0 else "axial tension"
     why, found = "", (raised, LEEWAY * STIFFENED)
     if raised > LEEWAY * STIFFENED and raised >= fallen:
-        why = f"{way} may raise the first frequency {grown(raised)}, which linear strain leaves out"
+        why = f"{way} may raise the first frequency {growth_text(raised)}, which linear strain leaves out"
     elif fallen > LEEWAY * STIFFENED:
-        how = f"lower the first frequency by {fallen:.1%}" if fallen < 1.0 else "make it buckle in its first shape"
-        why = f"loads or inertia that press along it may {how}, which linear strain leaves out"
+        how = f"lower the first frequency by {fallen:.1%}" if fallen < 1.0 else "buckle it in its first mode"
+        why = f"axial compression (loads or inertia) may {how}, which linear strain leaves out"
         found = (fallen, LEEWAY * STIFFENED)
     elif reach.bent > LEEWAY * BENT:
-        why = f"{_bent(reach)}, and linear strain is left from {LEEWAY * BENT:.0%} on (it holds up to {BENT:.0%})"
+        why = f"{_bent(reach)} (limit {LEEWAY * BENT:.0%}; linear strain holds up to about {BENT:.0%})"
         found = (reach.bent, LEEWAY * BENT)
     elif stretched > LEEWAY * STIFFENED:
         why = (
-            f"loads and motions may bend it by {reach.bent * reach.size:.2g} m, where stretch between its supports, "
-            f"which linear strain leaves out, adds {reach.stretched:.0%} to the force on its first shape"
+            f"loads and motions may bend it by {reach.bent * reach.size:.2g} m. Stretching between its supports, which "
+            f"linear strain leaves out, then adds {reach.stretched:.0%} to the restoring force of its first mode"
         )
         found = (stretched, LEEWAY * STIFFENED)
     elif reach.swing > SWINGING and reach.phase > LEEWAY * PHASE:
         why = (
-            f"what pulls or presses along it changes its first frequency by {max(raised, fallen):.2%} at most, and so "
-            f"puts its vibration out by {reach.phase:.2g} rad over the run, over {LEEWAY * PHASE:.2g} rad, which "
-            "linear strain leaves out"
+            f"axial forces, which linear strain leaves out, change its first frequency by at most "
+            f"{max(raised, fallen):.2%}. Its vibration would be out of phase by {reach.phase:.2g} rad at the end of "
+            f"the run (limit {LEEWAY * PHASE:.2g} rad)"
         )
         found = (reach.phase, LEEWAY * PHASE)
     if not why:
@@ -122,63 +124,65 @@ def judged(name: str, reach: Reach) -> Advice:
     return Advice(name, "strain", "condensed", f"{why}{_far(reach)}", *found)
 
 
-def _with_buckling(chosen: Advice, near: Nearness | None) -> Advice:
+def _with_buckling(chosen: Advice, near: BucklingMargin | None) -> Advice:
     """A choice, with what a load near buckling adds to it."""
     if near is None:
         return chosen
     left_out = f"{near}, which linear strain leaves out"
     if near.part < BOWING:
-        told = chosen.choice == "linear" or near.sways  # what is judged along it knows no forces that follow
-        return replace(chosen, choice="condensed", reason=left_out, value=near.part, limit=BOWING) if told else chosen
-    reason = left_out + beyond(near, "nonlinear")
+        follows = chosen.choice == "linear" or near.flutters  # what is judged along it knows no forces that follow
+        return (
+            replace(chosen, choice="condensed", reason=left_out, value=near.part, limit=BOWING) if follows else chosen
+        )
+    reason = left_out + post_buckling_note(near, "nonlinear")
     return replace(chosen, choice="nonlinear", reason=reason, value=near.part, limit=BOWING)
 
 
-def _bent(reach: Reach) -> str:
+def _bent(reach: MotionExtent) -> str:
     size = f"of its size of {reach.size:.3g} m"
     if reach.start > LEEWAY * BENT:
         return f"the body starts bent by {reach.start:.0%} {size}"
     return f"loads and motions may bend it by {reach.bent:.0%} {size}"
 
 
-def _far(reach: Reach) -> str:
+def _far(reach: MotionExtent) -> str:
     """A word on bends that condensed strain does not hold up to either."""
     if reach.bent <= SWUNG:
         return ""
     return (
-        f"; a bend of {reach.bent:.0%} is estimated, and condensed strain holds up to about {SWUNG:.0%}: where it "
-        f"really bends so far, {reach.dividing}"
+        f"; the estimated deflection is {reach.bent:.0%} of its size, and condensed strain holds up to about "
+        f"{SWUNG:.0%}. If it really bends so far, {reach.dividing}"
     )
 
 
-def _small(reach: Reach, raised: float, fallen: float, way: str) -> str:
+def _small(reach: MotionExtent, raised: float, fallen: float, way: str) -> str:
     """Why linear strain is enough for what pulls along the body, in words."""
     if max(raised, fallen) >= TOLD:
         if fallen > raised:
-            return f"loads or inertia that press along it lower the first frequency by {fallen:.2%}"
+            return f"axial compression (loads or inertia) lowers the first frequency by {fallen:.2%}"
         return f"{way} raises the first frequency by {raised:.2%}"
     if reach.fastest < STILL:
         return "it does not turn"
     return f"turning at {reach.fastest:.4g} rad/s does not stiffen it (by less than {TOLD:.3%})"
 
 
-def _hardly_bent(reach: Reach) -> str:
+def _hardly_bent(reach: MotionExtent) -> str:
     """Why linear strain is enough for how far the body bends, and how far that is estimated."""
-    told = f"loads and motions bend it by {reach.bent:.2%} of its size at most"
-    told = told if reach.bent >= TOLD else "nothing bends it"
-    return f"{told}, foreseen {reach.doubt}; the run watches it" if reach.doubt else told
+    text = f"loads and motions bend it by {reach.bent:.2%} of its size at most"
+    text = text if reach.bent >= TOLD else "no load bends it"
+    return f"{text} (estimated {reach.doubt}; the run checks it)" if reach.doubt else text
 
 
-def grown(gain: float) -> str:
+def growth_text(gain: float) -> str:
     """How much larger in words: "by 16.2%", and beyond that "14.5-fold".
 
-    >>> grown(0.162), grown(13.49)
+    >>> growth_text(0.162), growth_text(13.49)
     ('by 16.2%', '14.5-fold')
     """
     return f"by {gain:.1%}" if gain < 1.0 else f"{1.0 + gain:.3g}-fold"
 
 
-def weights_of_swingers(system: System) -> dict[str, float]:
+def pendulum_stiffening(system: System) -> dict[str, float]:
     """The most that gravity adds to, or takes from, the stiffness of each body that may come to hang or stand along it.
 
     Bodies that no joint lets turn stay as they start.
@@ -190,7 +194,7 @@ def weights_of_swingers(system: System) -> dict[str, float]:
     model = compile_system(system)
     seen = model.observe(np.zeros(1), model.x0[None])
     pulls = [Environment(direction) for direction in (*np.eye(3), np.zeros(3))]
-    x, y, z, none = (IgnoredStiffness(replace(system, environment=pull)).gains(seen) for pull in pulls)
+    x, y, z, none = (OmittedStiffness(replace(system, environment=pull)).gains(seen) for pull in pulls)
     return {
         name: g * float(np.linalg.norm([axis[name][0] - none[name][0] for axis in (x, y, z)]))
         for name in turning
@@ -209,13 +213,13 @@ def _turns(system: System, name: str | None) -> bool:
     return False
 
 
-def reaches(view: Foresight, known: KnownBodies) -> dict[str, Reach]:
+def motion_extents(view: MotionEstimate, known: KnownBodies) -> dict[str, MotionExtent]:
     """How far each elastic body goes in a preliminary motion, by what runs warn of."""
     model, system = view.model, view.model.system
     channels = model.observe(view.times, view.carried)
-    gains = IgnoredStiffness(system).gains(channels)
+    gains = OmittedStiffness(system).gains(channels)
     out = {}
-    for bend, start in zip(bends(model), bends(model), strict=True):
+    for bend, start in zip(deflection_watches(model), deflection_watches(model), strict=True):
         name, body = bend.name, system.bodies[bend.name]
         rate = np.linalg.norm(channels[f"bodies/{name}/rate"], axis=1)
         gain = gains.get(name, np.zeros(len(rate)))
@@ -231,7 +235,7 @@ def reaches(view: Foresight, known: KnownBodies) -> dict[str, Reach]:
         pulled = float(gain.max()), float(gain.min()), float(rate[np.argmax(gain)]), float(rate.max())
         stretched = hardening * (max(linear, start.reached) * bend.size) ** 2
         more = {"stretched": stretched, "phase": phase, "swing": swing}
-        out[name] = Reach(*pulled, bent, start.reached, bend.size, view.short, divided(body), **more)
+        out[name] = MotionExtent(*pulled, bent, start.reached, bend.size, view.short, division_remedy(body), **more)
     return out
 
 
@@ -248,14 +252,14 @@ def _phase(system: System, name: str, times: Array, gain: Array) -> float:
     What is damped out counts for 1 / (zeta omega) at most.
     """
     body = system.bodies[name]
-    omega = lowest_frequency(body, masses_hung(system, name))
+    omega = lowest_frequency(body, attached_masses(system, name))
     off = omega * np.abs(np.sqrt(np.maximum(1.0 + gain, 0.0)) - 1.0)
     whole = float(np.sum((off[1:] + off[:-1]) / 2.0 * np.diff(times)))
     rate = float(body.damping[0, 0] / body.moments.elastic_mass()[0, 0]) / 2.0  # zeta omega of its first shape
     return min(whole, float(off.max(initial=0.0)) / rate) if rate > 0.0 else whole
 
 
-def _wider(a: Reach, b: Reach) -> Reach:
+def _wider(a: MotionExtent, b: MotionExtent) -> MotionExtent:
     spin = a.spin if a.most >= b.most else b.spin
     return replace(
         a, most=max(a.most, b.most), least=min(a.least, b.least), spin=spin, fastest=max(a.fastest, b.fastest)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from femflex.advice.advice import Advice, doubt
 from femflex.advice.bodies import KnownBodies
-from femflex.advice.enriched_bodies import Enriched, Place
+from femflex.advice.enriched_bodies import EnrichedBody, Place
 from femflex.advice.limits import DOUBTFUL, LOWEST, MANY_RICHER, ROUNDING, SHARE
 from femflex.dynamics.equilibria.rest_modes import RestModes, rest_modes, truncation
 from femflex.reduction.boundary.rigid import DIRECTIONS
@@ -32,7 +32,7 @@ from femflex.warning import TruncationWarning
 Array = NDArray[np.float64]
 log = logging.getLogger(__name__)
 
-NOT_JUDGED = "whether richer sets would change the craft's frequencies is not judged for it"
+NOT_JUDGED = "the truncation error of the craft's frequencies is not estimated for it"
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class RicherCraft:
     bodies and markers (of joints) by name; still: names of bodies whose root cannot move
     """
 
-    bodies: Mapping[str, Enriched]
+    bodies: Mapping[str, EnrichedBody]
     modes: RestModes | None = None
     markers: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     still: frozenset[str] = frozenset()
@@ -63,10 +63,10 @@ def richer_craft(system: System, known: KnownBodies) -> RicherCraft:
     return RicherCraft(bodies, modes, markers, frozenset(name for name in bodies if _stands(system, name)))
 
 
-def _enriched(system: System, known: KnownBodies, markers: Mapping[str, tuple[str, ...]]) -> dict[str, Enriched]:
+def _enriched(system: System, known: KnownBodies, markers: Mapping[str, tuple[str, ...]]) -> dict[str, EnrichedBody]:
     """The bodies whose origins are known in richer sets; bodies alike are enriched once."""
-    bodies = dict[str, Enriched]()
-    made: dict[tuple[int, tuple[str, ...]], Enriched | None] = {}
+    bodies = dict[str, EnrichedBody]()
+    made: dict[tuple[int, tuple[str, ...]], EnrichedBody | None] = {}
     for name, body in system.bodies.items():
         if name in known and body.n_modes:
             key = (id(known[name]), markers.get(name, ()))
@@ -78,7 +78,7 @@ def _enriched(system: System, known: KnownBodies, markers: Mapping[str, tuple[st
 
 
 def _stands(system: System, name: str) -> bool:
-    """Whether the root of a body cannot move: it, and all rigid bodies that it hangs on, stand in the base frame."""
+    """Whether the root of a body cannot move: it and all rigid bodies that carry it are at rest in the base frame."""
     joint = system.joint_of(name)
     if joint.n_u > len(joint.held) or system.orbit is not None:
         return False
@@ -109,15 +109,17 @@ def joint_advice(richer: RicherCraft, known: KnownBodies, alike: Mapping[str, st
             found, served = richer.bodies[name], richer.modes.lowest_elastic(LOWEST, band)
             open_ = {place: x for place, x in found.choices.items() if _is_open(known, name, place, richer.still)}
             motions = richer.modes.shapes[name][:, served] / richer.modes.omega[served]
-            chosen.setdefault(keys[name], set()).update(needed(found, open_, motions))
+            chosen.setdefault(keys[name], set()).update(selected_shapes(found, open_, motions))
     return {name: _choice(name, chosen.get(keys[name], set())) for name in alike}
 
 
 def _choice(name: str, chosen: set[Place]) -> Advice:
     groups = sorted({group for group, _ in chosen})
     ways = {group: [way for way in DIRECTIONS if (group, way) in chosen] for group in groups}
-    told = ", ".join(" ".join([group, *found]) for group, found in ways.items()) or "none"
-    return Advice(name, "joints", ways, f"static shapes of its joints that the craft's modes want: {told}", None, SHARE)
+    text = ", ".join(" ".join([group, *found]) for group, found in ways.items()) or "none"
+    return Advice(
+        name, "joints", ways, f"static shapes of its joints that the modes of the craft need: {text}", None, SHARE
+    )
 
 
 def _is_open(known: KnownBodies, name: str, place: Place, still: Iterable[str]) -> bool:
@@ -128,7 +130,7 @@ def _is_open(known: KnownBodies, name: str, place: Place, still: Iterable[str]) 
     return open_.elsewhere
 
 
-def needed(found: Enriched, choices: Mapping[Place, Array], motions: Array) -> list[Place]:
+def selected_shapes(found: EnrichedBody, choices: Mapping[Place, Array], motions: Array) -> list[Place]:
     """The places of those choices (n, m) that motions (n, k) of strain energy 1 / 2 of the whole craft want, in turn.
 
     That first which holds most of the energy that is left in one of them, as long as it holds SHARE.
@@ -161,14 +163,14 @@ def _outside(Q: Array, x: Array) -> Array:
     return np.linalg.qr(x)[0] if x.size else x[:, :0]
 
 
-def truncation_doubts(system: System, richer: RicherCraft, band: float) -> list[Advice]:
+def truncation_warnings(system: System, richer: RicherCraft, band: float) -> list[Advice]:
     """Whether richer sets would lower one of the craft's lowest elastic frequencies by more than DOUBTFUL."""
     if richer.modes is None:
         return []
     try:
         found = truncation(system, richer.modes, LOWEST, band)
     except (ValueError, np.linalg.LinAlgError) as error:
-        log.info(f"the craft's frequencies are not judged: {error}")
+        log.info(f"the truncation error of the craft's frequencies is not estimated: {error}")
         return []
     high = np.flatnonzero(found.errors > DOUBTFUL)
     if not high.size:
@@ -198,13 +200,15 @@ def _named(system: System, richer: RicherCraft) -> str:
     return ", ".join(map(repr, blamed or richer.bodies))
 
 
-def not_judged(system: System, known: KnownBodies, richer: RicherCraft) -> list[Advice]:
+def unassessed_truncation(system: System, known: KnownBodies, richer: RicherCraft) -> list[Advice]:
     """A word on each body whose set is not judged."""
     out = []
     for name, body in system.bodies.items():
         if not body.n_modes or name not in known:
             continue
         why = "the file of a body has no mesh" if known[name].origin.source is None else richer.lack
+        if known[name].is_preloaded:
+            why = "they are those about its preload"
         if why:
             out.append(Advice(name, "truncation", None, f"{NOT_JUDGED} ({why})"))
     return out

@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from femflex.assembly.acting import acting, told
+from femflex.assembly.acting_loads import acting_loads, added_shapes_text
 from femflex.assembly.deploying import build_deploying
 from femflex.assembly.extents import warn_of_doubtful_extents
 from femflex.assembly.functions import functions_of
-from femflex.assembly.open_choices import bound_to_linear, left_open, remedy_of
+from femflex.assembly.open_choices import bound_to_linear, open_choices, remedy_of
 from femflex.assembly.rigid_skins import rigid_skin
 from femflex.assembly.segments import build_segments
-from femflex.assembly.shared import shared
-from femflex.assembly.structures import PLACE, build_mesh, build_modes, structure_of, supports_of
+from femflex.assembly.shared import shared_parts
+from femflex.assembly.structures import PLACE, build_mesh, build_modes, preload_of, structure_of, supports_of
 from femflex.assembly.torques import check_torques, has_torque
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
@@ -26,7 +26,9 @@ from femflex.case.load import LoadTable
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.reduction import DampingTable, Stretchable
 from femflex.case.support import SkewSupport
+from femflex.fem.deflected import tension_blocks
 from femflex.fem.structure import Structure
+from femflex.fem.tension.strain import UNITS
 from femflex.reduction import (
     ModalDamping,
     RayleighDamping,
@@ -43,6 +45,7 @@ from femflex.reduction import (
 )
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.origin import Analytic, Meshed, Origin
+from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.system import Part, Segments
 from femflex.warning import PhysicsWarning
 
@@ -104,7 +107,7 @@ def built_body(
     """
     if name not in case.bodies:
         raise CaseError(case.path.name, [Problem("bodies", f"found no body {name!r}; {near(name, case.bodies)}")])
-    made = shared()
+    made = shared_parts()
     if made is None:
         return _built(case, name, modes, refine, segments)
     rest = case.model_copy(update={"bodies": {}, "initial": None})
@@ -123,7 +126,7 @@ def _content(case: Case, name: str) -> str:
         beside.append(str(table.length.profile(case.path.parent).numbers))
         apart.add("length")
     if isinstance(table, FlexibleTable):
-        beside.append(str(acting(case, name, table, marker_groups(table))))
+        beside.append(str(acting_loads(case, name, table, marker_groups(table))))
     return f"{type(table).__name__} {table.model_dump_json(exclude=apart)} {beside}"
 
 
@@ -137,7 +140,7 @@ def _built(case: Case, name: str, modes: int | None, refine: int, segments: int 
         if isinstance(table, DeployingTable):
             return BuiltBody(build_deploying(case, name, table, modes).body)
         body, source, notes = _body(case, name, table, modes, refine)
-        open_ = Origin(source, left_open(table), bound_to_linear(table), remedy_of(table))
+        open_ = Origin(source, open_choices(table), bound_to_linear(table), remedy_of(table))
         if isinstance(table, FlexibleTable | AnalyticTable | FileTable):
             warn_of_doubtful_extents(case, name, table, body)
         return BuiltBody(_with_markers(body, name, table), None if isinstance(table, RigidTable) else open_, notes)
@@ -159,8 +162,8 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
         return _from_file(case, name, table, modes), None, ()
     assert isinstance(table, FlexibleTable)
     given = structure_of(case, name, table, refine)
-    added = acting(case, name, table, marker_groups(table))
-    structure, modeset = build_modes(given, table, modes, name, added)
+    added = acting_loads(case, name, table, marker_groups(table))
+    structure, modeset = build_modes(given, table, modes, name, added, preload_of(case, name, table))
     body, modeset = _meshed(case, name, table, structure, modeset)
     r = table.reduction
     joints = getattr(r, "joints", None) or {}
@@ -173,7 +176,24 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
         getattr(r, "deflection", None),
         getattr(r, "third_derivatives", None),
     )
-    return body, source, tuple(filter(None, [told(added, modeset, joints)]))
+    texts = [added_shapes_text(added, modeset, joints), tension_text(structure, modeset, body)]
+    return body, source, (*given.notes, *filter(None, texts))
+
+
+def tension_text(structure: Structure, modeset: ModeSet, body: FlexibleBody) -> str:
+    """A line on the tension of tethers and membranes, and on the frequencies of a body about its preload."""
+    parts = []
+    for block in tension_blocks(structure):
+        lowest, s = block.lowest_tension(), len(block.linear_map)
+        parts.append(f"{block.group} {lowest.min():.4g} to {lowest.max():.4g} {UNITS[s]}")
+    text = f"at rest with tension in {', '.join(parts)}" if parts else ""
+    if is_preloaded(structure, modeset.held) and body.condensed and modeset.omega.size:
+        hertz = ", ".join(f"{f:.4g}" for f in modeset.omega[np.isfinite(modeset.omega)][:4] / (2 * np.pi))
+        text += (
+            f"{'; ' if text else ''}about its preload its first modes have {hertz} Hz; its strain is condensed, so "
+            "that its tension comes from the loads of the run, and frequencies of its table are those without it"
+        )
+    return text
 
 
 def _partial(clamp: Mapping[str, tuple[str, ...] | SkewSupport]) -> dict[str, tuple[str, ...] | SkewSupport]:
@@ -209,9 +229,10 @@ def _warn_of_stiffness(name: str, structure: Structure, modeset: ModeSet, body: 
 
 
 def turning_markers(case: Case, name: str) -> set[str]:
-    """Markers of a body whose rotation something uses: joints, torques, and the attitude."""
-    used = {joint.child_marker for joint in case.joints if joint.child == name}
-    used |= {joint.parent_marker for joint in case.joints if joint.parent == name}
+    """Markers of a body whose rotation something uses: joints, ball joints apart, torques, and the attitude."""
+    turned = [joint for joint in case.joints if joint.kind != "spherical"]
+    used = {joint.child_marker for joint in turned if joint.child == name}
+    used |= {joint.parent_marker for joint in turned if joint.parent == name}
     used |= {load.marker for load in case.loads if load.body == name and _turns(case, load)}
     return used | ({case.attitude.marker} if case.attitude.marker else set())
 
@@ -248,6 +269,11 @@ def _rigid(case: Case, table: RigidTable) -> FlexibleBody:
     centre, J = np.array(table.center_of_mass), np.array(table.inertia)
     if table.inertia_about == "origin":
         J = J - table.mass * ((centre @ centre) * np.eye(3) - np.outer(centre, centre))
+    if table.imbalance is not None:
+        offset = np.array([table.imbalance.static / table.mass, 0.0, 0.0])
+        J = J - table.imbalance.dynamic * (np.eye(3)[[0]].T @ np.eye(3)[[2]] + np.eye(3)[[2]].T @ np.eye(3)[[0]])
+        J = J - table.mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+        centre = centre + offset
     markers = {name: Marker.rigid(np.array(entry.position or (0.0, 0.0, 0.0))) for name, entry in table.markers.items()}
     return rigid_body(table.mass, J, centre, markers, rigid_skin(case, table))
 

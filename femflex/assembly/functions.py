@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from femflex.assembly.acting import load_directions, spins
+from femflex.assembly.acting_loads import load_directions, spins_steadily
 from femflex.case.body import AnalyticTable
 from femflex.case.case import Case
 from femflex.case.reduction import FunctionsTable
@@ -53,7 +53,7 @@ def _is_spun(case: Case, table: AnalyticTable) -> bool:
 def _spun(case: Case, f: FunctionsTable) -> bool:
     if f.spin is not None:
         return f.spin
-    return "static" not in f.model_fields_set and spins(case)
+    return "static" not in f.model_fields_set and spins_steadily(case)
 
 
 def _can_be_static(f: FunctionsTable) -> bool:
@@ -63,7 +63,7 @@ def _can_be_static(f: FunctionsTable) -> bool:
 def _added(counts: dict[str, int]) -> str:
     n = sum((STATIC if key in "yz" else 1) for key, count in counts.items() if count)
     return (
-        f"{n} static shapes of what acts on it (its spin) beside its functions (spin = false in its functions would "
+        f"{n} static shapes for its spin in addition to its functions (spin = false in its functions would "
         "leave them out)"
     )
 
@@ -72,7 +72,9 @@ def _joined(counts: dict[str, int], ends: Sequence[str], more: int, spun: bool) 
     """What is said of the static shapes of joints; spun: those of the root are those of its spin too."""
     n = more * sum((STATIC if key in "yz" else 1) for key, count in counts.items() if count)
     cause = f"{'what acts on it (its spin) and of ' * spun}its joints ({', '.join(ends)})"
-    return f"{n} static shapes of {cause} beside its functions (joints = [] in its functions would leave them out)"
+    return (
+        f"{n} static shapes of {cause} in addition to its functions (joints = [] in its functions would leave them out)"
+    )
 
 
 def _few(n: int) -> str:

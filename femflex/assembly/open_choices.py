@@ -13,7 +13,7 @@ from femflex.reduction.origin import LeftOpen
 AXIAL = 2  # axial functions for each of bending: the stretch of bending is of twice its degree
 
 
-def left_open(table: BodyTable) -> LeftOpen:
+def open_choices(table: BodyTable) -> LeftOpen:
     """What the table of a body leaves to advice."""
     strain, joints = _leaves_strain(table), _leaves_joints(table)
     if isinstance(table, AnalyticTable):
@@ -50,7 +50,7 @@ def _leaves_joints(table: BodyTable) -> bool:
     return not (r.responses or r.deflection or r.third_derivatives or isinstance(r.derivatives, int))
 
 
-def undecided(case: Case) -> list[str]:
+def open_strains(case: Case) -> list[str]:
     """Names of the bodies whose strain is left to be chosen."""
     return [name for name, table in case.bodies.items() if _leaves_strain(table)]
 
@@ -60,7 +60,7 @@ def open_joints(case: Case) -> list[str]:
     return [name for name, table in case.bodies.items() if _leaves_joints(table)]
 
 
-def said(table: BodyTable) -> str:
+def table_text(table: BodyTable) -> str:
     """What a table says but for its initial state."""
     return f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})}"
 

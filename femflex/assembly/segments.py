@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from femflex.assembly.structures import derived, members_of, point_masses_of
+from femflex.assembly.structures import members_of, point_masses_of, with_static_derivatives
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem
@@ -81,7 +81,9 @@ def _shapes(table: FlexibleTable, modes: int | None, where: str) -> Callable[[St
     if keep is None and table.strain not in (None, "linear"):
         keep = "auto"
     deflection = getattr(table.reduction, "deflection", None)
-    return plain if keep in (None, "none", 0) else lambda s: derived(s, plain(s), keep, deflection, where)
+    return (
+        plain if keep in (None, "none", 0) else lambda s: with_static_derivatives(s, plain(s), keep, deflection, where)
+    )
 
 
 def _plain_shapes(table: FlexibleTable, modes: int | None) -> Callable[[Structure], ModeSet]:

@@ -20,7 +20,7 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
-class Shared:
+class SharedParts:
     """Structures by what they are made of, and bodies by what their case says, each with the warnings given of it."""
 
     structures: dict[str, tuple[Structure, list[Warning]]] = field(default_factory=dict)
@@ -51,10 +51,10 @@ def _warning(message: Warning | str) -> Warning:
     return message if isinstance(message, Warning) else UserWarning(message)
 
 
-_SHARED: ContextVar[Shared | None] = ContextVar("shared", default=None)
+_SHARED: ContextVar[SharedParts | None] = ContextVar("shared", default=None)
 
 
-def shared() -> Shared | None:
+def shared_parts() -> SharedParts | None:
     """What is shared at present."""
     return _SHARED.get()
 
@@ -65,7 +65,7 @@ def shared_structures() -> Iterator[None]:
     if _SHARED.get() is not None:
         yield
         return
-    made = Shared()
+    made = SharedParts()
     token = _SHARED.set(made)
     try:
         yield

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
-from femflex.assembly.acting import Acting
-from femflex.assembly.sections import build_material, build_section
-from femflex.assembly.shared import shared
+from femflex.assembly.acting_loads import ActingLoads
+from femflex.assembly.sections import build_material, build_section, build_solid_material
+from femflex.assembly.shared import shared_parts
 from femflex.case.body import FlexibleTable, MemberTable
 from femflex.case.case import Case
+from femflex.case.connection import DistributingTable, EquationTable, RigidTable
 from femflex.case.mesh_groups import file_mesh, mesh_problems
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.reduction import (
@@ -23,10 +25,23 @@ from femflex.case.reduction import (
     Stretchable,
 )
 from femflex.case.support import DIRECTIONS, SkewSupport
-from femflex.fem import FAMILIES, Member, PointMass, Structure, build_structure
+from femflex.fem import (
+    FAMILIES,
+    Bushing,
+    Distributing,
+    Equation,
+    Member,
+    PointMass,
+    Rigid,
+    Structure,
+    Term,
+    build_structure,
+)
+from femflex.fem.connections.connection import Connection
 from femflex.fem.option import OPTIONS as FAMILY_OPTIONS
 from femflex.fem.sections.laminates import Lamina
-from femflex.fem.support import Support, antisymmetry, symmetry
+from femflex.fem.sections.materials import Material, Orthotropic
+from femflex.fem.support import GLOBAL, Support, antisymmetry, symmetry
 from femflex.mesh import Mesh
 from femflex.reduction import (
     ModeSet,
@@ -45,6 +60,8 @@ from femflex.reduction import (
     with_derivatives,
     with_responses,
 )
+from femflex.reduction.preload.equilibrium import static_equilibrium
+from femflex.reduction.preload.loads import Preload, orbit, spin
 from femflex.reduction.wide_sheets import with_own_bends
 from femflex.warning import PhysicsWarning
 
@@ -70,10 +87,11 @@ def build_mesh(case: Case, name: str, table: FlexibleTable, refine: int = 0) -> 
 
 def structure_of(case: Case, name: str, table: FlexibleTable, refine: int = 0) -> Structure:
     """The Structure of a body on its own mesh, refined `refine` times more: one where `shared_structures` has it."""
-    made = shared()
+    made = shared_parts()
     if made is None:
         return build_structure_of(case, name, table, build_mesh(case, name, table, refine))
-    said = {"mesh", "mesh_unit", "groups", "refine", "members", "point_masses", "markers"}
+    own = {"mesh", "mesh_unit", "groups", "refine", "members", "markers", "connections", "regions"}
+    said = own | {"point_masses", "bushings"}
     parts = [table.model_dump_json(include=said), *case.materials.items(), *case.sections.items()]
     key = f"{case.path} {refine} {_far(table)} {supports_of(getattr(table.reduction, 'clamp', {}))} {parts}"
     new = key not in made.structures
@@ -86,7 +104,8 @@ def structure_of(case: Case, name: str, table: FlexibleTable, refine: int = 0) -
 def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) -> Structure:
     """The Structure of a body's members and point masses on its mesh, its dofs laid along the axes of its clamps."""
     supports = supports_of(getattr(table.reduction, "clamp", {}))
-    return build_structure(mesh, members_of(case, name, table), point_masses_of(table), supports)
+    members, attached = members_of(case, name, table), (point_masses_of(table), bushings_of(table))
+    return build_structure(mesh, members, attached[0], supports, connections_of(table), attached[1])
 
 
 def members_of(case: Case, name: str, table: FlexibleTable) -> list[Member]:
@@ -104,30 +123,90 @@ def point_masses_of(table: FlexibleTable) -> list[PointMass]:
     return [PointMass(m.group, m.mass, m.inertia, m.offset) for m in table.point_masses]
 
 
+def connections_of(table: FlexibleTable) -> list[Connection]:
+    """The connections of a body; reference nodes at positions are points of its mesh already."""
+    return [_connection(entry) for entry in table.connections]
+
+
+def _connection(table: RigidTable | DistributingTable | EquationTable) -> Connection:
+    if isinstance(table, EquationTable):
+        return Equation(tuple(Term(term.group, term.component, term.factor) for term in table.terms))
+    if isinstance(table, DistributingTable):
+        weights = None if table.weights is None else tuple(table.weights)
+        return Distributing(table.group, table.reference_group, weights)
+    return Rigid(table.group, table.reference_group, tuple(table.components), table.axes or GLOBAL)
+
+
+def preload_of(case: Case, name: str, table: FlexibleTable) -> Preload | None:
+    """The steady loads of a body's own equilibrium; None where it has none. Raises CaseError where an orbit is wanted
+    that the case does not have."""
+    p = table.preload
+    if p is None:
+        return None
+    field = np.zeros((3, 3))
+    if p.spin is not None:
+        field = np.asarray(spin(p.spin).gradient)
+    if p.orbit is not None:
+        rate = p.orbit.rate
+        if rate is None and (rate := mean_motion(case)) is None:
+            where = f"bodies.{name}.preload.orbit"
+            raise CaseError(case.path.name, [Problem(where, "found no rate, and the case has no [orbit]; give one")])
+        try:
+            field = np.asarray(orbit(rate, p.orbit.vertical, p.orbit.normal).gradient)
+        except ValueError as error:
+            raise CaseError(case.path.name, [Problem(f"bodies.{name}.preload.orbit", str(error))]) from None
+    return Preload(p.acceleration, field, p.origin, p.forces, p.masses)
+
+
+def mean_motion(case: Case) -> float | None:
+    """Mean motion of the case's orbit [rad/s], if it has one."""
+    o = case.orbit
+    if o is None or o.kind == "none":
+        return None
+    a = o.semi_major_axis if o.semi_major_axis is not None else o.perigee_radius / (1.0 - o.eccentricity)
+    return float(np.sqrt(o.mu / a**3))
+
+
+def bushings_of(table: FlexibleTable) -> list[Bushing]:
+    """The springs and bushings of a body."""
+    return [
+        Bushing(b.group, b.to, (b.stiffness, 0.0, 0.0) if b.stiffness else b.translation, b.rotation, b.axes)
+        for b in table.bushings
+    ]
+
+
 def build_modes(
     structure: Structure,
     table: FlexibleTable,
     modes: int | None = None,
     name: str = "",
-    acting: Acting | None = None,
+    acting: ActingLoads | None = None,
+    preload: Preload | None = None,
 ) -> tuple[Structure, ModeSet]:
     """The structure a body's reduction works on and its mode set, of `modes` modes instead of the case's if given.
 
     acting: what acts on it; those static shapes of that are added to a cantilever set that are slow beside it.
-    Initial stress is first let go where the clamps do not hold it (`relaxed`); what is doubtful of it is told of the
-    body of that name.
+    preload: steady loads of its own equilibrium.
+    Initial stress is first let go where the clamps do not hold it (`relaxed`); doubts of it are reported for the body
+    of that name.
     """
     r = table.reduction
-    given, structure = structure, relaxed(structure, clamp_of(getattr(r, "clamp", {})))
+    clamp = clamp_of(getattr(r, "clamp", {}))
+    if preload is not None:
+        at_rest = partial(static_equilibrium, structure, clamp, preload)
+        structure = structure.recalled(("preloaded", repr(table.preload), str(clamp)), at_rest)
+    given, structure = structure, relaxed(structure, clamp)
     if name:
         meant = any(member.options.get("prestress") for member in table.members)
         warn_of_initial_stress(f"bodies.{name}", given, structure, meant)
     if isinstance(r, Stretchable):
-        found = _vibrating(structure, r, modes, acting or Acting())
+        found = _vibrating(structure, r, modes, acting or ActingLoads())
         if r.third_derivatives or bends_far(table):
             found = with_own_bends(structure, found, r.third_derivatives, r.deflection)
         if r.derivatives not in (None, "none", 0):
-            found = derived(structure, found, r.derivatives, None if r.responses else r.deflection, f"bodies.{name}")
+            found = with_static_derivatives(
+                structure, found, r.derivatives, None if r.responses else r.deflection, f"bodies.{name}"
+            )
         if r.responses and r.deflection is not None:
             ways = [way for way in getattr(r, "attachment", ()) if way in "xyz"]
             loads = getattr(r, "loads", {})
@@ -141,14 +220,16 @@ def build_modes(
     return structure, rigid_set(structure.n_dof)
 
 
-def derived(structure: Structure, modes: ModeSet, keep: int | str, deflection: float | None, where: str) -> ModeSet:
+def with_static_derivatives(
+    structure: Structure, modes: ModeSet, keep: int | str, deflection: float | None, where: str
+) -> ModeSet:
     """The set with so many static derivatives; warns where it has fewer of them than are asked for."""
     found = with_derivatives(structure, modes, keep, deflection)
     kept = found.n_modes - modes.n_modes
     if isinstance(keep, int) and kept < keep:
         of = "its states bent so far" if deflection else f"the pairs of its {modes.n_modes} shapes"
         warnings.warn(
-            f"{where}: {keep} derivatives are asked for, and {of} have {kept} that are independent; "
+            f"{where}: {keep} derivatives are requested, and {of} have {kept} that are independent; "
             f"these are kept, and derivatives = {kept} is the same",
             PhysicsWarning,
             stacklevel=3,
@@ -162,7 +243,7 @@ def bends_far(table: FlexibleTable) -> bool:
     return table.strain in ("nonlinear", "condensed") and keep not in ("none", 0)
 
 
-def _vibrating(structure: Structure, r: Stretchable, modes: int | None, acting: Acting) -> ModeSet:
+def _vibrating(structure: Structure, r: Stretchable, modes: int | None, acting: ActingLoads) -> ModeSet:
     """The set of a reduction that keeps a number of modes, before its derivatives."""
     assert isinstance(r, CantileverTable | FreeFreeTable | CraigBamptonTable)
     n = r.modes if modes is None else modes
@@ -210,9 +291,16 @@ def _member(case: Case, name: str, table: MemberTable, left_out: Mapping[str, ob
     if table.family not in FAMILIES:
         text = f"found {table.family!r}, which is no family of members; {near(table.family, FAMILIES)}"
         raise CaseError(case.path.name, [Problem(f"{where}.family", text)])
-    material = None if table.material is None else build_material(case.materials[table.material])
+    material: Material | Lamina | Orthotropic | None = None
     section = None
-    if table.section is not None:
+    if table.family == "solid" and table.material is not None:
+        try:
+            material = build_solid_material(case.materials[table.material])
+        except ValueError as error:
+            raise CaseError(case.path.name, [Problem(f"materials.{table.material}", str(error))]) from None
+    elif table.material is not None:
+        material = build_material(case.materials[table.material])
+    if table.section is not None and not isinstance(material, Orthotropic):
         try:
             section, material = build_section(case.sections[table.section], material, case.materials)
         except ValueError as error:

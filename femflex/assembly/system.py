@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from femflex.assembly.bodies import build_bodies
+from femflex.assembly.craft import build_craft
 from femflex.assembly.deploying import with_deployment
 from femflex.assembly.initial import initial_shape
 from femflex.assembly.joints import build_joints, root_joint
@@ -27,7 +28,8 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
     """
     parts, loads = bodies_and_loads(case, bodies)
     try:
-        joint, parts = root_joint(case, parts)
+        craft = build_craft(case, parts)
+        joint, parts = root_joint(case, craft.parts)
         joints = (*(() if joint is None else (joint,)), *build_joints(case))
         orbit = build_orbit(case.orbit)
         system = assembled(
@@ -42,7 +44,14 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
             springs=tuple(build_spring(table) for table in case.springs),
             sights=tuple(Sight(**table.model_dump()) for table in case.sights),
             reactions=case.run.reactions,
-            environment=Environment(np.array(case.environment.gravity)),
+            environment=Environment(
+                np.array(case.environment.gravity),
+                case.environment.attraction,
+                case.environment.oblateness,
+                case.orbit.radius,
+            ),
+            effectors=craft.effectors,
+            varying=craft.varying,
         )
     except CaseError:
         raise
@@ -62,7 +71,7 @@ def problems_of_loads(case: Case) -> list[Problem]:
 
 
 def bodies_and_loads(case: Case, bodies: Mapping[str, Part] | None) -> tuple[dict[str, Part], tuple[Load, ...]]:
-    """Bodies (built if not given) and loads, their problems told together."""
+    """Bodies (built if not given) and loads, their problems reported together."""
     problems: list[Problem] = []
     parts: dict[str, Part] = {}
     loads: tuple[Load, ...] = ()

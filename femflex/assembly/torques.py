@@ -30,7 +30,7 @@ def check_torques(case: Case, name: str, groups: Mapping[str, str], structure: S
     axis: it is refused where there is no rotation at all.
     """
     problems = []
-    for load in torques(case, name):
+    for load in torque_loads(case, name):
         if load.marker in groups:
             rows = marker_rows(structure, groups[load.marker])
             if text := _lost(load, rows, case.bodies[name]):
@@ -39,8 +39,8 @@ def check_torques(case: Case, name: str, groups: Mapping[str, str], structure: S
         raise CaseError(case.path.name, problems)
 
 
-def torques(case: Case, name: str) -> Iterator[Load]:
-    """The loads on a body that have a torque; what cannot be read is told of where the loads of the case are built."""
+def torque_loads(case: Case, name: str) -> Iterator[Load]:
+    """The loads on a body that have a torque; those that cannot be read are reported where loads are built."""
     for table in case.loads:
         if table.body == name and has_torque(case, table):
             yield build_load(case, table)
@@ -84,7 +84,7 @@ def _axes(blind: Array) -> str:
 
 def unmoved_by_torque(case: Case, name: str, markers: Mapping[str, Marker]) -> Iterator[tuple[str, str]]:
     """Name and marker of each load whose torque acts where a body's shapes move its place, and none turns it."""
-    for load in torques(case, name):
+    for load in torque_loads(case, name):
         marker = markers.get(load.marker)
         if marker is not None and np.any(marker.phi) and not np.any(marker.psi):
             yield load.name, load.marker

@@ -10,16 +10,18 @@ from numpy.typing import NDArray
 
 from femflex.body.foreshortening import Foreshortening
 from femflex.body.marker import Marker
+from femflex.body.mass_points import MassPoints
 from femflex.body.moments import MassMoments
 from femflex.body.skin import Skin
 from femflex.body.strain import StrainTensors
 from femflex.body.strain_field import StrainPart
+from femflex.summary import Rows, Summarised, listed
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class FlexibleBody:
+@dataclass(frozen=True, eq=False, repr=False)
+class FlexibleBody(Summarised):
     """A reduced body: everything the dynamics and the pictures need, in SI, in the body frame.
 
     moments  MassMoments over all shapes
@@ -35,6 +37,7 @@ class FlexibleBody:
              (condensed form, THEORY section 3; sections of beams that turn); none where all are coordinates
     foreshortening  of its lowest shape where linear strain leaves it out, or None
     strain_field  parts over all shapes that recover strain over the body; none where it is not known
+    mass_points  points of mass over all shapes, of bodies so long that gravity is integrated over them; or None
 
     Arrays, names and units only: it can be pickled. What a body was reduced from is its `reduction.Origin`; what is to
     be said of it is advice.
@@ -50,6 +53,20 @@ class FlexibleBody:
     slaves: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
     foreshortening: Foreshortening | None = None
     strain_field: tuple[StrainPart, ...] = ()
+    mass_points: MassPoints | None = None
+
+    def summary(self) -> tuple[str, Rows]:
+        """Mass, centre of mass, coordinates, frequencies and markers."""
+        centre = ", ".join(f"{x:.4g}" for x in self.moments.center_of_mass())
+        rows = [("mass", f"{self.moments.mass:.6g} kg"), ("centre of mass", f"({centre}) m")]
+        if self.n_modes:
+            counts = [f"{self.kinds.count(kind)} {kind}" for kind in dict.fromkeys(self.kinds)]
+            rows += [("coordinates", str(self.n_modes)), ("shapes", ", ".join(counts) or str(self.n_shapes))]
+            rows += [("strain", self.strain_form)]
+            known = self.omega[np.isfinite(self.omega)] / (2.0 * np.pi)
+            rows += [("frequencies", listed([f"{f:.4g}" for f in known], 6) + " Hz")] if len(known) else []
+        rows += [("markers", listed(sorted(self.markers)))]
+        return f"{'Flexible' if self.n_modes else 'Rigid'} body", rows
 
     def __post_init__(self) -> None:
         n, n_shapes = self.n_modes, self.n_shapes
@@ -117,6 +134,7 @@ class FlexibleBody:
             omega=self.omega[shapes] if self.omega.size else self.omega,
             slaves=slaves,
             strain_field=tuple(part.over(shapes) for part in self.strain_field),
+            mass_points=None if self.mass_points is None else self.mass_points.over(shapes),
         )
 
     def amplitudes(self, delta: Array) -> Array:

@@ -18,5 +18,5 @@ class BodyTable(Table):
     """Elastic state at t = 0. Left out: undeformed and at rest."""
 
     def own_markers(self) -> tuple[str, ...]:
-        """Names of markers the body has without being told."""
+        """Names of markers the body has without being declared."""
         return ("origin",)

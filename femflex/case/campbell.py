@@ -1,4 +1,4 @@
-"""[campbell]: over which speeds of a steady spin the frequencies of a craft are told."""
+"""[campbell]: over which speeds of a steady spin the frequencies of a craft are reported."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Speeds(tuple[float, ...]):
 
     @classmethod
     def of(cls, speeds: Sequence[float], unit: str = SI) -> Speeds:
-        """Checked speeds [rad/s], told in that unit."""
+        """Checked speeds [rad/s], given in that unit."""
         out = cls(float(speed) for speed in speeds)
         out.unit = unit
         if len(out) < 2:

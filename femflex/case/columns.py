@@ -17,7 +17,7 @@ def column_of(path: Path, column: str, unit: str) -> tuple[list[float], list[flo
     Raises ValueError naming the line and column of what cannot be read.
     """
     if not os.path.isfile(path):  # not of a name too long, either
-        raise ValueError(f"found file {path.name!r}, which does not exist beside the case; names are relative to it")
+        raise ValueError(f"found file {path.name!r}, which does not exist; names are relative to the case file")
     rows = csv_rows(path)
     heads = [re.fullmatch(r"\s*(\w+)\s*(?:[\[(](.*)[\])])?\s*", cell) for cell in (rows[0][1] if rows else [])]
     names = [head[1] if head else "" for head in heads]

@@ -66,14 +66,24 @@ def surroundings(outline: Outline) -> Iterator[Problem]:
     if any(outline.environment.gravity):
         yield Problem(
             "environment.gravity",
-            f"found {list(outline.environment.gravity)} m/s^2 beside an [orbit], whose gravity is that of the central "
-            "body; give one of them",
+            f"found {list(outline.environment.gravity)} m/s^2 together with an [orbit], which has the gravity of "
+            "its central body; give one of them",
         )
 
 
 def frames(outline: Outline) -> Iterator[Problem]:
-    """Orbital frames need an orbit."""
-    if outline.orbit is None or outline.orbit.kind != "none":
+    """Orbital frames need an orbit, and pitch, yaw and roll the orbital frame."""
+    in_orbit = outline.orbit is None or outline.orbit.kind != "none"
+    if outline.attitude is not None:
+        frame = outline.attitude.frame or ("orbital" if in_orbit else "inertial")
+        named = [key for key in ("pitch", "yaw", "roll") if getattr(outline.attitude, key) is not None]
+        if named and frame != "orbital":
+            yield Problem(
+                f"attitude.{named[0]}",
+                f"found {' and '.join(named)} in the {frame} frame; pitch, yaw and roll are angles from the orbital "
+                "frame. Give the three angles in the order of `sequence`, such as angles = ['30 deg', 0, 0]",
+            )
+    if in_orbit:
         return
     if outline.attitude is not None and outline.attitude.frame == "orbital":
         yield Problem("attitude.frame", "found 'orbital' without an orbit; give an [orbit], or measure from 'inertial'")
@@ -172,6 +182,6 @@ def starts(outline: Outline) -> Iterator[Problem]:
         if body is not None and body.initial is not None:
             yield Problem(
                 f"bodies.{name}.initial",
-                f"found a start of the body beside [initial] from = {outline.initial.source!r}, which says how the "
-                "whole craft starts; leave one of them out",
+                f"found an initial state of the body together with [initial] from = "
+                f"{outline.initial.source!r}, which sets the whole craft; remove one of them",
             )

@@ -14,7 +14,7 @@ NEAR = 1e-9  # relative difference of two speeds that are the same
 
 
 def spin_problems(table: CampbellTable, attitude: AttitudeTable, orbit: OrbitTable) -> Iterator[Problem]:
-    """A craft whose speed of spin can be chosen, about an axis that is told."""
+    """A craft whose speed of spin can be chosen, about an axis that is reported."""
     if orbit.kind != "none":
         yield Problem("campbell", "found an [orbit], in which no speed of spin is steady; leave one of the two out")
     elif table.axis is None and not any(attitude.spin or ()):
@@ -35,9 +35,9 @@ def diagrams(outline: Outline) -> Iterator[Problem]:
         if table is None:
             yield Problem(f"expect.{name}.of", f"found {OF_CAMPBELL!r} in a case without a [campbell]; give one")
         elif min(abs(speed - answer.speed) for speed in table.speeds) > NEAR * table.speeds[-1]:
-            told = ", ".join(f"{speed / table.speeds.scale:.6g}" for speed in table.speeds[:8])
+            text = ", ".join(f"{speed / table.speeds.scale:.6g}" for speed in table.speeds[:8])
             yield Problem(
                 f"expect.{name}.speed",
                 f"found {answer.speed / table.speeds.scale:.6g} {table.speeds.unit}, which is none of the diagram's "
-                f"{len(table.speeds)} speeds ({told}{', ...' if len(table.speeds) > 8 else ''})",
+                f"{len(table.speeds)} speeds ({text}{', ...' if len(table.speeds) > 8 else ''})",
             )

@@ -62,5 +62,7 @@ class StartTable(Table):
         if self.source is None and self.keep is None:
             refuse("found neither from nor keep; say where the craft starts, or which of its initial values are exact")
         if self.source not in (None, EQUILIBRIUM) and self.keep is not None:
-            refuse(f"found keep beside from = {self.source!r}, whose last row closes every loop already; drop keep")
+            refuse(
+                f"found keep together with from = {self.source!r}, whose last row closes every loop already; drop keep"
+            )
         return self

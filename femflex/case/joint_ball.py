@@ -53,16 +53,16 @@ class Spherical(JointTable):
     @model_validator(mode="after")
     def _held_angles_replace_the_ball(self) -> Spherical:
         if self.turning and self.rotation != "euler_parameters":
-            refuse(f"found rotation {self.rotation!r} beside motion.angles, whose coordinates are those of `sequence`")
+            refuse(f"found rotation {self.rotation!r} and motion.angles, whose coordinates are those of `sequence`")
         if self.turning and (self.rebase or is_extrinsic(self.sequence)):
             refuse(
-                f"found sequence {self.sequence!r} and rebase = {str(self.rebase).lower()} beside motion.angles; held "
+                f"found sequence {self.sequence!r} and rebase = {str(self.rebase).lower()} with motion.angles; held "
                 "angles are those of an intrinsic sequence such as 'xyz', and are never re-based"
             )
         for key in ("rates", "stiffness", "damping"):
             if self.turning and any(getattr(self, key)):
                 refuse(
-                    f"found {key} beside motion.angles; a ball's {key} are about its own axes, so write the joint with "
+                    f"found {key} with motion.angles; a ball's {key} are about its own axes, so write the joint with "
                     "kind = 'general' and turns"
                 )
         return self

@@ -211,7 +211,7 @@ class MotionOf(_Readable):
 
         files = tuple(name for motion in motions if motion is not None for name in motion.files)
         if not files:
-            total(Path())  # told here if they do not fit together
+            total(Path())  # reported here if they do not fit together
         return Motion(profile=total, files=files)
 
     def json_schema(self) -> dict[str, Any]:

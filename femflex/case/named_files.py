@@ -31,7 +31,7 @@ def files(outline: Outline, folder: Path) -> Iterator[Problem]:
             yield Problem(where, f"found {name!r}, which is a folder; give the name of a file in it")
         elif not path.is_file():
             near_by = sorted(p.name for p in path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
-            told = (
+            text = (
                 f"{path.parent} holds {listed(near_by[:8])}"
                 if near_by
                 else f"{path.parent} has no {path.suffix or 'such'} files"
@@ -39,7 +39,7 @@ def files(outline: Outline, folder: Path) -> Iterator[Problem]:
                 else f"there is no folder {path.parent}"
             )
             yield Problem(
-                where, f"found {name!r}, which does not exist; names are relative to the case file, and {told}"
+                where, f"found {name!r}, which does not exist; names are relative to the case file, and {text}"
             )
 
 

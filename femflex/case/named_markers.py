@@ -38,6 +38,13 @@ def markers(outline: Outline, folder: Path) -> Iterator[Problem]:
                 )
             places.append((f"{where}.marker", load.body, load.marker))
     places += [(f"{where}.marker", one.body, one.marker) for where, one in outline.sights.items() if one is not None]
+    for where, one in outline.mounted.items():
+        pairs = () if one is None else (("body", "marker"), ("other_body", "other_marker"), ("parent", "parent_marker"))
+        for role, marker_key in pairs:
+            named = getattr(one, role, None)
+            if named is not None and named not in outline.bodies:
+                yield Problem(f"{where}.{role}", f"found {named!r}, which is not a body; {near(named, outline.bodies)}")
+            places.append((f"{where}.{marker_key}", named, getattr(one, marker_key, None)))
     for where, item in outline.between.items():
         if item is not None:
             places += [
@@ -53,8 +60,8 @@ def markers(outline: Outline, folder: Path) -> Iterator[Problem]:
     for where, owner, marker in places:
         known = known_markers(outline.bodies.get(owner or ""))
         if marker is not None and known is not None and marker not in known:
-            told = f"found {marker!r}, which is no marker of body {owner!r}; {near(marker, known)}"
-            yield Problem(where, told + _as_group(outline.bodies.get(owner or ""), owner, marker, folder))
+            text = f"found {marker!r}, which is no marker of body {owner!r}; {near(marker, known)}"
+            yield Problem(where, text + _as_group(outline.bodies.get(owner or ""), owner, marker, folder))
 
 
 def _as_group(body: BodyTable | None, owner: str | None, marker: str, folder: Path) -> str:
@@ -65,7 +72,7 @@ def _as_group(body: BodyTable | None, owner: str | None, marker: str, folder: Pa
 
     try:
         groups = {*read_mesh(folder / body.mesh).groups, *body.groups}
-    except (ValueError, OSError):  # told where the mesh is read
+    except (ValueError, OSError):  # reported where the mesh is read
         return ""
     if marker not in groups:
         return ""

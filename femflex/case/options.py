@@ -12,7 +12,7 @@ from femflex.fem.option import OPTIONS, Option
 
 
 def read_options(family: str, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The options with their quantities in SI. Names the family does not have are told of where it is built."""
+    """The options with their quantities in SI. Names the family does not have are reported where it is built."""
     import femflex.fem  # noqa: F401  # registers the families
 
     known = OPTIONS.get(family, {})

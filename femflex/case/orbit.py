@@ -65,7 +65,8 @@ class OrbitTable(Table):
 class AttitudeTable(Table):
     """How the root body is turned at t = 0, relative to which frame, and whether it stays so.
 
-    Pitch turns about x0, yaw about y0, roll about z0, in the order of `sequence`. In the nominal attitude
+    From the orbital frame pitch turns about x0, yaw about y0, roll about z0, in the order of `sequence`; from other
+    frames `angles` are about the axes of the sequence. In the nominal attitude
     (all angles zero) the body axes named in `nominal_axes` lie along x0, y0, z0.
     """
 
@@ -86,11 +87,11 @@ class AttitudeTable(Table):
     angles: Angles | None = None
     """The three initial angles in the order of the sequence."""
     pitch: Angle | None = None
-    """Initial pitch angle about x0, the orbit normal. Left out: zero."""
+    """Initial pitch angle from the orbital frame, about x0, the orbit normal. Left out: zero."""
     yaw: Angle | None = None
-    """Initial yaw angle about y0, the outward vertical. Left out: zero."""
+    """Initial yaw angle from the orbital frame, about y0, the outward vertical. Left out: zero."""
     roll: Angle | None = None
-    """Initial roll angle about z0, the flight direction. Left out: zero."""
+    """Initial roll angle from the orbital frame, about z0, the flight direction. Left out: zero."""
     rates: Rates | None = None
     """Initial angular rate relative to the frame, along the libration axes. Left out: at rest in the frame."""
     rotation: RotationSet = "euler_parameters"

@@ -77,7 +77,7 @@ def with_values(case: Case, values: Mapping[str, Any]) -> Case:
 
 
 def _mesh_problems(parts: Outline, folder: Path) -> list[Problem]:
-    """What bodies without mistakes of their own ask of their meshes in vain, told together with the other problems."""
+    """What bodies without mistakes of their own ask of their meshes in vain, to be reported with the other problems."""
     from femflex.case.mesh_groups import group_problems
 
     bodies = {name: body for name, body in parts.bodies.items() if isinstance(body, FlexibleTable)}
@@ -91,11 +91,11 @@ def _mesh_problems(parts: Outline, folder: Path) -> list[Problem]:
 
 def _not_there(path: Path) -> str:
     known = sorted(p.name for p in path.parent.glob("*.toml")) if path.parent.is_dir() else []
-    told = near(path.name, known)
-    if path.suffix != ".toml" and not told.startswith("did you"):
+    text = near(path.name, known)
+    if path.suffix != ".toml" and not text.startswith("did you"):
         return "there is no such file; give the name of one that is there"
-    few = len(known) <= FEW or told.startswith("did you")
-    return f"there is no such case file; {told if few else f'{len(known)} others are there, such as {known[0]!r}'}"
+    few = len(known) <= FEW or text.startswith("did you")
+    return f"there is no such case file; {text if few else f'{len(known)} others are there, such as {known[0]!r}'}"
 
 
 def _text(path: Path) -> str:
@@ -120,13 +120,17 @@ def _toml(text: str, path: Path) -> dict[str, Any]:
         ) from None
     except tomllib.TOMLDecodeError as error:
         match = re.fullmatch(r"(.*) \(at (?:line (\d+), column (\d+)|end of document)\)", str(error))
-        told = match[1] if match else str(error)
+        found_text = match[1] if match else str(error)
         line = int(match[2]) if match and match[2] else text.count("\n") + 1
         content = text.splitlines()[line - 1].strip() if 0 < line <= len(text.splitlines()) else ""
         where = f"line {line}"
-        hint = '; text goes in quotes, such as "33 m"' if "Invalid value" in told or "Expected newline" in told else ""
+        hint = (
+            '; text goes in quotes, such as "33 m"'
+            if "Invalid value" in found_text or "Expected newline" in found_text
+            else ""
+        )
         raise CaseError(
-            path.name, [Problem(where, f"this is not TOML, {told[0].lower()}{told[1:]}: {content!r}{hint}")]
+            path.name, [Problem(where, f"this is not TOML, {found_text[0].lower()}{found_text[1:]}: {content!r}{hint}")]
         ) from None
     except ValueError:  # a whole number of more digits than Python reads
         raise CaseError(path.name, [Problem("", "this file holds a whole number of thousands of digits")]) from None

@@ -19,10 +19,10 @@ SETS = ("euler_parameters", "rodrigues", "modified_rodrigues", *SEQUENCES)
 
 @dataclass(frozen=True)
 class OneOf(_Readable):
-    """One of some words; `told` of them are named when another word is nowhere near."""
+    """One of some words; `listed` of them are named when another word is nowhere near."""
 
     words: tuple[str, ...]
-    told: tuple[str, ...]
+    listed: tuple[str, ...]
 
     def read(self, value: Any) -> str:
         """The word itself."""
@@ -30,7 +30,7 @@ class OneOf(_Readable):
             return value
         hint = near(str(value), self.words)
         if not hint.startswith("did you mean"):
-            hint = near("", self.told) + "; intrinsic unless it says so, such as 'extrinsic xyz'"
+            hint = near("", self.listed) + "; intrinsic unless it says so, such as 'extrinsic xyz'"
         raise ValueProblem(f"found {shown(value)}; {hint}")
 
     def json_schema(self) -> dict[str, Any]:

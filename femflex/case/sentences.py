@@ -63,8 +63,8 @@ def _sentence(item: Any, place: _Place) -> str:
     if kind == "union_tag_invalid":
         key = ctx["discriminator"].strip("'")
         tag = str(ctx["tag"])
-        told = repr(tag) if len(tag) < 60 else repr(tag[:57]) + "..."
-        return f"found {key} = {told}; {near(tag, _tags(place, key))}"
+        found_text = repr(tag) if len(tag) < 60 else repr(tag[:57]) + "..."
+        return f"found {key} = {found_text}; {near(tag, _tags(place, key))}"
     if kind == "literal_error":
         known = [text for text in ctx["expected"].split("'") if text.strip(", ") and text.strip() != "or"]
         return f"found {shown(found)}; " + near(str(found), known)

@@ -47,7 +47,7 @@ def tree(outline: Outline) -> Iterator[Problem]:
             path.append(up)
         if up == body and body == min(path):
             loop = " -> ".join([*reversed(path), path[-1]])
-            yield Problem("joints", f"found a cycle of bodies, {loop}; one body of it must hang from the base frame")
+            yield Problem("joints", f"found a cycle of bodies, {loop}; one body of it must be joined to the base frame")
 
 
 def loose_bodies(outline: Outline) -> list[str]:
@@ -65,26 +65,26 @@ def root(outline: Outline) -> Iterator[Problem]:
         yield Problem("attitude.root", f"found {named!r}, which is not a body; {near(named, outline.bodies)}")
         return
     if named is not None and named not in loose:
-        yield Problem("attitude.root", f"found {named!r}, which already hangs from a joint; the root body has none")
+        yield Problem("attitude.root", f"found {named!r}, which already has a joint; the root body has none")
         return
     extra = [name for name in loose if name != (named or loose[0])] if loose else []
     if extra and (named is not None or len(outline.joints) > 0):
         candidates = extra if named is not None else loose
         yield Problem(
             "bodies",
-            f"found {listed(candidates)} without a joint; only the root body may have none, hang the others from a "
-            f"parent in [[joints]]",
+            f"found {listed(candidates)} without a joint; only the root body may have none, join the others to a "
+            "parent in [[joints]]",
         )
     elif extra:
         yield Problem(
-            "joints", f"found no joints for the bodies {listed(loose)}; hang all but the root body from a parent"
+            "joints", f"found no joints for the bodies {listed(loose)}; join all but the root body to a parent"
         )
     if not loose:
         given = [key for key in ROOT_KEYS if key in outline.attitude.model_fields_set]
         if given:
             yield Problem(
                 f"attitude.{given[0]}",
-                "this key sets the root body's joint, but every body already hangs from one; set it in [[joints]], "
+                "this key sets the root body's joint, but every body already has one; set it in [[joints]], "
                 "or leave the root body's joint out",
             )
     yield from _orbit_roots(outline, loose)
@@ -98,7 +98,7 @@ def _orbit_roots(outline: Outline, loose: list[str]) -> Iterator[Problem]:
         where = next(iter(based))
         yield Problem(
             where,
-            "found a second body hanging from the base frame; an orbiting craft has one root body, so give this "
+            "found a second body joined to the base frame; an orbiting craft has one root body, so give this "
             "joint a parent",
         )
         return

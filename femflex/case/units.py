@@ -23,7 +23,7 @@ NOUNS = {
     "m^6": "warping constant",
     "kg": "mass",
     "kg/m": "mass per length",
-    "kg m": "moment of inertia per length",
+    "kg m": "static imbalance or moment of inertia per length",
     "kg/m^2": "mass per area",
     "kg/m^3": "density",
     "kg m^2": "moment of inertia",
@@ -44,6 +44,7 @@ NOUNS = {
     "N m/rad": "rotational stiffness",
     "N s/m": "damping",
     "N m s/rad": "rotational damping",
+    "N m s": "angular momentum",
     "Pa": "pressure or elastic modulus",
     "m^3/s^2": "gravitational parameter",
     "kg^0.5 m": "modal amplitude",
@@ -107,8 +108,8 @@ def split_quantity(text: str, unit: str = "m") -> tuple[float, str]:
         )
     match = _NUMBER.fullmatch(text)
     if match is None:
-        told = "a number, then its unit, such as" if unit else "a number such as"
-        raise UnitError(f"found {text!r}, which does not begin with a number; write {told} {example(unit)!r}")
+        found_text = "a number, then its unit, such as" if unit else "a number such as"
+        raise UnitError(f"found {text!r}, which does not begin with a number; write {found_text} {example(unit)!r}")
     if re.match(r",\d", match[2]):
         raise UnitError(f"found {text!r} with a decimal comma; write a point, as in {text.replace(',', '.', 1)!r}")
     return float(match[1]), match[2].strip()

@@ -91,7 +91,7 @@ def _judge(name: str, table: ExpectTable, found: float, unit: str) -> Verdict:
         key: _in_unit(name, key, getattr(table, key), table.units().get(key), unit)
         for key in ("value", "tolerance", "above", "below")
     }
-    holds, told = True, []
+    holds, text = True, []
     if answers["value"] is not None:
         tolerance = (
             answers["tolerance"]
@@ -100,14 +100,14 @@ def _judge(name: str, table: ExpectTable, found: float, unit: str) -> Verdict:
         )
         assert tolerance is not None
         holds &= abs(found - answers["value"]) <= tolerance
-        told.append(f"{answers['value']:.10g} +- {tolerance:.3g}")
+        text.append(f"{answers['value']:.10g} +- {tolerance:.3g}")
     if answers["above"] is not None:
         holds &= found > answers["above"]
-        told.append(f"above {answers['above']:.10g}")
+        text.append(f"above {answers['above']:.10g}")
     if answers["below"] is not None:
         holds &= found < answers["below"]
-        told.append(f"below {answers['below']:.10g}")
-    return Verdict(name, found, ", ".join(told), bool(holds), unit)
+        text.append(f"below {answers['below']:.10g}")
+    return Verdict(name, found, ", ".join(text), bool(holds), unit)
 
 
 def _in_unit(name: str, key: str, number: float | None, given: str | None, unit: str) -> float | None:

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from femflex.pipeline.decisions import Decided
 
 
-def say_notes(notes: Mapping[str, str]) -> None:
+def print_notes(notes: Mapping[str, str]) -> None:
     """Print them, a line for each body."""
     for name, note in notes.items():
         print(f"body        {name}: {note}")

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from femflex import __version__
-from femflex.cli import body, campbell, check, converge, equilibrium, info, modes, plot, render, run, schema, terms
+from femflex.cli import body, campbell, check, converge, equilibrium, info, modes, new, plot, render, run, schema, terms
 from femflex.cli.verb import EXAMPLES
 
 app = typer.Typer(
@@ -15,7 +15,6 @@ app = typer.Typer(
     help="From a mesh of a boom, panel or blanket to the motion of the whole spacecraft.",
     epilog="Example: femflex run cases/orbiter_beam.toml. Each verb explains itself with --help.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -37,6 +36,7 @@ def _options(
 
 
 for _verb in (
+    new.new,
     run.run,
     modes.modes,
     body.body,

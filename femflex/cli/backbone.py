@@ -39,8 +39,8 @@ def print_backbone(body: FlexibleBody, amplitudes: list[float]) -> None:
     data, error = backbone_data(body, amplitudes)
     if data:
         _print_curve(data)
-    if told := amplitude_note(body):
-        print(told)
+    if text := amplitude_note(body):
+        print(text)
     if error is not None:
         raise error
 

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.advice_lines import say_notes, strain_data
-from femflex.cli.campbell_told import print_campbell, write_table
+from femflex.cli.advice_lines import print_notes, strain_data
+from femflex.cli.campbell_report import print_campbell, write_table
 from femflex.cli.outputs import DIAGRAM_SUFFIXES, PICTURE, TABLE, outputs
 from femflex.cli.progress import Bar, Patience
 from femflex.cli.tables import print_json
-from femflex.cli.times import seconds
-from femflex.cli.verb import complain, verb
+from femflex.cli.times import read_seconds
+from femflex.cli.verb import print_error, verb
 
 if TYPE_CHECKING:
     from femflex.case import Case
@@ -32,7 +32,7 @@ def campbell(
     ] = None,
     modes: Annotated[int | None, typer.Option("--modes", min=1, help="Lowest branches followed.")] = None,
     orders: Annotated[
-        str | None, typer.Option("--orders", help="Multiples of the speed whose crossings are told: 1,2,3.")
+        str | None, typer.Option("--orders", help="Multiples of the speed whose crossings are listed: 1,2,3.")
     ] = None,
     at: Annotated[
         str | None,
@@ -53,7 +53,7 @@ def campbell(
     seen in the spinning frame. Ctrl-C keeps what there is (exit code 130); so does a speed without equilibrium (3).
     """
     files = outputs(output or (), {TABLE: (".csv",), PICTURE: DIAGRAM_SUFFIXES})
-    wanted, time = Wanted(files.get(TABLE), files.get(PICTURE), theme, force), seconds(at, "--at")
+    wanted, time = CampbellOutputs(files.get(TABLE), files.get(PICTURE), theme, force), read_seconds(at, "--at")
     wanted.check()
     with Patience("reading the case"):
         from femflex.case import read_case
@@ -61,11 +61,11 @@ def campbell(
         read = with_options(read_case(case), speeds, modes, orders)
         from femflex.studies.campbell import axis_of, decided_of
 
-        axis_of(read)  # told before the bodies are built
+        axis_of(read)  # reported before the bodies are built
         decided = decided_of(read)
     if not as_json:
-        say_notes(decided.notes)
-    found, stopped = spun(read, time, decided)
+        print_notes(decided.notes)
+    found, stopped = computed_diagram(read, time, decided)
     if found is not None:
         wanted.tell(read, found, {"bodies": strain_data(decided)} if as_json else None)
     if stopped is not None:
@@ -92,7 +92,7 @@ def with_options(case: Case, speeds: str | None, modes: int | None, orders: str 
     return case.model_copy(update={"campbell": CampbellTable.model_validate(given)}) if "speeds" in given else case
 
 
-def spun(
+def computed_diagram(
     case: Case, at: float | None = None, decided: Decided | None = None
 ) -> tuple[Campbell | None, BaseException | None]:
     """The diagram of a case, or of its choices made already, as far as it came, and what broke it off, if anything."""
@@ -117,22 +117,22 @@ def spun(
     return (diagram_of(case, found, stopped is None) if found else None), stopped
 
 
-def beside(output: Path) -> tuple[Path, Path]:
+def diagram_paths(output: Path) -> tuple[Path, Path]:
     """Where `femflex run` leaves the table and the picture of a case's diagram."""
     stem = output.with_suffix("").name
     return output.with_name(f"{stem}_campbell.csv"), output.with_name(f"{stem}_campbell.png")
 
 
-def leave_beside(case: Case, output: Path, force: bool) -> list[str]:
+def write_diagram_files(case: Case, output: Path, force: bool) -> list[str]:
     """Make the diagram a case asks for beside its result file; names of the expectations that do not hold."""
     from femflex.case.verdicts import judged_diagram
 
-    table, picture = beside(output)
+    table, picture = diagram_paths(output)
     theme = "light" if case.pictures is None else case.pictures.theme
-    found, stopped = spun(case)
+    found, stopped = computed_diagram(case)
     if found is not None:
         print()
-        Wanted(table, picture, theme, force).tell(case, found)
+        CampbellOutputs(table, picture, theme, force).tell(case, found)
     if stopped is not None:
         raise stopped
     assert found is not None
@@ -140,7 +140,7 @@ def leave_beside(case: Case, output: Path, force: bool) -> list[str]:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class CampbellOutputs:
     """What is to be made of a diagram."""
 
     table: Path | None
@@ -170,7 +170,7 @@ class Wanted:
         else:
             print_campbell(found, scale, unit)
         if not found.complete:
-            complain(f"broken off after {int(found.asked.sum())} of {len(case.campbell.speeds)} speeds")
+            print_error(f"broken off after {int(found.asked.sum())} of {len(case.campbell.speeds)} speeds")
         for name, path in self.files(found, scale, unit):
             if not as_json:
                 print(f"{name:11} {path}")

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from femflex.cli.advice_lines import say_notes, strain_data
+from femflex.cli.advice_lines import print_notes, strain_data
+from femflex.cli.grouped_warnings import print_warnings, warnings_so_far
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_json
 from femflex.cli.verb import BAD_INPUT, verb
-from femflex.cli.warned import tell_warnings, warnings_so_far
 
 if TYPE_CHECKING:
     from femflex.pipeline.decisions import Decided
@@ -32,8 +32,8 @@ def check(
     from femflex.case.values import count
 
     try:
-        decided, told = examined(case)
-        copy = written(case, decided, force) if write_advice else None
+        decided, found_text = examine_case(case)
+        copy = advice_copy(case, decided, force) if write_advice else None
     except CaseError as error:
         if as_json:
             print_json({"problems": [{"where": p.where, "text": p.text} for p in error.problems]})
@@ -42,16 +42,16 @@ def check(
     if as_json:
         print_json({"problems": [], "warnings": warnings_so_far(), "bodies": strain_data(decided)})
     else:
-        tell_warnings()
+        print_warnings()
         warned = len(warnings_so_far())
         verdict = f"no errors, {count(warned, 'warning', 'warnings')}" if warned else "no problems"
-        print(f"{case.name}: {verdict}; {told}")
-        say_notes(decided.notes)
+        print(f"{case.name}: {verdict}; {found_text}")
+        print_notes(decided.notes)
         if copy is not None:
             print(f"advice      {copy}")
 
 
-def written(case: Path, decided: Decided, force: bool) -> Path:
+def advice_copy(case: Path, decided: Decided, force: bool) -> Path:
     """The copy of a case with the advice in it, beside the case."""
     from femflex.case import read_case
     from femflex.pipeline.advised_case import advised_text
@@ -63,11 +63,11 @@ def written(case: Path, decided: Decided, force: bool) -> Path:
     return copy
 
 
-def examined(case: Path) -> tuple[Decided, str]:
+def examine_case(case: Path) -> tuple[Decided, str]:
     """What a case is made of, with all choices made, and that in words. Raises CaseError with its problems."""
     with Patience("building the bodies"):
         from femflex.advice.advice import warn_of
-        from femflex.advice.doubts import output_doubts
+        from femflex.advice.model_warnings import output_warnings
         from femflex.case import read_case
         from femflex.case.values import count
         from femflex.pipeline.decisions import decided
@@ -77,9 +77,9 @@ def examined(case: Path) -> tuple[Decided, str]:
         found = decided(read, thorough=True)
         system = found.system
         times = read.run.times(duration_of(read, system))
-        warn_of((*found.advice, *output_doubts(system, float(times[1] - times[0]))))
+        warn_of((*found.advice, *output_warnings(system, float(times[1] - times[0]))))
     elastic = sum(body.n_modes for body in system.bodies.values())
     mass = sum(body.moments.mass for body in system.bodies.values())
     bodies = count(len(system.bodies), "body", "bodies")
-    told = f"{bodies}, {mass:.6g} kg, {len(system.velocity_names())} degrees of freedom, {elastic} of them elastic"
-    return found, told
+    text = f"{bodies}, {mass:.6g} kg, {len(system.velocity_names())} degrees of freedom, {elastic} of them elastic"
+    return found, text

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from femflex.cli.converge_told import Wanted
-from femflex.cli.kept_alive import kept_alive
+from femflex.cli.converge_report import StudyOutputs
+from femflex.cli.keep_alive import keep_alive
 from femflex.cli.progress import Bar, Patience
-from femflex.cli.verb import complain, verb
+from femflex.cli.verb import print_error, verb
 
 if TYPE_CHECKING:
     from femflex.case import Case
@@ -52,7 +52,7 @@ def converge(
     the three forms against the one that holds furthest, with what each costs. Ctrl-C keeps what there is (exit code
     130).
     """
-    wanted = Wanted(tolerance, as_json, output, theme, force)
+    wanted = StudyOutputs(tolerance, as_json, output, theme, force)
     wanted.check()
     varied = list(dict.fromkeys(word.strip() for word in over.split(",") if word.strip()))
     numbers = checked_levels(levels, varied)
@@ -68,7 +68,7 @@ def converge(
         check_studies(own, varied)
     findings: list[Convergence | StrainStudy] = []
     for k, word in enumerate(varied or ["modes"]):
-        found, names, stopped = studied(read, word, numbers, tolerance)
+        found, names, stopped = run_study(read, word, numbers, tolerance)
         if k == 0:
             wanted.begin(notes)  # what cannot be studied is refused before anything is printed
         if found is not None:
@@ -77,7 +77,7 @@ def converge(
         if stopped is not None:
             wanted.tell(findings, notes, complete=False)
             if found is not None and wanted.picture is not None:
-                complain("no picture is drawn")
+                print_error("no picture is drawn")
             raise stopped
         assert found is not None
         read = with_choice(read, found, names)
@@ -94,35 +94,35 @@ def checked_levels(levels: str | None, varied: list[str]) -> list[int] | None:
     return None if levels is None else read_levels(levels)
 
 
-def studied(
+def run_study(
     case: Case, over: str, levels: list[int] | None, tolerance: float | None
 ) -> tuple[Convergence | StrainStudy | None, tuple[str, ...], BaseException | None]:
     """What a study found, the bodies it varied, and what broke it off, if anything did."""
     from femflex.studies import assessed, planned, strain_forms
 
     if over == "strain":
-        with Bar("comparing", 100.0, unit="%") as bar, kept_alive(bar) as told:
-            compared = strain_forms(case, tolerance, lambda part: told(float(round(100.0 * part))))
+        with Bar("comparing", 100.0, unit="%") as bar, keep_alive(bar) as report:
+            compared = strain_forms(case, tolerance, lambda part: report(float(round(100.0 * part))))
         return compared, tuple(compared.own), None
     study = planned(case, over, levels)  # type: ignore[arg-type]  # another word is refused there
-    points, stopped = climbed(study)
+    points, stopped = computed_points(study)
     valued = any(not point.problem for point in points)
     if stopped is not None and valued:
-        complain(f"broken off after {len(points)} of {len(study.ladder.rungs)} levels")
+        print_error(f"broken off after {len(points)} of {len(study.ladder.rungs)} levels")
     if not valued:
         return None, study.ladder.varied, stopped
     return assessed(study, points, tolerance, stopped is None), study.ladder.varied, stopped
 
 
-def climbed(study: Study) -> tuple[list[Point], BaseException | None]:
+def computed_points(study: Study) -> tuple[list[Point], BaseException | None]:
     """The points of a study, and what broke it off, if anything did."""
     from femflex.integrate import IntegrationError
     from femflex.results.keeping import held
 
     points: list[Point] = []
-    with Bar("converging", 100.0, unit="%") as bar, kept_alive(bar) as told, ExitStack() as keeping:
+    with Bar("converging", 100.0, unit="%") as bar, keep_alive(bar) as report, ExitStack() as keeping:
         try:
-            for point in study.points(lambda part: told(float(round(100.0 * part)))):
+            for point in study.points(lambda part: report(float(round(100.0 * part)))):
                 if not points:
                     keeping.enter_context(held("a study"))
                 points.append(point)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from femflex.cli.advice_lines import say_notes, strain_data
+from femflex.cli.advice_lines import print_notes, strain_data
 from femflex.cli.progress import Bar, Patience
 from femflex.cli.tables import print_json, print_table
 
@@ -82,7 +82,7 @@ def craft_modes(file: Path, at: float | None, number: int | None, drawing: Drawi
         print_json(modes.to_dict() | {"bodies": strain_data(decided)})
         return
     print(case.title or file.name)
-    say_notes(decided.notes)
+    print_notes(decided.notes)
     print_modes(case, modes, number)
     for kind, path in files:
         print(f"{kind:11} {path}")
@@ -97,7 +97,7 @@ def print_modes(case: Case, modes: SystemModes, number: int | None) -> None:
     rows = [
         [
             str(k + 1), modes.names[k], f"{modes.frequencies[k]:.6g}", f"{modes.eigenvalues[k].imag:.6g}",
-            f"{modes.damping_ratios[k]:.4g}" + "*" * bool(modes.growing[k]), carriers(modes, k),
+            f"{modes.damping_ratios[k]:.4g}" + "*" * bool(modes.growing[k]), kinetic_energy_text(modes, k),
         ]
         for k in range(shown)
     ]  # fmt: skip
@@ -112,7 +112,7 @@ def print_modes(case: Case, modes: SystemModes, number: int | None) -> None:
         print(f"expected    {verdict}")
 
 
-def carriers(modes: SystemModes, k: int) -> str:
+def kinetic_energy_text(modes: SystemModes, k: int) -> str:
     """The bodies that hold the kinetic energy of a mode, in per cent."""
     shares = sorted(((float(share[k]), body) for body, share in modes.energy.items()), reverse=True)
     return ", ".join(f"{body} {100 * share:.0f} %" for share, body in shares if share >= CARRIES)

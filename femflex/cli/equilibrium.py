@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.advice_lines import say_notes, strain_data
+from femflex.cli.advice_lines import print_notes, strain_data
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_json, print_table
-from femflex.cli.times import seconds
+from femflex.cli.times import read_seconds
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -42,11 +42,11 @@ def equilibrium(
 
     At rest on the ground, in a spinning frame (steady spin), or in the orbital frame of a circular orbit. A run starts
     from it with [initial] from = "eq.h5", or "equilibrium". Exit code 3: none was found; the last state in balance,
-    under the share of the forces that is told, is kept in the output file.
+    under the share of the forces that is reported, is kept in the output file.
     """
     from femflex.results.place import check_place
 
-    time = seconds(at, "--at")
+    time = read_seconds(at, "--at")
     if output is not None:
         check_place(output, force)
     with Patience("building bodies and compiling the equations of motion"):
@@ -71,7 +71,7 @@ def equilibrium(
         print_json(equilibrium_data(found) | {"bodies": strain_data(decided)})
         return
     print(read.title or case.name)
-    say_notes(decided.notes)
+    print_notes(decided.notes)
     print_equilibrium(found)
     if output is not None:
         print(f"kept        {output}")

@@ -12,7 +12,7 @@ from femflex.cli.backbone import backbone_data, print_backbone, read_lengths
 from femflex.cli.outputs import MOVIE, PICTURE, outputs
 from femflex.cli.progress import Patience
 from femflex.cli.tables import print_json, print_table
-from femflex.cli.times import seconds
+from femflex.cli.times import read_seconds
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def modes(
     or condensed strain --backbone tells how the lowest frequency changes with the amplitude, the frame held.
     """
     files = outputs(output or (), {PICTURE: (".png",), MOVIE: (".mp4",)})
-    picture, movie, time = files.get(PICTURE), files.get(MOVIE), seconds(at, "--at")
+    picture, movie, time = files.get(PICTURE), files.get(MOVIE), read_seconds(at, "--at")
     alone = body is not None or all_bodies or mac is not None or backbone is not None or _is_hdf5(file)
     if not alone:
         from femflex.cli.craft_modes import Drawing, craft_modes
@@ -92,7 +92,7 @@ def modes(
         if first is not None:
             raise first
         return
-    for k, (names, found) in enumerate(alike(bodies)):
+    for k, (names, found) in enumerate(group_equal_bodies(bodies)):
         print("\n" * (k > 0), end="")
         print_modes(names, found)
         for note in dict.fromkeys(notes[name] for name, body in bodies.items() if body is found and name in notes):
@@ -125,7 +125,7 @@ def flexible_bodies(file: Path, name: str | None, number: int | None) -> tuple[d
     return bodies, notes
 
 
-def alike(bodies: Mapping[str, FlexibleBody]) -> list[tuple[str, FlexibleBody]]:
+def group_equal_bodies(bodies: Mapping[str, FlexibleBody]) -> list[tuple[str, FlexibleBody]]:
     """Bodies with their names; those of the same mass and modes together, as "panel_a, panel_b"
     or "link1 to link8, 8 bodies"."""
     import numpy as np
@@ -160,7 +160,7 @@ def print_modes(name: str, body: FlexibleBody) -> None:
     each = " each" if ", " in name else ""
     print(
         f"{name}: {body.moments.mass:.6g} kg{each}, {n} elastic coordinates"
-        f"{counted(body.kinds[:n])}{following(body)}; {strain}"
+        f"{kind_counts(body.kinds[:n])}{dependent_count(body)}; {strain}"
         "participation in kg^1/2 and kg^1/2 m"
     )
     kinds = found.kinds if len(set(found.kinds)) > 1 else ()
@@ -180,13 +180,13 @@ def print_modes(name: str, body: FlexibleBody) -> None:
     print_table(["mode", "Hz", *DIRECTIONS], rows)
 
 
-def counted(kinds: tuple[str, ...]) -> str:
+def kind_counts(kinds: tuple[str, ...]) -> str:
     """How many of each kind there are, for a heading; nothing where all are of one kind."""
     names = dict.fromkeys(kinds)
     return f" ({', '.join(f'{kinds.count(name)} {name}' for name in names)})" if len(names) > 1 else ""
 
 
-def following(body: FlexibleBody) -> str:
+def dependent_count(body: FlexibleBody) -> str:
     """How many shapes follow the coordinates of a condensed body, for a heading; nothing where none do."""
     led = body.kinds[body.n_modes :]
     return f", {len(body.slaves)} shapes follow ({', '.join(dict.fromkeys(led))})" if led else ""
@@ -240,5 +240,5 @@ def _body_file(file: Path) -> FlexibleBody:
 def _shortened(body: FlexibleBody, number: int | None) -> FlexibleBody:
 
     if number is not None and number > body.n_modes:
-        raise ValueError(f"{number} modes were asked for; the body file holds {body.n_modes}")
+        raise ValueError(f"{number} modes were requested; the body file holds {body.n_modes}")
     return body if number is None else body.truncated(number)

@@ -13,21 +13,21 @@ if TYPE_CHECKING:
     from femflex.results import Run
 
 
-def names(table: PicturesTable, output: Path) -> list[Path]:
+def picture_paths(table: PicturesTable, output: Path) -> list[Path]:
     """Paths of everything the table asks for, beside the result file."""
     return [path for path, _ in _wanted(table, output)]
 
 
-def portable(name: str) -> str:
+def portable_name(name: str) -> str:
     """A channel or body as part of a file name that every system can store.
 
-    >>> portable("q:gimbal.angle1"), portable("latches/hinge.angle/loss")
+    >>> portable_name("q:gimbal.angle1"), portable_name("latches/hinge.angle/loss")
     ('q_gimbal.angle1', 'latches_hinge.angle_loss')
     """
     return re.sub(r"[^\w.-]", "_", name, flags=re.ASCII)
 
 
-def draw(
+def draw_pictures(
     table: PicturesTable,
     run: Run,
     bodies: Mapping[str, FlexibleBody],
@@ -80,9 +80,10 @@ def _wanted(table: PicturesTable, output: Path) -> list[tuple[Path, tuple[str, A
     found += [(stem.with_name(f"{stem.name}_{t:g}s.png"), ("picture", t)) for t in table.times]
     if table.movie:
         found.append((stem.with_name(f"{stem.name}.mp4"), ("movie", None)))
-    found += [(stem.with_name(f"{stem.name}_modes_{portable(body)}.png"), ("modes", body)) for body in table.modes]
-    found += [(stem.with_name(f"{stem.name}_{portable(path)}.png"), ("plot", path)) for path in table.plots]
+    found += [(stem.with_name(f"{stem.name}_modes_{portable_name(body)}.png"), ("modes", body)) for body in table.modes]
+    found += [(stem.with_name(f"{stem.name}_{portable_name(path)}.png"), ("plot", path)) for path in table.plots]
     found += [
-        (stem.with_name(f"{stem.name}_{portable(path)}_spectrum.png"), ("spectrum", path)) for path in table.spectra
+        (stem.with_name(f"{stem.name}_{portable_name(path)}_spectrum.png"), ("spectrum", path))
+        for path in table.spectra
     ]
     return found

@@ -8,7 +8,7 @@ import time
 from types import TracebackType
 from typing import Any, Self
 
-from femflex.cli.warned import tell_warnings
+from femflex.cli.grouped_warnings import print_warnings
 
 PATIENCE = 2.0  # seconds
 
@@ -28,7 +28,7 @@ class Bar:
         self._task: Any = None
 
     def __enter__(self) -> Self:
-        tell_warnings()
+        print_warnings()
         return self
 
     def __exit__(
@@ -44,16 +44,16 @@ class Bar:
             if time.perf_counter() - self._began < PATIENCE or not on_terminal():
                 return
             self._open()
-        told = f"{reached:.6g} of {self._end:.6g} {self._unit}"
-        self._bar.update(self._task, completed=reached - self._first, total=self._end - self._first, told=told)
+        text = f"{reached:.6g} of {self._end:.6g} {self._unit}"
+        self._bar.update(self._task, completed=reached - self._first, total=self._end - self._first, text=text)
 
     def _open(self) -> None:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-        columns = (TextColumn(self._text), BarColumn(), TextColumn("{task.fields[told]}"), TimeRemainingColumn())
+        columns = (TextColumn(self._text), BarColumn(), TextColumn("{task.fields[text]}"), TimeRemainingColumn())
         self._bar = Progress(*columns, console=Console(stderr=True, force_terminal=True), transient=True)
-        self._task = self._bar.add_task(self._text, total=self._end - self._first, told="")
+        self._task = self._bar.add_task(self._text, total=self._end - self._first, text="")
         self._bar.start()
 
 
@@ -81,7 +81,7 @@ class Patience:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._timer.cancel()
-        tell_warnings()
+        print_warnings()
 
     def _say(self) -> None:
         self._said = self.text

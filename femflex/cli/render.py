@@ -10,7 +10,7 @@ import typer
 
 from femflex.cli.info import kind_of_hdf5
 from femflex.cli.progress import Bar
-from femflex.cli.times import seconds
+from femflex.cli.times import read_seconds
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def render(
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
 ) -> None:
     """Draw a run off screen: one instant, or a movie; or the modes of a body file as a montage or a looping movie."""
-    direction = None if view is None else numbers(view, 3, "--view")
+    direction = None if view is None else read_numbers(view, 3, "--view")
     if kind_of_hdf5(file) == "femflex body":
         target = _draw_body(
             file, output, mode, {"theme": theme, "view": direction, "colour": colour, "force": force}, fps
@@ -77,12 +77,12 @@ def render(
             "scale": _factor(scale),
             "colour": colour,
             "theme": theme,
-            "size": tuple(int(n) for n in numbers(size.replace("x", ","), 2, "--size")),
+            "size": tuple(int(n) for n in read_numbers(size.replace("x", ","), 2, "--size")),
             "edges": edges,
             "triads": not no_triads,
             "traces": tuple(trace or ()),
         }
-        span = (seconds(start, "--from"), seconds(end, "--to"))
+        span = (read_seconds(start, "--from"), read_seconds(end, "--to"))
         movie = movie or (output is not None and output.suffix.lower() != ".png")
         target = output or file.with_suffix(".mp4" if movie else ".png")
         from femflex.results import open_run
@@ -94,7 +94,7 @@ def render(
             else:
                 from femflex.view import render_picture
 
-                render_picture(run, target, time=seconds(at, "--at"), force=force, **look)
+                render_picture(run, target, time=read_seconds(at, "--at"), force=force, **look)
     print(f"picture     {target}")
 
 
@@ -134,7 +134,7 @@ def _draw_body(file: Path, output: Path | None, mode: int | None, look: dict[str
         return mode_movie(body, target, mode, fps=fps, progress=bar, **look)
 
 
-def numbers(text: str, n: int, option: str) -> tuple[float, ...]:
+def read_numbers(text: str, n: int, option: str) -> tuple[float, ...]:
     """So many numbers separated by commas. Raises ValueError naming the option."""
     try:
         found = tuple(float(part) for part in text.split(","))
@@ -148,4 +148,4 @@ def numbers(text: str, n: int, option: str) -> tuple[float, ...]:
 def _factor(text: str) -> float | str:
     if text == "auto":
         return text
-    return numbers(text, 1, "--scale")[0]
+    return read_numbers(text, 1, "--scale")[0]

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from femflex.cli.progress import Bar, Patience
-from femflex.cli.run_told import say_modes_verdicts, say_verdicts, say_what_came_out, say_what_runs
+from femflex.cli.run_report import print_modes_verdicts, print_run_heading, print_run_summary, print_verdicts
 from femflex.cli.second_run import check_left_out, second_output, second_run
-from femflex.cli.verb import complain, verb
+from femflex.cli.verb import print_error, verb
 
 if TYPE_CHECKING:
     from femflex.case import Case
@@ -47,39 +47,39 @@ def run(
 
     output = output or Path(f"{case.stem}.h5")
     with ExitStack() as stack:
-        with Patience("reading the case") as told:
+        with Patience("reading the case") as say:
             read = read_case(case)
             if resume and pipeline.is_finished(read, output):
                 print(f"done        {output} is complete already; there is nothing to resume (--force runs it anew)")
                 return
-            with pipeline.wrong_names_first(read, named(without)):
+            with pipeline.wrong_names_first(read, listed_names(without)):
                 if not resume:
                     pipeline.check_output(read, output, force=force, resume=False)
                 if not no_pictures:
                     check_pictures(read, output, force=force)
             lock = stack.enter_context(FileLock(output))
-            told(
+            say(
                 "building bodies and compiling the equations of motion (the first run of an installation takes about a "
                 "minute)"
             )
-            prepared = pipeline.prepare(read, output, force=force, resume=resume, without=named(without))
+            prepared = pipeline.prepare(read, output, force=force, resume=resume, without=listed_names(without))
             if not no_pictures:
                 check_left_out(prepared)
             prepared.load_kernels()
-        say_what_runs(prepared)
+        print_run_heading(prepared)
         _integrate(prepared, output, force, resume, lock)
     with open_run(output) as done:
-        say_what_came_out(done, prepared.system, output)
-        missed = say_verdicts(read, done)
+        print_run_summary(done, prepared.system, output)
+        missed = print_verdicts(read, done)
         if not no_pictures:
             draw_pictures(prepared, done, output, force)
     if read.campbell is not None and not (no_pictures or without):
-        from femflex.cli.campbell import leave_beside
+        from femflex.cli.campbell import write_diagram_files
 
-        missed += leave_beside(read, output, force)
-    missed += [] if without else say_modes_verdicts(read)
+        missed += write_diagram_files(read, output, force)
+    missed += [] if without else print_modes_verdicts(read)
     if missed:
-        complain(
+        print_error(
             f"warning: the run is done, but what the case expects of {', '.join(missed)} does not hold; either "
             f"something has changed, or [expect] has to"
         )
@@ -120,14 +120,14 @@ def _what_is_kept(output: Path, earlier: tuple[int, int, int] | None) -> str:
         return f"interrupted; {output} keeps {len(run)} rows, to {run.time[-1]:.6g} s, and --resume goes on from there"
 
 
-def named(text: str) -> list[str]:
+def listed_names(text: str) -> list[str]:
     """The names in a list with commas."""
     return [name.strip() for name in text.split(",") if name.strip()]
 
 
 def draw_pictures(prepared: Prepared, run: Run, output: Path, force: bool) -> None:
     """Draw what the case asks for; where no renderer can start, say so and keep the run."""
-    from femflex.cli.pictures import draw
+    from femflex.cli.pictures import draw_pictures
     from femflex.view import NoRenderer
 
     case = prepared.case
@@ -135,25 +135,25 @@ def draw_pictures(prepared: Prepared, run: Run, output: Path, force: bool) -> No
         return
     try:
         with second_run(case, output, force) if not run.without else nullcontext() as other:
-            for path in draw(case.pictures, run, prepared.system.bodies, output, force=force, other=other):
+            for path in draw_pictures(case.pictures, run, prepared.system.bodies, output, force=force, other=other):
                 print(f"picture     {path}")
     except NoRenderer as error:
-        complain(f"no pictures: {error}; the run is kept in {output}")
+        print_error(f"no pictures: {error}; the run is kept in {output}")
 
 
 def check_pictures(case: Case, output: Path, force: bool) -> None:
     """Raise FileExistsError when a picture the case asks for exists already, unless force."""
-    from femflex.cli.pictures import names
+    from femflex.cli.pictures import picture_paths
 
     if force:
         return
-    wanted = [] if case.pictures is None else names(case.pictures, output)
+    wanted = [] if case.pictures is None else picture_paths(case.pictures, output)
     if (second := second_output(case, output)) is not None:
         wanted.append(second)
     if case.campbell is not None:
-        from femflex.cli.campbell import beside
+        from femflex.cli.campbell import diagram_paths
 
-        wanted += beside(output)
+        wanted += diagram_paths(output)
     there = [str(path) for path in wanted if path.exists()]
     if there:
         raise FileExistsError(

@@ -45,13 +45,13 @@ def second_run(case: Case, output: Path, force: bool) -> Iterator[Run | None]:
 
     left_out = ", ".join(case.pictures.without)
     prepared = pipeline.prepare(case, path, force=force, without=case.pictures.without)
-    told = "reached the end"
+    text = "reached the end"
     with warnings.catch_warnings(), Bar(f"again without {left_out}", float(prepared.times[-1])) as bar:
         warnings.simplefilter("ignore", PhysicsWarning)  # what it leaves out is left out on purpose
         try:
             pipeline.integrate(prepared, path, force=force, progress=bar)
         except IntegrationError as error:
-            told = f"stopped at t = {error.t:.6g} s, where it has run away"
-    print(f"compared    without {left_out}: {path} {told}")
+            text = f"stopped at t = {error.t:.6g} s, where it diverges"
+    print(f"compared    without {left_out}: {path} {text}")
     with open_run(path) as run:
         yield run

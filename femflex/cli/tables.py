@@ -20,20 +20,20 @@ def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], title: str 
     left = [k == 0 or not any(row[k][:1] in NUMERIC for row in cells) for k in range(len(heads))]
     widths = [max(len(part) for part in (head, *(row[k] for row in cells))) for k, head in enumerate(heads)]
     lines = [title] * bool(title)
-    for group in folded(widths, keys, columns()):
-        lines += ["  ".join(aligned(heads[k], widths[k], left[k]) for k in group).rstrip()]
+    for group in folded_columns(widths, keys, screen_width()):
+        lines += ["  ".join(aligned_cell(heads[k], widths[k], left[k]) for k in group).rstrip()]
         lines += ["─" * (sum(widths[k] for k in group) + GAP * (len(group) - 1))]
-        lines += ["  ".join(aligned(row[k], widths[k], left[k]) for k in group).rstrip() for row in cells]
+        lines += ["  ".join(aligned_cell(row[k], widths[k], left[k]) for k in group).rstrip() for row in cells]
         lines += [""]
     print("\n".join(lines))
 
 
-def folded(widths: Sequence[int], keys: int, width: int) -> list[list[int]]:
+def folded_columns(widths: Sequence[int], keys: int, width: int) -> list[list[int]]:
     """Numbers of the columns of each table that a table of these widths (n,) is folded into.
 
     Columns are spread evenly over as few tables as will do.
 
-    >>> folded([4, 30, 30, 30, 30], 1, 80)
+    >>> folded_columns([4, 30, 30, 30, 30], 1, 80)
     [[0, 1, 2], [0, 3, 4]]
     """
     first, others = list(range(keys)), list(range(keys, len(widths)))
@@ -45,12 +45,12 @@ def folded(widths: Sequence[int], keys: int, width: int) -> list[list[int]]:
     return [first]
 
 
-def aligned(text: str, width: int, left: bool) -> str:
+def aligned_cell(text: str, width: int, left: bool) -> str:
     """A cell filled up to its width with spaces, behind it or before it."""
     return text.ljust(width) if left else text.rjust(width)
 
 
-def columns() -> int:
+def screen_width() -> int:
     """How many columns a table may have."""
     import shutil
     import sys

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from femflex.cli.advice_lines import say_notes
+from femflex.cli.advice_lines import print_notes
 from femflex.cli.progress import Patience
-from femflex.cli.times import seconds
+from femflex.cli.times import read_seconds
 from femflex.cli.verb import verb
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def terms(
     end: Annotated[str | None, typer.Option("--to", help="Last time.")] = None,
     case: Annotated[
         Path | None,
-        typer.Option("--case", help="Where the case file is now, if it has moved; meshes are looked for beside it."),
+        typer.Option("--case", help="Where the case file is now, if it has moved; meshes are searched in its folder."),
     ] = None,
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
     title: Annotated[str | None, typer.Option("--title", help="Left out, that of the case.")] = None,
@@ -55,7 +55,7 @@ def terms(
     """
     if keep and (start is not None or end is not None):
         raise ValueError("--keep keeps the terms of the whole run; leave out --from and --to")
-    span = seconds(start, "--from"), seconds(end, "--to")
+    span = read_seconds(start, "--from"), read_seconds(end, "--to")
     from femflex.advice import advice_from, notes_of
     from femflex.pipeline import rebuilt
     from femflex.results import FileLock, open_run
@@ -66,21 +66,21 @@ def terms(
         check_place(output, force)
     lock = FileLock(file) if keep and file.is_file() else None
     with lock or nullcontext(), open_run(file) as run:
-        with Patience("building the model again from the case text") as told:
+        with Patience("building the model again from the case text") as say:
             model = rebuilt(run, case)
-            told("evaluating the terms")
+            say("evaluating the terms")
             first, last = (float(run.time[k]) if t is None else t for k, t in zip((0, -1), span, strict=True))
             found = explain(run, model, (first, last))
         places = chosen(found, coordinate or [])
         if json:
-            say_json(run.without, found, places)
+            print_term_json(run.without, found, places)
         else:
-            say_notes(notes_of(advice_from(str(run.attributes.get("advice", "[]")))))
-            say_tables(run.without, found, places)
+            print_notes(notes_of(advice_from(str(run.attributes.get("advice", "[]")))))
+            print_term_tables(run.without, found, places)
         if output is not None:
             from femflex.view.terms import Explained, plot_terms
 
-            shown, which = shortened(found, places, wanted=start is None and end is None)
+            shown, which = readable_part(found, places, wanted=start is None and end is None)
             chose = [Explained(k, found.names[k], found.units[k], "inertia" if whole else found.own[k]) for k in places]
             parts = shown.terms if whole else shown.parts
             plot_terms(run, shown.time, parts, chose, output, theme, title, force=force)
@@ -92,7 +92,7 @@ def terms(
                 print(f"kept        {file}: {', '.join('terms/' + name for name in found.terms)}")
 
 
-def shortened(found: Explanation, places: list[int], wanted: bool) -> tuple[Explanation, str]:
+def readable_part(found: Explanation, places: list[int], wanted: bool) -> tuple[Explanation, str]:
     """The explanation as far as a picture can show it, and in words which part of the run that is."""
     from femflex.studies.explain import readable_span
 
@@ -123,7 +123,7 @@ def keep_terms(file: Path, found: Explanation, lock: FileLock) -> None:
     )
 
 
-def say_tables(without: tuple[str, ...], found: Explanation, places: list[int]) -> None:
+def print_term_tables(without: tuple[str, ...], found: Explanation, places: list[int]) -> None:
     """Print peak and root mean square of every term on the coordinates."""
     from femflex.cli.tables import print_table
 
@@ -152,12 +152,12 @@ def term_rows(found: Explanation, k: int) -> list[tuple[str, str, str, str]]:
     ]
 
 
-def say_json(without: tuple[str, ...], found: Explanation, places: list[int]) -> None:
+def print_term_json(without: tuple[str, ...], found: Explanation, places: list[int]) -> None:
     """Print the same as JSON."""
     from femflex.cli.tables import print_json
 
-    told: dict[str, Any] = {"without": list(without), "remainder": found.remainder, "coordinates": {}}
+    summary: dict[str, Any] = {"without": list(without), "remainder": found.remainder, "coordinates": {}}
     for k in places:
         sizes = {name: {"peak": peak, "rms": rms} for name, (peak, rms) in found.sizes(k).items()}
-        told["coordinates"][found.names[k]] = {"unit": found.units[k], "terms": sizes}
-    print_json(told)
+        summary["coordinates"][found.names[k]] = {"unit": found.units[k], "terms": sizes}
+    print_json(summary)

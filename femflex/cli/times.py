@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 
 
-def seconds(text: str | None, option: str) -> float | None:
+def read_seconds(text: str | None, option: str) -> float | None:
     """A time [s] from "12.5" or "2 min"; None for None. Raises ValueError naming the option.
 
-    >>> seconds("2 min", "--at")
+    >>> read_seconds("2 min", "--at")
     120.0
     """
     if text is None:

@@ -11,9 +11,9 @@ from typing import Any, TypeVar
 import typer
 
 from femflex.cli.errors import BAD_INPUT, FAILED, meaning
-from femflex.cli.warned import gather_warnings, tell_warnings
+from femflex.cli.grouped_warnings import gather_warnings, print_warnings
 
-__all__ = ["BAD_INPUT", "EXAMPLES", "FAILED", "INTERRUPTED", "complain", "verb"]
+__all__ = ["BAD_INPUT", "EXAMPLES", "FAILED", "INTERRUPTED", "print_error", "verb"]
 
 INTERRUPTED = 130
 
@@ -37,7 +37,7 @@ def verb(example: str) -> Callable[[F], F]:
                 os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
                 raise typer.Exit(0) from None
             except KeyboardInterrupt as stop:
-                complain(str(stop) or "interrupted")
+                print_error(str(stop) or "interrupted")
                 raise typer.Exit(INTERRUPTED) from None
             except (typer.Exit, typer.Abort):
                 raise
@@ -46,10 +46,10 @@ def verb(example: str) -> Callable[[F], F]:
                     raise
                 code, sentences = meaning(error)
                 for sentence in sentences:
-                    complain(sentence)
+                    print_error(sentence)
                 raise typer.Exit(code) from None
             finally:
-                tell_warnings()
+                print_warnings()
 
         EXAMPLES[function.__name__] = f"Example: {example}"
         return wrapped  # type: ignore[return-value]
@@ -57,7 +57,7 @@ def verb(example: str) -> Callable[[F], F]:
     return decorate
 
 
-def complain(text: str) -> None:
+def print_error(text: str) -> None:
     """Say something on standard error, after the warnings that wait."""
-    tell_warnings()
+    print_warnings()
     print(f"femflex: {text}", file=sys.stderr)

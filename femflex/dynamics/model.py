@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.effectors.states import has_events, observe_states, sensor_problems
+from femflex.dynamics.effectors.starts import with_starts
+from femflex.dynamics.effectors.states import add_angular_momentum, has_events, observe_states, sensor_problems
 from femflex.dynamics.equilibria.frequency import highest_frequency
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.forces.orbit_force import observe_orbit_force
@@ -33,6 +34,7 @@ from femflex.dynamics.reports.variations import observe_variations
 from femflex.dynamics.terms.by_source import SWITCHED
 from femflex.dynamics.workspace import Workspace
 from femflex.rotations import is_extrinsic
+from femflex.summary import Rows, Summarised, listed
 from femflex.system import Channel, LengthTable, System
 
 if TYPE_CHECKING:
@@ -45,8 +47,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class Model:
+@dataclass(frozen=True, eq=False, repr=False)
+class Model(Summarised):
     """A System lowered to flat arrays; `rate(t, x, dx, table, pool, work)` is its compiled equation of motion.
 
     Nothing in it changes once it is compiled. Its calls write to arrays of a Workspace: each thread has its own, and
@@ -75,6 +77,13 @@ class Model:
     omitted: tuple[str, ...] = ()
     constraints: Constraints | None = None
     project: Any = None
+
+    def summary(self) -> tuple[str, Rows]:
+        """Its system's summary, with the sizes of the compiled equations."""
+        rows = [("states", f"{self.n_x}: {self.n_q} coordinates, {self.n_u} velocities, {self.n_z} of effectors")]
+        rows += [("constraint rows", str(self.constraints.n_rows))] if self.constraints is not None else []
+        rows += [("switched off", listed(self.omitted))] if self.omitted else []
+        return "Compiled model", [*rows, ("channels", str(len(self.channels))), *self.system.summary()[1]]
 
     @property
     def table(self) -> NDArray[np.int64]:
@@ -233,6 +242,7 @@ class Model:
         out |= dict(zip(("q", "u", "z"), self.parts(states), strict=True))
         out |= observe_held(self, times, states) | observe_laws(self, states, rows[:, ROW_DISSIPATED])
         out |= observe_states(self.system, out["z"])
+        add_angular_momentum(self.system, out)
         out |= observe_balls(self.system, states) | observe_locks(self.system, states)
         out |= observe_orbit_force(self.system, out) | observe_variations(self, times, states)
         if is_extrinsic(self.system.libration_sequence):
@@ -283,7 +293,7 @@ def compile_system(system: System) -> Model:
         channels=channels,
         rate=rate_of(system),
     )
-    return constrained(tree) if system.loops or system.constraints else tree
+    return with_starts(constrained(tree) if system.loops or system.constraints else tree)
 
 
 def free_lengths(system: System) -> list[str]:

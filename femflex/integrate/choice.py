@@ -51,13 +51,13 @@ def choose(
     if asked != "auto":
         return Choice(asked, f"{asked} ({why}): {_frequencies(highest, output_step, band)}.")
     wanted = math.pi / output_step if band is None else band
-    told = _frequencies(highest, output_step, band)
+    text = _frequencies(highest, output_step, band)
     if highest <= wanted:
-        return Choice(EXPLICIT, f"{EXPLICIT} ({KINDS[EXPLICIT]}): {told}.")
+        return Choice(EXPLICIT, f"{EXPLICIT} ({KINDS[EXPLICIT]}): {text}.")
     most = STEP_RATES * duration * highest / RESOLVED
     if most < WORTH:
         return Choice(
-            EXPLICIT, f"{EXPLICIT} ({KINDS[EXPLICIT]}): {told}; {duration:.4g} s cost {most:.1e} rates at most."
+            EXPLICIT, f"{EXPLICIT} ({KINDS[EXPLICIT]}): {text}; {duration:.4g} s cost {most:.1e} rates at most."
         )
     forecasts = {name: trial(name) for name in KINDS}
     explicit = max(forecasts[EXPLICIT].calls, STEP_RATES * duration * highest / STABLE)
@@ -66,7 +66,7 @@ def choose(
     steps = min(forecasts[EXPLICIT].step, STABLE / highest), forecasts[IMPLICIT].step
     return Choice(
         name,
-        f"{name} ({KINDS[name]}): {told}; as the run begins, and at the same tolerance, {duration:.4g} s cost about "
+        f"{name} ({KINDS[name]}): {text}; as the run begins, and at the same tolerance, {duration:.4g} s cost about "
         f"{explicit:.1e} rates explicitly (steps of {steps[0]:.2g} s), {implicit:.1e} implicitly ({steps[1]:.2g} s).",
     )
 

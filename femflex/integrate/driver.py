@@ -128,7 +128,7 @@ class Adaptive(ABC):
         ahead = times[times > resume[head.LAST_OUT]]
         if ahead.size and ahead[0] < resume[head.T] and resume[head.DENSE] == 0.0:
             raise ValueError(
-                f"the stored state can give no rows before t = {resume[head.T]:.9g} s, but the first time asked for is "
+                f"the stored state can give no rows before t = {resume[head.T]:.9g} s, but the first requested time is "
                 f"{ahead[0]:.9g} s. Resume with the output times of the first part."
             )
         return resume

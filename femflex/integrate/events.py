@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-TOGETHER = 1e-9  # of a step: what comes closer cannot be told apart by its polynomial
+TOGETHER = 1e-9  # of a step: what comes closer cannot be distinguished by its polynomial
 SAMPLES = np.array([0.25, 0.5, 0.75, 1.0])  # of a step, at which its events are looked for
 
 

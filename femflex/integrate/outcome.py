@@ -125,9 +125,9 @@ def failure(name: str, resume: Array, x: Array, model: object = None) -> Integra
     if asked is not None:
         said, source = asked(t, x, int(resume[head.CAUSE]) == head.UNHELD)
         reason = said or reason
-    steps, told = Steps.of(resume, ended=f"failed: {reason}"), f"{reason}. The state at this time is the last one kept."
-    message = f"{name} stopped at t = {t:.9g} s: {told}"
-    error = IntegrationError(message, np.array([t]), x.copy()[None, :], coordinate, steps, told)
+    steps, text = Steps.of(resume, ended=f"failed: {reason}"), f"{reason}. The state at this time is the last one kept."
+    message = f"{name} stopped at t = {t:.9g} s: {text}"
+    error = IntegrationError(message, np.array([t]), x.copy()[None, :], coordinate, steps, text)
     error.__cause__ = source
     return error
 

@@ -1,6 +1,6 @@
 """What a mesh file holds, as its reader finds it, and the way from there to a Mesh.
 
-Readers differ in how groups are told; they all end in blocks of cells with group names, point groups and a count of
+Readers differ in how groups are reported; they all end in blocks of cells with group names, point groups and a count of
 elements that were not understood. What is common is done here: blocks of one type are joined, single-point cells become
 point groups, unknown cells are left out and said, points used by nothing are dropped.
 """

@@ -98,7 +98,7 @@ def entities_section(entities: list[Entity], binary: bool) -> bytes:
         parts += [put("int", [entity.number]), put("double", low)]
         parts += [put("double", high)] if entity.dimension else []
         parts += [put("size", [len(entity.groups)]), put("int", entity.groups)]
-        parts += [put("size", [0])] if entity.dimension else []  # no bounding entities told
+        parts += [put("size", [0])] if entity.dimension else []  # no bounding entities given
         parts.append(end())
     return b"".join([*parts, b"\n" if binary else b"", b"$EndEntities\n"])
 

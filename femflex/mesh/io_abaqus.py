@@ -1,4 +1,4 @@
-"""Abaqus (and CalculiX) input .inp: groups are ELSET and NSET, also those told by *NODE, *ELEMENT and sets of sets.
+"""Abaqus (and CalculiX) input .inp: groups are ELSET and NSET, also those given by *NODE, *ELEMENT and sets of sets.
 
 meshio forgets all but the last *NODE block, mixes up sets of several *ELEMENT blocks, knows few element types and
 leaves the middle node of B32 in the middle. So keywords and sets are read here and meshio is given one plain deck.

@@ -41,8 +41,8 @@ def read_vtu(path: Path) -> Contents:
         raw = load_meshio().vtu.read(path)
     kept = sum(len(part.data) for part in raw.cells)
     unknown = sorted(set(re.findall(r"cannot handle \(type (\d+)\)", " ".join(said.getvalue().split()))))
-    told = re.search(rb'NumberOfCells="\s*(\d+)', path.read_bytes())
-    left_out = {f"VTK type {', '.join(unknown)}": int(told[1]) - kept} if unknown and told else {}
+    counted = re.search(rb'NumberOfCells="\s*(\d+)', path.read_bytes())
+    left_out = {f"VTK type {', '.join(unknown)}": int(counted[1]) - kept} if unknown and counted else {}
     blocks = [Block(part.type, np.asarray(part.data, np.int64), {}) for part in raw.cells]
     return _contents(raw.points, blocks, raw.cell_data, raw.point_data, left_out)
 

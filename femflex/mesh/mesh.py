@@ -98,7 +98,7 @@ class Mesh:
             known = sorted(self.cell_groups) if hint else self.groups
             raise ValueError(
                 f"{'cell ' if hint else ''}group {name!r} is not in the mesh; it has {known}.{hint} "
-                "Name the group in the mesh file, or change the name asked for."
+                "Name the group in the mesh file, or change the requested name."
             )
         if not self.cell_groups[name]:
             raise ValueError(f"cell group {name!r} of the mesh is empty; put cells in it, or name another group.")

@@ -15,7 +15,7 @@ WIDTH = {False: 8, True: 16}  # columns of a data field, small and large
 
 @dataclass
 class Deck:
-    """Cards (name, fields), SETs of case control by number, and names told in comments by what they name."""
+    """Cards (name, fields), SETs of case control by number, and names given in comments by what they name."""
 
     cards: list[tuple[str, list[str]]] = field(default_factory=list)
     sets: dict[int, Numbers] = field(default_factory=dict)

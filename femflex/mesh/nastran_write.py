@@ -24,6 +24,8 @@ WRITTEN = {
     "quad8": "CQUAD8",
     "tetra": "CTETRA",
     "tetra10": "CTETRA",
+    "pyramid": "CPYRAM",
+    "pyramid13": "CPYRAM",
     "wedge": "CPENTA",
     "wedge15": "CPENTA",
     "hexahedron": "CHEXA",
@@ -60,7 +62,7 @@ def _property_ids(mesh: Mesh) -> tuple[dict[str, Index], dict[int, str], list[st
     """Property id of every cell by type, name of every id ("" for cells in no group), and groups that need a SET.
 
     Cells with the same groups share an id. A group whose cells all have one id gives it its name; groups of several
-    ids, and further groups of the same cells, are told as SETs.
+    ids, and further groups of the same cells, are reported as SETs.
     """
     pids = {cell: np.zeros(len(nodes), np.int64) for cell, nodes in mesh.cells.items()}
     kinds: dict[tuple[str, ...], int] = {}
@@ -132,5 +134,7 @@ def _element_lines(mesh: Mesh, pids: dict[str, Index], path: Path) -> list[str]:
 
 
 def _named(line: str) -> str:
-    """meshio's invented names of second-order solids (CHEXA_) as Nastran calls them."""
+    """meshio's names of second-order solids (CHEXA_) and of pyramids as Nastran calls them."""
+    if line.startswith("CPYRA"):
+        return "CPYRAM" + line[6:]
     return line.replace("_", " ", 1) if line[:8].rstrip().endswith("_") else line

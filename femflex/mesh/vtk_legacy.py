@@ -121,7 +121,7 @@ class _Reader:
             return values.astype(dtype)
         words = list(islice(re.compile(rb"\S+").finditer(self._data, self._at), count))
         if len(words) < count:
-            raise ValueError(f"{count} values were told, {len(words)} are there")
+            raise ValueError(f"{count} values are announced, and {len(words)} are there")
         if words:
             self._at = words[-1].end()
         return np.array([word[0] for word in words]).astype(float).astype(dtype)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.advice.advice import advice_text, warn_of
-from femflex.advice.bends import bends
-from femflex.advice.stiffening import Stiffening
+from femflex.advice.deflections import deflection_watches
+from femflex.advice.stiffening import StiffeningWatch
 
 if TYPE_CHECKING:
     from femflex.case import Case
@@ -72,10 +72,10 @@ def _decided(case: Case | Decided, bodies: Mapping[str, Part] | None = None) -> 
 def _warn(found: Equilibrium, decided: Decided) -> None:
     """Warn of bodies that are bent, or pulled or pressed along, by more than their strain is good for."""
     known, notes = decided.known, decided.notes
-    for bend in bends(found.model, known):
+    for bend in deflection_watches(found.model, known):
         bend.moved(found.x[None])
         bend.warn("is", notes.get(bend.name, ""))
-    stiffening = Stiffening(found.model, known)
+    stiffening = StiffeningWatch(found.model, known)
     stiffening.watch(found.model.observe(np.zeros(1), found.x[None]))
     stiffening.warn("turns at")
 
@@ -107,5 +107,5 @@ def keep(
     }
     with RunWriter(output, model.channels, model.system.bodies, attributes, rows=1, force=force) as writer:
         writer.write_block(np.zeros(1), model.observe(np.zeros(1), found.x[None]))
-        told = ended or f"equilibrium, {found.verdict}"
-        writer.finish(not ended, told, {"iterations": found.iterations, "residual": found.residual})
+        found_text = ended or f"equilibrium, {found.verdict}"
+        writer.finish(not ended, found_text, {"iterations": found.iterations, "residual": found.residual})

@@ -14,20 +14,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.advice.advice import Advice, notes_of, warn_of
-from femflex.advice.advise import against
+from femflex.advice.advise import strain_doubt
 from femflex.advice.bodies import KnownBodies
-from femflex.advice.buckling.nearness import Nearness, buckling_doubts, judged_bodies, nearest, unjudged
-from femflex.advice.curved import responses, shape_notes
-from femflex.advice.doubts import doubts
-from femflex.advice.motion_estimate import Carried, ahead, foreseen
+from femflex.advice.buckling.margin import (
+    BucklingMargin,
+    assessed_bodies,
+    buckling_margins,
+    buckling_warnings,
+    unassessed_bodies,
+)
+from femflex.advice.curved import response_advice, shape_notes
+from femflex.advice.model_warnings import model_warnings
+from femflex.advice.motion_estimate import RigidEstimate, estimate_motion, estimate_rigid_motion
 from femflex.advice.spin_shapes import spin_advice
 from femflex.advice.strain import strain_advice
-from femflex.advice.truncation import RicherCraft, joint_advice, not_judged, richer_craft, truncation_doubts
+from femflex.advice.truncation import (
+    RicherCraft,
+    joint_advice,
+    richer_craft,
+    truncation_warnings,
+    unassessed_truncation,
+)
 from femflex.assembly.bodies import BuiltBody, built_bodies, built_body
 from femflex.assembly.open_choices import (
     open_joints,
-    said,
-    undecided,
+    open_strains,
+    table_text,
     with_joints,
     with_responses_to,
     with_spin,
@@ -119,48 +131,50 @@ def with_own_joints(case: Case) -> Case:
 
 def _given(case: Case, bodies: Mapping[str, Part]) -> Decided:
     system = system_of(case, bodies)
-    return Decided(case, system, tuple(doubts(system, KnownBodies({}), duration_of(case, system))), {})
+    return Decided(case, system, tuple(model_warnings(system, KnownBodies({}), duration_of(case, system))), {})
 
 
 def _decided(case: Case, thorough: bool, loaded: bool) -> Decided:
     case, built, richer, joints = _joined(case)
-    names = undecided(case)
+    names = open_strains(case)
     linear = with_strains(case, dict.fromkeys(names, "linear"))
     system, known = _system(linear, built)
     duration = duration_of(case, system)
     strains: list[Advice] = []
-    rigid: Carried | None = None
-    why, near = "", dict[str, Nearness]()
+    rigid: RigidEstimate | None = None
+    why, near = "", dict[str, BucklingMargin]()
     if names or thorough:
-        view = foreseen(system, duration)
+        view = estimate_motion(system, duration)
         rigid, why = view.rigid, view.short
-        near = nearest(rigid, system, known)
-    elif judged_bodies(system, known):
-        rigid, why = ahead(system, duration)
+        near = buckling_margins(rigid, system, known)
+    elif assessed_bodies(system, known):
+        rigid, why = estimate_rigid_motion(system, duration)
     case, spun = _spun(case, system, rigid, known)
     changed = _again(case, [one.body for one in spun if one.body not in names and _bends(case, one.body)])
     if names or thorough:
         ask = [name for name in system.bodies if name in names or _is_linear(system, name)]
         wanted, snapping = strain_advice(system, ask, near, view, known, _fastest(case))
         chosen = {name: one for name, one in wanted.items() if name in names}
-        strains = [against(system, known, one) for name, one in wanted.items() if name not in names]
+        strains = [strain_doubt(system, known, one) for name, one in wanted.items() if name not in names]
         strains = [one for one in strains if one.doubt]
-        case, others, told = _stretching(case, system, known, chosen, [name for name in snapping if name in names])
+        case, others, chosen_forms = _stretching(
+            case, system, known, chosen, [name for name in snapping if name in names]
+        )
         changed |= others
-        strains = [*told.values(), *strains]
+        strains = [*chosen_forms.values(), *strains]
     if changed:
         built |= changed
         system, known = _system(with_strains(case, _forms(system, names, strains)), built)
     if loaded and not names and not thorough:
-        near = nearest(rigid, system, known)
+        near = buckling_margins(rigid, system, known)
     advice = [*joints, *spun, *strains]
     advice += [Advice(name, "shapes", None, text) for name, one in built.items() for text in one.notes]
     advice += shape_notes(system.bodies, known)
-    advice += unjudged(system, known, rigid, why if rigid is None else rigid.short)
-    advice += not_judged(system, known, richer)
-    advice += buckling_doubts(system, known, near)
-    advice += truncation_doubts(system, richer, case.run.band or 0.0)
-    advice += doubts(system, known, duration)
+    advice += unassessed_bodies(system, known, rigid, why if rigid is None else rigid.short)
+    advice += unassessed_truncation(system, known, richer)
+    advice += buckling_warnings(system, known, near)
+    advice += truncation_warnings(system, richer, case.run.band or 0.0)
+    advice += model_warnings(system, known, duration)
     case = with_strains(case, _forms(system, names, strains))
     return Decided(case, system, tuple(advice), {name: one.origin for name, one in built.items() if one.origin})
 
@@ -200,11 +214,11 @@ def _joined(case: Case) -> tuple[Case, Built, RicherCraft, list[Advice]]:
 
     Bodies that do not say their strain are linear.
     """
-    linear = with_strains(case, dict.fromkeys(undecided(case), "linear"))
+    linear = with_strains(case, dict.fromkeys(open_strains(case), "linear"))
     built = _built_with_loads(linear)
     system, known = _system(linear.model_copy(update={"initial": None}), built)
     richer = richer_craft(system, known)
-    alike = {name: said(case.bodies[name]) for name in open_joints(case)}
+    alike = {name: table_text(case.bodies[name]) for name in open_joints(case)}
     chosen = joint_advice(richer, known, alike, case.run.band or 0.0)
     case = with_joints(case, {name: one.choice for name, one in chosen.items()})
     built |= _again(case, [name for name, one in chosen.items() if one.choice], silent=True)
@@ -231,10 +245,10 @@ def _again(case: Case, names: Iterable[str], silent: bool = False) -> Built:
     with warnings.catch_warnings():
         if silent:
             warnings.simplefilter("ignore", PhysicsWarning)
-        return built_bodies(with_strains(asked, dict.fromkeys(undecided(asked), "linear")))
+        return built_bodies(with_strains(asked, dict.fromkeys(open_strains(asked), "linear")))
 
 
-def _spun(case: Case, system: System, rigid: Carried | None, known: KnownBodies) -> tuple[Case, list[Advice]]:
+def _spun(case: Case, system: System, rigid: RigidEstimate | None, known: KnownBodies) -> tuple[Case, list[Advice]]:
     """The case with the shapes of spin of bodies that are spun up so far that they pay, and these choices."""
     found = [] if rigid is None else spin_advice(system, rigid, known)
     return with_spin(case, [one.body for one in found]), found
@@ -248,31 +262,31 @@ def _stretching(
     Those that cannot be the one form are the other; those that cannot be either stay linear.
     """
     built: Built = {}
-    told = dict(chosen)
+    advised = dict(chosen)
     for name in snapping:
         table = case.bodies[name]
         assert isinstance(table, FlexibleTable) and isinstance(table.reduction, CantileverTable)
-        answer = responses(known[name], system, name, table.reduction.loads, table.reduction.attachment)
+        answer = response_advice(known[name], system, name, table.reduction.loads, table.reduction.attachment)
         answering = with_responses_to(case, name, answer.choice)
         try:
             built |= _as(answering, {name: "nonlinear"})
         except CaseError as error:
-            why = f"{told[name].reason}; it can take no responses to its loads ({_first(error)})"
-            told[name] = replace(told[name], choice="condensed", reason=why)
+            why = f"{advised[name].reason}; it can take no responses to its loads ({_first(error)})"
+            advised[name] = replace(advised[name], choice="condensed", reason=why)
             continue
         case = answering
-        told[name] = replace(told[name], reason=f"{told[name].reason}; {answer.reason}")
-    others = {name: one for name, one in told.items() if one.choice != "linear" and name not in built}
+        advised[name] = replace(advised[name], reason=f"{advised[name].reason}; {answer.reason}")
+    others = {name: one for name, one in advised.items() if one.choice != "linear" and name not in built}
     for name in [name for name in others if name in known and known[name].origin.bound]:
         reason = f"{known[name].origin.bound}; {others.pop(name).reason}"
-        told[name] = replace(told[name], choice="linear", reason=reason)
+        advised[name] = replace(advised[name], choice="linear", reason=reason)
     try:
-        return case, built | _as(case, {name: one.choice for name, one in others.items()}), told
+        return case, built | _as(case, {name: one.choice for name, one in others.items()}), advised
     except CaseError:
         for name, one in others.items():
-            found, told[name] = _alone(case, one)
+            found, advised[name] = _alone(case, one)
             built |= found
-        return case, built, told
+        return case, built, advised
 
 
 def _alone(case: Case, wanted: Advice) -> tuple[Built, Advice]:
@@ -285,10 +299,10 @@ def _alone(case: Case, wanted: Advice) -> tuple[Built, Advice]:
         except CaseError as error:
             refused.append(_first(error))
             continue
-        told = f"; it cannot be {wanted.choice} ({refused[0]})" if refused else ""
-        return built, replace(wanted, choice=strain, reason=wanted.reason + told)
-    told = f"; it can be neither {' nor '.join(sorted(tried))} ({refused[0]})"
-    return {}, replace(wanted, choice="linear", reason=wanted.reason + told)
+        text = f"; it cannot be {wanted.choice} ({refused[0]})" if refused else ""
+        return built, replace(wanted, choice=strain, reason=wanted.reason + text)
+    text = f"; it can be neither {' nor '.join(sorted(tried))} ({refused[0]})"
+    return {}, replace(wanted, choice="linear", reason=wanted.reason + text)
 
 
 def _as(case: Case, strains: Mapping[str, Strain]) -> Built:
@@ -326,11 +340,11 @@ def advised_bodies(
     """
     with shared_structures():
         names = list(names)
-        silent = {*undecided(case), *open_joints(case)} & set(names)
-        told, notes = _strain_notes(case, warning=True) if silent else (case, {})
+        silent = {*open_strains(case), *open_joints(case)} & set(names)
+        silent_case, notes = _strain_notes(case, warning=True) if silent else (case, {})
         found = {}
         for name in names:
-            built = built_body(told, name, modes)
+            built = built_body(silent_case, name, modes)
             if isinstance(built.part, Segments):
                 text = (
                     f"found a body cut into {len(built.part.bodies)} segments, which has no one set of modes; leave "
@@ -355,14 +369,14 @@ def _own_notes(name: str, built: BuiltBody) -> str:
 def with_own_strain(case: Case) -> Case:
     """The case with the strain written out that each body without a word of it gets in its system.
 
-    Where that cannot be built all is left as it is: what it lacks is told where it is needed.
+    Where that cannot be built all is left as it is: what it lacks is reported where it is needed.
     """
     return with_strain_notes(case)[0]
 
 
 def with_strain_notes(case: Case) -> tuple[Case, dict[str, str]]:
     """The same, and why each of these bodies has that strain."""
-    return _strain_notes(case) if undecided(case) or open_joints(case) else (case, {})
+    return _strain_notes(case) if open_strains(case) or open_joints(case) else (case, {})
 
 
 def _strain_notes(case: Case, warning: bool = False) -> tuple[Case, dict[str, str]]:
@@ -370,10 +384,10 @@ def _strain_notes(case: Case, warning: bool = False) -> tuple[Case, dict[str, st
 
     warning: warn of sets that are too small for the craft's frequencies.
     """
-    names = undecided(case)
+    names = open_strains(case)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", PhysicsWarning)  # told where the bodies are built
+            warnings.simplefilter("ignore", PhysicsWarning)  # reported where the bodies are built
             found = decided(case, loaded=False)
     except CaseError as error:
         first = error.problems[0]

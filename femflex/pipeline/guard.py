@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.advice.bends import bends
 from femflex.advice.bodies import KnownBodies
+from femflex.advice.deflections import deflection_watches
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class Runaway:
         self._names = [name for name, _ in model.system.velocity_names()]
         self._units = units
         self._fastest = np.array([FASTEST.get(unit, np.inf) for unit in units])
-        self._bends = bends(model, known)
+        self._bends = deflection_watches(model, known)
 
     def found(self, block: Block) -> IntegrationError | None:
         """The error that tells of the first row of a block that has run away, or of the state beyond it, if it has."""
@@ -58,7 +58,7 @@ class Runaway:
                 k = int(np.argmax(moved[far[0]]))
                 advice = self._advice(bend.name, k, block, far[0])
                 text = (
-                    f"the motion has run away, body {bend.name!r} is displaced by {moved[far[0], k]:.3g} m, over "
+                    f"the motion diverges: body {bend.name!r} is displaced by {moved[far[0], k]:.3g} m, over "
                     f"{FAR:g} times its size of {bend.size:.3g} m. {self._cause(block, far[0], advice)}"
                 )
                 return IntegrationError(text, block.times[row], block.states[row], bend.at + k, block.steps)
@@ -73,9 +73,9 @@ class Runaway:
             return None
         row = slice(over[0], over[0] + 1)
         k = int(np.argmax(u[over[0]] / self._fastest))
-        advice = "Look for a load that is too large, or in another unit, and for negative damping"
+        advice = "Check for a load that is too large or in another unit, and for negative damping"
         text = (
-            f"the motion has run away, {self._names[k]} is {u[over[0], k]:.3g} {self._units[k]}, beyond "
+            f"the motion diverges: {self._names[k]} is {u[over[0], k]:.3g} {self._units[k]}, beyond "
             f"{self._fastest[k]:g} {self._units[k]}, which no craft reaches. {self._cause(block, over[0], advice)}"
         )
         column = self._model.n_q + k
@@ -91,14 +91,15 @@ class Runaway:
         if not np.abs(rate).max() <= STILL:
             if own > STRETCH * first and spin < first:
                 return (
-                    f"Its shape {shape + 1} has {own / (2 * np.pi):.4g} Hz, {own / first:.3g} times the first: "
-                    f"a stretch, which bending drives. It turns at {spin:.4g} rad/s, below its first frequency of "
-                    f"{first:.4g} rad/s: no spin carries it off. Leave that shape out, or give it strain = 'condensed'"
+                    f"Its shape {shape + 1} at {own / (2 * np.pi):.4g} Hz, {own / first:.3g} times the first, "
+                    f"is a stretching mode, which bending excites. The body turns at {spin:.4g} rad/s, below its first "
+                    f"frequency of {first:.4g} rad/s, so spin is not the cause. Remove that mode, or set "
+                    "strain = 'condensed'"
                 )
-            return "Look for a spin faster than the body's lowest frequencies, or an unstable attitude"
+            return "Check for a spin above the lowest frequencies of the body, or an unstable attitude"
         return (
-            "It does not turn: look for a load that buckles it or snaps it through, which strain = 'nonlinear' follows "
-            "(of a curved body with responses in its reduction), or for one in another unit"
+            "It does not turn. Check for a load in another unit, and for buckling or snap-through: strain = "
+            "'nonlinear' follows these (with `responses` in the reduction of a curved body)"
         )
 
     def _cause(self, block: Block, row: int, otherwise: str) -> str:
@@ -122,7 +123,7 @@ def first_overflow(seen: Mapping[str, Array], block: Block) -> IntegrationError 
         return None
     path = min(bad, key=lambda name: bad[name])
     row = slice(bad[path], bad[path] + 1)
-    text = f"{path} is not finite. Look for a load that is too large, or in another unit."
+    text = f"{path} is not finite. Check for a load that is too large or in another unit."
     largest = int(np.abs(block.states[row]).argmax())
     return IntegrationError(text, block.times[row], block.states[row], largest, block.steps)
 

@@ -14,11 +14,14 @@ if TYPE_CHECKING:
 
     from femflex.case import Case
     from femflex.dynamics import Model
-    from femflex.dynamics.constraints.moved_start import Moved
-    from femflex.dynamics.constraints.taken_up import TakenUp
+    from femflex.dynamics.constraints.clearance import TakenUp
+    from femflex.dynamics.constraints.moved_start import MovedValue
     from femflex.integrate import Integrator
     from femflex.pipeline.decisions import Decided
     from femflex.system import Controller, Effector, Part, System, Variation
+
+
+MOST_CALLS = 1e8  # of a controller in a run
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +29,7 @@ class Prepared:
     """A run before its first step: case, system, compiled model, integrator and why it was chosen, output times [s].
 
     decided: the case with what it left open written out, and the advice that this follows.
+    given: names of effectors and controllers beside those of the case.
     """
 
     case: Case
@@ -35,9 +39,10 @@ class Prepared:
     reason: str
     times: NDArray[Any]
     decided: Decided
+    given: tuple[str, ...] = ()
 
     @cached_property
-    def moved(self) -> list[Moved]:
+    def moved(self) -> list[MovedValue]:
         """The initial values that were moved to make the start consistent, those moved farthest first."""
         from femflex.dynamics.constraints.moved_start import moved_start
 
@@ -46,7 +51,7 @@ class Prepared:
     @cached_property
     def taken_up(self) -> list[TakenUp]:
         """The misfit of loops with play that was taken into their markers."""
-        from femflex.dynamics.constraints.taken_up import taken_up
+        from femflex.dynamics.constraints.clearance import taken_up
 
         return [] if self.model.constraints is None else taken_up(self.model.constraints)
 
@@ -74,10 +79,10 @@ def prepare(
     effectors: effectors and controllers beside those of the case
     varying: body name -> Variation, how its properties depend on time
 
-    Raises as `femflex.run` does for what can be told before the first step.
+    Raises as `femflex.run` does for what can be reported before the first step.
     """
     from femflex.advice.advice import warn_of
-    from femflex.advice.doubts import output_doubts
+    from femflex.advice.model_warnings import output_warnings
     from femflex.case import Case, read_case
     from femflex.dynamics import compile_system
     from femflex.pipeline.decisions import decided
@@ -103,21 +108,41 @@ def prepare(
     if output is not None and resume:
         check_same_model(model, Path(output))
     times = case.run.times(duration_of(case, system))
-    found = replace(found, advice=(*found.advice, *output_doubts(system, float(times[1] - times[0]))))
+    found = replace(found, advice=(*found.advice, *output_warnings(system, float(times[1] - times[0]))))
     warn_of(found.advice)
     begun = ""
     if output is not None and resume:
         check_same_times(times, Path(output))
         begun = integrator_of(Path(output))
     integrator, reason = chosen_integrator(case, model, times, begun)
-    return Prepared(case, system, model, integrator, " ".join([reason, *sampling(system)]), times, found)
+    check_periods(system, float(times[-1] - times[0]))
+    reasons = " ".join([reason, *sampling(system)])
+    names = tuple(effector.name for effector in effectors)
+    return Prepared(case, system, model, integrator, reasons, times, found, names)
+
+
+def check_periods(system: System, duration: float) -> None:
+    """Raise ValueError for a controller that a run of that duration [s] would call too often."""
+    for controller in system.controllers:
+        calls = duration / controller.period
+        if calls > MOST_CALLS:
+            raise ValueError(
+                f"controller {controller.name!r} has a period of {controller.period:g} s, so a run of {duration:g} s "
+                f"would call it {calls:.3g} times; the most is {MOST_CALLS:g}. Lengthen the period, shorten the run, "
+                "or run the controller continuously"
+            )
 
 
 def sampling(system: System) -> list[str]:
-    """A sentence on the period of every controller."""
+    """A sentence on the controllers of each period."""
+    periods: dict[float, list[str]] = {}
+    for controller in system.controllers:
+        periods.setdefault(controller.period, []).append(controller.name)
     return [
-        f"Controller {controller.name} is called every {controller.period:g} s, and its command held between."
-        for controller in system.controllers
+        f"Controller {names[0]} is called every {period:g} s, and its command held between."
+        if len(names) == 1
+        else f"Controllers {', '.join(names)} are called every {period:g} s, and their commands held between."
+        for period, names in periods.items()
     ]
 
 

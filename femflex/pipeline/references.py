@@ -108,8 +108,8 @@ def _gigabytes(size: float) -> str:
 
 
 def _near_path(path: str, channels: Mapping[str, Channel]) -> str:
-    told = near(path, channels)
-    if told.startswith("did"):
-        return told
+    text = near(path, channels)
+    if text.startswith("did"):
+        return text
     group = [name for name in channels if name.split("/")[0] == path.split("/")[0]]
     return near(path, group or {name.rpartition("/")[0] or name for name in channels})

@@ -54,7 +54,7 @@ def beam_body(
     """
     if functions.torsion and not (beam.ry or beam.rz):
         raise ValueError(
-            "torsion functions were asked for, but the section has no inertia (ry = rz = 0); give radii of gyration."
+            "torsion functions were requested, but the section has no inertia (ry = rz = 0); give radii of gyration."
         )
     if strain == "nonlinear" and not functions.axial:
         raise ValueError(

@@ -17,7 +17,7 @@ class Meshed:
 
     groups    marker -> mesh group
     supports  mesh group -> support, of the groups that the set clamps in some components alone
-    answered  mesh groups whose static shapes were asked for beside the set's modes
+    answered  mesh groups whose static shapes were requested beside the set's modes
     deflection, third_derivatives  for which the set was made, where that was said
     """
 

@@ -75,20 +75,20 @@ def of_sheet(structure: Structure, modes: ModeSet, wanted: int | None) -> str:
         return ""
     if not modes.held.size and not third and wanted is None:
         return (
-            f"{sheet}, bent by more than some {sheet.bend:.2g} m, cannot curve crosswise as its shapes do, which are "
-            "too stiff there; without a clamp it gets no shape for that by itself: third_derivatives = 2 gives it "
-            "those of its two lowest shapes, found at rest, and `cantilever` the one it wants"
+            f"{sheet}: bent by over {sheet.bend:.2g} m, it loses its transverse (anticlastic) curvature, and "
+            "its modes are too stiff. Without a clamp no shape is added for this: set third_derivatives = 2, or use "
+            "method = 'cantilever', which adds the shape by itself"
         )
     if third != (wanted is None):
         return ""
     if third:
         return (
-            f"{sheet} that bends by more than some {sheet.bend:.2g} m stops curving crosswise: its lowest shape as it "
-            "is then is one more coordinate (third_derivatives = 0 would leave it out)"
+            f"{sheet}: bent by over {sheet.bend:.2g} m, it loses its transverse (anticlastic) curvature. Its "
+            "lowest mode in that state is added as a coordinate (third_derivatives = 0 would leave it out)"
         )
     return (
-        f"{sheet}, bent by more than some {sheet.bend:.2g} m, cannot curve crosswise as its shapes do, which are too "
-        "stiff there: leave out third_derivatives = 0"
+        f"{sheet}: bent by over {sheet.bend:.2g} m, it loses its transverse (anticlastic) curvature, and its "
+        "modes are too stiff. Remove third_derivatives = 0"
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import html
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -193,6 +194,9 @@ class Run:
         from femflex.results.outline import outline
 
         return outline(self) if self.file else f"{self.path} (closed)"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(repr(self))}</pre>"
 
     def _opened(self) -> h5py.File:
         if not self.file:

@@ -29,7 +29,7 @@ FIRST_BLOCKS = 4  # room for this many blocks at first where the rows to come ar
 
 
 class RunWriter:
-    """Writes a result file; its layout and what a kill leaves are told in `femflex.results`.
+    """Writes a result file; its layout and what a kill leaves are reported in `femflex.results`.
 
     channels    path -> Channel of everything `write_block` will bring; bodies for pictures
     attributes  of the root: title, case_text, integrator, ...: text, numbers or arrays of numbers
@@ -267,6 +267,6 @@ class RunWriter:
         number = getattr(error, "errno", None)
         reason = os.strerror(number) if number else str(error).splitlines()[0]
         kept = f"the {self.rows} instants written before are kept" if self.rows else "nothing had been written before"
-        told = OSError(f"{self.path} cannot be written ({reason}); {kept}")
-        told.errno = number or errno.EIO
-        return told
+        failure = OSError(f"{self.path} cannot be written ({reason}); {kept}")
+        failure.errno = number or errno.EIO
+        return failure

@@ -99,6 +99,6 @@ def _check(body: FlexibleBody, mode: int, amplitudes: Sequence[float]) -> None:
     if not rising.size or not np.isfinite(rising).all() or rising[0] <= 0 or (np.diff(rising) <= 0).any():
         raise ValueError(f"amplitudes are {rising.tolist()}; give rising lengths above zero")
     if not 1 <= mode <= body.n_modes:
-        raise ValueError(f"mode {mode} was asked for; the body has modes 1 to {body.n_modes}")
+        raise ValueError(f"mode {mode} was requested; the body has modes 1 to {body.n_modes}")
     if body.skin is None:
-        raise ValueError("the body has no skin, so that no amplitude can be told in metres; reduce it from a mesh")
+        raise ValueError("the body has no skin, so that no amplitude can be given in metres; reduce it from a mesh")

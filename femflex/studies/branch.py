@@ -4,7 +4,7 @@ Equations of harmonic balance have many solutions of an amplitude: other modes, 
 k-th harmonic at 1/k of the frequency. The branch is therefore followed by the length of its arc (`arc`), in steps that
 are halved until what is found continues it. Where a higher harmonic meets another mode the branch leads off into the
 vibrations of that mode, in a tongue often so thin that steps pass it unseen; one that is met is stepped over, from
-where the branch was still straight, and told.
+where the branch was still straight, and reported.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ def choice(found: Convergence | StrainStudy) -> int | str | None:
     """The level to go on with: the recommended one, or else the finest; None when nothing could be compared."""
     if found.recommended is not None or isinstance(found, StrainStudy):
         return found.recommended
-    return int(found.levels[found.told - 1])
+    return int(found.levels[found.n_resolved - 1])
 
 
 def with_choice(case: Case, found: Convergence | StrainStudy, names: Sequence[str]) -> Case:
@@ -43,5 +43,5 @@ def choice_text(findings: Sequence[Convergence | StrainStudy]) -> str:
     short = [found.over for found in findings if found.recommended is None]
     if not said:
         return "No study could choose anything."
-    told = f"Choose {', '.join(said)}: each study was made with what the ones before it chose."
-    return told + (f" Over {', '.join(short)} the tolerance is not reached." if short else "")
+    text = f"Choose {', '.join(said)}: each study was made with what the ones before it chose."
+    return text + (f" Over {', '.join(short)} the tolerance is not reached." if short else "")

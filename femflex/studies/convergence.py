@@ -88,13 +88,13 @@ class Convergence:
     @property
     def recommended(self) -> int | None:
         """The coarsest level from which on all errors above rounding are within the tolerance, or None."""
-        within = self.errors[: self.told] <= self.tolerance * self.scale
+        within = self.errors[: self.n_resolved] <= self.tolerance * self.scale
         bad = np.flatnonzero(~within)
         first = int(bad[-1]) + 1 if bad.size else 0
-        return int(self.levels[first]) if first < self.told else None
+        return int(self.levels[first]) if first < self.n_resolved else None
 
     @property
-    def told(self) -> int:
+    def n_resolved(self) -> int:
         """Number of levels that tell something: those before rounding is met."""
         return len(self.levels) if self.trend.rounded is None else self.trend.rounded
 

@@ -31,21 +31,21 @@ def mode_trend(counts: ArrayLike, values: ArrayLike, noise: ArrayLike = 0.0) -> 
     if len(v) < 2:
         return Trend("one", float(v[-1]), math.nan)
     off = v[:-1] - v[-1]
-    told = np.flatnonzero(np.abs(off) > SURELY * (noise[:-1] + noise[-1]))
+    resolved = np.flatnonzero(np.abs(off) > SURELY * (noise[:-1] + noise[-1]))
     floor = float(noise.max())
-    if not told.size:
+    if not resolved.size:
         return Trend("constant", float(v[-1]), max(floor, float(np.abs(off).max())))
     if len(v) < 3:
         return Trend("few", float(v[-1]), abs(float(off[0])))
-    told = told[-FITTED:]
-    signs = np.unique(np.sign(off[told]))
-    fit = _best_fit(n, np.abs(off), told) if told.size > 1 else None
+    resolved = resolved[-FITTED:]
+    signs = np.unique(np.sign(off[resolved]))
+    fit = _best_fit(n, np.abs(off), resolved) if resolved.size > 1 else None
     if fit is None or signs.size > 1 or fit.misfit > CLEAR:  # not when the misfit is nan
         return _lawless(v, "swinging" if signs.size > 1 else "settling", floor)
     law = fit.law
-    if float(np.log(law.error(n[told[0]]) / law.size)) < FALLEN:
+    if float(np.log(law.error(n[resolved[0]]) / law.size)) < FALLEN:
         return Trend("unsettled", math.nan, math.nan)
-    limit = float(v[-1] - math.copysign(law.size, off[told[-1]]))
+    limit = float(v[-1] - math.copysign(law.size, off[resolved[-1]]))
     return Trend("law", limit, max(fit.doubt, floor), law, fit.misfit)
 
 
@@ -67,11 +67,11 @@ class Fit:
     doubt: float
 
 
-def _best_fit(n: Array, error: Array, told: NDArray[np.int64]) -> Fit:
+def _best_fit(n: Array, error: Array, resolved: NDArray[np.int64]) -> Fit:
     """The law that fits clearly better, or else the one that leaves more error; where both fit, both are heard."""
-    fits = [_fit(kind, n[told], float(n[-1]), error[told]) for kind in KINDS]
+    fits = [_fit(kind, n[resolved], float(n[-1]), error[resolved]) for kind in KINDS]
     cautious = max(fits, key=lambda fit: fit.law.size)
-    if told.size == 2:
+    if resolved.size == 2:
         return Fit(cautious.law, math.nan, cautious.law.size)
     better, other = sorted(fits, key=lambda fit: fit.misfit)
     chosen = better if better.misfit < 0.5 * other.misfit else cautious

@@ -22,7 +22,7 @@ MANY = 16  # names listed in an error
 TELLING = 3  # coordinates shown unless some are named
 ROUNDING = 1e-9  # of the parts of the inertia: what is below it is none
 NOTICEABLE = 1e-3  # of the energy through the coordinate that takes most
-SWINGS = 24  # half oscillations that can be told apart in a picture
+SWINGS = 24  # half oscillations that can be distinguished in a picture
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +76,8 @@ class Explanation:
             return int(name) - 1
         near = get_close_matches(name, short, n=3)
         more = f" and {len(short) - MANY} more" if len(short) > MANY else ""
-        told = f"near it are {near}" if near else f"known are {short[:MANY]}{more}"
-        raise KeyError(f"{name!r} is not a coordinate of the run; {told}")
+        text = f"near it are {near}" if near else f"known are {short[:MANY]}{more}"
+        raise KeyError(f"{name!r} is not a coordinate of the run; {text}")
 
     def telling(self) -> list[int]:
         """The coordinates that show most, at most three: through which most energy goes (see `energies`).

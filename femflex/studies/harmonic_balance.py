@@ -111,7 +111,7 @@ def _x(harmonics: Array, omega: float) -> Array:
 
 def _waves(h: int) -> tuple[tuple[Array, Array, Array], Array]:
     """Cosines of h harmonics with their first two derivatives by phase (t, h), and what picks harmonics out (h, t)."""
-    phase = 2 * np.pi * np.arange(4 * h) / (4 * h)  # products of four harmonics below h are told apart
+    phase = 2 * np.pi * np.arange(4 * h) / (4 * h)  # products of four harmonics below h are distinguished
     order = np.arange(h)
     cosine, sine = np.cos(np.outer(phase, order)), np.sin(np.outer(phase, order))
     back = cosine.T * np.where(order == 0, 1.0, 2.0)[:, None] / len(phase)

@@ -17,7 +17,7 @@ def with_joints_of_level(case: Case, given: Case, names: Iterable[str], n: int) 
     """The case with the static shapes of joints that the case as given gets if the named bodies keep n modes.
 
     case: with strains and static shapes written out. Where the system with so few modes cannot be built, all is left
-    as it is: what it lacks is told where the level is run.
+    as it is: what it lacks is reported where the level is run.
     """
     tables = {name: with_level(given.bodies[name], "modes", n) for name in names}
     try:

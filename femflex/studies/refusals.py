@@ -1,4 +1,4 @@
-"""What several studies of a case cannot do, told before the first of them runs."""
+"""What several studies of a case cannot do, reported before the first of them runs."""
 
 from __future__ import annotations
 

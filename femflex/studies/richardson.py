@@ -81,8 +81,8 @@ def _with_order(x: Array, v: Array, orders: list[float], floor: float, rounded: 
 def _before_rounding(v: Array, noise: Array) -> int:
     """The last level that differs from the one before by more than rounding; 0 when none does."""
     change, scale = np.abs(np.diff(v)), float(np.abs(v).max())
-    told = np.flatnonzero(change > SURELY * (noise[:-1] + noise[1:]))
-    last = int(told[-1]) + 1 if told.size else 0
+    resolved = np.flatnonzero(change > SURELY * (noise[:-1] + noise[1:]))
+    last = int(resolved[-1]) + 1 if resolved.size else 0
     for k in range(1, last):
         faint = max(change[k], change[k - 1]) < FAINT * scale
         if faint and (change[k] > 0.7 * change[k - 1] or np.diff(v)[k] * np.diff(v)[k - 1] <= 0):

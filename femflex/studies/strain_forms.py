@@ -72,10 +72,10 @@ class StrainStudy:
     @property
     def recommended(self) -> str | None:
         """The simplest form within the tolerance of the reference; None with fewer than two values."""
-        told = [form for form in self.forms if not form.problem]
-        if len(told) < 2:
+        completed = [form for form in self.forms if not form.problem]
+        if len(completed) < 2:
             return None
-        return next(form.strain for form in told if self.difference(form) <= self.tolerance)
+        return next(form.strain for form in completed if self.difference(form) <= self.tolerance)
 
     @cached_property
     def verdict(self) -> str:
@@ -99,8 +99,8 @@ class StrainStudy:
     def to_dict(self) -> dict[str, Any]:
         """Everything in plain numbers, lists and text."""
         forms = [asdict(form) | {"difference": self.difference(form)} for form in self.forms]
-        told = {key: getattr(self, key) for key in ("unit", "over", "tolerance", "recommended", "own", "verdict")}
-        return {"quantity": self.title, **told, "forms": forms}
+        summary = {key: getattr(self, key) for key in ("unit", "over", "tolerance", "recommended", "own", "verdict")}
+        return {"quantity": self.title, **summary, "forms": forms}
 
 
 def strain_forms(case: Case, tolerance: float | None = None, progress: Progress | None = None) -> StrainStudy:
@@ -166,7 +166,7 @@ def _form(case: Case, names: Sequence[str], strain: Strain) -> StrainForm:
         try:
             value, unit, _ = study.value(built, lambda part: None)
         except IntegrationError as error:
-            return StrainForm(strain, *counts, problem=f"it runs away at t = {error.t:.4g} s")
+            return StrainForm(strain, *counts, problem=f"it diverges at t = {error.t:.4g} s")
         except ValueError as error:
             return StrainForm(strain, *counts, problem=str(error).removeprefix(f"{case.path.name}: "))
         return StrainForm(strain, *counts, value, time.perf_counter() - start, "", unit)

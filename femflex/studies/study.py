@@ -114,7 +114,7 @@ class Study:
         return {name: build_part(self.case, name) for name in self.case.bodies if name not in self.ladder.varied}
 
     def points(self, progress: Progress | None = None) -> Iterator[Point]:
-        """A Point for each level, coarse to fine; progress is told of the whole study.
+        """A Point for each level, coarse to fine; progress is reported for the whole study.
 
         The first levels may be too coarse for the case: an initial displacement that so few modes cannot take, a mode
         that is not among them. Raises what made the last of them fail when no level has a value, and IntegrationError
@@ -123,15 +123,15 @@ class Study:
         rungs, found, size = self.ladder.rungs, False, (-1, 0)
         ends = np.cumsum([rung.weight for rung in rungs])
         for rung, end in zip(rungs, ends, strict=True):
-            told = partial(_tell, progress, (end - rung.weight) / ends[-1], rung.weight / ends[-1])
-            told(0.0)
+            report = partial(_tell, progress, (end - rung.weight) / ends[-1], rung.weight / ends[-1])
+            report(0.0)
             with warnings.catch_warnings():
                 if rung is not rungs[-1]:  # of coarse levels it is known that they are coarse
                     warnings.simplefilter("ignore", PhysicsWarning)
                 built = rung.build()
                 if (built.count, built.added) == size:  # a close pair was kept whole, so nothing is new
                     continue
-                point = self._point(rung, built, told, may_fail=not found and rung is not rungs[-1])
+                point = self._point(rung, built, report, may_fail=not found and rung is not rungs[-1])
             found, size = found or not point.problem, (built.count, built.added)
             yield point
 

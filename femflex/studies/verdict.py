@@ -33,18 +33,18 @@ def level_text(found: Convergence, level: int) -> str:
     at = np.flatnonzero(found.levels == level)
     count = int(found.counts[at[0]]) if at.size else None
     if found.over == "mesh":
-        told = "the mesh as it is" if level == 0 else f"{level} refinement{'s' * (level != 1)}"
-        return told if count is None else f"{told} ({count} dofs)"
-    told = f"{level} {NOUNS[found.over]}{'s' * (level != 1)}"
+        text = "the mesh as it is" if level == 0 else f"{level} refinement{'s' * (level != 1)}"
+        return text if count is None else f"{text} ({count} dofs)"
+    text = f"{level} {NOUNS[found.over]}{'s' * (level != 1)}"
     apart = int(found.derivatives[at[0]]) if at.size and found.derivatives.size else 0
     if count is None or (count == level and not apart):
-        return told
+        return text
     led = int(found.followers[at[0]]) if at.size and found.followers.size else 0
     if led and found.over == "derivatives":
-        return f"{told} a body ({count} shapes, {led} of them derivative shapes that follow)"
+        return f"{text} a body ({count} shapes, {led} of them derivative shapes that follow)"
     of_them = f", {apart} of them derivative shapes" if apart else ""
     of_them += f", and {led} derivative shapes that follow" if led else ""
-    return f"{told} a body ({count} elastic coordinates{of_them})"
+    return f"{text} a body ({count} elastic coordinates{of_them})"
 
 
 def law_text(found: Convergence) -> str:
@@ -54,26 +54,26 @@ def law_text(found: Convergence) -> str:
         return ""
     sure = math.isfinite(scatter)
     if found.over in ("mesh", "segments"):
-        told = f"with order {law.rate:.2f} in the {'cell size' if found.over == 'mesh' else 'length of a segment'}"
-        return told + (f", +- {scatter:.2g} over the levels" if sure else ", seen once")
-    told = (
+        text = f"with order {law.rate:.2f} in the {'cell size' if found.over == 'mesh' else 'length of a segment'}"
+        return text + (f", +- {scatter:.2g} over the levels" if sure else ", seen once")
+    text = (
         f"like n^-{law.rate:.2f}"
         if law.kind == "algebraic"
         else f"by a factor {math.exp(-law.rate):.3g} with each mode"
     )
-    return told + (f", give or take a factor {math.exp(scatter):.3g}" if sure else ", by two differences alone")
+    return text + (f", give or take a factor {math.exp(scatter):.3g}" if sure else ", by two differences alone")
 
 
 def _all(found: Convergence) -> str:
     """Of levels up to all the shapes there are: how few of them do."""
     last, fewest = int(found.levels[-1]), found.recommended
-    told = f"{level_text(found, last)}: these are all that the modes have."
+    text = f"{level_text(found, last)}: these are all that the modes have."
     if len(found.levels) == 1 or fewest is None:
-        return told
+        return text
     if fewest == last:
-        return f"{told} Fewer differ from them by {_relative(found, float(found.errors[-2]))} and more."
+        return f"{text} Fewer differ from them by {_relative(found, float(found.errors[-2]))} and more."
     off = _relative(found, float(found.errors[found.levels == fewest][0]))
-    return f"{told} Of them {level_text(found, fewest)} suffice, {off} off, relative."
+    return f"{text} Of them {level_text(found, fewest)} suffice, {off} off, relative."
 
 
 def _one(found: Convergence) -> str:
@@ -116,13 +116,13 @@ def _judged(found: Convergence) -> str:
 def _reached(found: Convergence) -> str:
     level = found.recommended
     if level is None:
-        last = level_text(found, int(found.levels[found.told - 1]))
-        error = _relative(found, float(found.errors[found.told - 1]))
+        last = level_text(found, int(found.levels[found.n_resolved - 1]))
+        error = _relative(found, float(found.errors[found.n_resolved - 1]))
         return f"Not converged to {found.tolerance:g}: with {last}, the estimated relative error is {error}."
     error = _relative(found, float(found.errors[found.levels == level][0]))
     enough = "suffices" if level == (0 if found.over == "mesh" else 1) else "suffice"
-    told = f"{level_text(found, level)} {enough}, with an estimated relative error of {error}"
-    return f"Converged to {found.tolerance:g}: {told}."
+    text = f"{level_text(found, level)} {enough}, with an estimated relative error of {error}"
+    return f"Converged to {found.tolerance:g}: {text}."
 
 
 def _trend(found: Convergence) -> str:

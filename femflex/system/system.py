@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
+from femflex.summary import Rows, Summarised, listed
 from femflex.system.constraint import Nonholonomic
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector
@@ -31,8 +32,8 @@ from femflex.system.variation import Variation
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class System:
+@dataclass(frozen=True, eq=False, repr=False)
+class System(Summarised):
     """Bodies and joints in a tree, in any numbering; body names are the keys of `bodies`.
 
     bodies   name -> FlexibleBody
@@ -87,6 +88,26 @@ class System:
         problems += effector_problems(self.effectors, self.bodies, self.joints)
         if problems:
             raise ValueError("\n".join(problems))
+
+    def summary(self) -> tuple[str, Rows]:
+        """Bodies, joints, what acts, and the number of degrees of freedom."""
+        mass = sum(body.moments.mass for body in self.bodies.values())
+        elastic = sum(body.n_modes for body in self.bodies.values())
+        rows = [
+            ("bodies", f"{len(self.bodies)}: {listed(self.order)}"),
+            ("mass", f"{mass:.6g} kg"),
+            ("degrees of freedom", f"{len(self.velocity_names())}, {elastic} of them elastic"),
+            ("joints", listed([joint.label for joint in self.joints])),
+        ]
+        parts = {"loops": self.loops, "constraints": self.constraints, "loads": self.loads, "springs": self.springs}
+        parts |= {"effectors": self.effectors}
+        for key, items in parts.items():
+            names = [str(getattr(item, "label", None) or getattr(item, "name", "")) for item in items]
+            rows += [(key, listed(names))] if names else []
+        rows += [("varying bodies", listed(sorted(self.varying)))] if self.varying else []
+        if self.orbit is not None:
+            rows += [("orbit", f"{'free' if self.orbit.free else 'specified'}, period {self.orbit.period:.6g} s")]
+        return "System", [*rows, ("frame", self.frame.kind)]
 
     @cached_property
     def order(self) -> list[str]:
@@ -180,9 +201,7 @@ class System:
             if j.child in parent:
                 out.append(f"body {j.child!r} is the child of two joints; a tree gives every body one parent")
             parent[j.child] = j.parent
-        out += [
-            f"body {b!r} has no joint; hang it from a parent or from the base frame" for b in known if b not in parent
-        ]
+        out += [f"body {b!r} has no joint; join it to a parent or to the base frame" for b in known if b not in parent]
         if out:
             return out
         for b in known:
@@ -191,7 +210,7 @@ class System:
                 if up in path:
                     loop = " -> ".join([*path[path.index(up) :], up])
                     return [
-                        f"the tree of joints is cyclic: {loop}; one body of the cycle must hang from the base frame"
+                        f"the tree of joints is cyclic: {loop}; one body of the cycle must be joined to the base frame"
                     ]
                 path.append(up)
         return []
@@ -206,7 +225,7 @@ class System:
         if self.environment.has_weight:
             g = float(np.linalg.norm(self.environment.gravity))
             return [
-                f"uniform gravity of {g:.4g} m/s^2 beside an orbit, whose gravity is that of the central body; give "
+                f"uniform gravity of {g:.4g} m/s^2 with an orbit, whose gravity is that of the central body; give "
                 "one of them"
             ]
         roots = [j for j in self.joints if j.parent is None]

@@ -48,11 +48,11 @@ def lock_angle(joint: Joint, q: Array) -> Array:
 def locked(joint: Joint, q: Array) -> str:
     """How close the free turns of a joint are to gimbal lock at its coordinates q (n_q,), in words."""
     names, free = joint.freedom_names()[len(joint.translations) :], free_turns(joint)
-    told = ", ".join(repr(names[k]) for k in free)
+    text = ", ".join(repr(names[k]) for k in free)
     where = "in one plane" if len(free) == 3 else "parallel"
     angles = q[len(joint.translations) :][: len(joint.rotations)]
     at = ", ".join(f"{np.degrees(angle) + 0.0:.6g}" for angle in angles)
-    return f"the axes of its free turns {told} are {where} to {float(lock_angle(joint, q)):.2g} rad (turns of {at} deg)"
+    return f"the axes of its free turns {text} are {where} to {float(lock_angle(joint, q)):.2g} rad (turns of {at} deg)"
 
 
 def locked_start(joint: Joint) -> str | None:

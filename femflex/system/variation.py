@@ -72,14 +72,18 @@ class Variation:
     frozen   parts that it writes and that are left out: they stay as the System's body has them; of stiffness also
              V1 or f0 alone
     whole    the body that the function writes for, where the System's has been made rigid; None: the System's
+    states   names of states of effectors; their places in z stand before `numbers` in what the function gets
+
+    In place of a function `write` may be the word of one that femflex brings (femflex.dynamics.lowering.tanks).
     """
 
-    write: Callable[..., Any] | LengthTable
+    write: Callable[..., Any] | LengthTable | str
     varies: tuple[str, ...]
     numbers: Array = field(default_factory=lambda: np.zeros(0))
     breaks: Array = field(default_factory=lambda: np.zeros(0))
     frozen: tuple[str, ...] = ()
     whole: FlexibleBody | None = None
+    states: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if isinstance(self.write, LengthTable):

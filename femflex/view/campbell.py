@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 WIDTH, HEIGHT, LOWER = 9.0, 6.0, 1.8  # inches: of the figure, of the frequencies, of the damping below
 FINE = 12  # points drawn between two speeds
 TOLD = 1e-6  # damping ratio below which there is none to draw
-CLEAR = 0.045  # of the axes, between crossings whose speeds are told
+CLEAR = 0.045  # of the axes, between crossings whose speeds are reported
 APART = 0.032  # of the axes' height, between two names
 WORDS = ("flap", "lag", "torsion", "stretch", "chordwise")  # in the order of the theme's colours
 
@@ -74,8 +74,8 @@ def _frequencies(ax: Axes, diagram: Spun, colours: Theme, scale: float) -> None:
         ax.plot(speeds[diagram.asked], frequencies[diagram.asked], ".", color=style["color"], markersize=3.5, zorder=3)
         ax.plot(speeds, np.where(branch.growing, frequencies, np.nan), color=colours.trace, linewidth=5, alpha=0.6)
         if np.isfinite(frequencies[-1]):
-            told = f"{branch.name} → {branch.becomes}" if branch.becomes else branch.name
-            ends.append((float(frequencies[-1]), told, style["color"]))
+            text = f"{branch.name} → {branch.becomes}" if branch.becomes else branch.name
+            ends.append((float(frequencies[-1]), text, style["color"]))
     _names(ax, sorted(ends), top)
     _crossings(ax, diagram, colours, scale, top)
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.view.drawing import Drawing
 from femflex.view.output import placed
 from femflex.view.studied import Studied
 from femflex.view.theme import Theme, theme_of
@@ -47,7 +48,7 @@ def plot_convergence(
     figure.supxlabel(words, color=colours.text, fontsize=8.5, ha="left", x=0.02, linespacing=1.4)
     with placed(path, force) as part:
         figure.savefig(part, format=Path(path).suffix.lower().lstrip("."), dpi=dpi)
-    return Path(path)
+    return Drawing(path)
 
 
 def check_kind(path: str | Path) -> None:
@@ -93,9 +94,9 @@ def _errors(ax: Axes, study: Studied, colours: Theme) -> None:
     ax.set_yscale("log")
     known = np.isfinite(study.errors) & (study.errors > 0)
     counts, errors = study.counts[known], study.errors[known] / study.scale
-    told = known & (np.arange(len(known)) < study.told)
-    if study.law is not None and told.any():
-        x, on = study.x[told], study.counts[told].astype(float)
+    resolved = known & (np.arange(len(known)) < study.n_resolved)
+    if study.law is not None and resolved.any():
+        x, on = study.x[resolved], study.counts[resolved].astype(float)
         fine = np.geomspace(x[0], x[-1], 200)
         ax.plot(
             np.exp(np.interp(np.log(fine), np.log(x), np.log(on))),

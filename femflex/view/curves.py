@@ -26,7 +26,7 @@ POWERS = {  # channels of power and the sign with which each feeds the energy
 STEADY = 1e-4  # of its size: a curve that changes less is shown from its first value
 FLAT = 0.05  # of the largest range on the same axes: angles that move by less get axes of their own
 STILL = 1e-6  # of that range: an angle that does not move
-APART = 0.6 * np.pi  # angle between two rows up to which its way is told
+APART = 0.6 * np.pi  # angle between two rows up to which its way is reported
 NEGLIGIBLE = 1e-3  # of the largest on the same axes: a curve that is not shown unless asked for
 
 
@@ -129,8 +129,8 @@ def _curves(run: Run, channel: str) -> list[Curve]:
 def unwrapped(angles: Array) -> Array:
     """Angles (n_t, n) counted on beyond half a turn [rad]; as they are where rows lie too far apart to tell the way."""
     whole = np.unwrap(angles, axis=0)
-    told = np.abs(np.diff(whole, axis=0)).max(axis=0, initial=0.0) < APART
-    return np.where(told, whole, angles)
+    followed = np.abs(np.diff(whole, axis=0)).max(axis=0, initial=0.0) < APART
+    return np.where(followed, whole, angles)
 
 
 def _component(path: str, names: tuple[str, ...], component: str) -> int:

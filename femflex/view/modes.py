@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Skin
 from femflex.view.actors import BodyActor, add_ghost
+from femflex.view.drawing import Drawing
 from femflex.view.framing import Margins, View, best_direction, framed
 from femflex.view.movie import Progress, write_movie, write_png
 from femflex.view.output import placed
@@ -118,7 +119,7 @@ def _montage(
             scene.show(1.0)
             tiles.append(scene.image())
         write_png(part, _arranged(tiles, title, theme_of(theme)))
-    return path
+    return Drawing(path)
 
 
 def _frames(seconds: float, cycles: int, fps: float) -> int:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from femflex.results.keeping import held, undisturbed
+from femflex.view.drawing import Drawing
 from femflex.view.output import placed
 from femflex.view.window import Image
 
@@ -44,7 +45,7 @@ def write_movie(
         raise ValueError(f"fps is {fps}; a movie needs a positive number of frames a second")
     with _folder(path, force) if path.suffix == "" else _mp4(path, fps, force) as add:
         _draw(add, iter(frames), count, progress)
-    return path
+    return Drawing(path)
 
 
 def _draw(add: Callable[[Image], None], frames: Iterator[Image], count: int, progress: Progress | None) -> None:
@@ -100,8 +101,8 @@ def _mp4(path: Path, fps: float, force: bool) -> Iterator[Callable[[Image], None
         except BaseException:
             _finished(process)  # ends the file properly, so that it plays up to here
             raise
-        if told := _finished(process):
-            raise OSError(f"{path} cannot be written: {told}")
+        if text := _finished(process):
+            raise OSError(f"{path} cannot be written: {text}")
 
 
 def _encoder(path: Path, width: int, height: int, fps: float) -> subprocess.Popen[bytes]:
@@ -120,11 +121,11 @@ def _finished(process: subprocess.Popen[bytes] | None) -> str:
     if process is None or process.stdin is None or process.stdin.closed:
         return ""
     try:
-        _, told = process.communicate()
+        _, text = process.communicate()
     except BrokenPipeError:
-        told = process.stderr.read() if process.stderr else b""
+        text = process.stderr.read() if process.stderr else b""
     return (
         ""
         if process.returncode == 0
-        else told.decode(errors="replace").strip() or f"ffmpeg ended with {process.returncode}"
+        else text.decode(errors="replace").strip() or f"ffmpeg ended with {process.returncode}"
     )

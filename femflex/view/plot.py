@@ -11,6 +11,7 @@ import numpy as np
 
 from femflex.results import Run
 from femflex.view.curves import BALANCE, Curve, curves_of
+from femflex.view.drawing import Drawing
 from femflex.view.output import placed
 from femflex.view.second import apart, dashed, frame, mark_end, name_second, title_of, what_is_left
 from femflex.view.spectrum import WINDOW, amplitude_spectrum
@@ -44,7 +45,7 @@ def plot_histories(
     other: a second run, laid over the first in thin dashed lines of the same colours.
     """
     groups, colours = curves_of(run, channels, degrees, other), theme_of(theme)
-    figure, axes = _figure(len(groups), _title(run, other) if title is None else title, colours, sharex=True)
+    figure, axes = figure_of(len(groups), _title(run, other) if title is None else title, colours, sharex=True)
     seconds, unit = time_unit(max(run.duration, 0.0 if other is None else other.duration))
     for ax, group in zip(axes, groups, strict=True):
         for curve, style in _styled(group, colours):
@@ -83,7 +84,7 @@ def plot_spectra(
     groups = curves_of(run, channels, degrees, other)
     if channels is None:
         groups = [group for group in groups if group[0].quantity != BALANCE] or groups
-    figure, axes = _figure(len(groups), _title(run, other) if title is None else title, colours, sharex=False)
+    figure, axes = figure_of(len(groups), _title(run, other) if title is None else title, colours, sharex=False)
     for ax, group in zip(axes, groups, strict=True):
         spectra = [amplitude_spectrum(curve.time, curve.values) for curve in group]
         peaks = [peak for spectrum in spectra for peak in spectrum.peaks() if highest is None or peak[0] <= highest]
@@ -156,7 +157,8 @@ def _title(run: Run, other: Run | None) -> str:
     return f"{run.title}\n{what_is_left(run)}; dashed: {apart(other, run)}"
 
 
-def _figure(count: int, title: str, colours: Theme, sharex: bool) -> tuple[Figure, list[Axes]]:
+def figure_of(count: int, title: str, colours: Theme, sharex: bool) -> tuple[Figure, list[Axes]]:
+    """A figure with so many axes above each other."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(WIDTH, HEIGHT * count + TITLE), layout="constrained", facecolor=colours.background)
@@ -191,4 +193,4 @@ def saved(figure: Figure, path: str | Path, dpi: int, force: bool) -> Path:
         raise ValueError(f"a plot is written as .png or .svg; {path.name} is neither")
     with placed(path, force) as part:
         figure.savefig(part, format=kind, dpi=dpi)
-    return path
+    return Drawing(path)

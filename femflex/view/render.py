@@ -10,6 +10,7 @@ from typing import Unpack
 import numpy as np
 
 from femflex.results import Run
+from femflex.view.drawing import Drawing
 from femflex.view.look import Look, LookOptions
 from femflex.view.motion import motion
 from femflex.view.movie import Progress, write_movie, write_png
@@ -41,7 +42,7 @@ def render_picture(
     with placed(path, force) as part, Scene(run, chosen, plan, chosen.samples or PICTURE_SAMPLES) as scene:
         scene.show(motion(run, np.array([at]), plan.camera, plan.body, chosen.traces, plan.scale), 0)
         write_png(part, scene.image())
-    return path
+    return Drawing(path)
 
 
 def render_movie(

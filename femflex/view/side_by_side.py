@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from femflex.view.convergence import VARIED, check_kind, draw_study, finish, plot_convergence
+from femflex.view.drawing import Drawing
 from femflex.view.output import placed
 from femflex.view.theme import Theme, theme_of
 
@@ -52,11 +53,11 @@ def plot_studies(
         if study.over == STRAIN:
             below.tick_params(axis="x", labelsize=8)
     said = words if len(studies) > 1 else studies[0].verdict
-    told = "\n".join(textwrap.wrap(said, LETTERS * max(len(studies), 2)))
-    figure.supxlabel(told, color=colours.text, fontsize=8.5, ha="left", x=0.02, linespacing=1.4)
+    found_text = "\n".join(textwrap.wrap(said, LETTERS * max(len(studies), 2)))
+    figure.supxlabel(found_text, color=colours.text, fontsize=8.5, ha="left", x=0.02, linespacing=1.4)
     with placed(path, force) as part:
         figure.savefig(part, format=Path(path).suffix.lower().lstrip("."), dpi=dpi)
-    return Path(path)
+    return Drawing(path)
 
 
 def _forms(above: Axes, below: Axes, study: Any, colours: Theme) -> None:

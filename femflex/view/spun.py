@@ -68,7 +68,7 @@ class Spun(Protocol):
 
     @property
     def asked(self) -> NDArray[np.bool_]:
-        """(n,) which were asked for."""
+        """(n,) which were requested."""
 
     @property
     def branches(self) -> Sequence[Followed]:

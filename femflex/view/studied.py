@@ -61,7 +61,7 @@ class Studied(Protocol):
         """What the law is in."""
 
     @property
-    def told(self) -> int:
+    def n_resolved(self) -> int:
         """Number of levels before rounding."""
 
     @property

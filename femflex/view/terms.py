@@ -198,8 +198,8 @@ def _widened(ax: Axes, high: Array, low: Array, unit: str, colours: Theme) -> bo
     return True
 
 
-def _note(ax: Axes, told: str, colours: Theme) -> None:
-    ax.annotate(told, (1.0, 1.01), xycoords="axes fraction", ha="right", va="bottom", fontsize=8, color=colours.text)
+def _note(ax: Axes, text: str, colours: Theme) -> None:
+    ax.annotate(text, (1.0, 1.01), xycoords="axes fraction", ha="right", va="bottom", fontsize=8, color=colours.text)
 
 
 def _cut_spikes(ax: Axes, time: Array, high: Array, low: Array, unit: str, colours: Theme) -> None:
@@ -211,5 +211,5 @@ def _cut_spikes(ax: Axes, time: Array, high: Array, low: Array, unit: str, colou
         return
     ax.set_ylim(bottom - 0.3 * span, top + 0.3 * span)
     at = time[np.argmax(np.maximum(high - top, bottom - low))]
-    told = f"cut off: up to {high.max():.3g}, down to {low.min():.3g} {raised(unit)}, the farthest at {at:.3g}"
-    _note(ax, told, colours)
+    text = f"cut off: up to {high.max():.3g}, down to {low.min():.3g} {raised(unit)}, the farthest at {at:.3g}"
+    _note(ax, text, colours)

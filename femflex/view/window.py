@@ -30,7 +30,7 @@ def open_window(size: tuple[int, int], theme: Theme, shaded: bool = True) -> Any
     from vtkmodules.vtkCommonCore import vtkObject
 
     shown = vtkObject.GetGlobalWarningDisplay()
-    vtkObject.GlobalWarningDisplayOff()  # a missing display is told on standard error, though another way is then found
+    vtkObject.GlobalWarningDisplayOff()  # it would report a missing display, though another way is then found
     try:
         plotter: Any = pv.Plotter(off_screen=True, window_size=list(size), lighting="none")
         window = plotter.render_window

@@ -9,8 +9,8 @@ import pytest
 from noted import noted_body, noted_system
 
 import femflex
-from femflex.advice.bends import bends
-from femflex.advice.motion_estimate import foreseen
+from femflex.advice.deflections import deflection_watches
+from femflex.advice.motion_estimate import estimate_motion
 from femflex.case import read_case
 from femflex.pipeline.decisions import with_own_strain
 from femflex.warning import PhysicsWarning
@@ -63,8 +63,8 @@ def bend(write_case, text):
     """The largest bend of the boom that is foreseen, linear, over its length."""
     said = text.replace("functions =", 'strain = "linear"\nfunctions =')
     case = read_case(write_case(said))
-    view = foreseen(noted_system(case), case.run.duration)
-    (found,) = bends(view.model)
+    view = estimate_motion(noted_system(case), case.run.duration)
+    (found,) = deflection_watches(view.model)
     found.moved(view.bent)
     return found.reached
 
@@ -101,6 +101,7 @@ def test_a_short_pulse_late_in_a_long_run_is_foreseen(write_case):
     assert expected < bend(write_case, pulse) < 1.5 * expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("loads", "strain"),
     [
@@ -121,6 +122,7 @@ def test_a_body_that_loads_bend_far_is_condensed_and_its_run_does_not_warn(loads
         assert found == pytest.approx(bend(write_case, text), abs=0.006)
 
 
+@pytest.mark.slow
 def test_a_torque_pulse_counts_by_the_bend_and_by_the_spin_it_leaves(write_case):
     def craft(torque):
         pulse = load([0, 0, torque, torque, 0], [0, 1, 1, 3, 3], "torque", "hub", "origin")
@@ -155,7 +157,7 @@ def test_how_far_a_motion_is_foreseen_is_told_where_it_costs_too_much(write_case
     monkeypatch.setattr("femflex.advice.motion_estimate.MOST_RATES", 500)
     stiff = '[[joints]]\nkind = "revolute"\nchild = "boom"\naxis = "z"\nrate = 0.001\nstiffness = "4e7 N m/rad"\n'
     note = boom(write_case, BEAM + stiff).note
-    assert note.startswith("strain is linear") and "foreseen up to t = " in note and "the run watches it" in note
+    assert note.startswith("strain is linear") and "(estimated up to t = " in note and "the run checks it" in note
 
 
 def test_a_body_that_is_bound_to_be_linear_is_told_why(write_case, craft):
@@ -193,6 +195,7 @@ child = "other"
     assert body.strain_form == "linear" and "its system cannot be built to see what it calls for (" in body.note
 
 
+@pytest.mark.slow
 def test_verbs_on_a_body_say_the_strain_and_why(femflex, write_case):
     path = write_case(BEAM + WELD + load(25.0))
     for words in (("modes", path), ("body", path, "boom", "-o", "boom.h5")):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from femflex.advice.bodies import KnownBodies
-from femflex.advice.doubts import doubts
+from femflex.advice.model_warnings import model_warnings
 from femflex.body import rigid_body
 from femflex.case import parse_case
 from femflex.pipeline.decisions import build_system
@@ -20,13 +20,13 @@ RADIUS = 7.0e6
 
 
 def texts(system, duration=100.0):
-    return [one.reason for one in doubts(system, KnownBodies({}), duration)]
+    return [one.reason for one in model_warnings(system, KnownBodies({}), duration)]
 
 
 def test_a_body_that_nothing_joins_to_jointed_ones_is_told_of():
     joints = (weld(child="hub"), weld(child="arm", parent="hub"), free(child="tank"))
     (text,) = texts(System({"hub": BLOCK, "arm": BLOCK, "tank": BLOCK}, joints))
-    assert text.startswith("bodies.tank: it has no joint, nothing hangs on it, and 2 of the other bodies have one")
+    assert text.startswith("bodies.tank: it has no joint and carries no body, while 2 of the other bodies have a joint")
 
 
 def test_a_free_craft_is_not_taken_for_a_forgotten_joint():

@@ -82,7 +82,7 @@ def test_a_plate_between_held_edges_is_not_taken_for_linear(tmp_path):
     """At 1.1 thicknesses linear strain would be 75 % too soft, though that is 1 % of its size."""
     body, w = plate(tmp_path, "clamped", 134.9, 4)
     assert w == pytest.approx(exact("clamped", 134.9), rel=3e-3)
-    assert "strain is condensed: loads and motions may bend it by 0.017 m, where stretch between its" in body.note
+    assert "strain is condensed: loads and motions may bend it by 0.017 m. Stretching between its supports" in body.note
     assert "1 static shape of what acts on it (its weight)" in body.note
 
 

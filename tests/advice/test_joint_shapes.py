@@ -234,7 +234,7 @@ def test_said_joints_are_kept_as_they_are(lowest, tmp_path):
     text += weld("a", "root") + weld("pay", "origin", "a", "tip")
     _, _, system = lowest(text)
     assert system.bodies["a"].n_modes == 6
-    assert "2 static shapes of its joints (TIP z ry) beside its modes (joints = {} in its" in system.bodies["a"].note
+    assert "2 static shapes of its joints (TIP z ry) in addition to its modes (joints = {}" in system.bodies["a"].note
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)
         assert noted_body(read_case(tmp_path / "case.toml"), "a").n_modes == 6

@@ -7,10 +7,10 @@ import pytest
 from strips import SLIM, STRIPS, derived, strip, under_end_load
 from tipping import EI, END_LOAD, GJ, LENGTH
 
-from femflex.advice.buckling.beam import BeamBearing
-from femflex.advice.buckling.bearing import JudgedBearing
-from femflex.advice.buckling.burden import Burden
-from femflex.advice.buckling.structure import StructureBearing
+from femflex.advice.buckling.applied_load import AppliedLoad
+from femflex.advice.buckling.beam import BeamBuckling
+from femflex.advice.buckling.buckling_analysis import BucklingAnalysis
+from femflex.advice.buckling.structure import StructureBuckling
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh import rectangle
 from femflex.reduction import BeamFunctions, UniformBeam, cantilever_modes
@@ -27,8 +27,8 @@ class Found:
 
 
 def judged(elastic, force):
-    bearing, wrench = JudgedBearing(elastic), np.concatenate([force, np.zeros(3)])[None]
-    burden = Burden("load", "tip", wrench, wrench)
+    bearing, wrench = BucklingAnalysis(elastic), np.concatenate([force, np.zeros(3)])[None]
+    burden = AppliedLoad("load", "tip", wrench, wrench)
     parts = bearing.nearest([burden]).part, bearing.kept([burden], 0)
     return Found(*(1 / part if part > 1e-9 else np.inf for part in parts))
 
@@ -37,7 +37,7 @@ def slim(n, loads=None, keep="auto", direction=2, size=PRANDTL):
     structure = strip(*STRIPS["slim"])
     modes = cantilever_modes(structure, "start", 12)
     shapes = modes.picked(range(n)) if keep == "none" else derived(structure, modes, n, keep, loads=loads)
-    return judged(StructureBearing(structure, shapes, {"tip": "end"}), size * np.eye(3)[direction])
+    return judged(StructureBuckling(structure, shapes, {"tip": "end"}), size * np.eye(3)[direction])
 
 
 def test_a_strip_and_a_set_with_the_loads_shape_buckle_at_prandtls_load():
@@ -69,7 +69,7 @@ def test_large_meshes_buckle_at_eulers_load_too():
     shapes = derived(structure, cantilever_modes(structure, "left", 12), 4, "auto")
     euler = np.pi**2 / 4 * 7e10 * 0.05 * 0.002**3 / 12
     pressed, pulled = (
-        judged(StructureBearing(structure, shapes, {"tip": "right"}), np.array([sign * euler, 0, 0]))
+        judged(StructureBuckling(structure, shapes, {"tip": "right"}), np.array([sign * euler, 0, 0]))
         for sign in (-1, 1)
     )
     assert pressed.structure == pytest.approx(1, rel=1e-2)  # a plate held against contraction at its root
@@ -82,6 +82,6 @@ def test_a_beam_on_functions_without_torsion_never_tips_over():
     exact = 1 / (1 - 1 / SLIM)  # linear buckling, which knows the bend before by its first power alone
     for torsion, shapes in ((0, np.inf), (4, exact)):
         functions = BeamFunctions(y=4, z=4, torsion=torsion, family="polynomial")
-        found = judged(BeamBearing(beam, functions, {"tip": "tip"}), load)
+        found = judged(BeamBuckling(beam, functions, {"tip": "tip"}), load)
         assert found.structure == pytest.approx(exact, rel=2e-3)
         assert found.shapes == pytest.approx(shapes, rel=5e-3)

@@ -55,6 +55,7 @@ def test_a_deflection_that_serves_nothing_is_refused(write_case, craft, more, te
         build(write_case, craft, reduction(more))
 
 
+@pytest.mark.slow
 def test_responses_go_beside_modes_and_derivatives(write_case, craft):
     more = ', derivatives = 2, responses = 3, deflection = "0.1 m"'
     body = build(write_case, craft, reduction(more))
@@ -97,7 +98,7 @@ def test_vibration_modes_alone_are_refused_unless_chosen(write_case, craft):
 
 
 def test_more_derivatives_than_there_are_pairs_are_told_of(write_case, craft):
-    text = r"bodies.boom: 500 derivatives are asked for, and the pairs of its 4 shapes have (\d+) that are independent"
+    text = r"bodies.boom: 500 derivatives are requested, and the pairs of its 4 shapes have (\d+) that are independent"
     with pytest.warns(PhysicsWarning, match=text):
         body = build(write_case, craft, reduction(", derivatives = 500"))
     kept = body.kinds.count("derivative")
@@ -147,6 +148,7 @@ def told(*words: object) -> str:
     return done.stdout
 
 
+@pytest.mark.slow
 def test_the_verbs_show_the_derivatives_and_store_the_tensors(write_case, craft, tmp_path):
     path = write_case(craft.replace(PLAIN, reduction(", derivatives = 3")))
     shown = told("modes", path, "--bodies")

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from femflex import fem
-from femflex.advice.remedies import divided
+from femflex.advice.remedies import division_remedy
 from femflex.mesh import box, line, rectangle
 from femflex.reduction import UniformBeam, beam_body, cantilever_modes, reduce_structure
 from femflex.reduction.beams.uniform_beam import BeamFunctions
@@ -44,8 +44,11 @@ BODIES = {
     ],
 )
 def test_only_lines_of_meshes_are_told_to_be_cut(kind, advice):
-    assert divided(BODIES[kind]()) == advice
+    assert division_remedy(BODIES[kind]()) == advice
 
 
 def test_a_body_whose_parts_are_not_known_is_to_be_divided():
-    assert divided(replace(BODIES["line"](), strain_field=())) == "divide it into several bodies, welded to each other"
+    assert (
+        division_remedy(replace(BODIES["line"](), strain_field=()))
+        == "divide it into several bodies, welded to each other"
+    )

@@ -121,6 +121,7 @@ def test_kanes_spin_up_on_few_shapes_and_defaults_is_the_segmented_one(tmp_path,
     assert off > 4e-3 or kept in ("{ y = 3", "{ y = 4")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", [MESHED, ANALYTIC], ids=["meshed", "analytic"])
 def test_a_torque_that_spins_a_craft_up_counts_as_a_motion_does(tmp_path, text):
     """To 6.4 rad/s in 20 s by 450 N m on 1400 kg m^2; the first frequency is 3.8 rad/s. A hundredth of it does not."""
@@ -131,6 +132,7 @@ def test_a_torque_that_spins_a_craft_up_counts_as_a_motion_does(tmp_path, text):
     assert slow.n_modes == fast.n_modes if text is ANALYTIC else slow.n_modes == 4 < fast.n_modes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "old", "new"),
     [
@@ -152,6 +154,7 @@ def test_a_body_that_says_its_strain_keeps_them_too(tmp_path):
     assert KEPT in body.note and body.kinds.count("attachment") == 4
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::femflex.warning.TruncationWarning")
 def test_few_polynomials_are_told_how_many_a_spin_wants(tmp_path):
     few, enough = (
@@ -162,6 +165,7 @@ def test_few_polynomials_are_told_how_many_a_spin_wants(tmp_path):
     assert "polynomials" not in enough
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::femflex.warning.TruncationWarning")
 def test_characteristic_functions_say_which_loads_they_are_no_static_shapes_of(tmp_path):
     push = '\n[[loads]]\nname = "push"\nbody = "beam"\nmarker = "tip"\nforce = [0, 1, 0]\n'

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from femflex.advice.bends import SWUNG, Bend
-from femflex.advice.stiffening import lowest_frequency, masses_hung
+from femflex.advice.deflections import SWUNG, DeflectionWatch
+from femflex.advice.stiffening import attached_masses, lowest_frequency
 from femflex.body import rigid_body
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.system import System, weld
@@ -21,7 +21,7 @@ def test_the_frequency_of_a_light_boom_is_that_of_what_hangs_at_its_tip():
     joints = [weld("boom", child_marker="root"), weld("first", "boom", parent_marker="tip")]
     joints += [weld("second", "first"), weld("third", "boom", parent_marker="root")]
     system = System({"boom": boom, "first": lump, "second": lump, "third": lump}, tuple(joints))
-    hung = masses_hung(system, "boom")
+    hung = attached_masses(system, "boom")
     assert hung == {"tip": 6.0, "root": 3.0}
     exact = np.sqrt(3 * 3.0 / ((6.0 + 33 / 140 * 0.02) * 2.0**3))
     assert lowest_frequency(boom, hung) == pytest.approx(exact, rel=1e-5)
@@ -31,7 +31,7 @@ def test_the_frequency_of_a_light_boom_is_that_of_what_hangs_at_its_tip():
 @pytest.mark.parametrize(("bend", "told"), [(0.7, False), (1.1, True)])
 def test_a_condensed_body_bent_by_more_than_its_strain_holds_is_told_of(bend, told, recwarn):
     body = beam_body(BEAM, BeamFunctions(y=2, z=1), strain="condensed")
-    seen = Bend("boom", 1, body, "cut it into segments")
+    seen = DeflectionWatch("boom", 1, body, "cut it into segments")
     state = np.zeros((2, 1 + body.n_modes))
     first = int(np.argmax(np.abs(body.markers["tip"].phi[1, : body.n_modes])))
     state[1, 1 + first] = bend * SWUNG * seen.size / np.abs(body.markers["tip"].phi[1, first])

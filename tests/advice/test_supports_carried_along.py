@@ -46,9 +46,7 @@ def build(folder, clamp, held):
 
 
 def test_a_weld_at_a_support_that_turns_in_the_shapes_is_told_of(tmp_path):
-    with pytest.warns(
-        PhysicsWarning, match=r"'left', which its clamp leaves free in ry.*\('right'\).*Drop child_marker"
-    ):
+    with pytest.warns(PhysicsWarning, match=r"'left', whose clamp leaves ry free.*\('right'\).*Remove child_marker"):
         build(tmp_path, HINGED, 'child_marker = "left"')
 
 

@@ -73,14 +73,14 @@ def test_a_wide_thin_sheet_follows_the_elastica_of_its_cylinder_by_default(gravi
     expected = elastica(1.5e-3, gravity)
     assert 0.998 * expected < sag(system) < (1 + EDGES) * expected
     note = system.bodies["plate"].note
-    assert "strain is condensed" in note and "that bends by more than some 0.021 m stops curving crosswise" in note
+    assert "strain is condensed" in note and "bent by over 0.021 m, it loses its transverse" in note
     assert system.bodies["plate"].kinds.count("third derivative") == 1
 
 
 def test_what_a_case_says_of_third_derivatives_is_taken():
     none, one = (sheet(1.5, f", third_derivatives = {n}") for n in (0, 1))
-    assert "cannot curve crosswise as its shapes do" in none.bodies["plate"].note
-    assert "leave out third_derivatives = 0" in none.bodies["plate"].note
+    assert "loses its transverse (anticlastic) curvature" in none.bodies["plate"].note
+    assert "Remove third_derivatives = 0" in none.bodies["plate"].note
     assert sag(none) < 0.85 * elastica(1.5e-3, 4.0)
     assert one.bodies["plate"].note == ""
     assert 0.99 < sag(one) / elastica(1.5e-3, 4.0) < 1 + EDGES
@@ -102,7 +102,7 @@ def test_free_sheets_are_told_what_their_set_lacks():
         'kind = "weld"', 'kind = "free"'
     )
     note = noted_system(parse_case(text, MESHES / "sheet.toml")).bodies["plate"].note
-    assert "cannot curve crosswise as its shapes do" in note and "third_derivatives = 2 gives it" in note
+    assert "loses its transverse (anticlastic) curvature" in note and "set third_derivatives = 2" in note
     more = noted_system(
         parse_case(text.replace("modes = 4", "modes = 4, third_derivatives = 2"), MESHES / "sheet.toml")
     )

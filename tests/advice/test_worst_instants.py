@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from spin_up import KANE
 
-from femflex.advice.stiffening import Stiffening, masses_hung
+from femflex.advice.stiffening import StiffeningWatch, attached_masses
 from femflex.dynamics import compile_system
 from femflex.system import System, free, weld
 from femflex.warning import PhysicsWarning
@@ -19,7 +19,7 @@ GAINS = [[-0.30, 0.10], [-0.64, 0.69], [-0.10, 0.05]]  # parts of the lowest sha
 @pytest.mark.parametrize("order", [(0, 1, 2), (1, 0, 2), (0, 2, 1)])
 def test_the_largest_stiffening_and_softening_of_all_blocks_are_told(order):
     """sqrt(1.69) = 1.3: 30 % up, at the spin of its own row; sqrt(0.36) = 0.6: 40 % down."""
-    guard = Stiffening(compile_system(System({"beam": KANE.body("linear", y=2)}, (KANE.joint(),))))
+    guard = StiffeningWatch(compile_system(System({"beam": KANE.body("linear", y=2)}, (KANE.joint(),))))
     guard._whole = {"beam": "beam"}
     for block in order:
         guard._ignored = SimpleNamespace(gains=lambda seen, k=block: {"beam": np.array(GAINS[k])})
@@ -38,5 +38,5 @@ def test_what_hangs_at_a_marker_has_the_mass_of_all_that_hangs_on_it():
     joints = [free("a"), *(weld(child, parent, parent_marker="tip") for child, parent in ("ba", "cb", "dc"))]
     system = System(bodies, tuple(joints))
     mass = body.moments.mass
-    assert masses_hung(system, "a") == pytest.approx({"tip": 3 * mass})
-    assert masses_hung(system, "b") == pytest.approx({"tip": 2 * mass}) and masses_hung(system, "d") == {}
+    assert attached_masses(system, "a") == pytest.approx({"tip": 3 * mass})
+    assert attached_masses(system, "b") == pytest.approx({"tip": 2 * mass}) and attached_masses(system, "d") == {}

@@ -10,7 +10,7 @@ import pytest
 from scipy.linalg import eigh
 
 from femflex.advice import warn_of
-from femflex.advice.doubts import output_doubts
+from femflex.advice.model_warnings import output_warnings
 from femflex.assembly.rigid_skins import equivalent_box
 from femflex.case import Case, parse_case, read_case
 from femflex.dynamics import compile_system
@@ -198,7 +198,7 @@ def test_a_body_drawn_far_aside_does_not_start_stretched(
         ),
         ("rates", '["360 rad/s", 0, 0]', r"attitude.rates: 360 is read as"),
         ("angles", "[0, 0, 3.5]", r'attitude.angles: 3.5 is read as 3.5 rad .*"3.5 deg" \(0.06109 rad\)'),
-        ("yaw", "30", r'attitude.yaw: 30 is read as 30 rad \(4.77 turns\).*"30 deg" \(0.5236 rad\)'),
+        ("angles", "[0, 0, 30]", r'attitude.angles: 30 is read as 30 rad \(4.77 turns\).*"30 deg" \(0.5236 rad\)'),
     ],
 )
 def test_numbers_that_look_like_degrees_are_warned_of_with_both_readings(key: str, value: str, told: str):
@@ -207,7 +207,7 @@ def test_numbers_that_look_like_degrees_are_warned_of_with_both_readings(key: st
 
 
 def test_an_angle_that_says_radians_may_be_over_half_a_turn():
-    assert parse_case(HUB + "[attitude]\nyaw = '3.5 rad'\n").attitude.turns()[2] == 3.5
+    assert parse_case(HUB + "[attitude]\nangles = [0, 0, '3.5 rad']\n").attitude.turns()[2] == 3.5
 
 
 def test_fast_rates_with_their_unit_are_not_warned_of():
@@ -416,7 +416,7 @@ def test_a_section_of_a_case_has_the_dimensions_of_its_class():
 
 
 def test_a_frame_may_spin(craft: str, write_case: Callable[..., Path]):
-    text = HUB + "[attitude]\nframe = 'spinning'\nspin = [0, 0, '2 rpm']\nroll = '30 deg'\n"
+    text = HUB + "[attitude]\nframe = 'spinning'\nspin = [0, 0, '2 rpm']\nangles = [0, '30 deg', 0]\n"
     seen = observed(parse_case(text))
     C_NB = dcm_from_quaternion(seen["bodies/hub/attitude"])
     np.testing.assert_allclose(C_NB @ seen["bodies/hub/rate"], [0, 0, 4 * np.pi / 60], atol=1e-15)
@@ -494,8 +494,8 @@ def test_doubtful_bodies_are_warned_of_with_both_numbers(craft: str, write_case:
     found = decided(sound)
     told = "step of 0.1 s shows up to 5 Hz, and the first mode of body 'boom' has 6.496 Hz"
     with pytest.warns(PhysicsWarning, match=told):
-        warn_of(output_doubts(found.system, 0.1))
-    warn_of((*found.advice, *output_doubts(found.system, 0.01)))  # nothing to say: warnings are errors here
+        warn_of(output_warnings(found.system, 0.1))
+    warn_of((*found.advice, *output_warnings(found.system, 0.01)))  # nothing to say: warnings are errors here
     path = write_case(craft, "long.toml")
     (path.parent / "boom.inp").write_text((path.parent / "boom.inp").read_text().replace("3.0, 0.0", "3000.0, 0.0"))
     long = read_case(path)

@@ -91,6 +91,7 @@ def test_mistakes_are_told_and_nothing_is_written(tmp_path, text, old, new, frag
         assert fragment in told
 
 
+@pytest.mark.slow
 def test_a_run_says_how_many_rows_follow_from_others(tmp_path):
     file, output = tmp_path / "case.toml", tmp_path / "run.h5"
     file.write_text(
@@ -111,6 +112,7 @@ def begun(tmp_path, text):
     return " ".join(done.stdout.split()), open_run(output)
 
 
+@pytest.mark.slow
 def test_initial_values_that_the_loop_moves_are_told_and_kept_in_the_file(tmp_path):
     short = FOUR_BAR.replace('duration = "5 s"\nsamples = 1001', 'duration = "5 ms"\nsamples = 3')
     said, opened = begun(tmp_path, short.replace('keep = ["drive"]', 'keep = ["ground-rocker"]'))
@@ -127,6 +129,7 @@ def test_initial_values_that_the_loop_moves_are_told_and_kept_in_the_file(tmp_pa
         assert "drive" not in run.attributes["start_moved"]  # kept
 
 
+@pytest.mark.slow
 def test_a_misfit_within_the_play_is_told_and_kept_in_the_file(tmp_path):
     short = FOUR_BAR.replace('duration = "5 s"\nsamples = 1001', 'duration = "5 ms"\nsamples = 3')
     askew = short.replace('position = ["2 m", 0, 0]', 'position = ["2 m", 0, "0.4 um"]')

@@ -153,11 +153,11 @@ MISTAKES = [
     ),
     (
         "kind = 'spherical'\nrates = [1, 0, 0]\nmotion.angles = ['free', 'free', 0.4]",
-        "found rates beside motion.angles",
+        "found rates with motion.angles",
     ),
     (
         "kind = 'spherical'\nrotation = 'zyx'\nmotion.angles = ['free', 'free', 0.4]",
-        "found rotation 'zyx' beside motion.angles",
+        "found rotation 'zyx' and motion.angles",
     ),
     ("kind = 'weld'\nmotion.angle = 1", "belongs to kind = 'revolute'"),
     ("kind = 'revolute'\nmotion.angles = [1]", "did you mean 'angle'?"),
@@ -197,7 +197,10 @@ TABLES = [
         "specified up to 3 s, and the run lasts 4 s; give the",
     ),
     ("times = [0, 1, 2, 4]", "give times and values, or file and column"),
-    ("file = 'none.csv', column = 'a'", "found file 'none.csv', which does not exist beside the case"),
+    (
+        "file = 'none.csv', column = 'a'",
+        "found file 'none.csv', which does not exist; names are relative",
+    ),
     ("file = 'track.csv', column = 'a'", "column 'a' is not in track.csv; its first line names ['time', 'b']"),
     ("file = 'track.csv', column = 'b'", "line 3 of track.csv has 'x' for b; expected a number"),
 ]

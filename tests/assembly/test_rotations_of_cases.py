@@ -82,7 +82,7 @@ def test_the_root_and_joints_are_rebased_where_asked(system_of):
 
 
 def test_librations_may_be_extrinsic(system_of):
-    given = "sequence = 'extrinsic xzy'\npitch = 0.3\nroll = 0.2\nyaw = -0.1"
+    given = "sequence = 'extrinsic xzy'\nangles = [0.3, 0.2, -0.1]"
     system = system_of(given, "kind = 'weld'")
     model = femflex.compile_system(system)
     out = model.observe(np.zeros(1), model.x0[None])

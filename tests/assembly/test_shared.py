@@ -6,7 +6,7 @@ import warnings
 
 import pytest
 
-from femflex.assembly.shared import Shared, shared, shared_structures
+from femflex.assembly.shared import SharedParts, shared_parts, shared_structures
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh import rectangle
 from femflex.warning import PhysicsWarning
@@ -18,7 +18,7 @@ def structure():
 
 
 def test_a_structure_is_made_once_and_its_warning_given_whenever_it_is_taken():
-    kept, made = Shared(), []
+    kept, made = SharedParts(), []
     for _ in range(3):
         with pytest.warns(PhysicsWarning, match="curved sides lie 3 mm off") as given:
             made.append(kept.structure("plate", structure))
@@ -29,10 +29,10 @@ def test_a_structure_is_made_once_and_its_warning_given_whenever_it_is_taken():
 
 
 def test_structures_are_shared_while_that_lasts_alone():
-    assert shared() is None
+    assert shared_parts() is None
     with shared_structures():
-        outer = shared()
+        outer = shared_parts()
         with shared_structures():
-            assert shared() is outer is not None
-        assert shared() is outer
-    assert shared() is None
+            assert shared_parts() is outer is not None
+        assert shared_parts() is outer
+    assert shared_parts() is None

@@ -11,7 +11,7 @@ import pytest
 
 from femflex.advice import warn_of
 from femflex.advice.bodies import KnownBodies
-from femflex.advice.doubts import doubts
+from femflex.advice.model_warnings import model_warnings
 from femflex.case import read_case
 from femflex.case.problems import CaseError
 from femflex.dynamics.equilibria.equilibrium import equilibrium
@@ -138,6 +138,7 @@ def test_a_torque_across_a_line_of_nodes_acts(bar):
         build_system(read_case(bar("edge", "[0, 2, 0]")))
 
 
+@pytest.mark.slow
 def test_a_torque_on_a_body_whose_shapes_do_not_turn_its_marker_is_told_of(bar):
     body = build_body(read_case(bar()), "bar")
     system = build_system(read_case(bar(torque="[1, 0, 0]")))
@@ -146,4 +147,4 @@ def test_a_torque_on_a_body_whose_shapes_do_not_turn_its_marker_is_told_of(bar):
     with pytest.warns(
         PhysicsWarning, match=r"loads\[twist\]: none of the 5 shapes of body 'bar' turns its marker 'tip'"
     ):
-        warn_of(doubts(replace(system, bodies={"bar": still}), KnownBodies({}), 1.0))
+        warn_of(model_warnings(replace(system, bodies={"bar": still}), KnownBodies({}), 1.0))

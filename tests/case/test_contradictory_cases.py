@@ -57,7 +57,10 @@ def invoked(tmp_path, verb, text):
 def test_a_contradiction_during_a_run_is_exit_3_with_everything_before_it_kept(tmp_path):
     code, said = invoked(tmp_path, "run", KNIFE.replace("HOW", '"locked"'))
     assert code == 3
-    assert "constraint 'blade' cannot be held any further beside the specified motion of 'slide.slide2'" in said
+    assert (
+        "constraint 'blade' cannot be satisfied any further together with the specified motion of 'slide.slide2'"
+        in said
+    )
     assert "run.h5 keeps what was computed and is marked incomplete" in said
     with open_run(tmp_path / "run.h5") as run:
         assert not run.complete and len(run.time) >= 11

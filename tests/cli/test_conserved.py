@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from femflex.body import rigid_body
-from femflex.cli.run_told import conserved
+from femflex.cli.run_report import conserved_monitors
 from femflex.system import Frame, Load, System, free, revolute
 
 ENERGY, SPIN = "monitors/energy", "monitors/angular_momentum"
@@ -35,4 +35,4 @@ class Empty(dict):
 )
 def test_what_the_forces_and_joints_leave_constant(system: System, kept: list[str]):
     run: Any = Empty()
-    assert conserved(run, system) == kept
+    assert conserved_monitors(run, system) == kept

@@ -104,6 +104,7 @@ def test_a_run_judges_what_is_expected_of_the_modes(femflex, case):
     assert "does not hold" in out and "first" in err
 
 
+@pytest.mark.slow
 def test_converge_studies_a_frequency_of_the_craft(femflex, case):
     path = case()
     path.write_text(path.read_text().replace("ratio = 0.01", "ratio = 0"))  # 0.02 of the craft lowers it by 2e-4
@@ -115,6 +116,7 @@ def test_converge_studies_a_frequency_of_the_craft(femflex, case):
     assert "frequency of bending 1 of the craft" in femflex("converge", case(), "--over", "modes")[1]
 
 
+@pytest.mark.slow
 def test_the_montage_and_the_movie_are_drawn(femflex, case, tmp_path):
     from matplotlib.image import imread
 

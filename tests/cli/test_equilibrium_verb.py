@@ -176,7 +176,7 @@ def test_a_body_is_not_started_twice(craft, write_case, tmp_path):
     path = write_case(craft + START.format("eq.h5"))
     (tmp_path / "eq.h5").write_bytes(b"")
     code, _, wrong = told("run", path)
-    assert code == 2 and "found a start of the body beside [initial] from = 'eq.h5'" in wrong
+    assert code == 2 and "found an initial state of the body together with [initial] from = 'eq.h5'" in wrong
     assert (
         "is not a result file"
         in told(
@@ -247,7 +247,7 @@ def test_stretch_coordinates_do_not_hold_up_the_way_to_an_equilibrium(tmp_path):
 
 
 @pytest.mark.parametrize(("strain", "bound"), [("linear", "10%"), ("condensed", "20%")])
-@pytest.mark.filterwarnings("ignore:.*what buckles the body")  # its load is near that too
+@pytest.mark.filterwarnings("ignore:.*linear buckling load")  # its load is near that too
 def test_an_equilibrium_bent_beyond_its_strain_is_warned_of_with_both_numbers(tmp_path, strain, bound):
     case = tmp_path / "bent.toml"
     text = LOADED.format(mesh=BEAM, strain=strain, force=-400)
@@ -317,7 +317,9 @@ force = [{-0.95 * euler}, 0, 1]
 """
     path = tmp_path / "column.toml"
     path.write_text(text)
-    with pytest.warns(PhysicsWarning, match=r"0\.95 of what buckles the body: above 0\.9 of it condensed strain bends"):
+    with pytest.warns(
+        PhysicsWarning, match=r"0\.95 of the linear buckling load; above 0\.9 of it, condensed strain gives"
+    ):
         balanced(read_case(path))
 
 

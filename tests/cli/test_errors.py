@@ -76,6 +76,7 @@ def _call(command: list[str], cwd: Path, **more: str) -> subprocess.CompletedPro
     return subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=120)
 
 
+@pytest.mark.slow
 def test_a_mistake_is_a_sentence_through_links_of_every_kind(tmp_path: Path):
     """The package through a symbolic link, the interpreter through one, `-m` and the console's entry point."""
     (tmp_path / "lib").mkdir()

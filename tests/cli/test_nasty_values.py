@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from mutations import CASES, VALUES, beside, mutated, places, raw_case, renamed, toml
 
-from femflex.cli.check import examined
+from femflex.cli.check import examine_case
 from femflex.cli.errors import meaning
 
 NAMES = sorted(path.name for path in CASES.glob("*.toml"))
@@ -45,7 +45,7 @@ def answer(path: Path) -> tuple[int, str]:
         warnings.simplefilter("ignore")
         try:
             with within(LONGEST):
-                examined(path)
+                examine_case(path)
         except Exception as error:
             code, sentences = meaning(error)
             return code, "\n".join(sentences)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+import pytest
 
 COMMAND = [sys.executable, "-m", "femflex"]
 HELP_SECONDS, STOP_SECONDS = 0.5, 0.5
@@ -50,6 +51,7 @@ def _interrupted_run(case: Path, output: Path) -> tuple[int, float, str]:
     return process.returncode, time.perf_counter() - sent, err
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_is_kept_and_resumes_bit_for_bit(
     craft: str, write_case: Callable[..., Path], tmp_path: Path
 ):

@@ -17,7 +17,7 @@ CASES = Path(__file__).parents[2] / "cases"
 
 @pytest.fixture
 def spin_up(tmp_path: Path) -> Path:
-    """Kane's beam with two bending coordinates, past the time at which linear strain has run away, no scene drawn."""
+    """Kane's beam with two bending coordinates, past the time at which linear strain diverges, no scene drawn."""
     text = (CASES / "spin_up.toml").read_text()
     head, _, _ = text.partition("[study]")
     for old, new in (
@@ -43,7 +43,7 @@ def test_linear_strain_runs_away_in_the_same_plot_and_the_run_is_done_all_the_sa
     done = run(spin_up)
     assert done.exit_code == 0, done.stderr
     said = " ".join(done.stdout.split())
-    assert "compared without nonlinear_strain:" in said and "where it has run away" in said
+    assert "compared without nonlinear_strain:" in said and "where it diverges" in said
     with open_run(spin_up.with_name("run.h5")) as first, open_run(spin_up.with_name("run_without.h5")) as second:
         assert second.without == ("nonlinear_strain",) and not second.complete and first.complete
         bend, away = (one["markers/beam.tip/deflection"][:, 1] for one in (first, second))

@@ -67,6 +67,7 @@ def test_json_holds_the_same(verb: str, words: tuple[str, ...], femflex, write_c
     assert code == 0 and data.startswith(WHY)
 
 
+@pytest.mark.slow
 def test_terms_say_it_of_the_model_that_they_build_again(femflex, write_case):
     assert femflex("run", write_case(BLADE), "-o", "blade.h5", "--no-pictures")[0] == 0
     code, out, _ = femflex("terms", "blade.h5", "--case", write_case(BLADE))
@@ -79,6 +80,7 @@ def test_what_a_case_says_itself_is_not_told_as_a_choice(femflex, write_case):
     assert code == 0 and "strain is" not in out
 
 
+@pytest.mark.slow
 def test_a_backbone_of_linear_strain_says_that_it_cannot_bend(femflex, write_case):
     said = BLADE.replace("mass_per_length = 1\n", 'mass_per_length = 1\nstrain = "linear"\n')
     _, out, _ = femflex("modes", write_case(said), "--backbone", "1 mm, 1 cm")

@@ -93,6 +93,7 @@ def test_the_largest_term_comes_first_and_inertia_is_followed_by_its_parts(full)
         assert float(line.split()[-1].rstrip("%")) == pytest.approx(100 * sizes[name]["rms"] / largest, abs=0.06)
 
 
+@pytest.mark.slow
 def test_the_picture_is_written_once(full, tmp_path):
     code, said, _ = told("terms", full, "-o", tmp_path / "a.svg", "--theme", "dark", "--whole", "--coordinate", "all")
     assert code == 0 and "picture" in said and (tmp_path / "a.svg").stat().st_size > 10_000

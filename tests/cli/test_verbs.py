@@ -147,12 +147,12 @@ def test_a_motion_that_runs_away_ends_with_code_3_and_keeps_its_file(
     text = text.replace("[bodies.boom]", '[bodies.boom]\nstrain = "linear"')
     code, _, err = femflex("run", write_case(text.replace("mass = 200", "mass = 1e7")), "-o", "run.h5")
     assert code == 3
-    assert "in boom.delta" in err and "the motion has run away" in err and "marked incomplete" in err
+    assert "in boom.delta" in err and "the motion diverges" in err and "marked incomplete" in err
     told = re.search(r"body 'boom' turned at up to 100 rad/s: a stiffening of (\d+)% .*\((\S+) Hz, not (\S+) Hz", err)
     assert told is not None and err.index(told[0]) < err.index("the run stopped")
     assert float(told[3]) / float(told[2]) == pytest.approx(1 + float(told[1]) / 100, abs=0.01)
     with open_run(tmp_path / "run.h5") as kept:
-        assert not kept.complete and "run away" in kept.ended
+        assert not kept.complete and "diverges" in kept.ended
         assert 0 < len(kept) < 201 and np.isfinite(kept["q"]).all()
 
 
@@ -308,6 +308,7 @@ def test_the_schema_knows_units_and_refuses_unknown_keys(femflex: Callable[..., 
     assert len(schema["$defs"]) > 30
 
 
+@pytest.mark.slow
 def test_pictures_of_a_run_and_of_modes_have_the_size_asked_for(
     femflex: Callable[..., tuple[int, str, str]], write_case: Callable[..., Path], tmp_path: Path
 ):

@@ -6,17 +6,17 @@ import warnings
 
 import pytest
 
-from femflex.cli.tables import folded, print_table
-from femflex.cli.warned import gather_warnings, tell_warnings, together, warnings_so_far
+from femflex.cli.grouped_warnings import gather_warnings, grouped, print_warnings, warnings_so_far
+from femflex.cli.tables import folded_columns, print_table
 from femflex.warning import PhysicsWarning
 
 
 def test_warnings_of_one_kind_come_as_one_line():
-    said = together(["a: 4 modes carry 63 %", "b: 6 modes carry 71.5 %", "a: spins too fast", "no body named"])
+    said = grouped(["a: 4 modes carry 63 %", "b: 6 modes carry 71.5 %", "a: spins too fast", "no body named"])
     assert said == [
         "a: 4 modes carry 63 % (likewise b, with its own numbers)", "a: spins too fast", "no body named"
     ]  # fmt: skip
-    many = together([f"panel{k}: off by {k} %" for k in range(7)])
+    many = grouped([f"panel{k}: off by {k} %" for k in range(7)])
     assert many == ["panel0: off by 0 % (likewise panel1, panel2, panel3 and 3 more, each with its own numbers)"]
 
 
@@ -26,9 +26,9 @@ def test_a_warning_is_told_once_and_only_those_of_femflex(capsys):
         for text in ("boom: bends", "boom: bends", "mast: bends"):
             warnings.warn(text, PhysicsWarning, stacklevel=1)
         warnings.warn("of somebody else", UserWarning, stacklevel=1)
-        tell_warnings()
+        print_warnings()
         warnings.warn("mast: bends", PhysicsWarning, stacklevel=1)
-        tell_warnings()
+        print_warnings()
     assert capsys.readouterr().err == "femflex: warning: boom: bends (likewise mast, with its own numbers)\n"
     assert len(warnings_so_far()) == 1
 
@@ -38,7 +38,7 @@ def test_a_warning_is_told_once_and_only_those_of_femflex(capsys):
     [([4, 10, 60], [[0, 1, 2]]), ([4, 10, 63], [[0, 1], [0, 2]]), ([90], [[0]]), ([4, 90, 3], [[0, 1], [0, 2]])],
 )
 def test_a_table_is_folded_where_it_is_wider_than_the_screen(widths, groups):
-    assert folded(widths, 1, 80) == groups
+    assert folded_columns(widths, 1, 80) == groups
 
 
 def test_no_row_of_a_folded_table_is_wider_than_80(capsys):

@@ -27,7 +27,9 @@ def test_the_pages_have_commands():
     assert len(QUICK) >= 10 and sum(len(blocks) for blocks in COMMANDS.values()) > 40
 
 
-@pytest.mark.parametrize("page", QUICK)
+@pytest.mark.parametrize(
+    "page", [page if page == "README.md" else pytest.param(page, marks=pytest.mark.slow) for page in QUICK]
+)
 @pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")
 def test_the_quick_commands_of_a_page_work_in_their_order(page: str, folder: Path):
     run_blocks([block for block in COMMANDS[page] if not block.slow], folder)

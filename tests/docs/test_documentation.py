@@ -71,12 +71,14 @@ def test_the_reference_has_every_verb(generated: Callable[[str], str]):
         assert f"\n## {name}\n" in page
 
 
+@pytest.mark.slow
 def test_the_reference_has_every_kind_of_channel_and_term(generated: Callable[[str], str]):
     page = generated("channels")
     assert not [path for path in CHANNELS if f"| `{path}` |" not in page]
     assert all(f"`{term}`" in page for term in ("inertia", "elastic", "gravity_gradient", "loads/LOAD", "loops/LOOP"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["unfolding_array", "gimbal_antenna"])
 @pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")
 def test_every_channel_of_a_shipped_case_is_in_the_reference(name: str, generated: Callable[[str], str]):

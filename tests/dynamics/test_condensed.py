@@ -14,7 +14,7 @@ from test_equations import frozen, orbital_frame
 from test_terms import along, furnished, one
 
 from femflex.dynamics import compile_system
-from femflex.dynamics.reports.carried import carried
+from femflex.dynamics.reports.marker_motion import marker_motion
 from femflex.integrate import integrator
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.system import Frame, Orbit, free, spherical
@@ -134,7 +134,7 @@ def test_torques_work_through_markers_that_turn_as_sections_of_beams():
     x, h = np.concatenate([q, u]), 1e-5
     states = x + h * np.array([-1, 0, 1])[:, None] * model.state_rate(0.0, x)
     times = np.zeros(3)
-    place, C = carried(system, times, model.observe(times, states), push.body, push.marker)
+    place, C = marker_motion(system, times, model.observe(times, states), push.body, push.marker)
     rate = Rotation.from_matrix(C[2] @ C[0].T).as_rotvec() / (2 * h)
     power = (C[1] @ push.force) @ (place[2] - place[0]) / (2 * h) + (C[1] @ push.torque) @ rate
     assert -u @ one(model, x)["loads/push"] == pytest.approx(power, rel=1e-7)

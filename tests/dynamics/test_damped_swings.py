@@ -61,6 +61,7 @@ def energy_left(body):
     return energy / energy[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [meshed, analytic])
 def test_stretch_with_coordinates_of_its_own_damps_bending_no_more_than_stretch_that_follows(make):
     """Energy falls as exp(-2 zeta omega t), within what the bend does to the frequency."""

@@ -56,7 +56,7 @@ def test_a_loop_that_cannot_close_with_what_is_kept_is_named():
     joints = tuple(
         j.with_initial(q0=[closed[f"{j.label}.angle"]]) if j.n_u else j for j in moving.joints
     )  # positions close, but the kept rocker is at rest while the crank turns
-    with pytest.raises(ValueError, match=r"'closure' cannot be held: the .* with 'drive', 'ground-rocker' kept"):
+    with pytest.raises(ValueError, match=r"'closure' cannot be satisfied: the .* with 'drive', 'ground-rocker' kept"):
         compile_system(replace(moving, joints=joints))
 
 

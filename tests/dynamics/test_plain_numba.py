@@ -31,6 +31,7 @@ def rates():
     return compile_system(system).state_rate(0.3, np.concatenate([q, u]))
 
 
+@pytest.mark.slow
 def test_plain_numba_gives_the_same_rates(tmp_path):
     environment = {**os.environ, "FEMFLEX_PLAIN_NUMBA": "1", "PYTHONPATH": str(TOP)}
     command = [sys.executable, "-c", SCRIPT, str(Path(__file__).parent), str(tmp_path / "rates.npy")]

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from femflex import fem, reduction, system
 from femflex.dynamics import compile_system
-from femflex.dynamics.reports.carried import carried
+from femflex.dynamics.reports.marker_motion import marker_motion
 from femflex.dynamics.terms.without import with_linear_strain
 from femflex.integrate import integrator
 from femflex.mesh import line
@@ -47,7 +47,7 @@ def moved(body, share, build=System, method="dop853", rtol=1e-7):
 def tip(model, states):
     """Place of the tip (n_t, 3) and its twist (n_t,): what is left of its turn beyond the shortest to its tangent."""
     seen = model.observe(TIMES, states)
-    C = carried(model.system, TIMES, seen, model.system.order[-1], "tip")[1]
+    C = marker_motion(model.system, TIMES, seen, model.system.order[-1], "tip")[1]
     twist = []
     for turn in C:
         bend = Rotation.from_rotvec(shortest(turn[:, 0])).as_matrix().T @ turn

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from spinning_craft import principal_axes, random_craft
 
 from femflex.body import rigid_body
-from femflex.dynamics.equilibria.character import character
+from femflex.dynamics.equilibria.character import motion_character
 from femflex.dynamics.equilibria.equilibrium import equilibrium
 from femflex.dynamics.equilibria.linearised import linearised
 from femflex.system import Frame, System, cylindrical, free, revolute, spherical, turns, weld
@@ -40,7 +40,7 @@ def test_a_free_body_wobbles_or_grows_as_euler_says(k):
     assert found.eigenvalues**2 == pytest.approx(square, rel=1e-8)
     assert tuple(motion.name for motion in found.motions.known) == FREE
     assert found.stable is (k != 1)
-    assert character(found.model, found.motions, C[:, k]).words == ("wobble",)
+    assert motion_character(found.model, found.motions, C[:, k]).words == ("wobble",)
     if k == 1:
         assert found.growth == pytest.approx(np.sqrt(square), rel=1e-8)
         assert f"by a factor e in {1 / np.sqrt(square):.4g} s" in found.verdict
@@ -96,7 +96,7 @@ def test_internal_damping_makes_a_spin_about_the_least_inertia_grow():
         for k, stable in ((0, False), (2, True)):
             found = equilibrium(spun(damped, 1.0 * axes[:, k]))
             assert found.stable is stable
-            assert character(found.model, found.motions, axes[:, k]).words[0] == "wobble"
+            assert motion_character(found.model, found.motions, axes[:, k]).words[0] == "wobble"
             undamped = equilibrium(spun(system, 1.0 * axes[:, k]))
             assert undamped.stable and found.motions.frequencies[0] == pytest.approx(
                 undamped.motions.frequencies[0], rel=1e-4

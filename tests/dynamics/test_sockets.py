@@ -465,6 +465,7 @@ def linear_spring(seen, out):
     out.energy[0] = 0.5 * seen.parameters[0] * seen.coordinate[0] ** 2
 
 
+@pytest.mark.slow
 def test_in_orbit_places_and_velocities_count_from_the_centre_of_mass():
     boom, _ = random_body(np.random.default_rng(3), 2)
     system = System(
@@ -490,7 +491,10 @@ def places(seen, out):
     [
         ({"markers": (("hub", "nose"),)}, "marker 'nose' of effector 'jet' is not on body 'hub'"),
         ({"markers": (("hull", "origin"),)}, "body 'hull' of effector 'jet' does not exist"),
-        ({"inputs": ("pilot.valv",)}, "input 'pilot.valv' of effector 'jet' is no state; did you mean 'pilot.valve'"),
+        (
+            {"inputs": ("pilot.valv",)},
+            "input 'pilot.valv' of effector 'jet' is no state and no channel; did you mean 'pilot.valve'",
+        ),
         (
             {"freedoms": ("hinge.angel",)},
             "'hinge.angel' of effector 'jet' is no slide or turn; did you mean 'hinge.angle'",

@@ -54,6 +54,7 @@ def test_few_segments_that_bend_far_follow_it_within_a_tenth_of_a_per_cent(name)
         assert np.abs(case.few(k, strain, keep=keep) - reference).max() < 1e-3 * peak, (k, strain, keep)
 
 
+@pytest.mark.slow
 def test_segments_are_alike_with_condensed_and_nonlinear_strain_however_many_derivatives_there_are():
     times = np.linspace(0, 7, 71)
     for k in (2, 8):
@@ -85,6 +86,7 @@ def test_stretching_coordinates_in_place_of_the_condensed_form_do_so_too():
         assert np.abs(tip - reference).max() < 3e-3 * np.abs(reference).max()
 
 
+@pytest.mark.slow
 def test_a_few_segments_already_bracket_the_condensed_beam():
     times = np.linspace(0, 9, 91)
     coarse, fine = KANE.segmented(4, times), KANE.segmented(8, times)

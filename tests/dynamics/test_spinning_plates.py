@@ -72,6 +72,7 @@ def test_so_have_they_of_a_square_plate_and_with_coordinates_for_the_stretch():
         assert plate.frequencies(plate.body(6, "nonlinear"), 10.0, 4) == pytest.approx(exact[:4], rel=1.5e-3)
 
 
+@pytest.mark.slow
 def test_a_plate_set_askew_is_bent_and_twisted_by_its_spin():
     """By 1.6 thicknesses at the corner; pairs of derivatives that steady bending wants are kept by number."""
     plate = replace(PANEL, setting=45.0)
@@ -97,6 +98,7 @@ def history(plate, rise, times, modes):
     return reference, plate.corner(body, rise, times), np.linalg.norm(reference, axis=1).max()
 
 
+@pytest.mark.slow
 def test_a_condensed_plate_follows_all_finite_elements_through_its_spin_up():
     """Past the largest bend, of four thicknesses."""
     plate = SpinningPlate(width=0.6, thickness=0.02, hub=0.2, setting=60.0, cells=(3, 2))
@@ -105,6 +107,7 @@ def test_a_condensed_plate_follows_all_finite_elements_through_its_spin_up():
     assert np.abs(found - reference).max() < 5e-3 * peak
 
 
+@pytest.mark.slow
 def test_its_corner_draws_in_as_that_of_all_finite_elements():
     """Within 0.3 % of the peak; without the static stretch 3 %. Sideways with modes in its plane alone: 1 %."""
     plate = SpinningPlate(width=0.6, thickness=0.02, hub=0.2, setting=60.0, cells=(3, 2))

@@ -434,6 +434,7 @@ def answers():
     return out
 
 
+@pytest.mark.slow
 def test_plain_python_gives_the_same_numbers(tmp_path):
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "OPENBLAS_NUM_THREADS": "1"}
     root = Path(__file__).parents[2]

@@ -171,16 +171,16 @@ def test_dofs_without_mass_are_allowed(n):
 def test_more_modes_than_mass_can_have_says_how_many_there_are():
     K, _ = cantilever(4)
     lumps = np.array([1.0, 0, 1.0, 0, 1.0, 0, 1.0, 0])
-    with pytest.raises(ValueError, match="5 modes were asked for, but the mass takes part in only 4 elastic motions"):
+    with pytest.raises(ValueError, match="5 modes were requested, but the mass takes part in only 4 elastic motions"):
         lowest_modes(K, sparse.diags_array(lumps).tocsr(), 5)
 
 
 @pytest.mark.parametrize(
     ("n", "sentence"),
     [
-        (0, "0 modes were asked for; ask for at least one"),
-        (-3, "-3 modes were asked for"),
-        (9, "9 modes were asked for, but only 8 degrees of freedom are free to move; ask for at most 8"),
+        (0, "0 modes were requested; ask for at least one"),
+        (-3, "-3 modes were requested"),
+        (9, "9 modes were requested, but only 8 degrees of freedom are free to move; ask for at most 8"),
     ],
 )
 def test_counts_that_cannot_be_are_refused(n, sentence):

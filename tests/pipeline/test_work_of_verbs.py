@@ -11,7 +11,7 @@ from work_counts import CLAMPED, FREE, HELD, count_work, write_case
 
 from femflex.assembly import build_mesh, build_structure_of
 from femflex.case import read_case
-from femflex.cli.check import examined
+from femflex.cli.check import examine_case
 from femflex.mesh import box, rectangle
 from femflex.mesh.generators import line
 from femflex.pipeline.balanced import balanced
@@ -98,7 +98,7 @@ def test_check_and_equilibrium_take_one_assembly_and_one_factorisation(work, ver
     path.write_text(path.read_text().replace('frame = "inertial"', "held = true"))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)
-        system = examined(path)[0].system if verb == "check" else balanced(read_case(path)).model.system
+        system = examine_case(path)[0].system if verb == "check" else balanced(read_case(path)).model.system
     assert system.bodies["body"].n_modes >= 6
     assert counts["structures"] == 1
     assert counts["factorisations"] == 1

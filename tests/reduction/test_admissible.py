@@ -237,11 +237,11 @@ def test_nodes_off_the_line_are_refused():
             "ends 'clamped-loose' are not understood; give root and tip as two",
         ),
         (lambda: BeamFunctions(2, family="spline"), "family 'spline' of beam functions is not known"),
-        (lambda: BeamFunctions(), r"were asked for in numbers \(0, 0, 0, 0\)"),
+        (lambda: BeamFunctions(), r"were requested in numbers \(0, 0, 0, 0\)"),
         (lambda: BeamFunctions(2, -1), "give some, none negative"),
         (
             lambda: BeamFunctions(3, ends="free-free", static=True),
-            "static shapes stand beside characteristic functions",
+            "static shapes go with characteristic functions",
         ),
         (lambda: BeamFunctions(1, static=True), "static shapes of bending come in twos"),
         (lambda: beam_body(beam(ry=0.0, rz=0.0), BeamFunctions(2, torsion=1)), "the section has no inertia"),

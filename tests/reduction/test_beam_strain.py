@@ -81,6 +81,7 @@ def test_a_beam_between_forks_tips_over_under_end_moments(ratio):
         assert critical(body, moment, of_narrow_beams(MOMENT, 1, ratio)) == pytest.approx(1, abs=bound)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("strain", "axial"), [("condensed", 0), ("nonlinear", 1), ("nonlinear", 6)])
 def test_characteristic_functions_tip_over_at_the_same_load(strain, axial):
     """With few axial functions, which are sines, they would do so 11 to 50 % late, but for what follows beside them."""

@@ -273,6 +273,7 @@ def test_bent_states_want_a_clamp():
         with_derivatives(structure, free_free_modes(structure, 2), deflection=H)
 
 
+@pytest.mark.slow
 def test_a_pinned_beam_swings_as_the_full_finite_elements_do_and_faster_than_it_would_by_small_motion():
     """Started at w = 1.5 H in its first shape: w / w0 of Woinowsky-Krieger's oscillator, by Duffing's period."""
     structure = pinned_beam(8, 3)

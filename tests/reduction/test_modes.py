@@ -199,7 +199,7 @@ def test_a_plate_that_hangs_on_a_boom_by_one_node_is_told_where_it_is_loose():
 
 def test_more_modes_than_dofs_and_unknown_groups_are_refused():
     structure = slender_beam(n=1, order=3)
-    with pytest.raises(ValueError, match="50 modes were asked for, but only"):
+    with pytest.raises(ValueError, match="50 modes were requested, but only"):
         cantilever_modes(structure, "start", 50)
     with pytest.raises(ValueError, match="ask for at least one"):
         cantilever_modes(structure, "start", 0)

@@ -83,7 +83,7 @@ def test_the_set_stays_orthonormal_and_says_what_was_added():
     assert shapes.kinds == ("vibration",) * 3 + ("third derivative",) * 2
     np.testing.assert_allclose(shapes.phi.T @ (structure.M @ shapes.phi), np.eye(5), atol=1e-9)
     assert np.all(shapes.omega[3:] > shapes.omega[0])
-    with pytest.raises(ValueError, match="third derivatives of 4 shapes were asked for; the set has 3"):
+    with pytest.raises(ValueError, match="third derivatives of 4 shapes were requested; the set has 3"):
         with_third_derivatives(structure, cantilever_modes(structure, "left", 3), 4)
 
 

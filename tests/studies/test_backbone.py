@@ -177,11 +177,12 @@ def test_a_motion_that_was_found_repeats_itself_when_it_is_run(beam):
     np.testing.assert_allclose(q, start, atol=1e-3 * np.abs(start).max())
 
 
+@pytest.mark.slow
 def test_what_cannot_be_followed_is_refused(beam):
     for amplitudes in ([], [0.0, 1.0], [2.0, 1.0], [np.nan]):
         with pytest.raises(ValueError, match="give rising lengths above zero"):
             backbone(beam, 1, amplitudes)
-    with pytest.raises(ValueError, match="mode 99 was asked for; the body has modes 1 to"):
+    with pytest.raises(ValueError, match="mode 99 was requested; the body has modes 1 to"):
         backbone(beam, 99, [0.01])
     with pytest.raises(ValueError, match="the body has no skin"):
         backbone(replace(beam, skin=None), 1, [0.01])

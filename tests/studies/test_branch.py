@@ -54,6 +54,7 @@ def by_energy(rise, amplitude):
     return np.pi / (np.pi / 400 * np.sum(np.sqrt(mass / (2 * rest(q)))))
 
 
+@pytest.mark.slow
 def test_a_shallow_arch_first_softens_and_then_hardens_as_its_energy_says(shallow):
     amplitudes = np.array([1.6, 3.2, 4.8, 6.4, 8.0]) * 1e-3
     found = backbone(shallow, 1, amplitudes)
@@ -62,12 +63,14 @@ def test_a_shallow_arch_first_softens_and_then_hardens_as_its_energy_says(shallo
     np.testing.assert_allclose(found.omega, exact, rtol=1e-2)  # one sine, on an arch whose mode is nearly one
 
 
+@pytest.mark.slow
 def test_steps_of_amplitude_may_be_as_long_as_they_like(shallow):
     fine = backbone(shallow, 1, np.arange(0.8, 8.1, 0.8) * 1e-3)
     coarse = backbone(shallow, 1, [8e-3])
     assert coarse.omega[0] == pytest.approx(fine.omega[-1], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_an_arch_comes_back_after_the_period_and_is_on_the_other_side_half_way(shallow):
     found = backbone(shallow, 1, [8e-3])
     delta, n = found.harmonics[0].sum(axis=0), shallow.n_modes
@@ -121,6 +124,7 @@ def test_the_branch_is_that_of_a_second_program(shallow):
     np.testing.assert_allclose(found.omega / (2 * np.pi), other[:, 1], rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_a_fold_is_passed_and_what_lies_behind_it_are_motions_too(shallow):
     """The branch turns where that of a second program does, within 1e-3, and leads on to smaller amplitudes.
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from femflex.cli import kept_alive
+from femflex.cli import keep_alive
 from femflex.cli.app import app
 from femflex.integrate import IntegrationError, Steps
 from femflex.studies import study
@@ -133,7 +133,7 @@ def test_numerics_that_fail_keep_the_levels_there_are(converge: Called, written:
         (["-o", "study.pdf"], "a plot is written as .png or .svg; study.pdf is neither"),
         (["-o", "there.png"], "there.png exists"),
         (["-o", "study.png", "--theme", "blue"], "theme 'blue' is not known"),
-        (["--levels", "2,300"], "bodies.beam: 300 modes were asked for, but only"),
+        (["--levels", "2,300"], "bodies.beam: 300 modes were requested, but only"),
     ],
 )
 def test_bad_input_is_a_sentence_and_writes_nothing(
@@ -155,9 +155,9 @@ def test_levels_left_out_are_said(converge: Called, written: Callable[..., Path]
 
 
 def test_progress_is_told_again_while_a_level_takes_long(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(kept_alive, "BEAT", 0.01)
+    monkeypatch.setattr(keep_alive, "BEAT", 0.01)
     told: list[float] = []
-    with kept_alive.kept_alive(told.append) as tell:
+    with keep_alive.keep_alive(told.append) as tell:
         tell(30.0)
         time.sleep(0.1)
     count = len(told)

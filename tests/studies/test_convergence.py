@@ -111,6 +111,7 @@ def test_joints_that_a_case_gives_are_those_of_every_level(built: Built):
     assert found.values[0] == pytest.approx(value_of_run(built(given, ("modes = 4,", "modes = 2,"))), rel=1e-8)
 
 
+@pytest.mark.slow
 def test_static_shapes_are_made_anew_for_each_level_and_converge_faster(built: Built):
     exact = value_of_run(built(NODAL))
     plain = convergence(built(PLAIN), "modes", [2, 4, 6])
@@ -242,7 +243,7 @@ REFUSED = [
     (None, "modes", [4], "found levels 4; give at least two different numbers of modes"),
     (None, "modes", [0, 2, 4], "found levels 0, 2, 4; give .* each at least 1"),
     (None, "mesh", [-1, 0], "numbers of refinements, each at least 0"),
-    (None, "modes", [10, 100], "bodies.beam: 100 modes were asked for, but only .* ask for at most"),
+    (None, "modes", [10, 100], "bodies.beam: 100 modes were requested, but only .* ask for at most"),
     (("deflection", "deflexion"), "modes", None, "study.quantity.channel: found .* did you mean 'markers/beam.tip/def"),
     (("deflection", "deflexion"), "mesh", None, "study.quantity.channel: found .* did you mean 'markers/beam.tip/def"),
     ((QUANTITY, HUBS_MODE), "modes", None, "body 'hub', which the study is about, has no modes to vary"),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from femflex.case import Case
-from femflex.cli.converge_told import print_study
+from femflex.cli.converge_report import print_study
 from femflex.studies import assessed, convergence, planned
 from femflex.studies.study import Point
 from femflex.studies.verdict import level_text

@@ -74,6 +74,7 @@ def test_damping_given_for_each_mode_limits_the_ladder(built: Built):
     assert [rung.level for rung in planned(built(damped)).ladder.rungs] == [1, 2, 3, 4]
 
 
+@pytest.mark.slow
 def test_two_bodies_are_varied_together_or_one_alone(built: Built):
     joint = '\n[[joints]]\nkind = "weld"\nparent = "hub"\nchild = "other"\nchild_marker = "ROOT"\n\n[[loads]]'
     plain = ("modes = 4 }", "modes = 4, joints = {} }")

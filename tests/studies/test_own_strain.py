@@ -90,6 +90,7 @@ def test_the_backbone_of_a_body_file_is_that_of_the_body_it_was_made_of(written:
     assert kept["beam_file"]["backbone"]["frequency_hz"] == own["beam"]["backbone"]["frequency_hz"]
 
 
+@pytest.mark.slow
 def test_a_backbone_that_ends_early_keeps_what_it_had(written: Written):
     path = written(("modes = 4 }", DERIVED))
     code, out, err = told("modes", path, "--backbone", "1 mm, 1 cm, 1000 m")

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from femflex.case import Case
 from femflex.cli.app import app
-from femflex.cli.converge_told import print_forms
+from femflex.cli.converge_report import print_forms
 from femflex.studies import StrainForm, StrainStudy, choice, convergence, strain_forms, with_choice
 from femflex.view.side_by_side import plot_studies
 
@@ -56,9 +56,9 @@ def test_the_table_points_at_the_form_that_is_chosen(forms: StrainStudy, capsys)
 
 
 def test_a_form_without_a_value_says_why_and_is_not_chosen(forms: StrainStudy):
-    away = replace(forms.forms[0], value=math.nan, problem="it runs away at t = 3 s")
+    away = replace(forms.forms[0], value=math.nan, problem="it diverges at t = 3 s")
     found = replace(forms, forms=(away, *forms.forms[1:]))
-    assert "Linear strain has no value: it runs away at t = 3 s." in found.verdict
+    assert "Linear strain has no value: it diverges at t = 3 s." in found.verdict
     assert found.recommended == "condensed"
     alone = replace(forms, forms=(away, forms.forms[1]))
     assert alone.recommended is None and "only strain = 'condensed' has a value" in alone.verdict
@@ -95,6 +95,7 @@ def called(*arguments: object):
     return CliRunner().invoke(app, ["converge", *map(str, arguments)])
 
 
+@pytest.mark.slow
 def test_several_studies_in_turn_are_one_table_each_one_choice_and_one_picture(
     written: Callable[..., Path], tmp_path: Path
 ):

@@ -99,6 +99,7 @@ def test_values_that_grow_have_no_limit(follow, growth):
     assert trend.state == "unsettled" and math.isnan(trend.limit) and math.isnan(trend.order)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("follow", [mode_trend, mesh_trend])
 def test_values_without_any_trend_are_given_a_law_by_rare_chance_alone(follow):
     """Of seven numbers drawn at random 4 (over modes) and 8 (over meshes) in a thousand lie on a power law."""

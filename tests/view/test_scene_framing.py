@@ -110,6 +110,7 @@ def test_a_body_is_drawn_where_a_pinhole_camera_sees_it(tmp_path):
     assert np.linalg.norm(centre - expected) < 1.5  # pixels
 
 
+@pytest.mark.slow
 def test_nothing_drawn_reaches_the_margins_at_any_time_and_all_together_fills_what_is_between(tmp_path, run):
     look = {"size": (320, 180), "triads": False, "title": "", "scale": 2.0, "samples": 1}
     drawn = np.zeros((180, 320), bool)

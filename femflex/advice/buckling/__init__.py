@@ -1,1 +1,1 @@
-"""How near what bodies bear comes to what buckles them."""
+"""Linear buckling of bodies under the loads of a run."""

@@ -1,4 +1,4 @@
-"""How a beam on admissible functions buckles under what it bears."""
+"""Linear buckling of a beam on admissible functions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.advice.buckling.burden import FIELD
+from femflex.advice.buckling.applied_load import FIELD
 from femflex.advice.buckling.few_shapes import lowest_of_few
 from femflex.body import FlexibleBody
 from femflex.body.symmetric import hessian
@@ -23,7 +23,7 @@ THIN = 1e-4  # radius of gyration over length of a section that is given no iner
 
 
 @dataclass(frozen=True, eq=False)
-class BeamBearing:
+class BeamBuckling:
     """A beam with functions enough, as `bearing.Elastic`. names: marker -> "root" or "tip"; own: on its own functions
     alone."""
 
@@ -39,7 +39,7 @@ class BeamBearing:
         return beam_body(self.beam, own, strain="condensed") if self.own else whole_beam(self.beam, self.functions)
 
     @property
-    def kept(self) -> BeamBearing:
+    def kept(self) -> BeamBuckling:
         """See Elastic."""
         return replace(self, own=True)
 
@@ -54,7 +54,7 @@ class BeamBearing:
         return np.diag(1.0 / np.sqrt(np.diag(self.K)))
 
     @property
-    def swaying(self) -> tuple[Array, Array, Array]:
+    def flutter_basis(self) -> tuple[Array, Array, Array]:
         """See Elastic."""
         n = self.body.n_modes
         return np.eye(n), self.K, self.body.moments.elastic_mass()[:n, :n]
@@ -72,7 +72,7 @@ class BeamBearing:
     @property
     def slowest(self) -> float:
         """See Elastic."""
-        return float((np.diag(self.K) / np.diag(self.swaying[2])).min())
+        return float((np.diag(self.K) / np.diag(self.flutter_basis[2])).min())
 
     def knows(self, marker: str | None) -> bool:
         """See Elastic."""

@@ -1,4 +1,4 @@
-"""How a meshed, clamped structure buckles under what it bears."""
+"""Linear buckling of a meshed, clamped structure."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from femflex.advice.buckling.burden import FIELD
+from femflex.advice.buckling.applied_load import FIELD
 from femflex.advice.buckling.few_shapes import lowest_of_few
 from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
@@ -24,11 +24,11 @@ from femflex.reduction.modes.modeset import ModeSet
 Array = NDArray[np.float64]
 
 STIFF = 1e3  # times the largest stiffness of a dof: what holds a marker in its place
-FEW, ENOUGH = 12, 16  # shapes that pick an instant, and that a body sways in
+FEW, ENOUGH = 12, 16  # shapes that pick an instant, and that flutter is computed in
 
 
 @dataclass(frozen=True, eq=False)
-class StructureBearing:
+class StructureBuckling:
     """The structure of a clamped set, as `bearing.Elastic`. groups: marker -> mesh group."""
 
     structure: Structure
@@ -51,9 +51,9 @@ class StructureBearing:
         return self.on.K
 
     @property
-    def kept(self) -> KeptShapes:
+    def kept(self) -> ReducedBuckling:
         """See Elastic."""
-        return KeptShapes(self)
+        return ReducedBuckling(self)
 
     @property
     def basis(self) -> Array:
@@ -62,7 +62,7 @@ class StructureBearing:
         return np.asarray(phi / np.sqrt(np.einsum("ij,ij->j", phi, self.K @ phi)))
 
     @property
-    def swaying(self) -> tuple[Array, Array, Array]:
+    def flutter_basis(self) -> tuple[Array, Array, Array]:
         """See Elastic."""
         found = self.on.lowest_modes(max(1, min(ENOUGH, len(self.free) // 2)))
         return found.phi, np.diag(found.omega**2), np.eye(len(found.omega))
@@ -146,14 +146,14 @@ class StructureBearing:
 
 
 @dataclass(frozen=True, eq=False)
-class KeptShapes:
+class ReducedBuckling:
     """The same confined to the shapes of its set, as `bearing.Statics`.
 
     A derivative that follows bears load as one that is a coordinate: phi_i.K_sigma(x) phi_k = -theta_ik.f for a static
     answer x = K^-1 f, which is the work of the load on what follows.
     """
 
-    whole: StructureBearing
+    whole: StructureBuckling
 
     @cached_property
     def K(self) -> Array:

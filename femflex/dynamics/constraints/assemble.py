@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.constraints import equations as calls
-from femflex.dynamics.constraints.blame import beside, unheld
+from femflex.dynamics.constraints.clearance import refuse_clearance, take_up
+from femflex.dynamics.constraints.conflicts import competing_motions_text, violated_text
 from femflex.dynamics.constraints.constrained import Constraints
-from femflex.dynamics.constraints.discs import told_flat
+from femflex.dynamics.constraints.discs import flat_disc_text
 from femflex.dynamics.constraints.excess import SWAY
 from femflex.dynamics.constraints.singular_passage import start_pivots
 from femflex.dynamics.constraints.start_accelerations import refuse_accelerations
-from femflex.dynamics.constraints.taken_up import refuse_clearance, take_up
 from femflex.dynamics.lowering.ties import characteristic_length
 from femflex.dynamics.motion.second_order import advance
 from femflex.system import System
@@ -44,8 +44,8 @@ def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: Mas
     given one on the constraints linearised at the present one:
     d <- M^-1 A^T (A M^-1 A^T)^-1 (A d - g), q = q0 o exp(d). Raises ValueError naming the loop that stays open.
     """
-    if told := told_flat(constraints, 0.0, x0):
-        raise ValueError(told)
+    if text := flat_disc_text(constraints, 0.0, x0):
+        raise ValueError(text)
     refuse_clearance(constraints, size)
     x, tolerance = np.array(x0, float), OPEN * max(1.0, size)
     limits = np.maximum(tolerance, constraints.plays)
@@ -74,8 +74,8 @@ def assembled(constraints: Constraints, x0: Array, size: float, mass_matrix: Mas
     refuse_moving(constraints, moving, tolerance)
     if calls.project(0.0, moving, *constraints.own) > 1.0:  # what is left is rounding, where rows do not contradict
         raise ValueError(
-            f"{unheld(constraints, 0.0, moving)}, or give lengths and axes to more digits: a loop with more rows than "
-            "it needs closes only to the accuracy of its markers, or to its `play` where it has some."
+            f"{violated_text(constraints, 0.0, moving)}, or give lengths and axes to more digits: an overconstrained "
+            "loop closes only to the accuracy of its markers, or to its `play` where it has one."
         )
     refuse_accelerations(constraints, moving, size)
     start_pivots(constraints)
@@ -150,10 +150,11 @@ def refuse_open(constraints: Constraints, x: Array, limits: Array) -> None:
     if np.all(gaps <= limits):
         return
     worst = max(constraints.names, key=lambda name: (gaps / limits)[constraints.rows_of(name)].max())
+    competing = competing_motions_text(constraints, 0.0, x, worst)
     raise ValueError(
-        f"{constraints.kind_of(worst)} cannot close{beside(constraints, 0.0, x, worst)}: the best configuration found "
-        f"leaves a gap of {gaps[constraints.rows_of(worst)].max():.3g} (m or rad){told_kept(constraints)}. Check the "
-        f"lengths and the markers' axes, or start nearer to a closed configuration{told_play(constraints, gaps)}."
+        f"{constraints.kind_of(worst)} cannot close{competing}: the best configuration found leaves "
+        f" a gap of {gaps[constraints.rows_of(worst)].max():.3g} (m or rad){kept_text(constraints)}. Check the "
+        f"lengths and the markers' axes, or start nearer to a closed configuration{clearance_text(constraints, gaps)}."
     )
 
 
@@ -183,22 +184,22 @@ def refuse_moving(constraints: Constraints, x: Array, tolerance: float) -> None:
     if np.all(speeds <= limits):
         return
     worst = max(constraints.names, key=lambda name: (speeds / limits)[constraints.rows_of(name)].max())
+    competing = competing_motions_text(constraints, 0.0, x, worst)
     raise ValueError(
-        f"{constraints.kind_of(worst)} cannot be held{beside(constraints, 0.0, x, worst)}: the nearest velocities "
-        f"still miss it by {speeds[constraints.rows_of(worst)].max():.3g} (m/s or rad/s){told_kept(constraints)}. Take "
-        "one of them out."
+        f"{constraints.kind_of(worst)} cannot be satisfied{competing}: the nearest velocities violate it by "
+        f"{speeds[constraints.rows_of(worst)].max():.3g} (m/s or rad/s){kept_text(constraints)}. Remove one of them."
     )
 
 
-def told_play(constraints: Constraints, gaps: Array) -> str:
+def clearance_text(constraints: Constraints, gaps: Array) -> str:
     """What else helps where loops stand open by no more than digits that were left out; "" else."""
     wide = float((gaps * constraints.lengths).max())
     if wide > DIGITS * characteristic_length(constraints.system) or not constraints.system.loops:
         return ""
-    return f", or give the loop `play` of {10.0 ** np.ceil(np.log10(wide)):.0e} m: more rows than it needs stand open"
+    return f", or give the loop `play` of {10.0 ** np.ceil(np.log10(wide)):.0e} m: the loop is overconstrained"
 
 
-def told_kept(constraints: Constraints) -> str:
+def kept_text(constraints: Constraints) -> str:
     """Which initial values are not allowed to move, in words."""
     names = constraints.system.keep
     return f", with {', '.join(repr(name) for name in names)} kept as given" if names else ""

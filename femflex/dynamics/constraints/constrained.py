@@ -112,7 +112,7 @@ class Constraints:
         """Number of rows that follow from the others at x; their multipliers are the smallest that hold the motion."""
         return self.n_rows - self.nearest(t, x, np.zeros(self.n_rows))[1]
 
-    def told(self, t: float, x: Array) -> str:
+    def text(self, t: float, x: Array) -> str:
         """A sentence on the number of rows and how many of them are redundant at x."""
         redundant = self.redundant(t, x)
         if redundant == 0:

@@ -29,7 +29,7 @@ def tilts(constraints: Constraints, t: float, x: Array) -> dict[str, float]:
     return out
 
 
-def told_flat(constraints: Constraints, t: float, x: Array, least: float = SINGULAR) -> str:
+def flat_disc_text(constraints: Constraints, t: float, x: Array, least: float = SINGULAR) -> str:
     """The sentence on a disc whose tilt is below `least` [rad], or ""."""
     for name, tilt in tilts(constraints, t, x).items():
         if tilt < least:

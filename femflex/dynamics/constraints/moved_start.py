@@ -16,7 +16,7 @@ NOTHING = 1e-12  # in SI: the rounding of a start in which all values of a unit 
 
 
 @dataclass(frozen=True)
-class Moved:
+class MovedValue:
     """An initial value: its name and unit, as given and as the run starts from it (SI)."""
 
     name: str
@@ -32,10 +32,10 @@ class Moved:
         return f"{self.name} {factor * self.given:.{digits}g} -> {factor * self.started:.{digits}g} {unit}"
 
 
-def moved_start(model: Model) -> list[Moved]:
+def moved_start(model: Model) -> list[MovedValue]:
     """The initial values that were moved to make the start consistent, those moved farthest first.
 
-    How far is told relative to the largest value of the same unit; what is below NOTICED of it has not moved.
+    How far is reported relative to the largest value of the same unit; what is below NOTICED of it has not moved.
     """
     system = model.system
     if model.constraints is None:
@@ -47,4 +47,4 @@ def moved_start(model: Model) -> list[Moved]:
     far = np.abs(started - given)
     noticed = np.flatnonzero((far > NOTICED * scale) & (far > NOTHING))
     order = noticed[np.argsort(-far[noticed] / scale[noticed], kind="stable")]
-    return [Moved(names[k][0], names[k][1], float(given[k]), float(started[k])) for k in order]
+    return [MovedValue(names[k][0], names[k][1], float(given[k]), float(started[k])) for k in order]

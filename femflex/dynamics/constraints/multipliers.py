@@ -56,7 +56,7 @@ def factorise_products(table: Table, pool: Array, work: Array) -> None:
         best = longest_left(basis, left, whole, rank, m, width)
         longest = math.sqrt(left[best]) if rank == 0 else longest
         if not math.sqrt(left[best]) > pool[closing["tolerance"] + 2] * longest:
-            L[rank * m + rank] = math.sqrt(left[best])  # to be told; of no part in what follows
+            L[rank * m + rank] = math.sqrt(left[best])  # to be reported; of no part in what follows
             break
         exchange(L, basis, order, m, width, rank, best)
         left[best], whole[best] = left[rank], whole[rank]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.constraints.blame import TOUCHED, held_freedoms
+from femflex.dynamics.constraints.conflicts import TOUCHED, held_freedoms
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 DEPENDENT = 1e-8  # singular value, relative to the largest, of rows that follow from others
 
 
-def told_reach(model: Model, t: float, x: Array, part: float) -> str:
+def end_of_reach_text(model: Model, t: float, x: Array, part: float) -> str:
     """The sentence on a loop whose smallest singular value is below that part of what it was at the start, or ""."""
     held = model.constraints
     assert held is not None
@@ -35,13 +35,13 @@ def told_reach(model: Model, t: float, x: Array, part: float) -> str:
     driven = np.abs(lost @ held.matrix(t, x))
     freedoms = held_freedoms(model.system).items()
     moved = [repr(freedom) for k, (freedom, _) in freedoms if driven[k] > TOUCHED * driven.max()]
-    told = f"(smallest singular value of its rows {values[rank - 1]:.2g}, at the start {first[rank - 1]:.2g})"
+    text = f"(smallest singular value of its rows {values[rank - 1]:.2g}, at the start {first[rank - 1]:.2g})"
     if moved:
         return (
             f"{held.kind_of(name)} cannot follow the specified motion of {', '.join(moved)} any further: it has come "
-            f"to the end of its reach {told}. Let the motion end before, or change the lengths"
+            f"to the end of its reach {text}. Let the motion end before, or change the lengths"
         )
-    return f"{held.kind_of(name)} is in a singular configuration, where its joints' motion is not determined {told}"
+    return f"{held.kind_of(name)} is in a singular configuration, where its joints' motion is not determined {text}"
 
 
 def weighed_rows(model: Model, t: float, x: Array) -> Array:

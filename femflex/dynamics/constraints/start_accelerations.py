@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.constraints.blame import beside
+from femflex.dynamics.constraints.conflicts import competing_motions_text
 from femflex.dynamics.constraints.constrained import Constraints
 from femflex.dynamics.constraints.excess import SWAY
 from femflex.dynamics.lowering import tie_layout as at
@@ -37,10 +37,10 @@ def refuse_accelerations(constraints: Constraints, x: Array, size: float) -> Non
     if np.all(missing <= limits):
         return
     worst = max(constraints.names, key=lambda name: (missing / limits)[constraints.rows_of(name)].max())
-    told = beside(constraints, 0.0, x, worst)
+    text = competing_motions_text(constraints, 0.0, x, worst)
     raise ValueError(
-        f"{constraints.kind_of(worst)} cannot be held{told} as the run begins: the nearest accelerations miss it by "
-        f"{missing[constraints.rows_of(worst)].max():.3g} (m/s^2 or rad/s^2). Either what stands beside it contradicts "
-        "it, or the loop starts in a singular configuration, where branches meet, with rates along none of them: give "
-        "the rates of all its joints, or start a little to one side."
+        f"{constraints.kind_of(worst)} cannot be satisfied{text} at the start: the nearest accelerations violate it by "
+        f"{missing[constraints.rows_of(worst)].max():.3g} (m/s^2 or rad/s^2). Another constraint contradicts it, or "
+        "the loop starts in a singular configuration, where branches meet, with rates along none of them. Give "
+        "the rates of all its joints, or start slightly off the singular configuration."
     )

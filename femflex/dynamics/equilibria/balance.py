@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.equilibria.closed_motion import carried
+from femflex.dynamics.equilibria.closed_motion import least_multipliers
 from femflex.dynamics.equilibria.linearised import advanced
 from femflex.dynamics.equilibria.steady import Steady
 
@@ -77,7 +77,7 @@ def balance(problem: Steady, q: Array, share: float) -> Balance:
     least = FADED * max(problem.largest(q, share), share * problem.energy_of_spin)
     for k in range(TRIES):
         A = problem.ties(q)
-        g, lambdas = unbalanced(problem, q, share, A)
+        g, lambdas = unbalanced_forces(problem, q, share, A)
         worst = int(np.argmax(np.abs(g))) if g.size else 0
         size = max(problem.largest(q, share), least, float(np.abs(lambdas @ A).max(initial=0.0)))
         K = problem.stiffness(q, share, lambdas)
@@ -102,11 +102,11 @@ def balance(problem: Steady, q: Array, share: float) -> Balance:
     return Balance(q, False, TRIES, residual, worst, step.neutral, problem.sizes[:, None] * step.directions)
 
 
-def unbalanced(problem: Steady, q: Array, share: float, A: Array) -> tuple[Array, Array]:
+def unbalanced_forces(problem: Steady, q: Array, share: float, A: Array) -> tuple[Array, Array]:
     """Forces (n_u,) that are left at q under a share of the outer ones, and the multipliers (n_rows,) of the loops."""
     inner, outer = problem.forces(q)
     g = inner + share * outer
-    lambdas = carried(A, g, problem.slack) if len(A) else np.zeros(0)
+    lambdas = least_multipliers(A, g, problem.slack) if len(A) else np.zeros(0)
     return g - lambdas @ A, lambdas
 
 
@@ -143,7 +143,7 @@ def relaxed(problem: Steady, q: Array, share: float, answers: Array) -> Array:
     """The coordinates with what is stiff brought to rest, everything else where it is."""
     before = np.inf
     for _ in range(ROUNDS):
-        move = -answers @ unbalanced(problem, q, share, problem.ties(q))[0]
+        move = -answers @ unbalanced_forces(problem, q, share, problem.ties(q))[0]
         size = float(np.linalg.norm(move))
         if not size < before:
             break
@@ -153,12 +153,12 @@ def relaxed(problem: Steady, q: Array, share: float, answers: Array) -> Array:
 
 def _along(problem: Steady, q: Array, move: Array, share: float, merit: Merit, answers: Array) -> tuple[Array, bool]:
     """The coordinates a step further, shortened until what is left falls by its merit, and whether that helped."""
-    before = merit(unbalanced(problem, q, share, problem.ties(q))[0])
+    before = merit(unbalanced_forces(problem, q, share, problem.ties(q))[0])
     for k in range(HALVINGS):
         part = 0.5**k
         tried = problem.closed(advanced(problem.full, q, part * move * problem.sizes))
         tried = relaxed(problem, tried, share, answers)
-        after = merit(unbalanced(problem, tried, share, problem.ties(tried))[0])
+        after = merit(unbalanced_forces(problem, tried, share, problem.ties(tried))[0])
         if np.isfinite(after) and after <= before * (1.0 - 1e-4 * part):
             return tried, True
     return q, False

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody
 from femflex.dynamics.equilibria.linearised import advanced, usual_sizes
 from femflex.dynamics.model import Model
-from femflex.dynamics.reports.carried import base_attitude
+from femflex.dynamics.reports.marker_motion import base_attitude
 from femflex.rotations import dcm_from_quaternion, vector_from_dcm
 
 Array = NDArray[np.float64]

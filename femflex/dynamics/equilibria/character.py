@@ -40,14 +40,14 @@ HALF = 0.5  # share of the kinetic energy in rigid motions, or of the stiffness 
 
 
 @dataclass(frozen=True, eq=False)
-class Character:
+class MotionCharacter:
     """Words (n,) for n motions, and the share of the kinetic energy (n,) of each body in each of them, by name."""
 
     words: tuple[str, ...]
     energy: dict[str, Array]
 
 
-def character(model: Model, motions: SmallMotions, axis: Array | None = None) -> Character:
+def motion_character(model: Model, motions: SmallMotions, axis: Array | None = None) -> MotionCharacter:
     """What each of the small motions is; axis (3,): of the spin, where there is one, base frame components."""
     kinetic = {
         name: motions.bodies[name].kinetic(model.system.bodies[name], motions.shapes) for name in model.system.order
@@ -61,10 +61,10 @@ def character(model: Model, motions: SmallMotions, axis: Array | None = None) ->
     words = _ways(model, motions, axis, strained)
     _name_joints(motions, words, np.eye(model.n_u)[:, moving & ~elastic], axis, strained)
     _name_rigid(model, motions, words)
-    return Character(tuple(words), {name: energy / total for name, energy in kinetic.items()})
+    return MotionCharacter(tuple(words), {name: energy / total for name, energy in kinetic.items()})
 
 
-def numbered(words: Sequence[str]) -> tuple[str, ...]:
+def numbered_names(words: Sequence[str]) -> tuple[str, ...]:
     """Words with their number among those alike, "flap 1"; rigid motions without one where there is one alone."""
     counts: dict[str, int] = {}
     out = []

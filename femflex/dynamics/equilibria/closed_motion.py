@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 DEPENDENT = 1e-9  # of the largest, below which a row of A follows from others
 
 
-def independent(A: Array, sizes: Array, slack: float) -> tuple[NDArray[np.int64], Array]:
+def independent_coordinates(A: Array, sizes: Array, slack: float) -> tuple[NDArray[np.int64], Array]:
     """Freedoms that the others follow, and Z (n, m) of dxi = Z dxi_independent with A Z = 0.
 
     Those that A (n_rows, n) moves most, measured in usual sizes (n,), are made to follow.
@@ -42,7 +42,7 @@ def closing_directions(A: Array, slack: float) -> Array:
     return np.ascontiguousarray(Vt[rank:].T)
 
 
-def carried(A: Array, force: Array, slack: float) -> Array:
+def least_multipliers(A: Array, force: Array, slack: float) -> Array:
     """The smallest multipliers (n_rows,) whose forces A^T lambda come nearest to a generalised force (n,)."""
     return np.asarray(np.linalg.lstsq(A.T, force, rcond=slack)[0], float)
 
@@ -57,6 +57,6 @@ def refuse_rolling(system: System, what: str) -> None:
     if system.constraints:
         raise ValueError(
             f"{', '.join(repr(c.name) for c in system.constraints)}: nonholonomic constraints bind velocities and "
-            f"leave every position open, so {what} cannot be found beside them; leave them out, or let a damped run "
+            f"leave every position open, so {what} cannot be found with them; leave them out, or let a damped run "
             "come to rest"
         )

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.equilibria.balance import BALANCED, Balance, balance
 from femflex.dynamics.equilibria.frequency import damped
-from femflex.dynamics.equilibria.leaving import LEVEL, below
 from femflex.dynamics.equilibria.linearised import frame_rate, linearised
 from femflex.dynamics.equilibria.small_motions import SmallMotions, growth_threshold, small_motions
+from femflex.dynamics.equilibria.stable_state import LEVEL, stable_state_below
 from femflex.dynamics.equilibria.states import moving_states
 from femflex.dynamics.equilibria.steady import Steady, steady
 from femflex.dynamics.model import Model, compile_system
@@ -117,8 +117,8 @@ class Equilibrium:
             how = "monotonously" if abs(fastest.imag) < abs(fastest.real) * 1e-3 else "in swings"
             return f"unstable: a small motion grows {how} by a factor e in {1.0 / fastest.real:.4g} s"
         slowest = np.abs(values.imag)[np.abs(values.imag) > self._level].min(initial=np.inf)
-        told = f"; its slowest vibration has {slowest / (2 * np.pi):.6g} Hz" if np.isfinite(slowest) else ""
-        return f"stable: no small motion grows{told}{held}"
+        text = f"; its slowest vibration has {slowest / (2 * np.pi):.6g} Hz" if np.isfinite(slowest) else ""
+        return f"stable: no small motion grows{text}{held}"
 
     @property
     def _level(self) -> float:
@@ -188,7 +188,7 @@ def _nearest(problem: Steady, begun: Array) -> Equilibrium:
 
 def _beyond(problem: Steady, unstable: Equilibrium, begun: Array) -> Equilibrium:
     """The stable equilibrium that the motion that grows away from an unstable one leads to."""
-    near = below(problem, unstable.q, begun)
+    near = stable_state_below(problem, unstable.q, begun)
     found = None if near is None else balance(problem, near, 1.0)
     if found is not None and found.residual <= BALANCED:  # it may go on along a ring of equilibria, hardly resisted
         settled = _told(problem, found, unstable.iterations + found.iterations, unstable)
@@ -233,7 +233,7 @@ def _failed(problem: Steady, q: Array, share: float, count: int, tried: Balance)
     along = f"; nothing resists {', '.join(tried.neutral)}" if tried.neutral else ""
     return EquilibriumError(
         f"no equilibrium was found beyond {share:.4g} of the loads, spin and gravity: in {where} a force of "
-        f"{tried.residual:.3g} of the largest is left{along}. Begin nearer to the equilibrium, lower the loads or the "
+        f"{tried.residual:.3g} of the largest is left{along}. Start nearer to the equilibrium, lower the loads or the "
         f"spin, or hold what is free.",
         last,
     )

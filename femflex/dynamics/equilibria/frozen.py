@@ -13,7 +13,7 @@ ROUNDING = 1e-12  # relative; gravity this nearly along the axis of spin is alon
 CIRCULAR = 1e-9  # eccentricity below which an orbit counts as circular
 
 
-def frozen(system: System, at: float | None = None) -> System:
+def frozen_system(system: System, at: float | None = None) -> System:
     """The system with loads and specified motions as they are at a time [s].
 
     Raises ValueError with what changes over time there for a system at rest in its base frame.
@@ -29,7 +29,7 @@ def frozen(system: System, at: float | None = None) -> System:
     return still
 
 
-def undamped(system: System) -> System:
+def without_damping(system: System) -> System:
     """The system without the damping of bodies, joints and springs."""
     return replace(
         system,

@@ -55,7 +55,7 @@ def moving_states(system: System) -> list[int]:
     ]
 
 
-def settled(model: Model, x: Array) -> Array:
+def settled_states(model: Model, x: Array) -> Array:
     """The state x (n_x,) with the states of effectors where they do not change any more, coordinates at rest as given.
 
     Raises ValueError for a state that goes on changing.

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.equilibria.closed_motion import closing_directions, slack_of_loops
-from femflex.dynamics.equilibria.frozen import frozen, undamped
+from femflex.dynamics.equilibria.coasting import with_coasting_rotors
+from femflex.dynamics.equilibria.frozen import frozen_system, without_damping
 from femflex.dynamics.equilibria.linearised import (
     frame_rate,
     held_freedoms,
@@ -18,7 +19,7 @@ from femflex.dynamics.equilibria.linearised import (
     stiffness,
     usual_sizes,
 )
-from femflex.dynamics.equilibria.states import moving_states, settled, state_equations
+from femflex.dynamics.equilibria.states import moving_states, settled_states, state_equations
 from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model, compile_system
 from femflex.system import Environment, Frame, System
@@ -56,7 +57,7 @@ class Steady:
 
     def at_rest(self, q: Array) -> Array:
         """The state (n_x,) at rest at coordinates q (n_q,), states of effectors settled."""
-        return settled(self.full, self.full.at_rest(q))
+        return settled_states(self.full, self.full.at_rest(q))
 
     def largest(self, q: Array, share: float) -> float:
         """Size of the forces [J]: the largest of inner, outer, and elastic ones of shapes alone, which may cancel."""
@@ -139,8 +140,8 @@ def steady(system: System, at: float | None = None) -> Steady:
             f"controller {system.controllers[0].name!r} is sampled, so there is no equilibrium with it; leave it out, "
             "and give its command to the effectors that take it"
         )
-    still = frozen(system, at)
-    rest = undamped(still)
+    still = frozen_system(with_coasting_rotors(system), at)
+    rest = without_damping(still)
     full = compile_system(rest)
     inner = compile_system(
         replace(rest, loads=(), orbit=None, frame=Frame(), environment=Environment(), effectors=(), z0={})

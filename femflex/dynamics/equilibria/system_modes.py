@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import Skin
-from femflex.dynamics.equilibria.character import character, numbered
+from femflex.dynamics.equilibria.character import motion_character, numbered_names
 from femflex.dynamics.equilibria.craft_shape import craft_skin
 from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumError, equilibrium
 from femflex.system import Joint, Profile, System
@@ -142,14 +142,14 @@ def modes_about(about: Equilibrium, left_out: tuple[str, ...] = ()) -> SystemMod
     """The modes about an equilibrium found already."""
     model, motions = about.model, about.motions
     spinning = model.system.frame.kind == "spinning" and bool(np.any(model.system.frame.rate))
-    found = character(model, motions, model.system.frame.rate if spinning else None)
+    found = motion_character(model, motions, model.system.frame.rate if spinning else None)
     rigid = np.array([one.shape for one in motions.known], complex).reshape(-1, model.n_u).T
     kinetic = {name: motions.bodies[name].kinetic(model.system.bodies[name], rigid) for name in model.system.order}
     total = np.maximum(np.sum(list(kinetic.values()), axis=0), 1e-300)
     count = len(motions.known)
     return SystemModes(
         eigenvalues=np.concatenate([[one.eigenvalue for one in motions.known], motions.eigenvalues]),
-        names=tuple(one.name for one in motions.known) + numbered(found.words),
+        names=tuple(one.name for one in motions.known) + numbered_names(found.words),
         known=np.arange(count + len(found.words)) < count,
         growing=np.concatenate([np.zeros(count, bool), motions.growing]),
         energy={name: np.concatenate([kinetic[name] / total, found.energy[name]]) for name in model.system.order},

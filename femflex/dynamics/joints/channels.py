@@ -45,8 +45,8 @@ def ball_channels(system: System) -> dict[str, Channel]:
         out[f"{path}/singularity"] = Channel("rad", f"angle left to the singularity of {rotation}")
         if joint.rebase:
             names, units = zip(*ball_names(rotation), strict=True)
-            told = f"{rotation} from the parent's marker, whatever reference q counts from"
-            out[f"{path}/rotation"] = Channel(units[0], told, (3,), names)
+            text = f"{rotation} from the parent's marker, whatever reference q counts from"
+            out[f"{path}/rotation"] = Channel(units[0], text, (3,), names)
     return out
 
 

@@ -31,9 +31,9 @@ def reaction_channels(system: System) -> dict[str, Channel]:
     out = {}
     for joint in carrying(system) if system.reactions else []:
         where = f"{joint.child}.{joint.child_marker}"
-        told = f"what joint {joint.label} exerts on {joint.child} at {where}"
-        out[f"joints/{joint.label}/force"] = Channel("N", f"force {told}", (3,), XYZ, "inertial")
-        out[f"joints/{joint.label}/torque"] = Channel("N m", f"torque {told}", (3,), XYZ, "inertial")
+        text = f"what joint {joint.label} exerts on {joint.child} at {where}"
+        out[f"joints/{joint.label}/force"] = Channel("N", f"force {text}", (3,), XYZ, "inertial")
+        out[f"joints/{joint.label}/torque"] = Channel("N m", f"torque {text}", (3,), XYZ, "inertial")
     return out
 
 

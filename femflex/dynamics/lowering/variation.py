@@ -32,7 +32,8 @@ def lower_variation(
     at = Block(written, variation.varies)
     block = pool.put_own(at.laid(written))
     record["varies"], record["block"], record["dense"] = 1, block, 1
-    numbers = variation.numbers.copy()
+    known = [float(list(states).index(state)) for state in variation.states]
+    numbers = np.concatenate([known, variation.numbers])
     if isinstance(variation.write, LengthTable) and isinstance(variation.write.length, str):
         pickup = at.pickup if "pickup" in variation.acting else -1
         numbers[7:11] = 1, list(states).index(variation.write.length), slot, pickup

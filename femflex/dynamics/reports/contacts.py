@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.reports.carried import carried
+from femflex.dynamics.reports.marker_motion import marker_motion
 from femflex.system import Channel, System
 
 Array = NDArray[np.float64]
@@ -18,9 +18,9 @@ TOUCHING = ("rolling_disc", "knife_edge")
 def contact_channels(system: System) -> dict[str, Channel]:
     """Path, unit and meaning of the places of contact."""
     touching = [c for c in system.constraints if c.kind in TOUCHING]
-    told = "where {} touches, from the inertial origin (from O in an orbit)"
+    text = "where {} touches, from the inertial origin (from O in an orbit)"
     return {
-        f"constraints/{c.name}/place": Channel("m", told.format(c.body), (3,), ("x", "y", "z"), "inertial")
+        f"constraints/{c.name}/place": Channel("m", text.format(c.body), (3,), ("x", "y", "z"), "inertial")
         for c in touching
     }
 
@@ -34,9 +34,9 @@ def observe_contacts(system: System, times: Array, seen: Mapping[str, Array]) ->
     for c in system.constraints:
         if c.kind not in TOUCHING:
             continue
-        place, C_NQ = carried(system, times, seen, c.body, c.marker)
+        place, C_NQ = marker_motion(system, times, seen, c.body, c.marker)
         if c.kind == "rolling_disc":
-            axis, normal = C_NQ @ c.axis, carried(system, times, seen, c.parent, c.parent_marker)[1] @ c.normal
+            axis, normal = C_NQ @ c.axis, marker_motion(system, times, seen, c.parent, c.parent_marker)[1] @ c.normal
             up = normal - axis * np.einsum("ti,ti->t", axis, normal)[:, None]
             place = place - c.radius * up / np.linalg.norm(up, axis=1, keepdims=True)
         out[f"constraints/{c.name}/place"] = place

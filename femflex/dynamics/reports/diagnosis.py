@@ -25,17 +25,17 @@ def diagnosis(model: Model, t: float, x: Array, unheld: bool) -> tuple[str, Exce
     unheld: there is none because no state satisfies the constraints
     """
     if model.constraints is not None:
-        from femflex.dynamics.constraints.blame import unheld as told_unheld
+        from femflex.dynamics.constraints.conflicts import violated_text as told_unheld
 
         if (failed := model.constraints.failed_user()) is not None:
             name, error = failed
             return f"the function of constraint {name!r} raised {type(error).__name__}: {error}", error
         if unheld:
-            told = told_unheld(model.constraints, t, x, " any further")
-            return end_of_reach(model, t, x) or told, None
+            text = told_unheld(model.constraints, t, x, " any further")
+            return end_of_reach(model, t, x) or text, None
     for look in (gimbal_lock, flat_disc, end_of_reach):
-        if told := look(model, t, x):
-            return told, None
+        if text := look(model, t, x):
+            return text, None
     return "", None
 
 
@@ -56,15 +56,15 @@ def flat_disc(model: Model, t: float, x: Array) -> str:
     """A rolling disc that lies on its plane."""
     if model.constraints is None:
         return ""
-    from femflex.dynamics.constraints.discs import told_flat
+    from femflex.dynamics.constraints.discs import flat_disc_text
 
-    return told_flat(model.constraints, t, x, NEAR)
+    return flat_disc_text(model.constraints, t, x, NEAR)
 
 
 def end_of_reach(model: Model, t: float, x: Array) -> str:
     """A loop whose rows have lost their independence since the start."""
     if model.constraints is None:
         return ""
-    from femflex.dynamics.constraints.reach import told_reach
+    from femflex.dynamics.constraints.reach import end_of_reach_text
 
-    return told_reach(model, t, x, NEAR)
+    return end_of_reach_text(model, t, x, NEAR)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.reports.carried import carried
+from femflex.dynamics.reports.marker_motion import marker_motion
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Channel, System
 
@@ -33,7 +33,7 @@ def observe_sights(system: System, times: Array, seen: Mapping[str, Array]) -> d
     """The channels of `sight_channels` at times (n_t,), from what the system reports of bodies and orbit."""
     out = {}
     for sight in system.sights:
-        place, C_NM = carried(system, times, seen, sight.body, sight.marker)
+        place, C_NM = marker_motion(system, times, seen, sight.body, sight.marker)
         pointed = C_NM @ sight.axis
         up = dcm_from_quaternion(seen["orbit/attitude"])[:, :, 1]
         station = sight.station(times)

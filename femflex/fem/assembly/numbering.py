@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from femflex.fem.assembly.conditions import Condition
+from femflex.fem.assembly.dependence import Dependence, independent_of
 from femflex.fem.assembly.layout import Extras, Layout, layout
 
 if TYPE_CHECKING:
@@ -35,7 +36,10 @@ class Numbering:
         self._rotation = np.full((n_nodes, 3), -1, np.int64)
         self._spin_space = np.zeros((n_nodes, 3, 3))  # sum of projectors on the directions members stiffen
         self._extras: list[Extras] = []
+        self._dependences: list[Dependence] = []
         self._ties: dict[int, tuple[int, float]] = {}  # raw dof -> the one it follows and its factor; 0 holds it
+        self._sides: dict[tuple[int, int], Index] = {}  # side between two nodes -> raw dofs (3,) of its displacement
+        self._fading: list[Index] = []
         self.n_raw = 0
 
     def translation(self, nodes: Index) -> Index:
@@ -54,6 +58,31 @@ class Numbering:
     def extra(self, count: int) -> Index:
         """Raw dofs (count,) that belong to no single node; no support holds them before they are `attach`ed."""
         return self._take(count)
+
+    def sides(self, ends: Index) -> Index:
+        """Raw dofs (k, 3), global components, of the displacement 4 s (1 - s) b of straight sides with ends (k, 2).
+
+        Tethers and membranes share them: the same pair of nodes always gets the same numbers.
+        """
+        pairs = [(int(a), int(b)) for a, b in np.sort(ends, axis=1)]
+        fresh = list(dict.fromkeys(pair for pair in pairs if pair not in self._sides))
+        if fresh:
+            self._sides |= zip(fresh, self.fading(np.array(fresh, np.int64), 1)[:, 0], strict=True)
+        return np.array([self._sides[pair] for pair in pairs], np.int64).reshape(-1, 3)
+
+    def fading(self, nodes: Index, count: int) -> Index:
+        """Raw dofs (n, count, 3), global components, of functions that fade at nodes (n, m); none moves as these move
+        linearly in their places."""
+        dofs = self.extra(3 * count * len(nodes)).reshape(len(nodes), count, 3)
+        for k in range(count):
+            self.attach(dofs[:, k], nodes, np.broadcast_to(np.eye(3), (len(nodes), 3, 3)))
+        self._fading.append(dofs.ravel())
+        return dofs
+
+    @property
+    def faded(self) -> Index:
+        """Raw dofs (k,) of `fading`."""
+        return np.concatenate([np.zeros(0, np.int64), *self._fading])
 
     def attach(
         self,
@@ -79,6 +108,10 @@ class Numbering:
         elif a != b or p * factor != q:
             self._ties |= {a: (a, 0.0), b: (b, 0.0)}
 
+    def connect(self, dependences: Sequence[Dependence]) -> None:
+        """Let vectors of raw dofs follow others."""
+        self._dependences += dependences
+
     def _followed(self, dof: int) -> tuple[int, float]:
         """The dof that one follows in the end, itself if none, and its factor; 0 where it is held."""
         factor = 1.0
@@ -94,6 +127,12 @@ class Numbering:
     def rotation_of(self, nodes: Index) -> Index:
         """Raw dofs (k, 3) that members already gave the rotation of nodes (k,); -1 where none did."""
         return self._rotation[nodes]
+
+    def turns_about_all_axes(self, dofs: Index) -> NDArray[np.bool_]:
+        """Whether the nodes whose first rotational dofs these are (any shape) turn about all axes, not in a plane."""
+        flat = np.zeros(self.n_raw, bool)
+        flat[self._rotation[self._flat()[0], 0]] = True
+        return np.asarray(~flat[dofs])
 
     def layout(self, supports: Sequence[Condition] = ()) -> Layout:
         """How raw dofs lie along the axes of supports."""
@@ -118,7 +157,7 @@ class Numbering:
         T = (self.layout(supports).E @ chosen).tocsr()
         T.eliminate_zeros()
         T.sort_indices()
-        return T
+        return independent_of(T, self._dependences)
 
     def _flat(self) -> tuple[Index, Array]:
         """Nodes (k,) that only flat plates of one plane share; two axes in it and its normal (k, 3, 3), as rows."""

@@ -74,10 +74,10 @@ def lowest_modes(
     """
     n_dof = K.shape[0]
     if n <= 0:
-        raise ValueError(f"{n} modes were asked for; ask for at least one.")
+        raise ValueError(f"{n} modes were requested; ask for at least one.")
     if n > n_dof:
         raise ValueError(
-            f"{n} modes were asked for, but only {n_dof} degrees of freedom are free to move; ask for at most {n_dof}."
+            f"{n} modes were requested, but only {n_dof} degrees of freedom are free to move; ask for at most {n_dof}."
         )
     if not free or (solve is not None and n_dof > DENSE_DOFS):
         try:
@@ -89,7 +89,7 @@ def lowest_modes(
     n_null, shift = _null_count(K, M)
     if n > n_dof - n_null:
         raise ValueError(
-            f"{n} modes were asked for, but of the {n_dof} degrees of freedom {n_null} are motions without stiffness; "
+            f"{n} modes were requested, but of the {n_dof} degrees of freedom {n_null} are motions without stiffness; "
             f"ask for at most {n_dof - n_null}."
         )
     return _elastic_modes(K, M, n, n_null, shift)
@@ -172,7 +172,7 @@ def _elastic_modes(
         omega = np.sqrt(eigenvalues)
         if exhausted and len(omega) < n:
             raise ValueError(
-                f"{n} modes were asked for, but the mass takes part in only {len(omega)} elastic motions; "
+                f"{n} modes were requested, but the mass takes part in only {len(omega)} elastic motions; "
                 f"ask for at most {len(omega)}."
             )
         m = whole_clusters(omega, n) or (len(omega) if exhausted else None)

@@ -1,4 +1,4 @@
-"""A line member cut into segments: each a small mesh with its part of the member and what hangs on it."""
+"""A line member cut into segments: each a small mesh with its part of the member and the members attached to it."""
 
 from __future__ import annotations
 

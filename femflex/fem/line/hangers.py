@@ -92,7 +92,7 @@ def _check(allowed: Flags, touched: Flags, name: str, group: str, k: int) -> Non
     if not touched.all():
         raise ValueError(
             f"the member on group {name!r} has parts that do not touch the line {group!r}, which is cut into {k} "
-            "segments; everything must hang on a segment, so make them a body of their own"
+            "segments; every part must be attached to a segment; make them a separate body"
         )
     if not allowed.any(axis=1).all():
         raise ValueError(

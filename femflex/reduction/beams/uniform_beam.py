@@ -130,11 +130,11 @@ class BeamFunctions:
         counts = (self.y, self.z, self.axial, self.torsion)
         if min(counts) < 0 or not any(counts):
             raise ValueError(
-                f"beam functions were asked for in numbers {counts} (y, z, axial, torsion); give some, none negative."
+                f"beam functions were requested in numbers {counts} (y, z, axial, torsion); give some, none negative."
             )
         if (self.static or self.tip) and (self.family, self.ends) != ("characteristic", "clamped-free"):
             raise ValueError(
-                "static shapes stand beside characteristic functions of clamped-free ends; change family or ends."
+                "static shapes go with characteristic functions of clamped-free ends only; change family or ends."
             )
         if any(0 < n < least for n, least in zip(counts, self._beside(), strict=True)):
             raise ValueError(

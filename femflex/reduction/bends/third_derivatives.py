@@ -40,7 +40,7 @@ def with_third_derivatives(structure: Structure, modes: ModeSet, n: int) -> Mode
     third derivative: a beam that is free to draw in bends as under small loads.
     """
     if not 0 <= n <= modes.n_modes:
-        raise ValueError(f"third derivatives of {n} shapes were asked for; the set has {modes.n_modes}.")
+        raise ValueError(f"third derivatives of {n} shapes were requested; the set has {modes.n_modes}.")
     if not n:
         return modes
     lowest = np.sort(np.argsort(over_mass(structure, modes), kind="stable")[:n])

@@ -9,16 +9,18 @@ from numpy.typing import NDArray
 from scipy import linalg, sparse
 from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh
 
+from femflex.fem.deflected import tension_blocks
 from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.pivots import negative_pivots
 from femflex.reduction.boundary.supported import Supported, supported, unstressed
+from femflex.reduction.preload.equilibrium import refuse_slack, refuse_untensioned
 from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-CLOSE = 1.25  # times the stress given: below this margin to buckling it is told
+CLOSE = 1.25  # times the stress given: below this margin to buckling it is reported
 FAR = 1e3  # times the stress given, from which on it counts as never
 CLASSED, EXACT = 1e-2, 1e-10  # part of the ratio of stiffness to which it is found, to see that it is far off, and else
 ROUGHLY, VECTORS, RESTARTS = 1e-3, 12, 8  # of the stiffness left; of Lanczos' method, some 60 solutions at most
@@ -97,7 +99,11 @@ def refuse_buckled(structure: Structure, held: Index) -> None:
 
     Warns where it is close to that.
     """
-    if not structure.stressed:
+    if not structure.stressed and not tension_blocks(structure):
+        return
+    if tension_blocks(structure):
+        refuse_untensioned(structure)
+        refuse_slack(structure, held)
         return
     key = "critical factor", held.tobytes()
     factor = structure.recalled(key, lambda: critical_factor(structure, held, CLOSE))

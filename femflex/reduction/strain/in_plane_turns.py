@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 VIBRATING = ("vibration", "free-free", "craig-bampton")
 FIRST = 3  # of the modes kept
-DOUBTFUL = 0.05  # part of a mode's squared slopes from which it is told
+DOUBTFUL = 0.05  # part of a mode's squared slopes from which it is reported
 
 
 def warn_of_in_plane_turns(structure: Structure, modes: ModeSet) -> None:
@@ -35,10 +35,10 @@ def warn_of_in_plane_turns(structure: Structure, modes: ModeSet) -> None:
     if parts.max(initial=0.0) <= DOUBTFUL:
         return
     hertz = modes.omega[which] / (2 * math.pi)
-    told = ", ".join(f"{part:.0%} at {f:.4g} Hz" for f, part in zip(hertz, parts, strict=True))
+    text = ", ".join(f"{part:.0%} at {f:.4g} Hz" for f, part in zip(hertz, parts, strict=True))
     warnings.warn(
         "plates turn in their own planes (webs of boxes, walls of tubes), and their nonlinear strain has no squares of "
-        f"these turns: of the stiffness that loads and spin add or take, about these parts are missing: {told} (limit "
+        f"these turns: of the stiffness that loads and spin add or take, about these parts are missing: {text} (limit "
         f"{DOUBTFUL:.0%}; a box column buckles at twice its load). Use beams or solids, or segments with linear strain",
         PhysicsWarning,
         stacklevel=3,

@@ -34,7 +34,7 @@ Index = NDArray[np.int64]
 
 VIBRATING = ("vibration", "free-free", "craig-bampton")  # mass-normalised shapes with a frequency
 FIRST = 3  # of the modes kept, whose frequencies count
-DOUBTFUL = 0.015  # error of one of them above which it is told, as printed: in tenths of a percent
+DOUBTFUL = 0.015  # error of one of them above which it is reported, as printed: in tenths of a percent
 SMOOTH = 0.5  # sine of the angle between facets up to which they are one curved surface
 STILL = 1e-9  # of the largest rotation, below which a node does not turn
 
@@ -48,12 +48,12 @@ def warn_of_omitted_shear(structure: Structure, modes: ModeSet) -> None:
     if np.round(errors, 3).max(initial=0.0) <= DOUBTFUL:
         return
     hertz = modes.omega[which] / (2 * math.pi)
-    told = ", ".join(f"{f:.4g} Hz by {error:.1%}" for f, error in zip(hertz, errors, strict=True))
+    text = ", ".join(f"{f:.4g} Hz by {error:.1%}" for f, error in zip(hertz, errors, strict=True))
     where = ", ".join(dict.fromkeys(plates.where for plates in thin))
     remedy = " and ".join(dict.fromkeys(plates.remedy for plates in thin))
     warnings.warn(
         f"{where}: the elements leave out transverse shear, which makes frequencies too high, by an estimate from the "
-        f"modes' own shear forces: {told}; the limit is {DOUBTFUL:.1%}. For thick and sandwich plates {remedy}",
+        f"modes' own shear forces: {text}; the limit is {DOUBTFUL:.1%}. For thick and sandwich plates {remedy}",
         PhysicsWarning,
         stacklevel=3,
     )

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from femflex.dynamics.equilibria.character import WOBBLE, numbered
+from femflex.dynamics.equilibria.character import WOBBLE, numbered_names
 from femflex.dynamics.equilibria.small_motions import GROWING
 from femflex.studies.campbell.crossings import Crossing, crossings
 from femflex.studies.campbell.matching import Match
@@ -68,7 +68,7 @@ class Campbell:
     """Frequencies over the speed of a steady spin, as seen in the spinning frame.
 
     speeds     (n,) [rad/s], those asked for and those in between that branches were followed through
-    asked      (n,) which were asked for
+    asked      (n,) which were requested
     branches   by rising frequency at the first speed
     orders     multiples of the speed that are looked at
     crossings  of branches with them
@@ -214,4 +214,4 @@ def _named(branches: Sequence[Branch]) -> list[Branch]:
     for branch in branches:
         there = [word for word in branch.characters[: 2 + branch.characters.count("")] if word]
         words.append(there[min(1, len(there) - 1)])
-    return [replace(branch, name=name) for branch, name in zip(branches, numbered(words), strict=True)]
+    return [replace(branch, name=name) for branch, name in zip(branches, numbered_names(words), strict=True)]

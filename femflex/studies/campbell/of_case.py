@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.advice.stiffening import Stiffening
+from femflex.advice.stiffening import StiffeningWatch
 from femflex.case import Case, read_case
 from femflex.case.campbell import CampbellTable
 from femflex.case.diagrams import spin_problems
@@ -70,7 +70,7 @@ def case_spins(
 def warn_of_ignored_stiffening(decided: Decided, spin: Array, x: Array) -> None:
     """Warn of bodies with linear strain that a steady spin (3,) [rad/s] would stiffen."""
     model = compile_system(replace(decided.system, frame=frame_of(spin, float(np.linalg.norm(spin)))))
-    guard = Stiffening(model, decided.known)
+    guard = StiffeningWatch(model, decided.known)
     guard.watch(model.observe(np.zeros(1), x[None]))
     guard.warn()
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.equilibria.character import character
+from femflex.dynamics.equilibria.character import motion_character
 from femflex.dynamics.equilibria.equilibrium import EquilibriumError, equilibrium
-from femflex.dynamics.equilibria.frozen import frozen
+from femflex.dynamics.equilibria.frozen import frozen_system
 from femflex.dynamics.equilibria.small_motions import SmallMotions
 from femflex.studies.campbell.matching import Match, match
 from femflex.system import Frame, System, started
@@ -30,7 +30,7 @@ class Spin:
     """A steady spin and the small motions about it.
 
     speed      [rad/s]
-    asked      whether it is one of the speeds that were asked for, or one in between
+    asked      whether it is one of the speeds that were requested, or one in between
     x          (n_x,) the equilibrium
     vibration  the small motions, with damping
     words      (n,) what each of them is, see `character`
@@ -66,7 +66,7 @@ def spins(
         joint.n_u == len(joint.held) for joint in system.joints
     ):
         raise ValueError(NOTHING)
-    still = frozen(replace(system, frame=frame_of(axis, speeds[0])), at)
+    still = frozen_system(replace(system, frame=frame_of(axis, speeds[0])), at)
     before: Spin | None = None
     for speed in speeds:
         found = spin(still, axis, speed, None if before is None else before.x)
@@ -91,7 +91,7 @@ def spin(system: System, axis: Array, speed: float, near: Array | None = None, a
     motions = rest.motions
     if speed > 0 and not len(motions.eigenvalues):
         raise ValueError(NOTHING)
-    return Spin(speed, asked, rest.x, motions, character(rest.model, motions, axis).words)
+    return Spin(speed, asked, rest.x, motions, motion_character(rest.model, motions, axis).words)
 
 
 def frame_of(axis: Array, speed: float) -> Frame:

@@ -1,0 +1,206 @@
+"""Doubts of a craft that need no motion: places that joints hold, torques that bend nothing, mass that modes lack."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.advice.advice import Advice, doubt
+from femflex.advice.bodies import KnownBodies
+from femflex.advice.limits import CARRIED, DRIFT, DUST
+from femflex.body import FlexibleBody
+from femflex.dynamics import compile_system
+from femflex.reduction.boundary.rigid import DIRECTIONS
+from femflex.reduction.origin import Meshed
+from femflex.rotations import dcm_from_quaternion
+from femflex.system import Joint, System
+from femflex.system.ties import tie_places
+
+Array = NDArray[np.float64]
+
+
+def model_warnings(system: System, known: KnownBodies, duration: float) -> list[Advice]:
+    """What is doubtful of a craft and its bodies, whatever they are going to do."""
+    out = [*_held_elsewhere(system, known), *_dragged_supports(system, known), *_idle_torques(system)]
+    return [*out, *_light_sets(system), *_loose_bodies(system), *_driven_orbit(system, duration)]
+
+
+def output_warnings(system: System, step: float) -> list[Advice]:
+    """Modes of whole bodies that an output step [s] is too long to show."""
+    pieces = {piece for parts in system.segments.values() for piece in parts}
+    out = []
+    for name, body in _once({name: body for name, body in system.bodies.items() if name not in pieces}):
+        omega = body.omega[np.isfinite(body.omega) & (body.omega > 0)]
+        if len(omega) and step > math.pi / omega[0]:
+            text = (
+                f"run: an output step of {step:.4g} s shows up to {0.5 / step:.4g} Hz, and the first mode of body "
+                f"{name!r} has {omega[0] / (2 * math.pi):.4g} Hz; its vibration is computed but cannot be seen in the "
+                "output"
+            )
+            out.append(doubt(name, "output", text, step, math.pi / omega[0]))
+    return out
+
+
+def _once(bodies: Mapping[str, FlexibleBody]) -> Iterator[tuple[str, FlexibleBody]]:
+    """Bodies, of those alike the first."""
+    seen: set[int] = set()
+    for name, body in bodies.items():
+        if id(body.moments) not in seen:
+            seen.add(id(body.moments))
+            yield name, body
+
+
+def _used(system: System) -> set[tuple[str | None, str]]:
+    """Body and marker of both ends of all joints, loops, constraints and springs."""
+    used: set[tuple[str | None, str]] = {(joint.child, joint.child_marker) for joint in system.joints}
+    used |= {(joint.parent, joint.parent_marker) for joint in system.joints}
+    return used | {(body, marker) for _, body, marker in tie_places(system.loops, system.constraints, system.springs)}
+
+
+def _clamped(system: System, known: KnownBodies) -> Iterator[tuple[Joint, Meshed]]:
+    """Joints whose children are meshed and clamped, and these; not that of a free root, which nothing holds."""
+    for joint in system.joints:
+        source = known[joint.child].origin.source if joint.child in known else None
+        if _is_free(system, joint) or not isinstance(source, Meshed):
+            continue
+        if source.modes.held.size and source.modes.n_modes:
+            yield joint, source
+
+
+def _is_free(system: System, joint: Joint) -> bool:
+    """Whether a joint leaves a body all its motion: on a specified orbit that is its attitude."""
+    return joint.parent is None and not joint.held and (joint.n_u == 6 or system.orbit is not None)
+
+
+def _held_elsewhere(system: System, known: KnownBodies) -> Iterator[Advice]:
+    """Joints that hold a body at a point that moves in its shapes, with nothing at their clamp.
+
+    Shapes clamped at X and held at Y make a right model, but a stiff one: they know of no bending between the two
+    but what a free end at Y does. Static shapes of loads at Y, or a joint at X, make it sound.
+    """
+    used = _used(system)
+    for joint, source in _clamped(system, known):
+        body, clamps = system.bodies[joint.child], source.modes.groups
+        held, clamp = body.marker(joint.child_marker), body.markers.get(clamps[0])
+        if clamp is None or any((joint.child, group) in used for group in clamps):
+            continue
+        group = source.places.get(joint.child_marker)
+        if group is None or group in source.answered or not np.abs(held.phi).max(initial=0.0):
+            continue
+        distance = float(np.linalg.norm(held.position - clamp.position))
+        omega = body.omega[np.isfinite(body.omega)]
+        first = f"; its first frequency of {omega[0] / (2 * math.pi):.4g} Hz is that of the clamp" if len(omega) else ""
+        text = (
+            f"bodies.{joint.child}: its shapes are clamped at {clamps[0]!r}, but joint "
+            f"{joint.name or f'{joint.parent}-{joint.child}'!r} holds it at {joint.child_marker!r}, {distance:.4g} m "
+            f"away, and nothing is attached to {clamps[0]!r}{first}. Clamp {joint.child_marker!r}, or add its static "
+            f"shapes (loads = {{ {group} = [...] }})"
+        )
+        yield doubt(joint.child, "support", text, distance, 0.0)
+
+
+def _dragged_supports(system: System, known: KnownBodies) -> Iterator[Advice]:
+    """Joints at one of several clamped groups whose own components leave some of its motion free.
+
+    The joint turns the body with its marker, and with it the other groups, which the shapes hold still in its frame.
+    """
+    for joint, source in _clamped(system, known):
+        group = source.places.get(joint.child_marker, joint.child_marker)
+        others = [other for other in source.modes.groups if other != group]
+        marker, support = system.bodies[joint.child].marker(joint.child_marker), source.supports.get(group)
+        if support is None or not others:
+            continue
+        axes = np.asarray(support.axes)
+        rows = np.vstack([axes @ marker.phi, axes @ marker.psi])
+        size = np.repeat([np.abs(part).max(initial=0.0) for part in (marker.phi, marker.psi)], 3)
+        moves = np.abs(rows).max(axis=1, initial=0.0) > DUST * size
+        free = [d for d, moved in zip(DIRECTIONS, moves, strict=True) if d not in support.components and moved]
+        if free:
+            text = (
+                f"bodies.{joint.child}: its joint to {joint.parent or 'the base frame'} holds it at "
+                f"{joint.child_marker!r}, whose clamp leaves {', '.join(free)} free. The body then follows that "
+                f"marker, and its other supports ({', '.join(map(repr, others))}) move with it. Remove "
+                f"child_marker = {joint.child_marker!r}, so that the joint holds the body frame, in which all supports "
+                f"are at rest; or clamp {', '.join(free)} at {group!r} too"
+            )
+            yield doubt(joint.child, "support", text, float(len(free)), 0.0)
+
+
+def _idle_torques(system: System) -> Iterator[Advice]:
+    """Torques at markers that the shapes of a body move, and none of which turns."""
+    for load in system.loads:
+        body = system.bodies[load.body]
+        marker = body.markers.get(load.marker)
+        if marker is None or not np.any(load.torque) or not np.any(marker.phi) or np.any(marker.psi):
+            continue
+        text = (
+            f"loads[{load.name}]: none of the {body.n_modes} shapes of body {load.body!r} turns its marker "
+            f"{load.marker!r}, though they move it, so that the torque bends nothing; choose a marker on several "
+            "nodes, or shapes that turn"
+        )
+        yield doubt(load.body, "torque", text, 0.0)
+
+
+def _light_sets(system: System) -> Iterator[Advice]:
+    """Sets of vibration modes that carry little of the mass."""
+    pieces = {piece for parts in system.segments.values() for piece in parts}
+    for name, body in _once(system.bodies):
+        if name in pieces or set(body.kinds) != {"vibration"}:
+            continue
+        carried = carried_mass(body)
+        if carried < CARRIED:
+            text = (
+                f"bodies.{name}: its {body.n_modes} modes carry at most {carried:.0%} of its mass in any direction, "
+                f"less than {CARRIED:.0%}; more modes, or `attachment` shapes, follow an accelerated root better"
+            )
+            yield doubt(name, "mass", text, carried, CARRIED)
+
+
+def carried_mass(body: FlexibleBody) -> float:
+    """Largest fraction of the mass that the elastic coordinates carry in any direction."""
+    body = body.without_slaves()
+    s, Me = body.moments.first[1:], body.moments.elastic_mass()
+    return float(np.linalg.eigvalsh(s.T @ np.linalg.solve(Me, s))[-1] / body.moments.mass)
+
+
+def _loose_bodies(system: System) -> Iterator[Advice]:
+    """Free bodies that nothing joins to the others, beside bodies with joints: one joint may have been forgotten."""
+    parents = {joint.parent for joint in system.joints}
+    tied = {body for _, body, _ in tie_places(system.loops, system.constraints, system.springs)}
+    others = [joint for joint in system.joints if not _is_free(system, joint)]
+    for joint in system.joints:
+        if _is_free(system, joint) and others and joint.child not in parents | tied:
+            text = (
+                f"bodies.{joint.child}: it has no joint and carries no body, while {len(others)} of the other bodies "
+                "have a joint; it moves freely. If it is part of the craft, add a joint to the body that carries it"
+            )
+            yield doubt(joint.child, "craft", text, 0.0)
+
+
+def _driven_orbit(system: System, duration: float) -> Iterator[Advice]:
+    """Loads whose resultant would change an orbit that is specified."""
+    orbit = system.orbit
+    if orbit is None or orbit.free or not any(np.any(load.force) for load in system.loads):
+        return
+    model = compile_system(system)
+    breaks = model.breaks[(model.breaks > 0.0) & (model.breaks < duration)]
+    times = np.unique(np.concatenate([np.linspace(0.0, duration, 201), breaks]))
+    seen = model.observe(times, np.repeat(model.x0[None], len(times), axis=0))
+    C_NR = dcm_from_quaternion(seen[f"bodies/{system.root}/attitude"])
+    total = np.zeros((len(times), 3))  # root body axes, so that a thruster counts as fixed in the craft
+    for load in system.loads:
+        turned = np.swapaxes(C_NR, 1, 2) @ dcm_from_quaternion(seen[f"bodies/{load.body}/attitude"])
+        total += np.einsum("tab,tb->ta", turned, seen[f"loads/{load.name}/force"])
+    mass = sum(body.moments.mass for body in system.bodies.values())
+    impulse = np.sum((total[1:] + total[:-1]) / 2.0 * np.diff(times)[:, None], axis=0)
+    change, speed = float(np.linalg.norm(impulse)) / mass, math.sqrt(orbit.mu / orbit.semi_major_axis)
+    if change > DRIFT * speed:
+        text = (
+            f"the loads push the craft by up to {np.linalg.norm(total, axis=1).max():.4g} N, {change:.4g} m/s over "
+            f"{duration:.4g} s, and its orbit is specified: the reference point O does not follow (limit "
+            f"{DRIFT * speed:.2g} m/s, {DRIFT:g} of the orbital speed). Set orbit.kind = 'free'"
+        )
+        yield doubt("", "craft", text, change, DRIFT * speed)

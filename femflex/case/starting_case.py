@@ -1,0 +1,187 @@
+"""A commented case to start from: a hub with a boom from beam theory, or with a body made of a mesh."""
+
+from __future__ import annotations
+
+import json
+from contextlib import suppress
+
+import numpy as np
+
+from femflex.mesh import Mesh
+from femflex.mesh.cells import CELL_TYPES
+
+CLAMPS = ("root", "base", "clamp", "fixed", "fix", "hinge", "start", "left")  # parts of names of clamped groups
+TIPS = ("tip", "end", "corner", "free", "right")
+LARGE = 200.0  # extent beyond which the unit of a mesh is probably the millimetre
+
+HEAD = """\
+#:schema {schema}
+# A femflex case. Numbers are in SI, or text with a unit: "33 m", "30 deg", "5 N m".
+#   femflex check {name}     report mistakes, and what femflex chooses by itself
+#   femflex modes {name}     natural frequencies of the whole craft
+#   femflex run {name}       simulate; result and pictures are named after the case
+# Every key: docs/reference/case_keys, or `femflex schema`.
+
+title = {title}
+
+[run]
+duration = "60 s"          # or orbits = 2, with an [orbit]
+output_step = "0.05 s"     # time between rows of output
+
+[attitude]
+frame = "inertial"         # "orbital" with an [orbit]; its angles are then pitch, roll and yaw
+
+# [orbit]
+# kind = "specified"       # "free": the orbit is solved for
+# perigee_altitude = "500 km"
+
+[bodies.hub]
+kind = "rigid"
+mass = "200 kg"
+inertia = ["80 kg m^2", "80 kg m^2", "80 kg m^2"]    # about the hub's origin
+shapes = [{{ kind = "box", size = ["1 m", "1 m", "1 m"] }}]    # only for pictures
+
+[bodies.hub.markers.side]  # a point where something is attached; its axes are those of the hub
+position = ["0.5 m", 0, 0]
+
+[materials.metal]
+E = "70 GPa"
+nu = 0.33
+density = "2700 kg/m^3"
+"""
+
+BEAM = """
+[bodies.boom]              # a uniform beam along x, without a mesh
+kind = "analytic"
+length = "10 m"
+mass = "4 kg"
+EA = "1e7 N"
+EIy = "5e3 N m^2"          # bending about y: motion along z
+EIz = "5e3 N m^2"
+GJ = "3e3 N m^2"
+direction = [1, 0, 0]
+functions = { y = 3, z = 3 }    # bending functions along y and z
+damping = { ratio = 0.005 }     # of critical damping
+
+[[joints]]                 # the boom is welded to the hub; "revolute" is a hinge
+kind = "weld"
+parent = "hub"
+parent_marker = "side"
+child = "boom"
+child_marker = "root"
+"""
+
+TAIL = """
+[[loads]]                  # a torque pulse on the hub, there and back
+name = "slew"
+body = "hub"
+times = ["0 s", "5 s", "5 s", "10 s"]
+torque = [[0, 0, 4], [0, 0, 4], [0, 0, -4], [0, 0, -4]]    # N m, axes of the hub
+
+[pictures]
+times = ["5 s"]
+plots = ["bodies/hub/rate", "attitude/angles"]
+# movie = true
+# modes = [{body}]
+
+# [study]                  # femflex converge: how many modes are enough
+# quantity = {{ of = "peak", channel = "{channel}" }}
+
+# [expect.turned]          # checked at the end of a run
+# of = "mean"
+# channel = "attitude/angles"
+# component = "z"
+# start = "10 s"
+# value = "1 rad"
+# relative_tolerance = 1e-2
+"""
+
+
+SECTIONS = {
+    1: '\n[sections.own]\nkind = "tube"\nouter_radius = "30 mm"\nthickness = "1 mm"\n',
+    2: '\n[sections.own]\nkind = "plate"\nthickness = "2 mm"\n',
+    3: "",
+}
+
+
+def starting_case(
+    name: str, mesh: Mesh | None = None, mesh_file: str = "", schema: str = "case.schema.json"
+) -> tuple[str, list[str]]:
+    """Text of a case called `name`, and what in it is to be looked at first.
+
+    mesh, mesh_file  a mesh for the flexible body, and its path from the case
+    schema           path or address of the JSON Schema, for editors
+    Raises ValueError for a mesh without groups of cells.
+    """
+    title = name.removesuffix(".toml").replace("_", " ").capitalize()
+    head = HEAD.format(name=name, title=json.dumps(title), schema=schema)
+    if mesh is None:
+        return head + BEAM + TAIL.format(body='"boom"', channel="markers/boom.tip/deflection"), []
+    text, marker, notes = _meshed(mesh, mesh_file)
+    return head + text + TAIL.format(body='"flexible"', channel=f"markers/flexible.{marker}/deflection"), notes
+
+
+def _meshed(mesh: Mesh, mesh_file: str) -> tuple[str, str, list[str]]:
+    """Tables of a body made of a mesh, the name of a marker at its tip, and what is to be looked at."""
+    groups, dimension = _member_groups(mesh, mesh_file)
+    others = [group for group in mesh.groups if group not in groups]
+    clamp, tip = _named(others, CLAMPS), _named(others, TIPS)
+    notes = [f"members: families, section and material of {', '.join(map(repr, groups))} are guesses"]
+    if clamp is None:
+        notes.append("clamp: no group of the mesh looks like a root; name the one that the hub holds")
+    size = float(np.ptp(mesh.points, axis=0).max())
+    unit = '\nmesh_unit = "mm"' if size > LARGE else ""
+    if unit:
+        notes.append(f"mesh_unit: the mesh spans {size:.4g}, read as millimetres")
+    section = ', section = "own"' if SECTIONS[dimension] else ""
+    members = "".join(
+        f'    {{ group = {json.dumps(group)}, family = "{_family(mesh, group, dimension)}"{section}, '
+        'material = "metal" },\n'
+        for group in groups
+    )
+    held = json.dumps(clamp or (others[0] if others else "ROOT"))
+    marked = tip is not None and json.dumps(tip) != held
+    marker = f"\n[bodies.flexible.markers.tip]\ngroup = {json.dumps(tip)}\n" if marked else ""
+    return (
+        f"{SECTIONS[dimension]}\n"
+        f"[bodies.flexible]          # groups of the mesh: {', '.join(map(repr, mesh.groups))}\n"
+        f'kind = "flexible"\nmesh = {json.dumps(mesh_file)}{unit}\nmembers = [\n{members}]\n'
+        f'reduction = {{ method = "cantilever", clamp = {held}, modes = 6 }}\n'
+        f"damping = {{ ratio = 0.005 }}     # of critical damping\n{marker}\n"
+        "[[joints]]                 # welded to the hub where it is clamped\n"
+        'kind = "weld"\nparent = "hub"\nparent_marker = "side"\nchild = "flexible"\n'
+        f"child_marker = {held}\n",
+        "tip" if marked else json.loads(held),
+        notes,
+    )
+
+
+def _member_groups(mesh: Mesh, mesh_file: str) -> tuple[list[str], int]:
+    """Groups of cells of the highest dimension that share no cell, the largest first, and that dimension."""
+    cells = {}
+    for group in mesh.groups:
+        with suppress(ValueError):  # a group of points
+            cells[group] = mesh.group_cells(group)
+    found = {group: max(CELL_TYPES[cell].dimension for cell in of) for group, of in cells.items()}
+    dimension = max(found.values(), default=0)
+    if dimension == 0:
+        raise ValueError(f"{mesh_file} has no group of lines, surfaces or volumes; name its parts in the mesher")
+    members: list[str] = []
+    taken: set[tuple[int, ...]] = set()
+    for group in sorted(found, key=lambda name: -sum(map(len, cells[name].values()))):
+        own = {tuple(row) for rows in cells[group].values() for row in rows.tolist()}
+        if found[group] == dimension and not own & taken:
+            members.append(group)
+            taken |= own
+    return members, dimension
+
+
+def _family(mesh: Mesh, group: str, dimension: int) -> str:
+    """The family of members for a group of cells."""
+    triangles = any("triangle" in cell for cell in mesh.group_cells(group))
+    return {1: "beam", 2: "plate" if triangles else "plate_bfs", 3: "solid"}[dimension]
+
+
+def _named(groups: list[str], parts: tuple[str, ...]) -> str | None:
+    """The first group whose name contains one of these parts, in the order of the parts."""
+    return next((group for part in parts for group in groups if part in group.lower()), None)

@@ -1,0 +1,88 @@
+"""Warnings on standard error: each once, and those that say the same of several bodies as one line."""
+
+from __future__ import annotations
+
+import re
+import sys
+import warnings
+from typing import Any
+
+NUMBER = re.compile(r"(?<![A-Za-z_])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
+NAMED = 3  # names of further bodies that are listed
+
+
+class WarningGroups:
+    """Warnings that wait until the work in hand is done, so that those of one kind can be reported together."""
+
+    def __init__(self) -> None:
+        self._told: dict[str, None] = {}
+        self._waiting: list[str] = []
+
+    def add(self, text: str) -> None:
+        """Take up a warning, unless it was reported already."""
+        if text not in self._told:
+            self._told[text] = None
+            self._waiting.append(text)
+
+    @property
+    def texts(self) -> list[str]:
+        """All of them, in the order in which they came."""
+        return list(self._told)
+
+    def tell(self) -> None:
+        """Print what waits."""
+        waiting, self._waiting = self._waiting, []
+        for line in grouped(waiting):
+            print(f"femflex: warning: {line}", file=sys.stderr)
+
+
+GATHERED = WarningGroups()
+
+
+def gather_warnings() -> None:
+    """Have the warnings of femflex gathered from here on, and others dropped."""
+    global GATHERED
+    from femflex.warning import CacheWarning, PhysicsWarning
+
+    gathered = GATHERED = WarningGroups()
+
+    def show(message: Warning | str, category: type[Warning], *_: Any) -> None:
+        if issubclass(category, CacheWarning | PhysicsWarning):
+            gathered.add(str(message))
+
+    warnings.simplefilter("ignore")
+    warnings.simplefilter("always", PhysicsWarning)
+    warnings.simplefilter("always", CacheWarning)
+    warnings.showwarning = show  # type: ignore[assignment]
+
+
+def warnings_so_far() -> list[str]:
+    """The warnings of this command so far, those that say the same of several bodies as one."""
+    return grouped(GATHERED.texts)
+
+
+def print_warnings() -> None:
+    """Print the warnings that wait."""
+    GATHERED.tell()
+
+
+def grouped(texts: list[str]) -> list[str]:
+    """One line per kind of warning: those that differ by the body they begin with and in numbers alone.
+
+    >>> grouped(["a: off by 2 %", "b: off by 3 %", "other"])
+    ['a: off by 2 % (likewise b, with its own numbers)', 'other']
+    """
+    kinds: dict[str, list[tuple[str, str]]] = {}
+    for text in texts:
+        name, colon, rest = text.partition(": ")
+        named = bool(colon) and " " not in name
+        kind = "# " + NUMBER.sub("#", re.sub(rf"\b{re.escape(name)}\b", "NAME", rest)) if named else text
+        kinds.setdefault(kind, []).append((name if named else "", text))
+    out = []
+    for members in kinds.values():
+        others = [name for name, _ in members[1:]]
+        more = f" and {len(others) - NAMED} more" if len(others) > NAMED else ""
+        own = "with its own numbers" if len(others) == 1 else "each with its own numbers"
+        found_text = f" (likewise {', '.join(others[:NAMED])}{more}, {own})" if others else ""
+        out.append(members[0][1] + found_text)
+    return out

@@ -1,0 +1,242 @@
+"""What `femflex run` says before it begins and when it is done."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from femflex.case import Case
+    from femflex.pipeline import Prepared
+    from femflex.results import Run
+    from femflex.system import System
+
+ENERGIES = ("kinetic", "elastic", "spring", "load")  # whose sizes the energy's change is measured by
+RELEASED = -2.0  # in place of the time of a latch that has opened
+MOVED = 4  # initial values listed on screen when the start moves them
+
+
+def print_run_heading(prepared: Prepared) -> None:
+    """Print modes, orbit, attitude and the integrator with the reason it was chosen."""
+    from femflex.assembly.craft import craft_notes
+    from femflex.cli.advice_lines import print_notes
+    from femflex.cli.modes import group_equal_bodies, print_modes
+
+    case, system = prepared.case, prepared.system
+    print(case.title or case.path.name)
+    if prepared.model.omitted:
+        print(f"without {', '.join(prepared.model.omitted)}")
+    pieces = {piece for parts in system.segments.values() for piece in parts}
+    whole = {name: body for name, body in system.bodies.items() if body.n_modes and name not in pieces}
+    for names, body in group_equal_bodies(whole):
+        print()
+        print_modes(names, body)
+    print()
+    for name, parts in system.segments.items():
+        each = system.bodies[parts[0]].n_modes
+        print(f"body        {name} is cut into {len(parts)} segments of {each} elastic coordinates each")
+    print_notes(prepared.decided.notes)
+    for line in craft_notes(case):
+        print(f"craft       {line}")
+    for line in (*_orbit_lines(prepared), _attitude_line(prepared)):
+        print(line)
+    step = f"{len(prepared.times)} rows to {prepared.times[-1]:.6g} s"
+    print(f"integrator  {prepared.reason}")
+    if (held := prepared.model.constraints) is not None:
+        print(f"constraints {held.text(0.0, prepared.model.x0)}")
+        for misfit in prepared.taken_up:
+            print(f"constraints {misfit}")
+        print_moved_start(prepared)
+    print(f"output      {step}")
+
+
+def print_moved_start(prepared: Prepared) -> None:
+    """Print what was changed of the initial values to make them consistent with loops and constraints."""
+    moved = prepared.moved
+    text = ", ".join(map(str, moved[:MOVED]))
+    if len(moved) > MOVED:
+        text += f", and {len(moved) - MOVED} more (all in the file's attribute `start_moved`)"
+    if moved:
+        print(f"start       made consistent: {text}")
+
+
+def _orbit_lines(prepared: Prepared) -> list[str]:
+    from math import degrees
+
+    orbit, table = prepared.system.orbit, prepared.case.orbit
+    if orbit is None:
+        g = prepared.system.environment.gravity
+        weight = [f"gravity     ({', '.join(f'{a:.6g}' for a in g)}) m/s^2, inertial axes"] if g.any() else []
+        return ["orbit       none", *weight]
+    altitude = (table.perigee_radius - table.radius) / 1e3
+    text = (
+        f"orbit       {table.kind}, perigee {altitude:.6g} km over {table.radius / 1e3:.6g} km, e = "
+        f"{orbit.eccentricity:.6g}"
+    )
+    motion = (
+        f"            period {orbit.period:.6g} s, n = {orbit.mean_motion:.6g} rad/s, begins at anomaly "
+        f"{degrees(orbit.true_anomaly):.4g} deg"
+    )
+    return [text, motion, *_attraction_lines(prepared.system)]
+
+
+def _attraction_lines(system: System) -> list[str]:
+    """How the central attraction is taken over a large craft, and what its gradient leaves out."""
+    from femflex.system.attraction import LARGE, is_integrated, reach
+
+    found, environment = reach(system), system.environment
+    if found is None:
+        return []
+    lines = []
+    if is_integrated(system) or found.ratio > LARGE:
+        how = "integrated over points of mass" if is_integrated(system) else "by its gradient"
+        lines.append(
+            f"attraction  {how}: the craft reaches {found.size:.4g} m, {found.ratio:.2g} of the distance from the "
+            f"centre (auto integrates from {LARGE:g} on); the gradient is wrong by {found.error:.2%} of itself there"
+        )
+    if environment.oblateness:
+        lines.append(f"oblateness  J2 = {environment.oblateness:.9g}, pole along the inertial Z axis")
+    return lines
+
+
+def _attitude_line(prepared: Prepared) -> str:
+    from math import degrees
+
+    case, system = prepared.case, prepared.system
+    seen = prepared.model.observe(prepared.times[:1], prepared.model.x0[None])
+    angles = [degrees(a) + 0.0 for a in seen["attitude/angles"][0]]  # no -0
+    names = prepared.model.channels["attitude/angles"].names
+    text = ", ".join(f"{name} {angle:.4g}" for name, angle in zip(names, angles, strict=True))
+    how = "held" if case.attitude.held else system.joint_of(system.root).kind
+    root = next((name for name, parts in system.segments.items() if system.root in parts), system.root)
+    return f"attitude    {root} {how} in the {system.frame.kind} frame: {text} deg"
+
+
+def print_run_summary(run: Run, system: System, output: Path) -> None:
+    """Print how the run ended and how far its monitors drifted."""
+    import numpy as np
+
+    s = run.statistics
+    print(
+        f"done        {output}: {s.get('accepted', 0)} steps, {s.get('rejected', 0)} rejected, "
+        f"{s.get('evaluations', 0)} evaluations"
+    )
+    for line in (*latch_lines(run), *tank_lines(run)):
+        print(line)
+    for path in conserved_monitors(run, system):
+        value = run[path]
+        change = float(np.abs(value - value[0]).max())
+        shares = [f"monitors/{kind}" for kind in ENERGIES] if path == "monitors/energy" else [path]
+        size = max(float(np.abs(run[share]).max()) for share in shares if share in run)
+        relative = f", {change / size:.2e} of its size" if size > 0 else ""
+        print(
+            f"monitor     {path.split('/')[1].replace('_', ' ')} changed by up to {change:.3e} "
+            f"{run.unit(path)}{relative}"
+        )
+    if "monitors/constraint_position" in run:
+        gap, speed = (float(run[f"monitors/constraint_{what}"].max()) for what in ("position", "velocity"))
+        print(f"monitor     constraint largest gap {gap:.3e} m, largest velocity residual {speed:.3e} m/s")
+    print(f"monitor     Euler parameters off unit length by up to {np.abs(run['monitors/quaternion_norm']).max():.2e}")
+
+
+def latch_lines(run: Run) -> list[str]:
+    """A line per latch: when it locked and what was lost."""
+    out = []
+    for path in sorted(name for name in run if name.startswith("latches/") and name.endswith("/time")):
+        name, at = path.split("/")[1], float(run[path][-1])
+        if at <= RELEASED:
+            out.append(f"latch       {name} was released")
+        elif at < 0:
+            out.append(f"latch       {name} did not lock")
+        else:
+            loss = float(run[f"latches/{name}/loss"][-1])
+            out.append(f"latch       {name} locked at t = {at:.9g} s, {loss:.6g} J lost")
+    return out
+
+
+def tank_lines(run: Run) -> list[str]:
+    """A line per tank that ran empty, and the propellant left in the others."""
+    out = []
+    for path in sorted(name for name in run if name.startswith("effectors/") and name.endswith("/emptied")):
+        name, at = path.split("/")[1], float(run[path][-1])
+        left = float(run[f"effectors/{name}/mass"][-1])
+        told = (
+            f"was empty at t = {at:.9g} s; its thrusters gave no thrust from then on"
+            if at >= 0
+            else f"holds {left:.6g} kg"
+        )
+        out.append(f"tank        {name} {told}")
+    return out
+
+
+def conserved_monitors(run: Run, system: System) -> list[str]:
+    """The monitors that ought to be constant: none under loads that have no potential, under damping, or where bodies
+    vary with time.
+
+    Without orbit energy, and angular momentum unless a joint holds the craft; on a free orbit energy; on a specified
+    circular one the Jacobi integral.
+    """
+    from dataclasses import replace
+
+    import numpy as np
+
+    from femflex.dynamics.effectors.states import keeps_momentum
+    from femflex.dynamics.joints.law_report import is_damped
+    from femflex.dynamics.reports.channels import conservative_loads
+    from femflex.system import Effector
+
+    if system.varying:
+        return []
+    led = any(profile.moves for joint in system.joints for profile in joint.held.values())
+    working = any(spring.damping for spring in system.springs) or any(c.function for c in system.constraints)
+    weights = conservative_loads(system)
+    effectors = [effector for effector in system.effectors if isinstance(effector, Effector)]
+    if any(effector.markers and not keeps_momentum(effector) for effector in effectors):
+        return []
+    quiet = replace(system, effectors=())
+    if len(weights) < len(system.loads) or led or working or is_damped(quiet):
+        return []
+    if set(run.without) & {"coriolis_centrifugal", "gyroscopic", "specified_motion", "gravity_gradient"}:
+        return []
+    if "orbit/radius" not in run:
+        roots = [joint for joint in system.joints if joint.parent is None]
+        parents = [tie.parent for ties in (system.loops, system.constraints, system.springs) for tie in ties]
+        tied = None in parents
+        adrift = len(roots) == 1 and roots[0].n_u - len(roots[0].held) == 6 and not roots[0].stiffness.any()
+        adrift = adrift and not (tied or weights)
+        fixed = system.frame.kind == "inertial"
+        fixed = fixed and not effectors
+        return ["monitors/energy"] * fixed + ["monitors/angular_momentum"] * adrift
+    if effectors:
+        return []
+    if system.orbit is not None and system.orbit.free:
+        return ["monitors/energy"]
+    circular = np.ptp(run["orbit/radius"]) < 1e-9 * run["orbit/radius"][0]
+    return ["monitors/jacobi"] if circular else []
+
+
+def print_verdicts(case: Case, run: Run) -> list[str]:
+    """Names of the expectations of the case that do not hold; prints all of them. They are those of the full case."""
+    if run.without:
+        if case.expect.answers:
+            print("expected    not judged: the expectations are those of the full case")
+        return []
+    from femflex.case.verdicts import judged
+
+    verdicts = judged(case, run)
+    for verdict in verdicts:
+        print(f"expected    {verdict}")
+    return [verdict.name for verdict in verdicts if not verdict.holds]
+
+
+def print_modes_verdicts(case: Case) -> list[str]:
+    """Names of the expectations of the craft's modes that do not hold; prints all of them."""
+    from femflex.case.verdicts import expects_modes, judged_modes
+    from femflex.pipeline.balanced import case_modes
+
+    if not expects_modes(case):
+        return []
+    verdicts = judged_modes(case, case_modes(case))
+    for verdict in verdicts:
+        print(f"expected    {verdict}")
+    return [verdict.name for verdict in verdicts if not verdict.holds]

@@ -1,0 +1,103 @@
+"""The small elastic motion that a given motion of a system's bodies calls up, without integrating it.
+
+With the bodies taken along as rigid (elastic coordinates zero) eq. (9) leaves the force f(t) = Q - h - M du/dt over
+along the elastic coordinates, that of loops included. About the state at rest their answer y follows
+
+    M y'' + D y' + K y = Z^T f(t)
+
+in directions Z that keep loops closed; joints answer along, so that M is that of the free craft. Mode by mode the
+answer to a force that is linear between two instants is exact: loads count twice that come suddenly, once that come
+slowly, and more where they come in time with a mode.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from femflex.dynamics.equilibria.closed_motion import least_multipliers, slack_of_loops
+from femflex.dynamics.equilibria.linearised import free_directions, held_freedoms, linearised
+from femflex.dynamics.joints.held_places import held_places
+from femflex.dynamics.lowering.layout import body_records
+from femflex.dynamics.model import Model
+
+Array = NDArray[np.float64]
+
+DAMPED = 0.99  # of critical: modes damped more than that are taken to be so, for their answer hardly swings either
+
+
+def elastic_response(model: Model, times: Array, states: Array, accelerations: Array) -> Array:
+    """The states (n_t, n_x) with the elastic coordinates and rates that the motion calls up, from those of model.x0.
+
+    states (n_t, n_x) and accelerations (n_t, n_u): the motion of the bodies, elastic ones zero. Velocities may jump
+    between two rows: what the accelerations do not make up for comes as an impulse.
+
+    Raises ValueError and LinAlgError where there are no linear equations about rest (see `linearised`).
+    """
+    t, rest = float(times[0]), model.at_rest(states[0, : model.n_q])
+    linear, (own, Z) = linearised(model, t, rest), free_directions(model, t, rest)
+    kept = ~np.isin(own, [place for *_, place in held_places(model.system)])  # a latch that will lock counts as locked
+    M, D, K = (A[np.ix_(kept, kept)] for A in (linear.M, linear.D, linear.K))
+    own, Z = own[kept], Z[:, kept]
+    squares, phi = eigh((K + K.T) / 2, (M + M.T) / 2)
+    omega, phi = np.sqrt(squares[squares > 0.0]), phi[:, squares > 0.0]
+    damping = np.einsum("ik,ij,jk->k", phi, D, phi)
+    u, steps = model.parts(states)[1], np.diff(times)[:, None]
+    jumps = np.diff(u, axis=0) - steps * (accelerations[1:] + accelerations[:-1]) / 2
+    force, impulse = unmodelled_response(model, times, states, accelerations, np.vstack([jumps, np.zeros(model.n_u)]))
+    qe, ue = elastic_places(model)
+    start = np.zeros((2, model.n_u))
+    start[:, ue] = model.x0[qe], model.x0[model.n_q + ue]
+    modal = start[:, own] @ M @ phi
+    y, rate = modal_response(omega, damping, times, force @ Z @ phi, impulse @ Z @ phi, modal)
+    shapes, out = (Z @ phi)[ue], states.copy()
+    out[:, qe], out[:, model.n_q + ue] = y @ shapes.T, rate @ shapes.T
+    return out
+
+
+def unmodelled_response(model: Model, times: Array, states: Array, rates: Array, jumps: Array) -> tuple[Array, Array]:
+    """Forces, and impulses of jumps of the velocities, on the elastic coordinates; each (n_t, n_u), 0 for joints."""
+    force, impulse = np.zeros((2, len(times), model.n_u))
+    ue, slack = elastic_places(model)[1], slack_of_loops(model.system)
+    carrying = ~held_freedoms(model)
+    carrying[ue] = False
+    for row, pushed, t, x, rate, jump in zip(force, impulse, times, states, rates, jumps, strict=True):
+        pair = [model.residual(float(t), x, rate), model.residual(float(t), x, rate + jump)]
+        if model.constraints is not None:  # what loops carry as the bodies move on stands in the rows of joints
+            A = model.constraints.matrix(float(t), x)
+            pair = [own - least_multipliers(A[:, carrying], own[carrying], slack) @ A for own in pair]
+        row[ue], pushed[ue] = -pair[0][ue], (pair[0] - pair[1])[ue]
+    return force, impulse
+
+
+def modal_response(
+    omega: Array, damping: Array, times: Array, force: Array, impulse: Array, start: Array
+) -> tuple[Array, Array]:
+    """y and y' (n_t, m) of y'' + damping y' + omega^2 y = force, m modes, force (n_t, m) linear between the times.
+
+    impulse (n_t, m): of the interval that begins at each time, as it were at its end; start (2, m): both at times[0].
+    """
+    a = np.minimum(damping / 2.0, DAMPED * omega)
+    b = np.sqrt(omega**2 - a**2)
+    y, rate = np.empty_like(force), np.empty_like(force)
+    y[0], rate[0] = start
+    steps = np.diff(times)[:, None]
+    slope = np.diff(force, axis=0) / np.maximum(steps, 1e-300) / omega**2
+    before = force[:-1] / omega**2 - 2.0 * a * slope / omega**2  # the answer that grows with the force, at the ends
+    after = before + slope * steps
+    fading, cos, sin = np.exp(-a * steps), np.cos(b * steps), np.sin(b * steps)
+    for k in range(len(steps)):
+        z, w = y[k] - before[k], rate[k] - slope[k]
+        v = (w + a * z) / b
+        y[k + 1] = after[k] + fading[k] * (z * cos[k] + v * sin[k])
+        rate[k + 1] = slope[k] + fading[k] * (w * cos[k] - (b * z + a * v) * sin[k]) + impulse[k]
+    return y, rate
+
+
+def elastic_places(model: Model) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Places in q and in u of the elastic coordinates of all bodies."""
+    records = body_records(model.table)[1:]
+    counted = [(np.arange(int(r["n"])) + int(r["qe"]), np.arange(int(r["n"])) + int(r["ue"])) for r in records]
+    qe, ue = (np.concatenate(side) for side in zip(*counted, strict=True))
+    return qe, ue

@@ -1,0 +1,76 @@
+"""From an equilibrium that is unstable to one that is not: down the potential, along the motion that grows.
+
+The stiffness K of the forces g (symmetric where these have a potential) gives the steps -|K|^-1 g: Newton's where all
+directions resist, away from where the potential is level where one gives way, as a column beyond Euler's load does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.equilibria.balance import relaxed, stiff_answers, unbalanced_forces
+from femflex.dynamics.equilibria.linearised import advanced
+from femflex.dynamics.equilibria.steady import Steady
+
+Array = NDArray[np.float64]
+
+FIRST = 0.02  # step off the unstable equilibrium over usual sizes
+LONGEST = 0.1  # of the others: a buckled column is a radian away, and may have other equilibria beyond
+LEVEL = 3e-3  # of the growth that is left: slower growth is none, as round the ring on which a round column may lie
+NEAR = 1e-4  # step at which what gives way no more is left to Newton's method
+STEPS, HALVINGS = 200, 20
+OVERSHOT = 0.5  # of the force along a step that its end may have, the other way round
+
+
+def stable_state_below(problem: Steady, q: Array, begun: Array) -> Array | None:
+    """Coordinates (n_q,) near a stable equilibrium below q, an unstable one; None where none is come to.
+
+    Of the two sides of q that of the coordinates begun from is taken.
+    """
+    g, K, values, V = _resistance(problem, q)
+    along = V[:, int(np.argmin(values))]
+    along = along / np.abs(along).max()
+    back = along @ (problem.shape(begun) - problem.shape(q))
+    side = np.sign(back) if abs(back) > NEAR else np.sign(along[int(np.argmax(np.abs(along)))])
+    found, level = _moved(problem, q, K, FIRST * side * along), LEVEL**2 * abs(values.min())
+    for _ in range(STEPS):
+        g, K, values, V = _resistance(problem, found)
+        size = np.abs(values)
+        felt = size > level
+        move = -V[:, felt] @ ((V[:, felt].T @ g) / size[felt])
+        longest = float(np.abs(move).max(initial=0.0))
+        resists = bool((values[felt] > 0).all())
+        if resists and longest < NEAR:
+            return found
+        further = _down(problem, found, g, K, move * min(1.0, LONGEST / max(longest, 1e-300)))
+        if further is None:
+            return found if resists else None
+        found = further
+    return None
+
+
+def _resistance(problem: Steady, q: Array) -> tuple[Array, Array, Array, Array]:
+    """Forces (n_u,) that are left, and the stiffness (n_u, n_u), its values (m,) and directions (n_u, m)."""
+    A = problem.ties(q)
+    g, lambdas = unbalanced_forces(problem, q, 1.0, A)
+    Z = np.hstack(problem.directions(A))
+    K = problem.stiffness(q, 1.0, lambdas)
+    values, V = np.linalg.eigh(Z.T @ (K + K.T) @ Z / 2)
+    return g, K, values, Z @ V
+
+
+def _down(problem: Steady, q: Array, g: Array, K: Array, move: Array) -> Array | None:
+    """The coordinates a step further, shortened until they still go down at its end, or hardly up."""
+    for _ in range(HALVINGS):
+        to = _moved(problem, q, K, move)
+        after = unbalanced_forces(problem, to, 1.0, problem.ties(to))[0]
+        if after @ move <= OVERSHOT * abs(g @ move):
+            return to
+        move = move / 2
+    return None
+
+
+def _moved(problem: Steady, q: Array, K: Array, move: Array) -> Array:
+    answers = stiff_answers(problem, q, 1.0, problem.ties(q), K)
+    return relaxed(problem, problem.closed(advanced(problem.full, q, move * problem.sizes)), 1.0, answers)

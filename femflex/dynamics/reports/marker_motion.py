@@ -1,0 +1,36 @@
+"""Where markers are and how they are turned, from what a run reports of their bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.rotations import dcm_from_quaternion, dcm_from_vector
+from femflex.system import System
+
+Array = NDArray[np.float64]
+
+
+def marker_motion(
+    system: System, times: Array, seen: Mapping[str, Array], body: str | None, marker: str
+) -> tuple[Array, Array]:
+    """Place r_M (n_t, 3) and C_NM (n_t, 3, 3) of a marker, inertial components, turned on its body as its shapes say.
+
+    Without a body those of the base frame.
+    """
+    if body is None:
+        return np.zeros((len(times), 3)), base_attitude(system, times, seen)
+    m = system.bodies[body].marker(marker)
+    C_NB, delta = dcm_from_quaternion(seen[f"bodies/{body}/attitude"]), seen[f"bodies/{body}/delta"]
+    place = seen[f"bodies/{body}/position"] + np.einsum("tij,tj->ti", C_NB, m.position + delta @ m.phi.T)
+    return place, C_NB @ dcm_from_vector(m.rotation_vector(delta)) @ m.orientation
+
+
+def base_attitude(system: System, times: Array, seen: Mapping[str, Array]) -> Array:
+    """C_NF (n_t, 3, 3) of the base frame."""
+    if system.frame.kind == "orbital":
+        return dcm_from_quaternion(seen["orbit/attitude"])
+    rate = system.frame.rate if system.frame.kind == "spinning" else np.zeros(3)
+    return dcm_from_vector(np.asarray(times)[:, None] * rate)

@@ -1,0 +1,74 @@
+"""`femflex new`: a starting case that checks without problems, for a boom and for meshes, and never overwrites."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from femflex.case import read_case
+from femflex.mesh import Mesh, line, write_mesh
+
+MESHES = Path(__file__).resolve().parents[2] / "meshes"
+
+
+def test_a_new_case_is_valid_and_commented(femflex, tmp_path):
+    code, out, _ = femflex("new", "first_craft")
+    text = (tmp_path / "first_craft.toml").read_text()
+    assert code == 0 and "femflex check first_craft.toml" in out
+    assert text.startswith("#:schema case.schema.json\n") and text.count("#") > 20 and 'title = "First craft"' in text
+    assert json.loads((tmp_path / "case.schema.json").read_text())["properties"]["bodies"]
+    case = read_case(tmp_path / "first_craft.toml")
+    assert set(case.bodies) == {"hub", "boom"} and case.run.duration == 60.0
+
+
+def test_its_commented_tables_are_valid_too(femflex, tmp_path):
+    femflex("new", "craft.toml")
+    path = tmp_path / "craft.toml"
+    text = path.read_text().split("[[loads]]")
+    path.write_text(text[0] + "[[loads]]" + text[1].replace("\n# ", "\n"))
+    assert list(read_case(path).expect.answers) == ["turned"]
+
+
+def test_a_new_case_runs(femflex):
+    femflex("new", "craft.toml")
+    code, out, err = femflex("run", "craft.toml", "--no-pictures")
+    assert code == 0 and "done" in out and not err
+
+
+@pytest.mark.parametrize(
+    ("mesh", "members", "clamp"),
+    [
+        ("boom.msh", {"boom": "beam"}, "root"),
+        ("panel.msh", {"panel": "plate"}, "root"),
+        ("l_frame.inp", {"mast": "beam", "arm": "beam"}, "root"),
+        ("slab.msh", {"panel": "solid"}, "root"),
+    ],
+)
+def test_a_mesh_brings_its_groups(femflex, tmp_path, mesh, members, clamp):
+    code, out, _ = femflex("new", "craft.toml", "--mesh", MESHES / mesh)
+    assert code == 0 and "are guesses" in out
+    body = read_case(tmp_path / "craft.toml").bodies["flexible"]
+    assert {member.group: member.family for member in body.members} == members
+    assert list(body.reduction.clamp) == [clamp]
+
+
+def test_a_large_mesh_is_read_in_millimetres_and_a_missing_root_is_said(femflex, tmp_path):
+    plain = line([[0.0, 0.0, 0.0], [500.0, 0.0, 0.0]], 2)
+    write_mesh(tmp_path / "long.msh", Mesh(plain.points, plain.cells, {"rod": plain.cell_groups["line"]}, {}))
+    _, out, _ = femflex("new", "craft.toml", "--mesh", "long.msh")
+    assert "mesh_unit: the mesh spans 500" in out and "clamp: no group of the mesh looks like a root" in out
+    assert 'mesh_unit = "mm"' in (tmp_path / "craft.toml").read_text()
+
+
+def test_nothing_is_overwritten_and_mistakes_are_sentences(femflex, tmp_path):
+    (tmp_path / "craft.toml").write_text("mine")
+    code, _, err = femflex("new", "craft.toml")
+    assert code == 2 and "exists" in err and (tmp_path / "craft.toml").read_text() == "mine"
+    code, _, err = femflex("new", "craft.json")
+    assert code == 2 and "a case ends in .toml" in err
+    plain = line([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], 2)
+    write_mesh(tmp_path / "bare.msh", Mesh(plain.points, plain.cells, {}, {}))
+    code, _, err = femflex("new", "other.toml", "--mesh", "bare.msh")
+    assert code == 2 and "name its parts in the mesher" in err and not (tmp_path / "other.toml").exists()
