@@ -66,7 +66,8 @@ def deploying_line(
     """
     first = _first(length, options)
     made = _deployed(LineShapes(line, functions, first), length, options)
-    if options.get("strain") == "linear" and isinstance(length, Profile):
+    bends = made.shapes.slopes(np.linspace(0.0, 1.0, 9))[0].any()
+    if options.get("strain") == "linear" and bends and isinstance(length, Profile):
         _warn_of_linear_strain(line, length, options.get("until", 0.0))
     return made
 

@@ -19,7 +19,7 @@ def grown(skin: Skin) -> Skin:
     """The skin with its growth as the last shape; itself where it does not grow."""
     if skin.growth is None:
         return skin
-    return Skin(skin.points, skin.cells, np.concatenate([skin.shapes, skin.growth[None]]))
+    return Skin(skin.points, skin.cells, np.concatenate([skin.shapes, skin.growth[None]]), skin.growth)
 
 
 def growing(run: Run, names: list[str]) -> list[str]:
