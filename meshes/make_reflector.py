@@ -1,7 +1,7 @@
 """Makes reflector.msh: a paraboloid z = r^2 / 4 F of focal length F = 2 m, 0.3 <= r <= 2 m, on six radial ribs.
 
-Nine-node quadrilaterals; the ribs are lines between their nodes. Groups: dish, ribs, root (inner edge), rim (outer edge),
-edge (the point of the rim on the x axis).
+Nine-node quadrilaterals; the ribs are lines between their nodes. Groups: dish, ribs, root (inner edge), rim (outer
+edge), edge (the point of the rim on the x axis).
 """
 
 from pathlib import Path
