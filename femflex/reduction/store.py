@@ -48,7 +48,10 @@ FIELDS = {
     "psi": ("small rotation per elastic coordinate", "kg^-1/2 m^-1"),
     "orientation": ("turns marker components into body components", "1"),
     "axis": ("along the beam whose section it is, where psi holds its twist and the sines of its slopes; else 0", "1"),
-    "stretch": ("static displacement by stretch beside the shapes, per field z_a e_b of force per mass", "s^2 | s^2 m"),
+    "stretch": (
+        "static displacement by stretch in addition to the shapes, per field z_a e_b of force per mass",
+        "s^2 | s^2 m",
+    ),
     "points": ("undeformed points of the skin, body frame", "m"),
     "shapes": ("displacement of the skin's points per elastic coordinate: shape, point, axis", "kg^-1/2"),
 }
