@@ -27,6 +27,14 @@ PARENTS = {
     "springs": "[[springs]]",
     "loads": "[[loads]]",
     "sights": "[[sights]]",
+    "signals": "[signals.NAME]",
+    "sensors": "[sensors.NAME]",
+    "controllers": "[controllers.NAME]",
+    "wheels": "[wheels.NAME]",
+    "gyros": "[gyros.NAME]",
+    "thrusters": "[thrusters.NAME]",
+    "tanks": "[tanks.NAME]",
+    "separations": "[separations.NAME]",
     "expect": "[expect] and [expect.NAME]",
 }
 SKIPPED = {"loops"}  # written like joints

@@ -27,7 +27,7 @@ class KnownBody:
 
     @cached_property
     def bearing(self) -> BucklingModel | None:
-        """What tells how it buckles; None of what nothing clamps, does not bend, or is a tether or membrane."""
+        """Its linear buckling analysis; None where nothing is clamped, or where it is a tether or membrane."""
         source = self.origin.source
         if isinstance(source, Meshed) and tension_blocks(source.structure):
             return None

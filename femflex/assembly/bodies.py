@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femflex.assembly.acting_loads import acting_loads, added_shapes_text
+from femflex.assembly.deploying import build_deploying
 from femflex.assembly.extents import warn_of_doubtful_extents
 from femflex.assembly.functions import functions_of
 from femflex.assembly.open_choices import bound_to_linear, open_choices, remedy_of
@@ -20,6 +21,7 @@ from femflex.assembly.torques import check_torques, has_torque
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.case import Case
+from femflex.case.deploying import DeployingTable
 from femflex.case.load import LoadTable
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.reduction import DampingTable, Stretchable
@@ -119,10 +121,13 @@ def _content(case: Case, name: str) -> str:
     if isinstance(table, FlexibleTable) and isinstance(table.reduction, Stretchable) and table.reduction.joints == {}:
         open_ = table.reduction.model_copy(update={"joints": None})  # which builds the same
         table = table.model_copy(update={"reduction": open_})
-    beside = [str(sorted(turning_markers(case, name)))]
+    beside, apart = [str(sorted(turning_markers(case, name)))], {"initial"}
+    if isinstance(table, DeployingTable) and table.length is not None and table.length.profile is not None:
+        beside.append(str(table.length.profile(case.path.parent).numbers))
+        apart.add("length")
     if isinstance(table, FlexibleTable):
         beside.append(str(acting_loads(case, name, table, marker_groups(table))))
-    return f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {beside}"
+    return f"{type(table).__name__} {table.model_dump_json(exclude=apart)} {beside}"
 
 
 def _built(case: Case, name: str, modes: int | None, refine: int, segments: int | None) -> BuiltBody:
@@ -132,6 +137,8 @@ def _built(case: Case, name: str, modes: int | None, refine: int, segments: int 
         if isinstance(table, FlexibleTable) and table.cut is not None:
             cut = _segments(case, name, table, (modes, refine, segments))
             return BuiltBody(Segments(tuple(_turned(body, table) for body in cut.bodies)))
+        if isinstance(table, DeployingTable):
+            return BuiltBody(build_deploying(case, name, table, modes).body)
         body, source, notes = _body(case, name, table, modes, refine)
         open_ = Origin(source, open_choices(table), bound_to_linear(table), remedy_of(table))
         if isinstance(table, FlexibleTable | AnalyticTable | FileTable):
@@ -169,8 +176,8 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
         getattr(r, "deflection", None),
         getattr(r, "third_derivatives", None),
     )
-    notes = added_shapes_text(added, modeset, joints), tension_text(structure, modeset, body)
-    return body, source, tuple(filter(None, notes))
+    texts = [added_shapes_text(added, modeset, joints), tension_text(structure, modeset, body)]
+    return body, source, (*given.notes, *filter(None, texts))
 
 
 def tension_text(structure: Structure, modeset: ModeSet, body: FlexibleBody) -> str:
@@ -262,6 +269,11 @@ def _rigid(case: Case, table: RigidTable) -> FlexibleBody:
     centre, J = np.array(table.center_of_mass), np.array(table.inertia)
     if table.inertia_about == "origin":
         J = J - table.mass * ((centre @ centre) * np.eye(3) - np.outer(centre, centre))
+    if table.imbalance is not None:
+        offset = np.array([table.imbalance.static / table.mass, 0.0, 0.0])
+        J = J - table.imbalance.dynamic * (np.eye(3)[[0]].T @ np.eye(3)[[2]] + np.eye(3)[[2]].T @ np.eye(3)[[0]])
+        J = J - table.mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+        centre = centre + offset
     markers = {name: Marker.rigid(np.array(entry.position or (0.0, 0.0, 0.0))) for name, entry in table.markers.items()}
     return rigid_body(table.mass, J, centre, markers, rigid_skin(case, table))
 

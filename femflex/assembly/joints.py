@@ -22,6 +22,7 @@ from femflex.case.problems import CaseError, Problem
 from femflex.rotations import is_extrinsic, letters_of
 from femflex.system import (
     Joint,
+    Latch,
     Part,
     Segments,
     ball_coordinates,
@@ -58,7 +59,16 @@ def build_joint(table: JointTable, folder: Path) -> Joint:
     """The Joint of one entry of [[joints]] of a case in that folder. Raises ValueError."""
     joint = _with_motion(_loose_joint(table), table, folder)
     laws, latches = read_laws(table.laws, table.coordinates())
-    return replace(joint, laws=laws, latches=latches) if laws or latches else joint
+    joint = replace(joint, laws=laws, latches=latches) if laws or latches else joint
+    if table.release is None:
+        return joint
+    if joint.ball is not None or not joint.n_u or joint.held or latches:
+        raise ValueError(
+            f"found release on a joint of kind {table.kind!r}; give it to a joint whose coordinates are all slides and "
+            "single turns, without motion and latches, such as kind = 'general'"
+        )
+    locks = tuple(Latch(k, float(at), opens=table.release) for k, at in enumerate(joint.q0))
+    return replace(joint, latches=locks)
 
 
 def _with_motion(joint: Joint, table: JointTable, folder: Path) -> Joint:

@@ -8,9 +8,19 @@ from typing import Any
 from femflex.case import section as tables
 from femflex.case.base import Table
 from femflex.case.problems import near
-from femflex.fem.sections import Box, CableSection, Circle, GivenSection, ISection, Rectangle, StiffnessSection, Tube
+from femflex.fem.sections import (
+    Box,
+    CableSection,
+    Circle,
+    FullSection,
+    GivenSection,
+    ISection,
+    Rectangle,
+    StiffnessSection,
+    Tube,
+)
 from femflex.fem.sections.laminates import Lamina, PlateSection, Ply, layup
-from femflex.fem.sections.materials import Material
+from femflex.fem.sections.materials import Material, Orthotropic
 
 BEAM_SECTIONS: dict[type[Table], Any] = {
     tables.Tube: Tube,
@@ -20,16 +30,33 @@ BEAM_SECTIONS: dict[type[Table], Any] = {
     tables.ISection: ISection,
     tables.Given: GivenSection,
     tables.Stiffness: StiffnessSection,
+    tables.Full: FullSection,
     tables.Cable: CableSection,
 }
 
 
 def build_material(table: tables.Material) -> Material | Lamina:
     """The isotropic Material, or the Lamina of an orthotropic or core material."""
-    values = table.model_dump(exclude={"kind"}, exclude_none=True)
+    values = table.model_dump(exclude={"kind", "E3", "nu13", "nu23"}, exclude_none=True)
     if isinstance(table, tables.Isotropic):
         return Material(**values)
     return Lamina.core(**values) if isinstance(table, tables.Core) else Lamina(**values)
+
+
+def build_solid_material(table: tables.Material) -> Material | Orthotropic:
+    """The material of a solid. Raises ValueError for a core, and for an orthotropic material without its third axis."""
+    if isinstance(table, tables.Isotropic):
+        return Material(**table.model_dump(exclude={"kind"}, exclude_none=True))
+    if isinstance(table, tables.Core):
+        raise ValueError("found a core; solids take an isotropic or an orthotropic material")
+    lack = [name for name in ("E3", "nu13", "nu23") if getattr(table, name) is None]
+    if lack:
+        raise ValueError(f"found an orthotropic material without {', '.join(lack)}, which solids need; add them")
+    G13, G23 = (table.G12 if given is None else given for given in (table.G13, table.G23))
+    assert table.E3 is not None and table.nu13 is not None and table.nu23 is not None
+    return Orthotropic(
+        table.E1, table.E2, table.E3, table.G12, G13, G23, table.nu12, table.nu13, table.nu23, table.density
+    )
 
 
 def build_section(

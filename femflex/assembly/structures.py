@@ -9,10 +9,11 @@ from functools import partial
 import numpy as np
 
 from femflex.assembly.acting_loads import ActingLoads
-from femflex.assembly.sections import build_material, build_section
+from femflex.assembly.sections import build_material, build_section, build_solid_material
 from femflex.assembly.shared import shared_parts
 from femflex.case.body import FlexibleTable, MemberTable
 from femflex.case.case import Case
+from femflex.case.connection import DistributingTable, EquationTable, RigidTable
 from femflex.case.mesh_groups import file_mesh, mesh_problems
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.reduction import (
@@ -24,10 +25,23 @@ from femflex.case.reduction import (
     Stretchable,
 )
 from femflex.case.support import DIRECTIONS, SkewSupport
-from femflex.fem import FAMILIES, Bushing, Member, PointMass, Structure, build_structure
+from femflex.fem import (
+    FAMILIES,
+    Bushing,
+    Distributing,
+    Equation,
+    Member,
+    PointMass,
+    Rigid,
+    Structure,
+    Term,
+    build_structure,
+)
+from femflex.fem.connections.connection import Connection
 from femflex.fem.option import OPTIONS as FAMILY_OPTIONS
 from femflex.fem.sections.laminates import Lamina
-from femflex.fem.support import Support, antisymmetry, symmetry
+from femflex.fem.sections.materials import Material, Orthotropic
+from femflex.fem.support import GLOBAL, Support, antisymmetry, symmetry
 from femflex.mesh import Mesh
 from femflex.reduction import (
     ModeSet,
@@ -76,7 +90,8 @@ def structure_of(case: Case, name: str, table: FlexibleTable, refine: int = 0) -
     made = shared_parts()
     if made is None:
         return build_structure_of(case, name, table, build_mesh(case, name, table, refine))
-    said = {"mesh", "mesh_unit", "groups", "refine", "members", "point_masses", "bushings", "markers"}
+    own = {"mesh", "mesh_unit", "groups", "refine", "members", "markers", "connections", "regions"}
+    said = own | {"point_masses", "bushings"}
     parts = [table.model_dump_json(include=said), *case.materials.items(), *case.sections.items()]
     key = f"{case.path} {refine} {_far(table)} {supports_of(getattr(table.reduction, 'clamp', {}))} {parts}"
     new = key not in made.structures
@@ -89,8 +104,8 @@ def structure_of(case: Case, name: str, table: FlexibleTable, refine: int = 0) -
 def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) -> Structure:
     """The Structure of a body's members and point masses on its mesh, its dofs laid along the axes of its clamps."""
     supports = supports_of(getattr(table.reduction, "clamp", {}))
-    members = members_of(case, name, table)
-    return build_structure(mesh, members, point_masses_of(table), supports, bushings_of(table))
+    members, attached = members_of(case, name, table), (point_masses_of(table), bushings_of(table))
+    return build_structure(mesh, members, attached[0], supports, connections_of(table), attached[1])
 
 
 def members_of(case: Case, name: str, table: FlexibleTable) -> list[Member]:
@@ -106,6 +121,20 @@ def _far(table: FlexibleTable) -> dict[str, bool]:
 def point_masses_of(table: FlexibleTable) -> list[PointMass]:
     """The point masses of a body."""
     return [PointMass(m.group, m.mass, m.inertia, m.offset) for m in table.point_masses]
+
+
+def connections_of(table: FlexibleTable) -> list[Connection]:
+    """The connections of a body; reference nodes at positions are points of its mesh already."""
+    return [_connection(entry) for entry in table.connections]
+
+
+def _connection(table: RigidTable | DistributingTable | EquationTable) -> Connection:
+    if isinstance(table, EquationTable):
+        return Equation(tuple(Term(term.group, term.component, term.factor) for term in table.terms))
+    if isinstance(table, DistributingTable):
+        weights = None if table.weights is None else tuple(table.weights)
+        return Distributing(table.group, table.reference_group, weights)
+    return Rigid(table.group, table.reference_group, tuple(table.components), table.axes or GLOBAL)
 
 
 def preload_of(case: Case, name: str, table: FlexibleTable) -> Preload | None:
@@ -262,9 +291,16 @@ def _member(case: Case, name: str, table: MemberTable, left_out: Mapping[str, ob
     if table.family not in FAMILIES:
         text = f"found {table.family!r}, which is no family of members; {near(table.family, FAMILIES)}"
         raise CaseError(case.path.name, [Problem(f"{where}.family", text)])
-    material = None if table.material is None else build_material(case.materials[table.material])
+    material: Material | Lamina | Orthotropic | None = None
     section = None
-    if table.section is not None:
+    if table.family == "solid" and table.material is not None:
+        try:
+            material = build_solid_material(case.materials[table.material])
+        except ValueError as error:
+            raise CaseError(case.path.name, [Problem(f"materials.{table.material}", str(error))]) from None
+    elif table.material is not None:
+        material = build_material(case.materials[table.material])
+    if table.section is not None and not isinstance(material, Orthotropic):
         try:
             section, material = build_section(case.sections[table.section], material, case.materials)
         except ValueError as error:

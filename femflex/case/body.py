@@ -7,12 +7,14 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field, StrictBool, ValidationInfo, field_validator, model_validator
 
 from femflex.case.base import Name, Table, exactly_one, refuse
+from femflex.case.body_base import BodyTable as BodyTable
+from femflex.case.connection import Connection, RegionTable
+from femflex.case.deploying import DeployingTable
 from femflex.case.inertia import InertiaMatrix
-from femflex.case.initial import InitialTable
 from femflex.case.options import add_options, read_options
 from femflex.case.preload import PreloadTable
 from femflex.case.reduction import DampingTable, FunctionsTable, Reduction
-from femflex.case.shape import MarkerTable, Shape
+from femflex.case.shape import Shape
 from femflex.case.values import Count, Direction, Mass, Position, PositiveLength, Quantity, Vector
 
 Strain = Literal["linear", "nonlinear", "condensed"]
@@ -20,17 +22,13 @@ TENSION = ("tether", "membrane")  # families that bear tension alone
 STRETCHABLE = ("cantilever", "free_free", "craig_bampton")
 
 
-class BodyTable(Table):
-    """What every body may say."""
+class ImbalanceTable(Table):
+    """Imbalance of a rotor about its z axis, beside mass, inertia and centre of the balanced one."""
 
-    markers: dict[Name, MarkerTable] = Field(default_factory=dict)
-    """Markers by name: points with axes where joints, loads and outputs attach."""
-    initial: InitialTable | None = None
-    """Elastic state at t = 0. Left out: undeformed and at rest."""
-
-    def own_markers(self) -> tuple[str, ...]:
-        """Names of markers the body has without being declared."""
-        return ("origin",)
+    static: Annotated[float, Quantity("kg m")] = 0.0
+    """Static imbalance: the centre of mass moves by static / mass along x."""
+    dynamic: Annotated[float, Quantity("kg m^2")] = 0.0
+    """Dynamic imbalance: the product of inertia int x z dm about the balanced centre."""
 
 
 class RigidTable(BodyTable):
@@ -47,6 +45,8 @@ class RigidTable(BodyTable):
     """Position of the centre of mass in the body frame."""
     inertia_about: Literal["center_of_mass", "origin"] = "center_of_mass"
     """Reference point of `inertia`: the centre of mass, or the origin of the body frame."""
+    imbalance: ImbalanceTable | None = None
+    """Imbalance of a rotor that turns about its z axis. Left out: none."""
     shapes: list[Shape] = Field(default_factory=list)
     """Shapes drawn in pictures. Left out: a box with this mass and inertia."""
 
@@ -70,7 +70,7 @@ class MemberTable(Table):
     model_config = ConfigDict(json_schema_extra=add_options)
 
     family: str
-    """Element family: beam, plate, plate_bfs, solid, tether or membrane."""
+    """Element family: beam, plate, plate_bfs, shell, solid, tether or membrane."""
     section: str | None = None
     """Name in [sections]. Left out: none, for solids."""
     material: str | None = None
@@ -147,6 +147,10 @@ class FlexibleTable(BodyTable):
     """Mesh groups that become structure, each with family, section and material."""
     point_masses: list[PointMassTable] = Field(default_factory=list)
     """Concentrated masses at mesh points."""
+    connections: list[Connection] = Field(default_factory=list)
+    """Rigid and distributing interfaces between members, and equations of displacements."""
+    regions: dict[Name, RegionTable] = Field(default_factory=dict)
+    """Groups of the mesh by place or number. The groups all, all_lines, all_surfaces and all_solids exist without."""
     bushings: list[BushingTable] = Field(default_factory=list)
     """Springs and bushings between nodes of the mesh."""
     preload: PreloadTable | None = None
@@ -307,4 +311,4 @@ class FileTable(BodyTable):
     """Structural damping. Left out: that of the file."""
 
 
-Body = Annotated[RigidTable | FlexibleTable | AnalyticTable | FileTable, Field(discriminator="kind")]
+Body = Annotated[RigidTable | FlexibleTable | AnalyticTable | FileTable | DeployingTable, Field(discriminator="kind")]

@@ -12,6 +12,7 @@ from femflex.case.base import Name, Table, refuse
 from femflex.case.body import Body
 from femflex.case.campbell import CampbellTable
 from femflex.case.constraint import Constraint, SpringTable
+from femflex.case.controller import Controller
 from femflex.case.environment import EnvironmentTable
 from femflex.case.initial import StartTable
 from femflex.case.joint import Joint
@@ -20,7 +21,10 @@ from femflex.case.measure import ExpectationsTable
 from femflex.case.orbit import AttitudeTable, OrbitTable
 from femflex.case.run import PicturesTable, RunTable, StudyTable
 from femflex.case.section import Material, Section
+from femflex.case.sensor import SensorTable
 from femflex.case.sight import SightTable
+from femflex.case.thruster import TankTable, ThrusterTable
+from femflex.case.wheel import GyroTable, SeparationTable, SignalTable, WheelTable
 
 
 class Case(Table):
@@ -58,6 +62,22 @@ class Case(Table):
     """Forces and torques at markers."""
     sights: list[SightTable] = Field(default_factory=list)
     """Lines of sight to a ground station."""
+    signals: dict[Name, SignalTable] = Field(default_factory=dict)
+    """Numbers over time, inputs of actuators and controllers, by name."""
+    sensors: dict[Name, SensorTable] = Field(default_factory=dict)
+    """Sensors by name."""
+    controllers: dict[Name, Controller] = Field(default_factory=dict)
+    """Controllers by name."""
+    wheels: dict[Name, WheelTable] = Field(default_factory=dict)
+    """Reaction and momentum wheels by name."""
+    gyros: dict[Name, GyroTable] = Field(default_factory=dict)
+    """Control-moment gyros by name."""
+    thrusters: dict[Name, ThrusterTable] = Field(default_factory=dict)
+    """Thrusters by name."""
+    tanks: dict[Name, TankTable] = Field(default_factory=dict)
+    """Tanks by name."""
+    separations: dict[Name, SeparationTable] = Field(default_factory=dict)
+    """Separation springs by name."""
     initial: StartTable | None = None
     """Initial state of the whole craft, in place of that of joints, bodies and [attitude]."""
     pictures: PicturesTable | None = None

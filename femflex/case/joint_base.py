@@ -43,6 +43,10 @@ class JointTable(Table):
     laws: Annotated[tuple[Mapping[str, Any], ...], Laws()] = ()
     """[[joints.laws]]: spring and damper tables, stops, friction and latches of single coordinates."""
 
+    release: Annotated[float, Quantity("s", least=0.0)] | None = None
+    """Time at which the joint lets go: its slides and turns are locked until then, and free afterwards. For joints of
+    slides and turns, such as general. Left out: not locked."""
+
     def coordinates(self) -> dict[str, str]:
         """Name and unit of every slide and turn that a law may act on."""
         return {}

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from femflex.case.body import FlexibleTable
+from femflex.case.connection import EquationTable
 from femflex.case.problems import Problem, near
 
 if TYPE_CHECKING:
@@ -34,7 +35,28 @@ def file_mesh(folder: Path, table: FlexibleTable) -> Mesh:
     from femflex.mesh import read_mesh
 
     mesh = read_mesh(folder / table.mesh, dict(table.groups) or None)
-    return mesh if table.mesh_unit == "m" else mesh.scaled(UNITS[table.mesh_unit])
+    return with_places(mesh if table.mesh_unit == "m" else mesh.scaled(UNITS[table.mesh_unit]), table)
+
+
+def with_places(mesh: Mesh, table: FlexibleTable) -> Mesh:
+    """The mesh with the regions of a body, the whole groups that it names, and the reference nodes of connections."""
+    from femflex.mesh.regions import with_box, with_point_at, with_points, with_whole
+
+    own = mesh.points
+    mesh = with_whole(mesh, [group for _, group in _groups_named("", table)])
+    for name, region in table.regions.items():
+        if region.box is not None:
+            mesh = with_box(mesh, name, *region.box, within=region.within)
+        elif region.points is not None:
+            mesh = with_points(mesh, name, region.points)
+        else:
+            nearest = np.argmin(np.linalg.norm(own - np.array(region.nearest), axis=1))
+            mesh = mesh.with_groups(points={name: [nearest]})
+    for connection in table.connections:
+        position = getattr(connection, "position", None)
+        if position is not None:
+            mesh = with_point_at(mesh, connection.reference_group, position)  # type: ignore[union-attr]
+    return mesh
 
 
 def mesh_problems(name: str, table: FlexibleTable, mesh: Mesh) -> Iterator[Problem]:
@@ -58,6 +80,13 @@ def mesh_problems(name: str, table: FlexibleTable, mesh: Mesh) -> Iterator[Probl
 def _groups_named(name: str, table: FlexibleTable) -> Iterator[tuple[str, str]]:
     yield from ((f"bodies.{name}.members[{m.group}].group", m.group) for m in table.members)
     yield from ((f"bodies.{name}.point_masses[{m.group}].group", m.group) for m in table.point_masses)
+    for connection in table.connections:
+        where = f"bodies.{name}.connections[{connection.kind}]"
+        if isinstance(connection, EquationTable):
+            yield from ((f"{where}.terms", term.group) for term in connection.terms)
+        else:
+            yield f"{where}.group", connection.group
+            yield f"{where}.reference", connection.reference_group
     for i, b in enumerate(table.bushings):
         yield from ((f"bodies.{name}.bushings[{i}].{key}", g) for key, g in (("group", b.group), ("to", b.to)) if g)
     for key in ("forces", "masses"):

@@ -38,6 +38,13 @@ def markers(outline: Outline, folder: Path) -> Iterator[Problem]:
                 )
             places.append((f"{where}.marker", load.body, load.marker))
     places += [(f"{where}.marker", one.body, one.marker) for where, one in outline.sights.items() if one is not None]
+    for where, one in outline.mounted.items():
+        pairs = () if one is None else (("body", "marker"), ("other_body", "other_marker"), ("parent", "parent_marker"))
+        for role, marker_key in pairs:
+            named = getattr(one, role, None)
+            if named is not None and named not in outline.bodies:
+                yield Problem(f"{where}.{role}", f"found {named!r}, which is not a body; {near(named, outline.bodies)}")
+            places.append((f"{where}.{marker_key}", named, getattr(one, marker_key, None)))
     for where, item in outline.between.items():
         if item is not None:
             places += [

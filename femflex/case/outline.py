@@ -25,9 +25,21 @@ from femflex.case.measure import ExpectationsTable
 from femflex.case.orbit import AttitudeTable, OrbitTable
 from femflex.case.problems import item_label
 from femflex.case.run import PicturesTable, RunTable, StudyTable
+from femflex.case.sensor import SensorTable
 from femflex.case.sight import SightTable
+from femflex.case.thruster import TankTable, ThrusterTable
+from femflex.case.wheel import GyroTable, MountedTable, SeparationTable, WheelTable
 
 T = TypeVar("T")
+
+MOUNTED = {
+    "wheels": WheelTable,
+    "gyros": GyroTable,
+    "thrusters": ThrusterTable,
+    "tanks": TankTable,
+    "separations": SeparationTable,
+    "sensors": SensorTable,
+}
 
 
 @dataclass(frozen=True)
@@ -36,6 +48,7 @@ class Outline:
 
     bodies  by name; joints, loads, loops, constraints, springs and sights by their label in key paths, such as
             "joints[panel]"
+    mounted wheels, gyros, thrusters, tanks, separation springs and sensors by their label, as "wheels.w1"
     names   of the entries of materials and sections, valid or not
     """
 
@@ -49,6 +62,7 @@ class Outline:
     loops: Mapping[str, JointTable | None]
     between: Mapping[str, BetweenTable | None]
     sights: Mapping[str, SightTable | None]
+    mounted: Mapping[str, MountedTable | SensorTable | None]
     pictures: PicturesTable | None
     study: StudyTable | None
     campbell: CampbellTable | None
@@ -71,6 +85,7 @@ def outline(raw: Mapping[str, Any]) -> Outline:
         loops=_listed(raw, "loops", Joint),
         between=_listed(raw, "constraints", Constraint) | _listed(raw, "springs", SpringTable),
         sights=_listed(raw, "sights", SightTable),
+        mounted={label: table for key, kind in MOUNTED.items() for label, table in _named(raw, key, kind).items()},
         pictures=_part(PicturesTable, raw.get("pictures")),
         study=_part(StudyTable, raw.get("study")),
         campbell=_part(CampbellTable, raw.get("campbell")),
@@ -94,6 +109,10 @@ def _part(kind: Any, value: Any) -> Any:
 def _table(raw: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     found = raw.get(key, {})
     return found if isinstance(found, Mapping) else {}
+
+
+def _named(raw: Mapping[str, Any], key: str, kind: Any) -> dict[str, Any]:
+    return {f"{key}.{name}": _part(kind, item) for name, item in _table(raw, key).items()}
 
 
 def _listed(raw: Mapping[str, Any], key: str, kind: Any) -> dict[str, Any]:

@@ -36,10 +36,10 @@ class Isotropic(Table):
 
 
 class Orthotropic(Table):
-    """A material of plies: axes 1 and 2 in the plane."""
+    """A material with axes of its own: of plies, with axes 1 and 2 in the plane, or of solids."""
 
     kind: Literal["orthotropic"]
-    """Selects this material: orthotropic, for plies."""
+    """Selects this material: orthotropic, for plies and solids."""
     E1: Modulus
     """Elastic modulus along axis 1."""
     E2: Modulus
@@ -54,6 +54,12 @@ class Orthotropic(Table):
     """Transverse shear modulus in the 1-3 plane. Left out: G12."""
     G23: Modulus | None = None
     """Transverse shear modulus in the 2-3 plane. Left out: G12."""
+    E3: Modulus | None = None
+    """Elastic modulus along axis 3, which solids need."""
+    nu13: Plain | None = None
+    """Poisson's ratio, which solids need: contraction along 3 under tension along 1."""
+    nu23: Plain | None = None
+    """Poisson's ratio, which solids need: contraction along 3 under tension along 2."""
 
 
 class Core(Table):
@@ -170,6 +176,23 @@ class Stiffness(Table):
     """Radius of gyration of the mass about z: root of int y^2 dm over the mass."""
     area: AreaAlong | None = None
     """Area of the round bar that is drawn. Left out: an ellipse with the stiffnesses' radii of gyration."""
+    GAy: Annotated[Variable, Along("N")] | None = None
+    """Shear stiffness along y, shear factor included. Needed where the beam shears."""
+    GAz: Annotated[Variable, Along("N")] | None = None
+    """Shear stiffness along z, shear factor included. Needed where the beam shears."""
+
+
+class Full(Table):
+    """A beam by full 6 x 6 stiffness and mass per length about its node line, such as a composite blade."""
+
+    kind: Literal["full"]
+    """Selects this section: by full matrices."""
+    stiffness: Annotated[tuple[tuple[float, ...], ...], Quantity("", (6, 6))]
+    """Stiffness in SI over axial strain, shear strains along y and z, twist rate, curvatures about y and z."""
+    mass: Annotated[tuple[tuple[float, ...], ...], Quantity("", (6, 6))]
+    """Mass per length in SI over velocities along x, y, z and rates about x, y, z."""
+    radius: PositiveLength | None = None
+    """Radius of the round bar that is drawn. Left out: an ellipse with the stiffness's radii of gyration."""
 
 
 class Cable(Table):
@@ -239,6 +262,6 @@ Material = Annotated[
     Annotated[Isotropic | Orthotropic | Core, Field(discriminator="kind")], BeforeValidator(_isotropic_unless_said)
 ]
 Section = Annotated[
-    Tube | Circle | Box | Rectangle | ISection | Given | Stiffness | Cable | Plate | Sandwich | Layup,
+    Tube | Circle | Box | Rectangle | ISection | Given | Stiffness | Full | Cable | Plate | Sandwich | Layup,
     Field(discriminator="kind"),
 ]

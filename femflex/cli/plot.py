@@ -30,6 +30,9 @@ def plot(
     spectrum: Annotated[
         bool, typer.Option("--spectrum", help="Amplitude spectra with named peaks instead of histories.")
     ] = False,
+    energy: Annotated[
+        bool, typer.Option("--energy", help="Stacked account of stored and dissipated energy and work, by contributor.")
+    ] = False,
     highest: Annotated[float | None, typer.Option("--highest", help="Last frequency of a spectrum in Hz.")] = None,
     radians: Annotated[bool, typer.Option("--radians", help="Angles in radians instead of degrees.")] = False,
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
@@ -38,11 +41,15 @@ def plot(
 ) -> None:
     """Plot channels of a run over time, or their spectra, as PNG or SVG."""
     from femflex.results import open_run
-    from femflex.view import plot_histories, plot_spectra
+    from femflex.view import plot_energy, plot_histories, plot_spectra
 
-    target = output or file.with_name(f"{file.stem}_{'spectrum' if spectrum else 'plot'}.png")
+    if energy and (channels or other is not None or spectrum):
+        raise ValueError("--energy plots the energy account of one run; leave channels, --with and --spectrum out")
+    target = output or file.with_name(f"{file.stem}_{'energy' if energy else 'spectrum' if spectrum else 'plot'}.png")
     with open_run(file) as run, nullcontext() if other is None else open_run(other) as second:
-        if spectrum:
+        if energy:
+            plot_energy(run, target, theme, title, force=force)
+        elif spectrum:
             plot_spectra(
                 run, target, channels or None, not radians, theme, title, highest=highest, force=force, other=second
             )

@@ -12,11 +12,13 @@ if TYPE_CHECKING:
     from femflex.system import System
 
 ENERGIES = ("kinetic", "elastic", "spring", "load")  # whose sizes the energy's change is measured by
+RELEASED = -2.0  # in place of the time of a latch that has opened
 MOVED = 4  # initial values listed on screen when the start moves them
 
 
 def print_run_heading(prepared: Prepared) -> None:
     """Print modes, orbit, attitude and the integrator with the reason it was chosen."""
+    from femflex.assembly.craft import craft_notes
     from femflex.cli.advice_lines import print_notes
     from femflex.cli.modes import group_equal_bodies, print_modes
 
@@ -34,6 +36,8 @@ def print_run_heading(prepared: Prepared) -> None:
         each = system.bodies[parts[0]].n_modes
         print(f"body        {name} is cut into {len(parts)} segments of {each} elastic coordinates each")
     print_notes(prepared.decided.notes)
+    for line in craft_notes(case):
+        print(f"craft       {line}")
     for line in (*_orbit_lines(prepared), _attitude_line(prepared)):
         print(line)
     step = f"{len(prepared.times)} rows to {prepared.times[-1]:.6g} s"
@@ -117,7 +121,7 @@ def print_run_summary(run: Run, system: System, output: Path) -> None:
         f"done        {output}: {s.get('accepted', 0)} steps, {s.get('rejected', 0)} rejected, "
         f"{s.get('evaluations', 0)} evaluations"
     )
-    for line in latch_lines(run):
+    for line in (*latch_lines(run), *tank_lines(run)):
         print(line)
     for path in conserved_monitors(run, system):
         value = run[path]
@@ -140,7 +144,9 @@ def latch_lines(run: Run) -> list[str]:
     out = []
     for path in sorted(name for name in run if name.startswith("latches/") and name.endswith("/time")):
         name, at = path.split("/")[1], float(run[path][-1])
-        if at < 0:
+        if at <= RELEASED:
+            out.append(f"latch       {name} was released")
+        elif at < 0:
             out.append(f"latch       {name} did not lock")
         else:
             loss = float(run[f"latches/{name}/loss"][-1])
@@ -148,21 +154,47 @@ def latch_lines(run: Run) -> list[str]:
     return out
 
 
+def tank_lines(run: Run) -> list[str]:
+    """A line per tank that ran empty, and the propellant left in the others."""
+    out = []
+    for path in sorted(name for name in run if name.startswith("effectors/") and name.endswith("/emptied")):
+        name, at = path.split("/")[1], float(run[path][-1])
+        left = float(run[f"effectors/{name}/mass"][-1])
+        told = (
+            f"was empty at t = {at:.9g} s; its thrusters gave no thrust from then on"
+            if at >= 0
+            else f"holds {left:.6g} kg"
+        )
+        out.append(f"tank        {name} {told}")
+    return out
+
+
 def conserved_monitors(run: Run, system: System) -> list[str]:
-    """The monitors that ought to be constant: none under loads that have no potential and under damping.
+    """The monitors that ought to be constant: none under loads that have no potential, under damping, or where bodies
+    vary with time.
 
     Without orbit energy, and angular momentum unless a joint holds the craft; on a free orbit energy; on a specified
     circular one the Jacobi integral.
     """
+    from dataclasses import replace
+
     import numpy as np
 
+    from femflex.dynamics.effectors.states import keeps_momentum
     from femflex.dynamics.joints.law_report import is_damped
     from femflex.dynamics.reports.channels import conservative_loads
+    from femflex.system import Effector
 
+    if system.varying:
+        return []
     led = any(profile.moves for joint in system.joints for profile in joint.held.values())
     working = any(spring.damping for spring in system.springs) or any(c.function for c in system.constraints)
     weights = conservative_loads(system)
-    if len(weights) < len(system.loads) or led or working or is_damped(system):
+    effectors = [effector for effector in system.effectors if isinstance(effector, Effector)]
+    if any(effector.markers and not keeps_momentum(effector) for effector in effectors):
+        return []
+    quiet = replace(system, effectors=())
+    if len(weights) < len(system.loads) or led or working or is_damped(quiet):
         return []
     if set(run.without) & {"coriolis_centrifugal", "gyroscopic", "specified_motion", "gravity_gradient"}:
         return []
@@ -173,7 +205,10 @@ def conserved_monitors(run: Run, system: System) -> list[str]:
         adrift = len(roots) == 1 and roots[0].n_u - len(roots[0].held) == 6 and not roots[0].stiffness.any()
         adrift = adrift and not (tied or weights)
         fixed = system.frame.kind == "inertial"
+        fixed = fixed and not effectors
         return ["monitors/energy"] * fixed + ["monitors/angular_momentum"] * adrift
+    if effectors:
+        return []
     if system.orbit is not None and system.orbit.free:
         return ["monitors/energy"]
     circular = np.ptp(run["orbit/radius"]) < 1e-9 * run["orbit/radius"][0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,11 +13,14 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.reports.sensing import Sensing
 from femflex.system import Controller
+from femflex.system.evaluation import FOLDER, evaluation_order
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
 Array = NDArray[np.float64]
+
+ROUNDED = 1e-6  # part of a period by which an instant may be early
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,10 +41,10 @@ class Clock:
 
     @cached_property
     def samplers(self) -> list[Sampler]:
-        """The controllers, in the system's order."""
+        """The controllers, in their order of evaluation."""
         names = [name for name, _ in self.model.system.all_state_names()]
         found = []
-        for controller in self.model.system.controllers:
+        for controller in evaluation_order(self.model.system.controllers):
             first = names.index(controller.state_names()[0][0])
             memory = first + len(controller.commands)
             last = memory + len(controller.memory)
@@ -58,23 +62,29 @@ class Clock:
     def strike(self, t: float, x: Array) -> None:
         """Call every controller that is due at t; its commands, memory and next instant go into x, in place.
 
-        Those that are due together see the state before any of them is called.
+        Those that are due together see the motion of that instant, and each the commands of those before it.
         """
         due = [sampler for sampler in self.samplers if x[sampler.next] <= t]
         paths = sorted({path for sampler in due for path in sampler.controller.sensors})
         seen = self._sensing.read(t, x, paths)
         for sampler in due:
-            own = {path: np.array(seen[path]) for path in sampler.controller.sensors}
-            command, memory = called(sampler.controller, t, own, x[sampler.memory].copy())
+            controller = sampler.controller
+            own = {path: np.array(seen[path]) for path in controller.sensors}
+            command, memory, sooner = called(controller, t, own, x[sampler.memory].copy())
             x[sampler.commands], x[sampler.memory] = command, memory
-            k = round((t - sampler.controller.start) / sampler.controller.period) + 1
-            x[sampler.next] = sampler.controller.instant(k)
+            k = math.floor((t - controller.start) / controller.period + ROUNDED) + 1
+            x[sampler.next] = min(controller.instant(k), math.inf if sooner is None else sooner)
+            for name, value in zip(controller.commands, command, strict=True):
+                if f"{FOLDER}{controller.name}/{name}" in seen:
+                    seen[f"{FOLDER}{controller.name}/{name}"] = value
 
 
-def called(controller: Controller, t: float, sensors: Mapping[str, Array], memory: Array) -> tuple[Array, Array]:
-    """Commands and memory that a controller answers, checked."""
+def called(
+    controller: Controller, t: float, sensors: Mapping[str, Array], memory: Array
+) -> tuple[Array, Array, float | None]:
+    """Commands, memory and an instant before the next sample (None: none) that a controller answers, checked."""
     answer = controller.law(t, sensors, memory)
-    if not (isinstance(answer, tuple) and len(answer) == 2):
+    if not (isinstance(answer, tuple) and len(answer) in (2, 3)):
         raise ValueError(
             f"controller {controller.name!r} answered {answer!r} at t = {t:.9g} s; expected (command, memory)"
         )
@@ -91,4 +101,10 @@ def called(controller: Controller, t: float, sensors: Mapping[str, Array], memor
                 f"the {what} of controller {controller.name!r} at t = {t:.9g} s is not finite: {found.tolist()}"
             )
         checked.append(found)
-    return checked[0], checked[1]
+    sooner = None if len(answer) == 2 or answer[2] is None else float(answer[2])
+    if sooner is not None and not t < sooner:
+        raise ValueError(
+            f"controller {controller.name!r} asked at t = {t:.9g} s to be called again at {sooner:.9g} s; that must be "
+            "later"
+        )
+    return checked[0], checked[1], sooner

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.dynamics.effectors.states import has_events, observe_states, sensor_problems
+from femflex.dynamics.effectors.starts import with_starts
+from femflex.dynamics.effectors.states import add_angular_momentum, has_events, observe_states, sensor_problems
 from femflex.dynamics.equilibria.frequency import highest_frequency
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.forces.orbit_force import observe_orbit_force
@@ -34,7 +35,7 @@ from femflex.dynamics.terms.by_source import SWITCHED
 from femflex.dynamics.workspace import Workspace
 from femflex.rotations import is_extrinsic
 from femflex.summary import Rows, Summarised, listed
-from femflex.system import Channel, System
+from femflex.system import Channel, LengthTable, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.calls import SecondOrderCalls
@@ -135,7 +136,7 @@ class Model(Summarised):
         """The calls of implicit integrators on the tree, without the forces of constraints."""
         from femflex.dynamics.calls import SecondOrderCalls
 
-        return SecondOrderCalls(self.n_q, self.n_u, self.n_z, self.reduced)
+        return SecondOrderCalls(self.n_q, self.n_u, self.n_z, self.reduced, tuple(free_lengths(self.system)))
 
     @property
     def reduced(self) -> bool:
@@ -241,6 +242,7 @@ class Model(Summarised):
         out |= dict(zip(("q", "u", "z"), self.parts(states), strict=True))
         out |= observe_held(self, times, states) | observe_laws(self, states, rows[:, ROW_DISSIPATED])
         out |= observe_states(self.system, out["z"])
+        add_angular_momentum(self.system, out)
         out |= observe_balls(self.system, states) | observe_locks(self.system, states)
         out |= observe_orbit_force(self.system, out) | observe_variations(self, times, states)
         if is_extrinsic(self.system.libration_sequence):
@@ -291,11 +293,21 @@ def compile_system(system: System) -> Model:
         channels=channels,
         rate=rate_of(system),
     )
-    return constrained(tree) if system.loops or system.constraints else tree
+    return with_starts(constrained(tree) if system.loops or system.constraints else tree)
+
+
+def free_lengths(system: System) -> list[str]:
+    """Names of the deploying bodies whose length is a state."""
+    tables = {name: variation.write for name, variation in system.varying.items()}
+    return [name for name, t in tables.items() if isinstance(t, LengthTable) and isinstance(t.length, str)]
 
 
 def rate_of(system: System) -> Any:
     """The compiled rate of a tree: the plain one, or that with held freedoms and states z."""
+    if free_lengths(system):
+        from femflex.dynamics.motion.free_lengths import free_rate
+
+        return free_rate
     if not (system.state_names() or any(joint.held for joint in system.joints)):
         return equations.rate
     from femflex.dynamics.motion.led_equations import led_rate

@@ -9,23 +9,30 @@ from importlib import import_module
 from pkgutil import walk_packages
 
 from femflex.fem.bushing import Bushing, spring
+from femflex.fem.connections import Distributing, Equation, Rigid, Term
 from femflex.fem.family import FAMILIES
 from femflex.fem.line.cut import Segment, cut
 from femflex.fem.point_mass import PointMass
-from femflex.fem.sections.materials import Material
+from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.fem.structure import Member, Structure, StructureSkin, build_structure
 from femflex.fem.support import Support, antisymmetry, symmetry
 
 __all__ = [
     "FAMILIES",
+    "Anisotropic",
     "Bushing",
+    "Distributing",
+    "Equation",
     "Material",
     "Member",
+    "Orthotropic",
     "PointMass",
+    "Rigid",
     "Segment",
     "Structure",
     "StructureSkin",
     "Support",
+    "Term",
     "antisymmetry",
     "build_structure",
     "cut",

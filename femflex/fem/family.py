@@ -6,7 +6,7 @@ numbering for dofs and returns its inertia and strain blocks and the skin it is 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -43,12 +43,14 @@ class SkinPart:
 class StrainPlaces:
     """Where the points of a strain block lie, x (e, q, 3) [m], and of what they are a part: line, plate or solid.
 
-    sampled (e, q, 3): those of `StrainBlock.sampled`, left out where they are the same.
+    sampled (e, q, 3): those of `StrainBlock.sampled`, left out where they are the same. lever: of lines the section's
+    polar radius (e, q) that twist is carried with, of plates half the thickness [m].
     """
 
     kind: str
     x: Array
     sampled: Array | None = None
+    lever: Array | float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,26 +58,45 @@ class Contribution:
     """What one member adds to the tables and to the picture; skin() makes what is drawn, when it is asked for.
 
     places go with the blocks of strain, one by one; a family without them is not coloured by strain
+    late() makes further blocks of strain, which depend on what other members have given the nodes
     """
 
     inertia: tuple[InertiaBlock, ...]
     strain: tuple[StrainBlock, ...]
     skin: Callable[[], SkinPart] | None = None
     places: tuple[StrainPlaces, ...] = ()
+    late: Callable[[], tuple[StrainBlock, ...]] | None = None
 
 
 Family = Callable[["Mesh", "Member", Numbering], Contribution]
+Preparer = Callable[["Mesh", Sequence["Member"]], tuple["Mesh", tuple[str, ...]]]
 FAMILIES: dict[str, Family] = {}
+PREPARERS: dict[str, Preparer] = {}
 
 
-def family(name: str, options: Options | None = None) -> Callable[[Family], Family]:
-    """Register a member family, with its options, under the name used in Member.family and in case files."""
+def family(name: str, options: Options | None = None, prepare: Preparer | None = None) -> Callable[[Family], Family]:
+    """Register a member family, with its options, under the name used in Member.family and in case files.
+
+    prepare  changes the mesh for all members before anything is numbered, and says in sentences what it changed
+    """
 
     def register(function: Family) -> Family:
         FAMILIES[name], OPTIONS[name] = function, options or {}
+        if prepare is not None:
+            PREPARERS[name] = prepare
         return function
 
     return register
+
+
+def prepared(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[str, ...]]:
+    """The mesh as the families of these members want it, and sentences about what they changed."""
+    notes: tuple[str, ...] = ()
+    for name in dict.fromkeys(member.family for member in members):
+        if name in PREPARERS:
+            mesh, said = PREPARERS[name](mesh, members)
+            notes += said
+    return mesh, notes
 
 
 def member_cells(mesh: Mesh, member: Member, accepted: tuple[str, ...]) -> dict[str, Index]:

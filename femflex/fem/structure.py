@@ -17,12 +17,14 @@ from femflex.fem.assembly.conditions import conditions
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.assembly.support_dofs import held_columns
 from femflex.fem.bushing import Bushing, bushing_part
-from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces
+from femflex.fem.connections.connection import Connection
+from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces, prepared
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.point_mass import PointMass, point_mass_block
-from femflex.fem.sections.materials import Material
+from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.fem.support import COMPONENTS, Support, Supports, as_support
 from femflex.fem.tables import InertiaBlock, StrainBlock, mass_and_stiffness
+from femflex.mesh.regions import with_whole
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -42,7 +44,7 @@ class Member:
     group: str
     family: str
     section: Any = None
-    material: Material | None = None
+    material: Material | Orthotropic | Anisotropic | None = None
     options: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -69,6 +71,7 @@ class Structure:
     places       StrainPlaces, ...     where the points of each strain block lie; None where its family does not tell
     f0           (n_dof,)              elastic force that initial stress leaves unbalanced; K holds its stiffening
     K0           (n_dof, n_dof)        stiffness without that of initial stress; K itself where there is none
+    notes        sentence, ...         what families changed of the mesh that was given
     known        key -> (object, ...)  what was computed of it and is wanted again (`recalled`); a changed copy starts
                                        with none
     """
@@ -86,6 +89,7 @@ class Structure:
     f0: Array
     places: tuple[StrainPlaces | None, ...]
     K0: sparse.csr_array
+    notes: tuple[str, ...] = ()
     known: dict[tuple[Any, ...], tuple[Any, ...]] = field(default_factory=dict, init=False, repr=False)
 
     def recalled(self, key: tuple[Any, ...], make: Callable[[], Any]) -> Any:
@@ -165,9 +169,10 @@ def build_structure(
     members: Sequence[Member],
     point_masses: Sequence[PointMass] = (),
     supports: Supports | None = None,
+    connections: Sequence[Connection] = (),
     bushings: Sequence[Bushing] = (),
 ) -> Structure:
-    """The Structure of a mesh with these members, concentrated masses, springs and bushings.
+    """The Structure of a mesh with these members, concentrated masses, connections, springs and bushings.
 
     supports: those that mode sets will ask for. They hold nothing here; the dofs lie along their axes, so that
     `Structure.held_dofs` finds them in planes askew and on edges of curved shells too.
@@ -176,13 +181,21 @@ def build_structure(
     """
     if not members:
         raise ValueError("a structure needs at least one member; found none")
+    mesh = with_whole(mesh, [*(member.group for member in members), *(supports or {})])
     warn_of_doubled_cells(mesh, members)
+    mesh, notes = prepared(mesh, members)
+    for connection in connections:
+        mesh = connection.placed(mesh)
     numbering = Numbering(len(mesh.points), members)
     parts = [contribution(mesh, member, numbering) for member in members]
+    for connection in connections:
+        numbering.connect(connection.dependences(mesh, numbering))
     parts += [bushing_part(mesh, bushing, numbering) for bushing in bushings]
     inertia = tuple(block for part in parts for block in part.inertia)
     inertia += tuple(point_mass_block(mesh, point_mass, numbering) for point_mass in point_masses)
-    strain = tuple(block for part in parts for block in part.strain)
+    late = tuple(block for part in parts if part.late is not None for block in part.late())
+    strain = (*(block for part in parts for block in part.strain), *late)
+    places = [place for part in parts for place in part.places or (None,) * len(part.strain)]
     T = numbering.independent(conditions(mesh, supports or {}))
     translation, rotation = numbering.node_rows(T.shape[0])
     M, K0 = mass_and_stiffness(inertia, strain, T)
@@ -200,7 +213,8 @@ def build_structure(
         skin_parts=tuple(part.skin for part in parts if part.skin is not None),
         numbering=numbering,
         f0=f0,
-        places=tuple(place for part in parts for place in part.places or (None,) * len(part.strain)),
+        places=(*places, *(None,) * len(late)),
+        notes=notes,
     )
 
 

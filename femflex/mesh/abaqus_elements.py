@@ -15,6 +15,7 @@ ELEMENTS: list[tuple[str, str, int]] = [
     (r"(C3D10|DC3D10|AC3D10)(H|I|M|MH|HS|T|MT)*$", "C3D10", 10),
     (r"(C3D6|SC6|DC3D6)(H|R|T)*$", "C3D6", 6),
     (r"(C3D15|DC3D15)(H|V|VH)*$", "C3D15", 15),
+    (r"(C3D5)(H)?$", "C3D5", 5),
     (r"(C3D8|SC8|CSS8|DC3D8)(R|I|H|IH|RH|T|RT)*$", "C3D8", 8),
     (r"(C3D20|DC3D20)(R|H|RH|T|RT)*$", "C3D20", 20),
 ]
@@ -30,6 +31,7 @@ WRITTEN = {
     "tetra10": ("C3D10", "C3D10MH"),
     "wedge": ("C3D6", "C3D6"),
     "wedge15": ("C3D15", "C3D15"),
+    "pyramid": ("C3D5", "C3D5"),
     "hexahedron": ("C3D8", "C3D8RH"),
     "hexahedron20": ("C3D20", "C3D20RH"),
 }

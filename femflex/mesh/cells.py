@@ -2,6 +2,10 @@
 
 Every type is reported by the positions of its nodes on the unit cell and the monomials its shape functions are made of;
 interpolation, subdivision, generators and quality all follow from these two tables.
+
+The unit cell of a pyramid is a cube (a, b, w) whose face w = 0 is one point, the apex: x = b w, y = a w, z = 1 - w.
+There its shape functions, rational in x, y, z, are polynomials: 1, w and w a b with w a, w b for five nodes; those of
+G. Bedrosian, Int. J. Num. Meth. Engng 35 (1992) 95, for thirteen.
 """
 
 from __future__ import annotations
@@ -19,7 +23,7 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class CellType:
-    """One cell type on its unit cell: [0, 1]^d, the unit simplex, or triangle x line.
+    """One cell type on its unit cell: [0, 1]^d, the unit simplex, triangle x line, or a pyramid's cube.
 
     nodes      (n, d)  positions of the nodes, corners first
     exponents  (n, d)  monomials x^a y^b z^c spanned by the shape functions
@@ -63,15 +67,33 @@ class CellType:
 
     @property
     def ideal(self) -> Array:
-        """Jacobian (d, d) of the cell with equal edges."""
+        """Jacobian (d, d) of the cell with equal edges; of a pyramid one for each corner of its base (4, d, d)."""
         return IDEAL[self.shape]
+
+    @property
+    def regular_corners(self) -> Array:
+        """Positions (k, d) of the corners where the map from the unit cell is regular: all but a pyramid's apex."""
+        return self.nodes[: self.n_corners - (self.shape == "pyramid")]
+
+    @cached_property
+    def mirrored(self) -> Index:
+        """Order (n,) of the nodes that turns the cell inside out: its first two axes change places."""
+        swapped = self.nodes[:, [1, 0, *range(2, self.dimension)]] if self.dimension > 1 else 1 - self.nodes
+        distance = np.abs(swapped[:, None] - self.nodes[None]).sum(axis=2)
+        return np.asarray(distance.argmin(axis=1))
+
+    @cached_property
+    def parents(self) -> list[Index]:
+        """For each node beyond the corners the corners whose mean it is, of the cell with straight edges."""
+        weights = CELL_TYPES[self.corner].interpolation(self.nodes[self.n_corners :])
+        return [np.flatnonzero(row > 1e-9) for row in weights]
 
 
 def _monomials(positions: Array, exponents: Index) -> Array:
     return np.asarray(np.prod(positions[:, None, :] ** exponents[None], axis=2))
 
 
-CORNERS = {"point": 1, "line": 2, "triangle": 3, "quad": 4, "tetra": 4, "hexahedron": 8, "wedge": 6}
+CORNERS = {"point": 1, "line": 2, "triangle": 3, "quad": 4, "tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
 _S3, _S6 = np.sqrt(3) / 2, np.sqrt(6) / 3
 IDEAL: dict[str, Array] = {
     "point": np.eye(0),
@@ -83,9 +105,12 @@ IDEAL: dict[str, Array] = {
     "wedge": np.array([[1, 0.5, 0], [0, _S3, 0], [0, 0, 1]]),
 }
 
+_UPWARD = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) / 2  # of a pyramid's base from its centre, as x, y
+IDEAL["pyramid"] = np.array([[[0, 1, x], [1, 0, y], [0, 0, -np.sqrt(0.5)]] for x, y in _UPWARD])
+
 # Corners on the unit cell, then edges and faces in VTK's order by their corner numbers.
 _SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
-_CORNERS: dict[str, list[tuple[int, ...]]] = {
+_CORNERS: dict[str, list[tuple[float, ...]]] = {
     "point": [()],
     "line": [(0,), (1,)],
     "triangle": [(0, 0), (1, 0), (0, 1)],
@@ -93,6 +118,7 @@ _CORNERS: dict[str, list[tuple[int, ...]]] = {
     "tetra": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
     "hexahedron": [(*xy, z) for z in (0, 1) for xy in _SQUARE],
     "wedge": [(*xy, z) for z in (0, 1) for xy in ((0, 0), (1, 0), (0, 1))],
+    "pyramid": [(0, 0, 1), (0, 1, 1), (1, 1, 1), (1, 0, 1), (0.5, 0.5, 0)],
 }
 EDGES: dict[str, list[tuple[int, int]]] = {
     "point": [],
@@ -102,6 +128,14 @@ EDGES: dict[str, list[tuple[int, int]]] = {
     "tetra": [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)],
     "hexahedron": [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)],
     "wedge": [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)],
+    "pyramid": [(0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4)],
+}
+# Corners of the faces of solids, counterclockwise seen from outside.
+FACES: dict[str, list[list[int]]] = {
+    "tetra": [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]],
+    "hexahedron": [[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]],
+    "wedge": [[0, 2, 1], [3, 4, 5], [0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]],
+    "pyramid": [[0, 3, 2, 1], [0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]],
 }
 _QUAD_FACES: dict[str, list[tuple[int, ...]]] = {
     "quad": [(0, 1, 2, 3)],
@@ -110,8 +144,18 @@ _QUAD_FACES: dict[str, list[tuple[int, ...]]] = {
 }
 
 
+# w^c times polynomials of a and b: those of five nodes, then what thirteen have besides.
+_PYRAMID = np.array(
+    [(0, 0, 0), (1, 0, 1), (0, 1, 1), (0, 0, 1), (1, 1, 1)]
+    + [(a, b, 2) for a, b in ((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2), (2, 1), (1, 2))],
+    np.int64,
+)
+
+
 def _exponents(shape: str, order: int, serendipity: bool) -> Index:
     """Monomials of full tensor or total degree; serendipity keeps those of superlinear degree <= 2."""
+    if shape == "pyramid":
+        return _PYRAMID[: 13 if order == 2 else 5]
     dimension = len(_CORNERS[shape][0])
     every = np.array(list(product(range(order + 1), repeat=dimension)), np.int64)
     keep = np.ones(len(every), bool)
@@ -131,6 +175,8 @@ def _cell_type(name: str, shape: str, order: int, faces: bool = False) -> CellTy
     nodes = list(corners)
     if order == 2:
         nodes += [corners[list(edge)].mean(axis=0) for edge in EDGES[shape]]
+        if shape == "pyramid":  # upright edges do not lean in their cube
+            nodes[9:] = [np.array([*corner[:2], 0.5]) for corner in corners[:4]]
         if faces:
             nodes += [corners[list(face)].mean(axis=0) for face in _QUAD_FACES.get(shape, [])]
     serendipity = order == 2 and not faces and shape in ("quad", "hexahedron", "wedge")
@@ -157,5 +203,7 @@ CELL_TYPES: dict[str, CellType] = {
         _cell_type("wedge", "wedge", 1),
         _cell_type("wedge15", "wedge", 2),
         _cell_type("wedge18", "wedge", 2, faces=True),
+        _cell_type("pyramid", "pyramid", 1),
+        _cell_type("pyramid13", "pyramid", 2),
     )
 }

@@ -13,6 +13,7 @@ from femflex.mesh.contents import renamed, to_mesh, without_vertices
 from femflex.mesh.formats import WriteOptions, format_of
 from femflex.mesh.memory import limited_memory, require_memory
 from femflex.mesh.mesh import Mesh
+from femflex.mesh.upright import upright
 from femflex.reading import reading
 
 __all__ = ["io_abaqus", "io_gmsh", "io_med", "io_nastran", "io_vtk", "read_mesh", "write_mesh"]
@@ -38,6 +39,7 @@ def read_mesh(path: str | Path, groups: Mapping[str, str] | None = None) -> Mesh
         contents = kind.read(path)
         mesh = to_mesh(contents, path.name)
     mesh = renamed(mesh, groups, contents.titles, path.name)
+    mesh = upright(mesh, path.name)
     check(mesh, path.name)
     return mesh
 

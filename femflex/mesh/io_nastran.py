@@ -33,6 +33,7 @@ ELEMENTS: dict[str, tuple[tuple[int, ...], str]] = {
     "CQUAD8": ((8,), "CQUAD8"),
     "CTETRA": ((4, 10), "CTETRA"),
     "CPENTA": ((6, 15), "CPENTA"),
+    **dict.fromkeys(("CPYRAM", "CPYRA"), ((5, 13), "CPYRA")),
     "CHEXA": ((8, 20), "CHEXA"),
 }
 OTHER_ELEMENTS = re.compile(

@@ -24,6 +24,8 @@ WRITTEN = {
     "quad8": "CQUAD8",
     "tetra": "CTETRA",
     "tetra10": "CTETRA",
+    "pyramid": "CPYRAM",
+    "pyramid13": "CPYRAM",
     "wedge": "CPENTA",
     "wedge15": "CPENTA",
     "hexahedron": "CHEXA",
@@ -132,5 +134,7 @@ def _element_lines(mesh: Mesh, pids: dict[str, Index], path: Path) -> list[str]:
 
 
 def _named(line: str) -> str:
-    """meshio's invented names of second-order solids (CHEXA_) as Nastran calls them."""
+    """meshio's names of second-order solids (CHEXA_) and of pyramids as Nastran calls them."""
+    if line.startswith("CPYRA"):
+        return "CPYRAM" + line[6:]
     return line.replace("_", " ", 1) if line[:8].rstrip().endswith("_") else line

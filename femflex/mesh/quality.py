@@ -25,13 +25,14 @@ def qualities(points: Array, cell: str, nodes: Index) -> Array:
     """Shape quality (n,), 1 equilateral, 0 degenerate, negative where a cell is folded or inside out.
 
     The mean-ratio measure d det(T)^(2/d) / |T|^2 with T the Jacobian relative to the ideal cell's, the least over the
-    corners (Knupp, SIAM J. Sci. Comput. 23 (2001) 193-218, section 5). Lines have quality 1 unless folded.
+    corners, of a pyramid those of its base (Knupp, SIAM J. Sci. Comput. 23 (2001) 193-218, section 5). Lines have
+    quality 1 unless folded.
     """
     kind = CELL_TYPES[cell]
     d = kind.dimension
     if d == 0:
         return np.ones(len(nodes))
-    J = _jacobians(points, cell, nodes, kind.nodes[: kind.n_corners])
+    J = _jacobians(points, cell, nodes, kind.regular_corners)
     if d == 1:
         forward = np.einsum("eqi,ei->eq", J[..., 0], points[nodes[:, 1]] - points[nodes[:, 0]])
         return np.asarray(np.sign(forward).min(axis=1))

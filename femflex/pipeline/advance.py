@@ -123,7 +123,7 @@ def _attributes(prepared: Prepared) -> dict[str, str]:
         "start_taken_up": "; ".join(map(str, prepared.taken_up)),
         "integrator": prepared.integrator.name,
         "advice": advice_text(prepared.decided.advice),
-        "effectors": ", ".join(effector.name for effector in prepared.system.effectors),
+        "effectors": ", ".join(prepared.given),
         "sampled": " ".join(sampling(prepared.system)),
         "frame": f"N inertial; attitude from the {prepared.system.frame.kind} frame",
     }

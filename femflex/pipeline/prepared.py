@@ -21,11 +21,15 @@ if TYPE_CHECKING:
     from femflex.system import Controller, Effector, Part, System, Variation
 
 
+MOST_CALLS = 1e8  # of a controller in a run
+
+
 @dataclass(frozen=True, eq=False)
 class Prepared:
     """A run before its first step: case, system, compiled model, integrator and why it was chosen, output times [s].
 
     decided: the case with what it left open written out, and the advice that this follows.
+    given: names of effectors and controllers beside those of the case.
     """
 
     case: Case
@@ -35,6 +39,7 @@ class Prepared:
     reason: str
     times: NDArray[Any]
     decided: Decided
+    given: tuple[str, ...] = ()
 
     @cached_property
     def moved(self) -> list[MovedValue]:
@@ -110,14 +115,34 @@ def prepare(
         check_same_times(times, Path(output))
         begun = integrator_of(Path(output))
     integrator, reason = chosen_integrator(case, model, times, begun)
-    return Prepared(case, system, model, integrator, " ".join([reason, *sampling(system)]), times, found)
+    check_periods(system, float(times[-1] - times[0]))
+    reasons = " ".join([reason, *sampling(system)])
+    names = tuple(effector.name for effector in effectors)
+    return Prepared(case, system, model, integrator, reasons, times, found, names)
+
+
+def check_periods(system: System, duration: float) -> None:
+    """Raise ValueError for a controller that a run of that duration [s] would call too often."""
+    for controller in system.controllers:
+        calls = duration / controller.period
+        if calls > MOST_CALLS:
+            raise ValueError(
+                f"controller {controller.name!r} has a period of {controller.period:g} s, so a run of {duration:g} s "
+                f"would call it {calls:.3g} times; the most is {MOST_CALLS:g}. Lengthen the period, shorten the run, "
+                "or run the controller continuously"
+            )
 
 
 def sampling(system: System) -> list[str]:
-    """A sentence on the period of every controller."""
+    """A sentence on the controllers of each period."""
+    periods: dict[float, list[str]] = {}
+    for controller in system.controllers:
+        periods.setdefault(controller.period, []).append(controller.name)
     return [
-        f"Controller {controller.name} is called every {controller.period:g} s, and its command held between."
-        for controller in system.controllers
+        f"Controller {names[0]} is called every {period:g} s, and its command held between."
+        if len(names) == 1
+        else f"Controllers {', '.join(names)} are called every {period:g} s, and their commands held between."
+        for period, names in periods.items()
     ]
 
 

@@ -49,7 +49,8 @@ def rebuilt(run: Run, case: str | Path | None = None, varying: Mapping[str, Vari
             f"{run.path} was made with effectors from Python ({', '.join(given)}), which no case text holds, so its "
             f"model cannot be built again; compile it in Python with the same ones"
         )
-    model = compile_system(replace(build_system(read), varying=dict(varying or {})))
+    system = build_system(read)
+    model = compile_system(replace(system, varying={**system.varying, **(varying or {})}))
     check_varying(run, model)
     if run.without:
         model = model.without(*run.without)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-Law = Callable[[float, Mapping[str, Array], Array], tuple[Any, Any]]
+Law = Callable[[float, Mapping[str, Array], Array], tuple[Any, ...]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,13 +19,17 @@ class Controller:
 
     law       any function. t is the instant [s], sensors the channels asked for by path, as a run reports them at that
               instant, memory its own numbers (n_memory,) from the call before; it returns the commands (n_commands,),
-              held until the next call, and the new memory
+              held until the next call, and the new memory; or these two and an instant [s] at which it is called once
+              more before the next sample
     period    between two calls [s]
     sensors   paths of channels, as in "bodies/hub/rate" or "q"
     commands  name -> unit; the full name, by which effectors take it as an input, is "<controller>.<command>"
     memory    (n_memory,) its memory before the first call
     held      (n_commands,) commands before the first call
     start     time of the first call [s]
+
+    Controllers that are due at one instant are called in the order of femflex.system.evaluation: one that has the
+    command of another among its sensors ("effectors/<controller>/<command>") comes after it and sees the new one.
 
     Commands, memory and the time of the next call are states, so a run resumes as if it had not stopped. The law must
     keep nothing else in mind between two calls.

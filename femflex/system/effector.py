@@ -12,7 +12,7 @@ and returns nothing:
     seen.attitude    (n_markers, 3, 3) C_NM, marker components to inertial ones
     seen.velocity    (n_markers, 3) its velocity [m/s]         seen.rate  (n_markers, 3) its angular rate [rad/s]
     seen.coordinate  (n_freedoms,) coordinate of each slide or turn [m, rad]      seen.speed  (n_freedoms,) its rate
-    seen.input       (n_inputs,) states of other effectors and controllers
+    seen.input       (n_inputs,) states and channels of others
     seen.z           (n_states,) its own states                seen.parameters  (n_parameters,) its constants
     out.force        (n_markers, 3) force on the marker's body [N]     out.torque  (n_markers, 3) torque [N m]
     out.effort       (n_freedoms,) force or torque along each slide or turn [N, N m]
@@ -23,6 +23,14 @@ and returns nothing:
 Vectors are in inertial components. The function is one that Numba can compile, or has compiled; it raises nothing (a
 value that is not finite stops the run), and it is smooth between `breaks` and events. What it gives to the motion,
 F.v + T.omega + effort speed, should be supplied - dissipation - d(energy)/dt; then the balance of energies closes.
+
+In place of a function `act` may be the word of one that femflex brings (femflex.dynamics.effectors.built_in).
+
+Order of evaluation: an effector whose input is a channel of another is evaluated after that one, the others in the
+order given. Inputs that are states need no order. Effectors that wait for each other's channels are refused.
+
+An effector with the channels momentum_x, momentum_y, momentum_z holds angular momentum (inertial components); it counts
+to the craft's.
 
 Mass that leaves is reported. The moments of the body that it leaves follow from a Variation of the body by the state
 that holds the mass, where it matters.
@@ -70,17 +78,19 @@ class Effector:
     states      name -> unit; the full name of a state is "<effector>.<state>"
     z0          (n_states,) their initial values
     sizes       (n_states,) their usual sizes, in which the integrator's absolute tolerance counts
-    inputs      full names of states of other effectors and controllers
+    inputs      full names of states of other effectors and controllers, or of channels of other effectors
     channels    name -> unit of what it reports beside forces and states
     accounts    which of energy, dissipation, supplied and mass_flow it writes
     parameters  (n,) constants
     jacobian    (seen, J) -> None: J (n_states, n_states) = d zdot / d z for implicit integrators; None: by differences
     events      instants at which its states jump
     breaks      (n,) times at which it is not smooth [s]
+    starts      channel -> (state, value): the state starts so that the channel has this value, unless System.z0 says
+                where it starts; channels are linear in these states
     """
 
     name: str
-    act: Act
+    act: Act | str
     markers: tuple[tuple[str, str], ...] = ()
     freedoms: tuple[str, ...] = ()
     states: Mapping[str, str] = field(default_factory=dict)
@@ -93,6 +103,7 @@ class Effector:
     jacobian: Act | None = None
     events: tuple[StateEvent, ...] = ()
     breaks: Array = field(default_factory=lambda: np.zeros(0))
+    starts: Mapping[str, tuple[str, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         n = len(self.states)
@@ -108,6 +119,12 @@ class Effector:
             raise ValueError(f"sizes of effector {self.name!r} are {self.sizes.tolist()}; they must be positive")
         if unknown := [key for key in self.accounts if key not in ACCOUNTS]:
             raise ValueError(f"effector {self.name!r} accounts for {unknown[0]!r}; known are {list(ACCOUNTS)}")
+        for channel, (state, _) in self.starts.items():
+            if channel not in self.channels or state not in self.states:
+                raise ValueError(
+                    f"effector {self.name!r} is to start with channel {channel!r} by its state {state!r}; it has the "
+                    f"channels {list(self.channels)} and the states {list(self.states)}"
+                )
         for key in ("states", "channels"):
             if clash := [name for name in getattr(self, key) if name in taken_names(self, key)]:
                 raise ValueError(f"{clash[0]!r} of effector {self.name!r} is the name of two of the things it reports")
@@ -123,7 +140,9 @@ class Effector:
 
 def taken_names(effector: Effector, key: str) -> set[str]:
     """Names under which an effector reports other things than its states, or than its channels."""
-    own = {"force", "torque", "effort", "power", *ACCOUNTS}
+    own = {"power", *ACCOUNTS}
+    own |= {"force", "torque"} if effector.markers else set()
+    own |= {"effort"} if effector.freedoms else set()
     return own if key == "states" else own | set(effector.states)
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector
+from femflex.system.evaluation import circle_problems
 from femflex.system.joint import Joint
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ def effector_problems(
     ]
     freedoms = movable(joints)
     states = [name for effector in effectors for name, _ in effector.state_names()]
+    signals = [*states, *(f"{e.name}.{c}" for e in effectors if isinstance(e, Effector) for c in e.channels)]
     for effector in effectors:
         if not isinstance(effector, Effector):
             continue
@@ -41,9 +43,9 @@ def effector_problems(
                 out.append(f"marker {marker!r} of {who} is not on body {body!r}; its markers are {known}")
         out += [unknown(f"freedom {name!r} of {who} is no slide or turn", name, freedoms)
                 for name in effector.freedoms if name not in freedoms]  # fmt: skip
-        out += [unknown(f"input {name!r} of {who} is no state", name, states)
-                for name in effector.inputs if name not in states]  # fmt: skip
-    return out
+        out += [unknown(f"input {name!r} of {who} is no state and no channel", name, signals)
+                for name in effector.inputs if name not in signals]  # fmt: skip
+    return out or circle_problems(effectors)
 
 
 def movable(joints: Sequence[Joint]) -> list[str]:

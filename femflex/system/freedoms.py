@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 OPEN = (-1.0, 0.0)  # states of a latch: the time at which it locked (-1: it has not), and the energy that was lost
+SHUT = (0.0, 0.0)  # of one that is locked from the start
+RELEASED = -2.0  # in place of the time of one that has opened
 
 
 def started_motion(joint: Joint) -> tuple[Array, Array]:
@@ -61,7 +63,13 @@ def check_laws(joint: Joint) -> None:
         name = joint.freedom_names()[latch.freedom]
         if latched.count(latch.freedom) > 1:
             raise ValueError(f"{name!r} has {latched.count(latch.freedom)} latches; give it one")
-        if joint.q0[latch.freedom] == latch.at:
+        if latch.opens is not None:
+            if joint.q0[latch.freedom] != latch.at or joint.u0[latch.freedom]:
+                raise ValueError(
+                    f"{name!r} starts at {joint.q0[latch.freedom]:g} at a rate of {joint.u0[latch.freedom]:g}, and is "
+                    f"locked at {latch.at:g} until {latch.opens:g} s; let it start there, at rest"
+                )
+        elif joint.q0[latch.freedom] == latch.at:
             raise ValueError(f"{name!r} starts at {latch.at:g}, where it latches; lock it, or start elsewhere")
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from femflex.rotations import EULER_PARAMETERS
 from femflex.system.ball import ball_coordinates, check_ball, singular_start
 from femflex.system.freedom_names import coordinate_names, velocity_names
-from femflex.system.freedoms import OPEN, check_laws, started_motion
+from femflex.system.freedoms import OPEN, SHUT, check_laws, started_motion
 from femflex.system.latch import Latch
 from femflex.system.law import Law
 from femflex.system.profile import Profile
@@ -145,8 +145,8 @@ class Joint:
         return [pair for name in names for pair in ((f"{name}_time", "s"), (f"{name}_loss", "J"))]
 
     def initial_states(self) -> Array:
-        """Initial states of its latches, all open (2 n_latches,)."""
-        return np.tile(OPEN, len(self.latches))
+        """Initial states of its latches (2 n_latches,): open, but for those that are there to be opened."""
+        return np.array([OPEN if latch.opens is None else SHUT for latch in self.latches]).ravel()
 
     def freedom_names(self) -> list[str]:
         """Name of each quasi-coordinate, as in "hinge.angle"; a ball's are those of its rates."""

@@ -1,5 +1,6 @@
 """Pictures, movies and plots of a run, and pictures of modes; VTK and matplotlib are loaded when first used."""
 
+from femflex.view.energy import energy_account, plot_energy
 from femflex.view.look import Look
 from femflex.view.modes import craft_montage, craft_movie, mode_montage, mode_movie
 from femflex.view.plot import plot_histories, plot_spectra
@@ -12,8 +13,10 @@ __all__ = [
     "NoRenderer",
     "craft_montage",
     "craft_movie",
+    "energy_account",
     "mode_montage",
     "mode_movie",
+    "plot_energy",
     "plot_histories",
     "plot_spectra",
     "plot_terms",

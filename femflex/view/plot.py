@@ -45,7 +45,7 @@ def plot_histories(
     other: a second run, laid over the first in thin dashed lines of the same colours.
     """
     groups, colours = curves_of(run, channels, degrees, other), theme_of(theme)
-    figure, axes = _figure(len(groups), _title(run, other) if title is None else title, colours, sharex=True)
+    figure, axes = figure_of(len(groups), _title(run, other) if title is None else title, colours, sharex=True)
     seconds, unit = time_unit(max(run.duration, 0.0 if other is None else other.duration))
     for ax, group in zip(axes, groups, strict=True):
         for curve, style in _styled(group, colours):
@@ -84,7 +84,7 @@ def plot_spectra(
     groups = curves_of(run, channels, degrees, other)
     if channels is None:
         groups = [group for group in groups if group[0].quantity != BALANCE] or groups
-    figure, axes = _figure(len(groups), _title(run, other) if title is None else title, colours, sharex=False)
+    figure, axes = figure_of(len(groups), _title(run, other) if title is None else title, colours, sharex=False)
     for ax, group in zip(axes, groups, strict=True):
         spectra = [amplitude_spectrum(curve.time, curve.values) for curve in group]
         peaks = [peak for spectrum in spectra for peak in spectrum.peaks() if highest is None or peak[0] <= highest]
@@ -157,7 +157,8 @@ def _title(run: Run, other: Run | None) -> str:
     return f"{run.title}\n{what_is_left(run)}; dashed: {apart(other, run)}"
 
 
-def _figure(count: int, title: str, colours: Theme, sharex: bool) -> tuple[Figure, list[Axes]]:
+def figure_of(count: int, title: str, colours: Theme, sharex: bool) -> tuple[Figure, list[Axes]]:
+    """A figure with so many axes above each other."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(WIDTH, HEIGHT * count + TITLE), layout="constrained", facecolor=colours.background)

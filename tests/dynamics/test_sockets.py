@@ -491,7 +491,10 @@ def places(seen, out):
     [
         ({"markers": (("hub", "nose"),)}, "marker 'nose' of effector 'jet' is not on body 'hub'"),
         ({"markers": (("hull", "origin"),)}, "body 'hull' of effector 'jet' does not exist"),
-        ({"inputs": ("pilot.valv",)}, "input 'pilot.valv' of effector 'jet' is no state; did you mean 'pilot.valve'"),
+        (
+            {"inputs": ("pilot.valv",)},
+            "input 'pilot.valv' of effector 'jet' is no state and no channel; did you mean 'pilot.valve'",
+        ),
         (
             {"freedoms": ("hinge.angel",)},
             "'hinge.angel' of effector 'jet' is no slide or turn; did you mean 'hinge.angle'",

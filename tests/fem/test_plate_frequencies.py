@@ -258,7 +258,7 @@ def test_section_with_material_beside_it_and_other_mistakes_are_refused_in_words
 
     with pytest.raises(ValueError, match=r"plate on group 'surface' has a material and a section"):
         build(sheet)
-    with pytest.raises(ValueError, match=r"has a thickness but no material; give one"):
+    with pytest.raises(ValueError, match=r"has a thickness but no isotropic material; give one"):
         build(0.01, None)
     with pytest.raises(ValueError, match=r"has the section None; give a plate section"):
         build(None)

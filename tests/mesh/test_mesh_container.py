@@ -54,7 +54,7 @@ def test_two_groups_of_one_name_are_warned_of_with_both_numbers():
         ({"points": SQUARE[:, :2]}, r"mesh points have shape \(4, 2\); \(n, 3\) is needed"),
         ({"cells": {"triangle": [[0, 1, 4]]}}, "cells 'triangle' use points 0 to 4, but the mesh has points 0 to 3"),
         ({"cells": {"triangle": [[0, 1, 2, 3]]}}, r"cells 'triangle' have shape \(1, 4\); \(n, 3\) is needed"),
-        ({"cells": {"pyramid": [[0, 1, 2, 3, 0]]}}, "cell type 'pyramid' is not understood; known are"),
+        ({"cells": {"pyramid14": [[0, 1, 2, 3, 0]]}}, "cell type 'pyramid14' is not understood; known are"),
         ({"cell_groups": {"skin": {"triangle": [2]}}}, "group 'skin' names triangle 2, but there are 2"),
         ({"cell_groups": {"skin": {"quad": [0]}}}, "group 'skin' names quad 0, but there are 0"),
         ({"point_groups": {"tip": [-1]}}, "group 'tip' names point -1, but there are 4"),

@@ -131,17 +131,18 @@ def msh(nodes, elements):
 
 def test_elements_that_are_not_understood_are_left_out_and_said(tmp_path):
     path = tmp_path / "mesh.msh"
-    nodes = ["10 0 0 0", "20 1 0 0", "30 1 1 0", "40 0 1 0", "50 .5 .5 1", "60 9 9 9"]
-    elements = ["1 7 2 1 1 10 20 30 40 50", "2 7 2 1 1 10 40 30 20 50", "3 2 2 2 1 10 20 30"]
+    nodes = ["10 0 0 0", "20 1 0 0", "30 1 1 0", "40 0 1 0", "50 .5 .5 1", "60 9 9 9", "70 .3 .3 0"]
+    cubic = " ".join(["10 20 30 40 50"] + ["70"] * 5)  # a triangle of ten nodes
+    elements = [f"1 21 2 1 1 {cubic}", f"2 21 2 1 1 20 {cubic[3:]}", "3 2 2 2 1 10 20 30"]
     path.write_text(msh(nodes, elements))
     with pytest.warns(
-        PhysicsWarning, match=r"mesh.msh: elements not understood and left out: pyramid \(2\); 1 are kept"
+        PhysicsWarning, match=r"mesh.msh: elements not understood and left out: triangle10 \(2\); 1 are kept"
     ):
         mesh = read_mesh(path)
     assert mesh.points.tolist() == [[0, 0, 0], [1, 0, 0], [1, 1, 0]]  # numbers with gaps, unused nodes dropped
     assert mesh.group_cells("surface_2")["triangle"].tolist() == [[0, 1, 2]]
-    with pytest.raises(ValueError, match="group 'volume_1' is not in the mesh"):
-        mesh.group_cells("volume_1")
+    with pytest.raises(ValueError, match="group 'surface_1' is not in the mesh"):
+        mesh.group_cells("surface_1")
 
 
 def test_elements_on_nodes_that_do_not_exist_are_refused(tmp_path):

@@ -123,14 +123,14 @@ def test_polygons_and_other_strangers_are_left_out_and_said(tmp_path):
     pyvista = pytest.importorskip("pyvista")
     points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1]], float)
     path = tmp_path / "grid.vtu"
-    pyvista.UnstructuredGrid([4, 0, 1, 2, 3, 5, 0, 1, 2, 3, 4], [9, 14], points).save(path)
+    pyvista.UnstructuredGrid([4, 0, 1, 2, 3, 5, 0, 1, 2, 3, 4], [9, 7], points).save(path)
     with pytest.warns(
-        PhysicsWarning, match=r"grid.vtu: elements not understood and left out: pyramid \(1\); 1 are kept"
+        PhysicsWarning, match=r"grid.vtu: elements not understood and left out: polygon \(1\); 1 are kept"
     ):
         mesh = read_mesh(path)
-    assert len(mesh.points) == 4  # the top of the pyramid went with it
-    pyvista.UnstructuredGrid([5, 0, 1, 2, 3, 4], [14], points).save(path)
-    with pytest.raises(ValueError, match=r"holds no elements that are understood, only pyramid \(1\); understood are"):
+    assert len(mesh.points) == 4  # the fifth went with it
+    pyvista.UnstructuredGrid([5, 0, 1, 2, 3, 4], [7], points).save(path)
+    with pytest.raises(ValueError, match=r"holds no elements that are understood, only polygon \(1\); understood are"):
         read_mesh(path)
 
 

@@ -5,7 +5,8 @@ import pytest
 from scipy.spatial import cKDTree
 
 from femflex.mesh import Mesh, box, line, read_mesh, rectangle, write_mesh
-from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.cells import CELL_TYPES, FACES
+from femflex.mesh.raised import raised
 
 FORMATS = {
     "msh 4.1 binary": (".msh", {"version": "4.1"}),
@@ -20,7 +21,17 @@ FORMATS = {
     "inp": (".inp", {}),
     "bdf": (".bdf", {}),
 }
-LACKING = {".inp": {"hexahedron27", "wedge18"}, ".bdf": {"line3", "quad9", "hexahedron27", "wedge18"}}
+LACKING = {".inp": {"hexahedron27", "wedge18", "pyramid13"}, ".bdf": {"line3", "quad9", "hexahedron27", "wedge18"}}
+
+
+def pyramids(cell):
+    """A box of four bricks, each cut into six pyramids about its centre."""
+    whole = box(3, 2, 1, 2, 2, 1, "hexahedron")
+    hexes = whole.cells["hexahedron"]
+    centre = len(whole.points) + np.arange(len(hexes))
+    cells = np.concatenate([np.column_stack([hexes[:, face[::-1]], centre]) for face in FACES["hexahedron"]])
+    mesh = Mesh(np.concatenate([whole.points, whole.points[hexes].mean(axis=1)]), {"pyramid": cells})
+    return mesh if cell == "pyramid" else raised(mesh, {"pyramid": np.arange(len(cells))})
 
 
 def sample(cell, curved_edges=True):
@@ -32,6 +43,8 @@ def sample(cell, curved_edges=True):
         mesh = rectangle(3, 2, 3, 2, cell)
     elif kind.shape == "wedge":
         mesh = Mesh(kind.nodes, {cell: [np.arange(len(kind.nodes))]}).refined()
+    elif kind.shape == "pyramid":
+        mesh = pyramids(cell)
     else:
         mesh = box(3, 2, 1, 2, 2, 1, cell)
     if not curved_edges and kind.dimension == 2 and kind.order == 2:

@@ -76,11 +76,18 @@ def plain_array(numbers: Array, shape: tuple[int, ...]) -> Array:
     return numbers[: int(np.prod(shape))].reshape(shape)
 
 
-def act_address(name: str, function: Callable[..., Any], sizes: Sizes, jacobian: bool = False) -> int:
+def act_address(name: str, function: Callable[..., Any] | str, sizes: Sizes, jacobian: bool = False) -> int:
     """Where compiled code calls the function of effector `name`, or its Jacobian.
 
     Raises ValueError where Numba cannot compile it.
     """
+    if isinstance(function, str):
+        from femflex.dynamics.effectors.built_in import built_in
+
+        try:
+            return built_in(function).address
+        except KeyError as error:
+            raise ValueError(f"effector {name!r}: {error.args[0]}") from None
     key = (function, sizes, jacobian)
     if key not in _KNOWN:
         try:

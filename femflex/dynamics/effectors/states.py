@@ -13,6 +13,8 @@ from femflex.system.effector_problems import unknown
 
 Array = NDArray[np.float64]
 
+MOMENTUM = ("momentum_x", "momentum_y", "momentum_z")  # channels, inertial components
+
 
 def state_channels(system: System) -> dict[str, Channel]:
     """Channels of the states of effectors and controllers."""
@@ -35,6 +37,19 @@ def observe_states(system: System, z: Array) -> dict[str, Any]:
         for effector in system.effectors
         for name, _ in effector.state_names()
     }
+
+
+def add_angular_momentum(system: System, out: dict[str, Any]) -> None:
+    """Add what effectors hold of angular momentum (channels momentum_x, momentum_y, momentum_z) to the craft's."""
+    for effector in system.effectors:
+        if isinstance(effector, Effector) and set(MOMENTUM) <= effector.channels.keys():
+            own = [out[f"effectors/{effector.name}/{channel}"] for channel in MOMENTUM]
+            out["monitors/angular_momentum"] = out["monitors/angular_momentum"] + np.stack(own, axis=-1)
+
+
+def keeps_momentum(effector: Effector) -> bool:
+    """Whether what an effector does leaves the momentum of the whole craft as it is, its own included."""
+    return set(MOMENTUM) <= effector.channels.keys() or effector.act in ("measure", "separation")
 
 
 def sensor_problems(system: System, channels: Mapping[str, Channel]) -> list[str]:

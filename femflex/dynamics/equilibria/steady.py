@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.equilibria.closed_motion import closing_directions, slack_of_loops
+from femflex.dynamics.equilibria.coasting import with_coasting_rotors
 from femflex.dynamics.equilibria.frozen import frozen_system, without_damping
 from femflex.dynamics.equilibria.linearised import (
     frame_rate,
@@ -139,7 +140,7 @@ def steady(system: System, at: float | None = None) -> Steady:
             f"controller {system.controllers[0].name!r} is sampled, so there is no equilibrium with it; leave it out, "
             "and give its command to the effectors that take it"
         )
-    still = frozen_system(system, at)
+    still = frozen_system(with_coasting_rotors(system), at)
     rest = without_damping(still)
     full = compile_system(rest)
     inner = compile_system(

@@ -53,6 +53,7 @@ from femflex.dynamics.lowering.pool import Pool, Scratch, put_marker
 from femflex.dynamics.reports.observe import origin
 from femflex.system import Channel, Controller, Effector, System
 from femflex.system.effector import ACCOUNTS
+from femflex.system.evaluation import evaluation_order
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -64,7 +65,7 @@ EFFECTOR = np.dtype(
         for name in (
             "n_markers", "n_freedoms", "n_inputs", "n_z", "n_channels",
             "act", "jacobian",  # addresses; 0: none
-            "markers", "freedoms", "inputs",  # table: PORT and HANDLE records, places of inputs in z
+            "markers", "freedoms", "inputs",  # table: PORT and HANDLE records, places of inputs from that of z
             "z",  # place of its first state in z
             "parameters", "sizes",  # pool
             "seen", "out",  # work: what is seen; what is written, twice
@@ -100,14 +101,14 @@ def see_marker(
     b, m, seen = body_of(table, p["body"]), e["n_markers"], e["seen"]
     w = b["work"]
     C_iN, omega = load9(work, w + W_CIN), load3(work, w + W_OMEGA)
-    r, C_iM, v, T = load3(pool, p["place"]), load9(pool, p["place"] + 3), ZERO, UNIT
+    r, C_iM, v = load3(pool, p["place"]), load9(pool, p["place"] + 3), ZERO
     rate = omega
     if p["bends"]:
         moved, v, bend, T, turning, _, _ = markers_motion(pool, p["place"], p["shape"], p["spin"], p["bends"], b, work)
         r, C_iM, rate = add(r, moved), product(bend, C_iM), add(omega, turning)
+        store9(work, p["motion"] + 3, T)
     v = add(load3(work, w + W_VEL), add(cross(omega, r), v))
     store3(work, p["motion"], r)
-    store9(work, p["motion"] + 3, T)
     store3(work, seen + 3 * k, sub(add(load3(work, w + W_POS), turn_back(C_iN, r)), shift))
     store9(work, seen + 3 * m + 9 * k, product(transpose(C_iN), C_iM))
     store3(work, seen + 12 * m + 3 * k, sub(turn_back(C_iN, v), drift))
@@ -166,7 +167,9 @@ def apply(t: float, q: Array, u: Array, at: int, first: int, last: int, table: T
             b = body_of(table, p["body"])
             C_iN = load9(work, b["work"] + W_CIN)
             force, torque = turn(C_iN, load3(work, out + 3 * k)), turn(C_iN, load3(work, out + 3 * m + 3 * k))
-            r, T = load3(work, p["motion"]), load9(work, p["motion"] + 3)
+            r, T = load3(work, p["motion"]), UNIT
+            if p["bends"]:
+                T = load9(work, p["motion"] + 3)
             push(b, force, torque, r, T, p["bends"], p["shape"], p["spin"], pool, work)
         for k in range(e["n_freedoms"]):
             handle = handle_at(table, e["freedoms"] + N_HANDLE * k)
@@ -301,16 +304,18 @@ class Effectors(ForceTerm):
         here = at + N_EFFECTOR * len(given)
         names = [name for name, _ in system.state_names()]
         for record, effector in zip(records, given, strict=True):
+            lower_own(record, effector, names, pool, scratch)
+        places = signal_places(given, records, names, int(head["z"]))
+        for record, effector in zip(records, given, strict=True):
             parts = {
                 "markers": lowered_markers(effector, system, pool, scratch),
                 "freedoms": lowered_freedoms(effector, system, bodies),
-                "inputs": np.array([names.index(name) for name in effector.inputs], np.int64),
+                "inputs": np.array([places[name] for name in effector.inputs], np.int64),
             }
             for key, part in parts.items():
                 record[key] = here
                 behind.append(part.view(np.int64).ravel())
                 here += part.nbytes // 8
-            lower_own(record, effector, names, pool, scratch)
         return np.concatenate([records.view(np.int64).ravel(), *behind])
 
     def channels(self, system: System) -> dict[str, Channel]:
@@ -328,9 +333,7 @@ class Effectors(ForceTerm):
 
     def fixed(self, system: System) -> list[str]:
         taken = {name for effector in acting(system) for name in effector.inputs}
-        return [
-            effector.name for effector in acting(system) if any(name in taken for name, _ in effector.state_names())
-        ]
+        return [effector.name for effector in acting(system) if any(name in taken for name in signal_names(effector))]
 
     def others(self, system: System) -> list[str]:
         return [effector.name for effector in system.controllers]
@@ -343,8 +346,23 @@ class Effectors(ForceTerm):
 
 
 def acting(system: System) -> list[Effector]:
-    """The effectors of a system that are not controllers."""
-    return [effector for effector in system.effectors if isinstance(effector, Effector)]
+    """The effectors of a system that are not controllers, in their order of evaluation."""
+    return evaluation_order([effector for effector in system.effectors if isinstance(effector, Effector)])
+
+
+def signal_names(effector: Effector) -> list[str]:
+    """Full names of what others may take from an effector: its states and its channels."""
+    return [*(name for name, _ in effector.state_names()), *(f"{effector.name}.{c}" for c in effector.channels)]
+
+
+def signal_places(given: list[Effector], records: Records, names: list[str], z: int) -> dict[str, int]:
+    """Where every state, and every channel of these effectors, stands from place z of the work array."""
+    places = {
+        f"{effector.name}.{channel}": int(r["out"] + 6 * r["n_markers"] + r["n_freedoms"] + r["n_z"]) + k - z
+        for effector, r in zip(given, records, strict=True)
+        for k, channel in enumerate(effector.channels)
+    }
+    return places | {name: k for k, name in enumerate(names)}
 
 
 def own_channels(effector: Effector) -> dict[str, Channel]:

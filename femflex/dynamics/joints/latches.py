@@ -21,6 +21,7 @@ from femflex.dynamics.joints.law_report import latch_places
 from femflex.dynamics.lowering.layout import HEADER, N_HEADER
 from femflex.dynamics.lowering.tie_layout import R_LAMBDA
 from femflex.system import Latch
+from femflex.system.freedoms import RELEASED
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
@@ -56,16 +57,19 @@ class Latches:
 
     def values(self, t: float, x: Array) -> Array:
         """How far each open latch's coordinate has to go; 1 for a closed one."""
-        return np.array([1.0 if x[p.time] >= 0.0 else p.side * (x[p.q] - p.latch.at) for p in self.places])
+        return np.array([_to_go(p, t, x) for p in self.places])
 
     def rates(self, t: float, x: Array) -> Array:
         """How fast that changes; 0 for a closed one."""
         n_q = self.model.n_q
-        return np.array([0.0 if x[p.time] >= 0.0 else p.side * x[n_q + p.freedom] for p in self.places])
+        return np.array([_approach(p, x, n_q) for p in self.places])
 
     def happen(self, together: Sequence[int], t: float, x: Array) -> None:
         """Close these latches at once."""
-        closing = [self.places[k] for k in together]
+        for k in together:
+            if self.places[k].latch.opens is not None:
+                x[self.places[k].time] = RELEASED
+        closing = [self.places[k] for k in together if self.places[k].latch.opens is None]
         for place in closing:
             x[place.time], x[place.q] = t, place.latch.at
         stopped = [place for place in closing if place.latch.rigid]
@@ -76,6 +80,20 @@ class Latches:
         for place, u, impulse in zip(stopped, moving, impulses, strict=True):
             x[place.time + 1] = -0.5 * impulse * u
         x[self.model.n_q : self.model.n_q + self.model.n_u] = after
+
+
+def _to_go(p: Place, t: float, x: Array) -> float:
+    """How far an open latch's coordinate has to go, or a time to the opening of one that opens; 1 when it is done."""
+    if p.latch.opens is not None:
+        return p.latch.opens - t if x[p.time] >= 0.0 else 1.0
+    return 1.0 if x[p.time] >= 0.0 else p.side * (x[p.q] - p.latch.at)
+
+
+def _approach(p: Place, x: Array, n_q: int) -> float:
+    """Rate of `_to_go`."""
+    if p.latch.opens is not None:
+        return -1.0 if x[p.time] >= 0.0 else 0.0
+    return 0.0 if x[p.time] >= 0.0 else p.side * x[n_q + p.freedom]
 
 
 def impact(model: Model, t: float, x: Array, freedoms: list[int]) -> tuple[Array, list[float]]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from femflex.fem.assembly.conditions import Condition
+from femflex.fem.assembly.dependence import Dependence, independent_of
 from femflex.fem.assembly.layout import Extras, Layout, layout
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ class Numbering:
         self._rotation = np.full((n_nodes, 3), -1, np.int64)
         self._spin_space = np.zeros((n_nodes, 3, 3))  # sum of projectors on the directions members stiffen
         self._extras: list[Extras] = []
+        self._dependences: list[Dependence] = []
         self._ties: dict[int, tuple[int, float]] = {}  # raw dof -> the one it follows and its factor; 0 holds it
         self._sides: dict[tuple[int, int], Index] = {}  # side between two nodes -> raw dofs (3,) of its displacement
         self._fading: list[Index] = []
@@ -106,6 +108,10 @@ class Numbering:
         elif a != b or p * factor != q:
             self._ties |= {a: (a, 0.0), b: (b, 0.0)}
 
+    def connect(self, dependences: Sequence[Dependence]) -> None:
+        """Let vectors of raw dofs follow others."""
+        self._dependences += dependences
+
     def _followed(self, dof: int) -> tuple[int, float]:
         """The dof that one follows in the end, itself if none, and its factor; 0 where it is held."""
         factor = 1.0
@@ -121,6 +127,12 @@ class Numbering:
     def rotation_of(self, nodes: Index) -> Index:
         """Raw dofs (k, 3) that members already gave the rotation of nodes (k,); -1 where none did."""
         return self._rotation[nodes]
+
+    def turns_about_all_axes(self, dofs: Index) -> NDArray[np.bool_]:
+        """Whether the nodes whose first rotational dofs these are (any shape) turn about all axes, not in a plane."""
+        flat = np.zeros(self.n_raw, bool)
+        flat[self._rotation[self._flat()[0], 0]] = True
+        return np.asarray(~flat[dofs])
 
     def layout(self, supports: Sequence[Condition] = ()) -> Layout:
         """How raw dofs lie along the axes of supports."""
@@ -145,7 +157,7 @@ class Numbering:
         T = (self.layout(supports).E @ chosen).tocsr()
         T.eliminate_zeros()
         T.sort_indices()
-        return T
+        return independent_of(T, self._dependences)
 
     def _flat(self) -> tuple[Index, Array]:
         """Nodes (k,) that only flat plates of one plane share; two axes in it and its normal (k, 3, 3), as rows."""

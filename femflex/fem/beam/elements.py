@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefLine
 
-from femflex.fem.beam.shapes import NODAL, BeamOrder, field_rows
+from femflex.fem.beam.shapes import NODAL, BeamOrder, field_rows, shear_rows
 from femflex.fem.line.chain import ArcLength
 from femflex.fem.sections.section import Resultants
 
@@ -44,6 +44,14 @@ class BeamElements:
             rows[..., node : node + 3] = np.matmul(rows[..., node : node + 3], self.frame[:, None])
         return rows
 
+    def slopes(self, xi: Array, derivative: int = 0) -> Array:
+        """Rows of v' - gamma_y and w' - gamma_z (or their d/dx), the slopes of sections: (e, q, 2, n_local)."""
+        return self.rows(xi, derivative + 1)[:, :, 1:3] - shear_rows(self.order, xi, self.length, derivative)
+
+    def shears(self, xi: Array) -> Array:
+        """Rows of gamma_y and gamma_z (e, q, 2, n_local)."""
+        return shear_rows(self.order, xi, self.length, 0)
+
     def places(self, xi: Array, offsets: Array) -> Array:
         """Undeformed positions (e, q, k, 3) at offsets (e, q, k, 3) from the line, section axes, at xi (q,)."""
         axis = self.origin[:, None] + self.length[:, None, None] * xi[:, None] * self.frame[:, None, 0]
@@ -51,17 +59,17 @@ class BeamElements:
 
     def motion(self, xi: Array, offsets: Array) -> Array:
         """Rows of the global displacement u + (theta, -w', v') x offset of such points: (e, q, k, 3, n_local)."""
-        rows, slope = self.rows(xi), self.rows(xi, 1)
+        rows, slope = self.rows(xi), self.slopes(xi)
         x, y, z = (offsets[..., i, None] for i in range(3))
         u, v, w, theta = (rows[:, :, None, i] for i in range(4))
-        dv, dw = slope[:, :, None, 1], slope[:, :, None, 2]
+        dv, dw = slope[:, :, None, 0], slope[:, :, None, 1]
         local = np.stack([u - y * dv - z * dw, v - z * theta + x * dv, w + y * theta + x * dw], axis=-2)
         return np.matmul(self.frame.swapaxes(1, 2)[:, None, None], local)
 
     def turn(self, xi: Array) -> Array:
         """Rows of the global rotation (theta, -w', v') of sections (e, q, 3, n_local)."""
-        rows, slope = self.rows(xi), self.rows(xi, 1)
-        local = np.stack([rows[:, :, 3], -slope[:, :, 2], slope[:, :, 1]], axis=2)
+        rows, slope = self.rows(xi), self.slopes(xi)
+        local = np.stack([rows[:, :, 3], -slope[:, :, 1], slope[:, :, 0]], axis=2)
         return np.matmul(self.frame.swapaxes(1, 2)[:, None], local)
 
 

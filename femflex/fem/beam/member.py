@@ -1,4 +1,4 @@
-"""The beam family: straight Euler-Bernoulli elements in space with axial force, torsion and bending in two planes."""
+"""The beam family: straight elements in space with axial force, torsion, bending in two planes and, if asked, shear."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.beam.corners import corner_nodes
 from femflex.fem.beam.elements import BeamElements, stations
+from femflex.fem.beam.full_stiffness import PLACES, full_stiffness, mass_centre, shears
+from femflex.fem.beam.releases import released
 from femflex.fem.beam.shapes import NODAL, BeamOrder
 from femflex.fem.beam.skin import swept_outline
-from femflex.fem.beam.strain import beam_strain
+from femflex.fem.beam.strain import beam_strain, shear_strain
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
 from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length, element_frames, straight_elements
 from femflex.fem.line.section_points import section_points
@@ -40,6 +42,14 @@ OPTIONS: Options = {
     "far_bends": Option(
         None, "true: energy that stays bounded in far bends of flat sections; left out: where strain is nonlinear"
     ),
+    "shear": Option(
+        None, "true: sections shear (Timoshenko); left out: where their centres lie apart or a full stiffness says so"
+    ),
+    "offset": Option(None, "y and z of the centroid from the node line", "m", (2,)),
+    "shear_centre": Option(None, "y and z of the shear centre from the centroid", "m", (2,)),
+    "mass_centre": Option(None, "y and z of the mass centre from the centroid", "m", (2,)),
+    "release": Option(None, "components of x, y, z, rx, ry, rz, section axes, released at the nodes of release_at"),
+    "release_at": Option(None, "point group whose nodes the member's ends are released from"),
     "prestress": Option(0.0, "initial axial force, tension positive", "N"),
     "thermal_strain": Option(0.0, "free axial strain", ""),
 }
@@ -51,7 +61,7 @@ SLENDER = 20.0  # length over radius of gyration below which shear, left out her
 
 @family("beam", OPTIONS)
 def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
-    """Inertia, strain and skin of 3-D Euler-Bernoulli beams on a group of line cells.
+    """Inertia, strain and skin of 3-D Euler-Bernoulli or Timoshenko beams on a group of line cells.
 
     Cells line, or line3, which is two straight elements joined at its middle node. Section: any of
     `femflex.fem.sections`; a shape needs an isotropic Material. Fields: bending cubic Hermite with bubbles up
@@ -73,6 +83,13 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     far_bends       True takes away from twisted bends no more than a round section within would lose: bounded where
                     flat sections bend far about their weak axis, exact to fourth order for round ones alone (None:
                     False; a case that gives or chooses nonlinear strain has it True)
+    shear           True: Timoshenko, each element with shear strains of order - 2 terms (None: where offset or
+                    shear_centre is given, or the section has a full stiffness)
+    offset          (2,) y and z of the centroid from the node line [m]
+    shear_centre    (2,) y and z of the shear centre from the centroid [m]
+    mass_centre     (2,) y and z of the mass centre from the centroid [m]
+    release         components of "x" ... "rz" along the element's axes that elements do not pass on at the nodes of
+    release_at      this point group (hinges, slides)
     prestress       initial axial force, tension positive [N] (0)
     thermal_strain  free axial strain (0)
 
@@ -86,14 +103,18 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     elements = _elements(mesh, member, numbering, options)
     order, varying = elements.order, VARYING_DEGREE * member.section.varies
     highest = max(order.bending, order.axial, order.torsion)
-    blocks = _inertia(elements, member, 2 * highest + varying, options["rotary_inertia"])
+    blocks = _inertia(elements, member, 2 * highest + varying, options)
     # u' is of the size of v'^2, so that its square is the highest power of it that matters
     degree = max(4 * (order.bending - 1), 2 * (order.axial - 1), 4 * (order.torsion - 1)) + varying
     corners = np.isin(elements.nodes, corner_nodes(mesh, numbering.members))
-    strain = beam_strain(elements, member, degree, options, corners)
+    where, r = f"beam on group {member.group!r}", stations(elements, member, degree)[2]
+    stiffness = full_stiffness(r, options, where) if order.shear else None
+    strain = beam_strain(elements, member, degree, options, corners, stiffness)
+    shear = () if stiffness is None else (shear_strain(strain, elements, member, degree, stiffness),)
     axis = elements.places(stations(elements, member, degree)[0], np.zeros((*strain.weight.shape, 1, 3)))[:, :, 0]
-    places = StrainPlaces("line", axis)
-    return Contribution((blocks,), (strain,), partial(swept_outline, elements, member.section), (places,))
+    places = StrainPlaces("line", axis, lever=np.sqrt(r.polar2))
+    skin = partial(swept_outline, elements, member.section)
+    return Contribution((blocks,), (strain,), skin, (places,), late=lambda: shear)
 
 
 def _elements(mesh: Mesh, member: Member, numbering: Numbering, options: dict[str, Any]) -> BeamElements:
@@ -104,10 +125,13 @@ def _elements(mesh: Mesh, member: Member, numbering: Numbering, options: dict[st
         arc = arc_length(mesh, nodes, member.group, options["start"])
     else:
         arc = ArcLength(np.zeros((len(nodes), 2)), np.ones(len(nodes)))
-    order = BeamOrder(options["order"], options["axial_order"], options["torsion_order"])
-    nodal = [numbering.translation(nodes.ravel()), numbering.rotation(nodes.ravel())]
+    shear = shears(member.section, options)
+    order = BeamOrder(options["order"], options["axial_order"], options["torsion_order"], shear)
+    nodal = np.concatenate([numbering.translation(nodes.ravel()), numbering.rotation(nodes.ravel())], axis=1)
+    if options["release"] is not None:
+        nodal = released(mesh, member, options, numbering, nodes, frame, nodal)
     bubbles = _bubbles(numbering, nodes, frame, order)
-    dofs = np.concatenate([np.concatenate(nodal, axis=1).reshape(-1, NODAL), bubbles], axis=1)
+    dofs = np.concatenate([nodal.reshape(-1, NODAL), bubbles], axis=1)
     return BeamElements(nodes, start, length, frame, dofs, arc, order)
 
 
@@ -122,20 +146,25 @@ def _bubbles(numbering: Numbering, nodes: Index, frame: Array, order: BeamOrder)
         numbering.attach(dofs[:, [k]], nodes, frame[:, :1], kind="rotation")
     for k in v:
         numbering.attach(dofs[:, [k, k + len(v)]], nodes, frame[:, 1:])
+    first = order.n_local - NODAL - 2 * order.n_shear
+    for k in first + np.arange(order.n_shear):
+        numbering.attach(dofs[:, [k, k + order.n_shear]], nodes, frame[:, 1:])
     return dofs
 
 
-def _inertia(elements: BeamElements, member: Member, degree: int, rotary: bool) -> SectionInertia:
+def _inertia(elements: BeamElements, member: Member, degree: int, options: dict[str, Any]) -> SectionInertia:
     """The points of a section at every station: its mass and second moments."""
     xi, weight, r = stations(elements, member, degree)
-    offsets, share = section_points(r.rz2, r.ry2, rotary)
+    offsets, share = section_points(r.rz2, r.ry2, options["rotary_inertia"], r.product)
+    offsets[..., 1:] += np.broadcast_to(mass_centre(r, options), (*weight.shape, 2))[:, :, None]
     dm = ((weight * r.mass)[..., None] * share).reshape(len(weight), -1)
     rho = elements.places(xi, offsets).reshape(*dm.shape, 3)
     N = elements.motion(xi, offsets).reshape(*dm.shape, 3, -1)
-    _warn_if_stout(rho, np.sqrt(np.maximum(r.ry2, r.rz2)).max(), member)
-    flat = (weight * r.mass)[..., None] * np.einsum("k,eqki->eqi", share, offsets**2)
+    if not elements.order.shear:
+        _warn_if_stout(rho, np.sqrt(np.maximum(r.ry2, r.rz2)).max(), member)
+    own = (weight * r.mass)[..., None, None] * np.einsum("k,eqki,eqkj->eqij", share, offsets, offsets)
     frame = elements.frame[:, None]
-    second = np.matmul(frame.swapaxes(2, 3) * flat[..., None, :], frame)
+    second = np.matmul(frame.swapaxes(2, 3), np.matmul(own, frame))
     return SectionInertia(elements.dofs, dm, rho, N, second, elements.turn(xi), elements.frame[:, 0])
 
 
@@ -157,6 +186,12 @@ def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
         )
     if options["far_bends"] not in (None, True, False):
         raise ValueError(f"{where} has far_bends {options['far_bends']!r}; give true or false, or leave it out")
+    if options["shear"] not in (None, True, False):
+        raise ValueError(f"{where} has shear {options['shear']!r}; give true or false, or leave it out")
+    for name in PLACES:
+        place = options[name]
+        if place is not None and (np.shape(place) != (2,) or not np.isfinite(np.asarray(place, float)).all()):
+            raise ValueError(f"{where} has {name} {place!r}; give y and z, two lengths")
     for name in ("prestress", "thermal_strain"):
         if not isinstance(options[name], int | float | np.floating) or not np.isfinite(options[name]):
             raise ValueError(f"{where} has {name} {options[name]!r}; give one finite number")
@@ -174,7 +209,7 @@ def _warn_if_stout(rho: Array, gyration: float, member: Member) -> None:
         warnings.warn(
             f"beam group {member.group!r} extends over {extent:.4g} m with a radius of gyration of {gyration:.4g} m; "
             f"below {SLENDER:g} radii ({SLENDER * gyration:.4g} m) the shear left out here shifts frequencies by per "
-            "cents",
+            "cents. Set the option shear = true",
             PhysicsWarning,
             stacklevel=6,
         )

@@ -15,22 +15,32 @@ NODAL = 12  # u, v, w, theta_x, theta_y, theta_z at both ends
 
 @dataclass(frozen=True)
 class BeamOrder:
-    """Polynomial orders of an element: bending at least 3, axial and torsional at least 1."""
+    """Polynomial orders of an element: bending at least 3, axial and torsional at least 1.
+
+    shear: whether it shears; it then has bending - 2 dofs of shear strain in each plane, after all others
+    """
 
     bending: int
     axial: int
     torsion: int
+    shear: bool = False
+
+    @property
+    def n_shear(self) -> int:
+        """Number of dofs of shear strain in each plane."""
+        return self.bending - 2 if self.shear else 0
 
     @property
     def n_local(self) -> int:
-        """Number of element dofs: 12 at the nodes, then bubbles of u, theta, v and w."""
-        return NODAL + (self.axial - 1) + (self.torsion - 1) + 2 * (self.bending - 3)
+        """Number of element dofs: 12 at the nodes, bubbles of u, theta, v and w, shear strains along y and z."""
+        return NODAL + (self.axial - 1) + (self.torsion - 1) + 2 * (self.bending - 3) + 2 * self.n_shear
 
 
 def field_rows(order: BeamOrder, xi: Array, h: Array, derivative: int) -> Array:
     """Rows of u, v, w, theta (or their d/dx to the given order) at positions xi (q,) in [0, 1]: (e, q, 4, n_local).
 
-    Local dofs in the element's axes, lengths h (e,). Bending slopes are rotations: theta_z = v', theta_y = -w'.
+    Local dofs in the element's axes, lengths h (e,). Bending slopes are rotations: theta_z = v', theta_y = -w', less
+    shear strains where the element has some: v' = theta_z + gamma_y, w' = -theta_y + gamma_z.
     """
     rows = np.zeros((len(h), len(xi), 4, order.n_local))
     scale = h[:, None, None] ** -derivative
@@ -44,7 +54,33 @@ def field_rows(order: BeamOrder, xi: Array, h: Array, derivative: int) -> Array:
     rows[:, :, 1][:, :, [1, 5, 7, 11, *bubbles[2]]] = hermite
     hermite[:, :, [1, 3]] *= -1
     rows[:, :, 2][:, :, [2, 4, 8, 10, *bubbles[3]]] = hermite
+    if order.shear:
+        ends = _legendre(order.n_shear, np.array([0.0, 1.0]), 0)
+        slopes = scale * _hermite(order.bending, xi, derivative)[:, [1, 3]] * h[:, None, None]
+        for field, columns in zip((1, 2), shear_columns(order), strict=True):
+            rows[:, :, field][:, :, columns] = np.matmul(slopes, ends)
     return rows
+
+
+def shear_columns(order: BeamOrder) -> tuple[slice, slice]:
+    """Columns of the shear strains along y and along z."""
+    n = order.n_shear
+    return slice(order.n_local - 2 * n, order.n_local - n), slice(order.n_local - n, order.n_local)
+
+
+def shear_rows(order: BeamOrder, xi: Array, h: Array, derivative: int) -> Array:
+    """Rows of gamma_y and gamma_z (or their d/dx) at positions xi (q,): (e, q, 2, n_local); zero without shear."""
+    rows = np.zeros((len(h), len(xi), 2, order.n_local))
+    if order.shear:
+        values = h[:, None, None] ** -derivative * _legendre(order.n_shear, xi, derivative)
+        for field, columns in enumerate(shear_columns(order)):
+            rows[:, :, field, columns] = values
+    return rows
+
+
+def _legendre(n: int, xi: Array, derivative: int) -> Array:
+    """Legendre polynomials on [0, 1] of degree 0 ... n - 1 at xi: (q, n)."""
+    return _evaluated([Legendre.basis(k, domain=[0.0, 1.0]) for k in range(n)], xi, derivative)
 
 
 def _linear(order: int, xi: Array, derivative: int) -> Array:

@@ -50,6 +50,7 @@ from numpy.typing import NDArray
 
 from femflex.fem.beam.corners import corner_gradients, corner_products
 from femflex.fem.beam.elements import BeamElements, stations
+from femflex.fem.sections.section import Resultants
 from femflex.fem.tables import DenseStrain, StrainBlock, StressAt, of
 
 if TYPE_CHECKING:
@@ -73,6 +74,12 @@ FOURTH = (  # the strains of V_4, by two of those gradients each, and those that
     ((0, 4),),  # u' v''
     ((0, 5),),  # u' w''
 )
+NAMED_ROWS = [
+    0,
+    5,
+    4,
+    3,
+]  # of (eps, gamma_y, gamma_z, kappa_x, kappa_y, kappa_z), in the order of the strains with names
 ADDED, TAKEN = [0, 5, 6], [1, 2, 3, 4]  # which of them add energy, and which take it away
 
 
@@ -88,10 +95,12 @@ class BeamStrain(DenseStrain):
     def sampled(self, elements: slice) -> DenseStrain:
         """See StrainBlock: all strains in one, those of fourth order after those with names."""
         own = self._named(elements)
-        stiffness = np.diagonal(own.elastic, axis1=2, axis2=3)
-        fourth = np.broadcast_to(of(self.fourth, elements), (*stiffness.shape[:2], len(FOURTH)))
-        stress = np.concatenate([np.broadcast_to(own.stress, stiffness.shape), 0.0 * fourth], axis=2)
-        elastic = np.concatenate([stiffness, fourth], axis=2)[..., None] * np.eye(stiffness.shape[2] + len(FOURTH))
+        shape, named = own.elastic.shape[:2], own.elastic.shape[2]
+        fourth = np.broadcast_to(of(self.fourth, elements), (*shape, len(FOURTH)))
+        stress = np.concatenate([np.broadcast_to(own.stress, (*shape, named)), 0.0 * fourth], axis=2)
+        elastic = np.zeros((*shape, named + len(FOURTH), named + len(FOURTH)))
+        elastic[..., :named, :named] = own.elastic
+        elastic[..., named:, named:] = fourth[..., None] * np.eye(len(FOURTH))
         linear = np.concatenate([own.linear_map, np.zeros((len(FOURTH), own.linear_map.shape[1]))])
         products = _widened(product_maps(FOURTH), own.quadratic_map.shape[1])
         quadratic = np.concatenate([own.quadratic_map, products])
@@ -121,21 +130,58 @@ class BeamStrain(DenseStrain):
         )
 
 
+def sectional_stiffness(r: Resultants, stiffness: Array | None) -> Array:
+    """Elastic matrix (e, q, 4, 4) over (eps, kappa_z, kappa_y, r kappa_x): that of the resultants, or the same of a
+    full sectional stiffness (e, q, 6, 6) without its shears."""
+    if stiffness is None:
+        return np.stack([r.EA, r.EIz, r.EIy, r.GJ / r.polar2], axis=-1)[..., None] * np.eye(4)
+    named = stiffness[..., NAMED_ROWS, :][..., NAMED_ROWS].copy()
+    named[..., 3, :] /= np.sqrt(r.polar2)[..., None]
+    named[..., :, 3] /= np.sqrt(r.polar2)[..., None]
+    return np.asarray(named)
+
+
+def shear_strain(
+    strain: BeamStrain, elements: BeamElements, member: Member, degree: int, stiffness: Array
+) -> DenseStrain:
+    """Strains (eps, kappa_z, kappa_y, r kappa_x, gamma_y, gamma_z), with what the full stiffness (e, q, 6, 6) has of
+    shears and of their coupling with the others."""
+    xi, _, r = stations(elements, member, degree)
+    scale = np.ones((*strain.weight.shape, 6))
+    scale[..., 3] = 1 / np.sqrt(r.polar2)
+    order = [*NAMED_ROWS, 1, 2]
+    elastic = stiffness[..., order, :][..., order] * scale[..., None, :] * scale[..., :, None]
+    elastic[..., :4, :4] = 0.0
+    n = strain.G.shape[2]
+    linear, quadratic = np.zeros((6, n + 2)), np.zeros((6, n + 2, n + 2))
+    linear[:4, :n], quadratic[:4, :n, :n] = strain.linear_map, strain.quadratic_map
+    linear[4, n] = linear[5, n + 1] = 1.0
+    G = np.concatenate([strain.G, elements.shears(xi)], axis=2)
+    return DenseStrain(strain.dofs, strain.weight, elastic, linear, quadratic, G)
+
+
 def beam_strain(
-    elements: BeamElements, member: Member, degree: int, options: dict[str, Any], corners: NDArray[np.bool_]
+    elements: BeamElements,
+    member: Member,
+    degree: int,
+    options: dict[str, Any],
+    corners: NDArray[np.bool_],
+    stiffness: Array | None = None,
 ) -> BeamStrain:
     """Strains (eps, kappa_z, kappa_y, r kappa_x), r^2 = I_p / A, of the gradients that `strain_maps` lists.
 
     The twist is carried as r theta' with stiffness GJ / r^2, so that its share of the axial strain is a constant too.
-    corners (e, 2): ends where beams meet at an angle (`femflex.fem.beam.corners`).
+    corners (e, 2): ends where beams meet at an angle (`femflex.fem.beam.corners`). stiffness (e, q, 6, 6): full one of
+    the section over (eps, gamma_y, gamma_z, kappa_x, kappa_y, kappa_z), where it is coupled.
     """
     xi, weight, r = stations(elements, member, degree)
-    value, first, second = (elements.rows(xi, derivative) for derivative in range(3))
+    value, first = (elements.rows(xi, derivative) for derivative in range(2))
+    slope, second = elements.slopes(xi), elements.slopes(xi, 1)
     polar = np.sqrt(r.polar2)[..., None]
     first[:, :, 3] *= polar
-    elastic = np.stack([r.EA, r.EIz, r.EIy, r.GJ / r.polar2], axis=-1)[..., None] * np.eye(4)
-    turned = np.stack([value[:, :, 3], polar * first[:, :, 1], polar * first[:, :, 2]], axis=2)
-    G = np.concatenate([first, second[:, :, 1:3], turned], axis=2)
+    elastic = sectional_stiffness(r, stiffness)
+    turned = np.stack([value[:, :, 3], polar * slope[:, :, 0], polar * slope[:, :, 1]], axis=2)
+    G = np.concatenate([first, second, turned], axis=2)
     stress = np.zeros((*weight.shape, 4))
     stress[:, :, 0] = options["prestress"] - r.EA * options["thermal_strain"]
     found = fourth_order(r.EIy, r.EIz, r.polar2, bool(options["far_bends"]))

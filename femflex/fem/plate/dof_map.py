@@ -11,6 +11,7 @@ from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.plate.blocks import LocalDofs
 from femflex.fem.plate.sides import Sides, element_sides
 from femflex.fem.sections.laminates import PlateSection, isotropic
+from femflex.fem.sections.materials import Material
 
 if TYPE_CHECKING:
     from femflex.fem.structure import Member
@@ -31,8 +32,8 @@ def member_section(member: Member) -> PlateSection:
             raise ValueError(f"{where} has a material and a section with its own material; leave one out")
         return section
     if isinstance(section, int | float | np.floating) and not isinstance(section, bool):
-        if material is None:
-            raise ValueError(f"{where} has a thickness but no material; give one")
+        if not isinstance(material, Material):
+            raise ValueError(f"{where} has a thickness but no isotropic material; give one, or a section of plies")
         return isotropic(float(section), material)
     raise ValueError(
         f"{where} has the section {section!r}; give a plate section of femflex.fem.sections.laminates, or a thickness "

@@ -1,5 +1,6 @@
 """Materials, beam sections and lay-ups of plates."""
 
+from femflex.fem.sections.full import FullSection as FullSection
 from femflex.fem.sections.library import Box as Box
 from femflex.fem.sections.library import CableSection as CableSection
 from femflex.fem.sections.library import Circle as Circle

@@ -53,6 +53,11 @@ class Rectangle(Shape):
         b, h = self.dimensions(s, length, pointed=True).values()
         return polygon(b[..., None] / 2 * [-1, 1, 1, -1], h[..., None] / 2 * [-1, -1, 1, 1])
 
+    def shear_factors(self, s: Array, length: Array | float, nu: float) -> tuple[Array, Array]:
+        """10 (1 + nu) / (12 + 11 nu) (G. R. Cowper, J. Appl. Mech. 33 (1966) 335)."""
+        k = np.full(np.shape(s), 10 * (1 + nu) / (12 + 11 * nu))
+        return k, k
+
 
 @dataclass(frozen=True, eq=False)
 class Box(Shape):
@@ -85,6 +90,12 @@ class Box(Shape):
         """See Section."""
         return Rectangle(self.width, self.height).outline(s, length)
 
+    def shear_factors(self, s: Array, length: Array | float, nu: float) -> tuple[Array, Array]:
+        """The walls along each direction over the whole section."""
+        b, h, t = self.dimensions(s, length).values()
+        A = b * h - (b - 2 * t) * (h - 2 * t)
+        return 2 * b * t / A, 2 * h * t / A
+
 
 @dataclass(frozen=True, eq=False)
 class Circle(Shape):
@@ -102,6 +113,11 @@ class Circle(Shape):
         """See Section."""
         (r,) = self.dimensions(s, length, pointed=True).values()
         return ellipse(r, r)
+
+    def shear_factors(self, s: Array, length: Array | float, nu: float) -> tuple[Array, Array]:
+        """6 (1 + nu) / (7 + 6 nu) (Cowper)."""
+        k = np.full(np.shape(s), 6 * (1 + nu) / (7 + 6 * nu))
+        return k, k
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +139,14 @@ class Tube(Shape):
         """See Section."""
         R = self.dimensions(s, length, pointed=True)["outer_radius"]
         return ellipse(R, R)
+
+    def shear_factors(self, s: Array, length: Array | float, nu: float) -> tuple[Array, Array]:
+        """6 (1 + nu) (1 + m^2)^2 / ((7 + 6 nu) (1 + m^2)^2 + (20 + 12 nu) m^2) (Cowper); m = inner over outer
+        radius."""
+        R, t = self.dimensions(s, length).values()
+        m2 = ((R - t) / R) ** 2
+        k = 6 * (1 + nu) * (1 + m2) ** 2 / ((7 + 6 * nu) * (1 + m2) ** 2 + (20 + 12 * nu) * m2)
+        return k, k
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,6 +186,12 @@ class ISection(Shape):
         triangles = [corner for a, b_, c, d in strips for corner in ((a, b_, c), (a, c, d))]
         return Outline(np.stack([y, z], axis=-1), np.array(triangles, np.int64))
 
+    def shear_factors(self, s: Array, length: Array | float, nu: float) -> tuple[Array, Array]:
+        """Along y 5/6 of the flanges, along z the web over the whole height, over the whole section."""
+        d = self.dimensions(s, length)
+        A = self.properties(s, length).A
+        return 5 / 3 * d["width"] * d["flange"] / A, d["height"] * d["web"] / A
+
 
 @dataclass(frozen=True, eq=False)
 class GivenSection(Shape):
@@ -200,6 +230,7 @@ class StiffnessSection(Dimensioned):
     ry, rz  radii of gyration of the mass, sqrt(int z^2 dm), sqrt(int y^2 dm) per mass [m]; without them those of the
             stiffness, sqrt(EIy / EA) and sqrt(EIz / EA)
     area    of the round bar that is drawn [m^2]; without it a solid ellipse of the stiffness's radii of gyration
+    GAy, GAz  shear stiffness along y and z, shear factors included [N]; needed where the beam shears
     """
 
     EA: Along
@@ -210,6 +241,8 @@ class StiffnessSection(Dimensioned):
     ry: Along | None = None
     rz: Along | None = None
     area: Along | None = None
+    GAy: Along | None = None
+    GAz: Along | None = None
 
     def resultants(self, material: Material | None, s: Array, length: Array) -> Resultants:
         """See Section; the material, if any, is not used."""
@@ -217,7 +250,8 @@ class StiffnessSection(Dimensioned):
         stiff_ry2, stiff_rz2 = d["EIy"] / d["EA"], d["EIz"] / d["EA"]
         ry2, rz2 = (d[n] ** 2 if n in d else r for n, r in (("ry", stiff_ry2), ("rz", stiff_rz2)))
         polar2 = stiff_ry2 + stiff_rz2
-        return Resultants(d["EA"], d["GJ"], d["EIy"], d["EIz"], d["mass_per_length"], ry2, rz2, polar2)
+        shear = d.get("GAy"), d.get("GAz")
+        return Resultants(d["EA"], d["GJ"], d["EIy"], d["EIz"], d["mass_per_length"], ry2, rz2, polar2, *shear)
 
     def outline(self, s: Array, length: Array | float) -> Outline:
         """See Section."""

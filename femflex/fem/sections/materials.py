@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -32,3 +37,81 @@ class Material:
             object.__setattr__(self, "G", self.E / (2.0 * (1.0 + self.nu)))
         if not self.G > 0 or math.isinf(self.G):
             raise ValueError(f"shear modulus G is {self.G} N/m^2; it must be positive and finite")
+
+
+@dataclass(frozen=True)
+class Orthotropic:
+    """An orthotropic linear elastic material for solids, along its own axes 1, 2 and 3.
+
+    E1, E2, E3        Young's moduli [N/m^2]
+    G12, G13, G23     shear moduli [N/m^2]
+    nu12, nu13, nu23  Poisson's ratios: pull along the first axis, contraction along the second
+    density           [kg/m^3]
+    """
+
+    E1: float
+    E2: float
+    E3: float
+    G12: float
+    G13: float
+    G23: float
+    nu12: float
+    nu13: float
+    nu23: float
+    density: float
+
+    def __post_init__(self) -> None:
+        for one in fields(self):
+            value = getattr(self, one.name)
+            if (
+                not math.isfinite(value)
+                or (one.name[0] in "EG" and value <= 0)
+                or (one.name == "density" and value < 0)
+            ):
+                raise ValueError(
+                    f"{one.name} of an orthotropic material is {value}; moduli are positive, the density is not "
+                    "negative, all are finite"
+                )
+        _require_positive(self.elasticity(), "nu12, nu13 and nu23 of an orthotropic material")
+
+    def elasticity(self) -> Array:
+        """Elastic matrix (6, 6) [N/m^2] along its axes, order 11, 22, 33, 23, 13, 12."""
+        return np.asarray(np.linalg.inv(self._compliance()))
+
+    def _compliance(self) -> Array:
+        S = np.diag([1 / self.E1, 1 / self.E2, 1 / self.E3, 1 / self.G23, 1 / self.G13, 1 / self.G12])
+        S[0, 1] = S[1, 0] = -self.nu12 / self.E1
+        S[0, 2] = S[2, 0] = -self.nu13 / self.E1
+        S[1, 2] = S[2, 1] = -self.nu23 / self.E2
+        return S
+
+
+@dataclass(frozen=True, eq=False)
+class Anisotropic:
+    """A linear elastic material for solids by its elastic matrix C (6, 6) [N/m^2], order 11, 22, 33, 23, 13, 12, of
+    engineering shears, along its own axes; density [kg/m^3]."""
+
+    C: ArrayLike
+    density: float
+
+    def __post_init__(self) -> None:
+        C = np.asarray(self.C, float)
+        if C.shape != (6, 6) or not np.isfinite(C).all() or not np.allclose(C, C.T, rtol=1e-6, atol=0.0):
+            raise ValueError("the elastic matrix of an anisotropic material must be 6 x 6, symmetric and finite")
+        _require_positive(C, "the elastic matrix of an anisotropic material")
+        if not math.isfinite(self.density) or self.density < 0:
+            raise ValueError(f"density is {self.density} kg/m^3; it must be finite and cannot be negative")
+
+    def elasticity(self) -> Array:
+        """Elastic matrix (6, 6) [N/m^2] along its axes."""
+        C = np.asarray(self.C, float)
+        return (C + C.T) / 2
+
+
+def _require_positive(C: Array, what: str) -> None:
+    least = float(np.linalg.eigvalsh(C)[0])
+    if not least > 0:
+        raise ValueError(
+            f"{what} make an elastic matrix that is not positive definite (least eigenvalue {least:.3g} N/m^2); every "
+            "way of straining must cost energy, so correct the constants"
+        )

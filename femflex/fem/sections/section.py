@@ -52,6 +52,10 @@ class Resultants:
     mass              mass per length [kg/m]
     ry2, rz2          squared radii of gyration of the mass, int z^2 dm and int y^2 dm per mass [m^2]
     polar2            polar radius squared I_p / A of the stiff area, for the shortening by twist [m^2]
+    GAy, GAz          shear stiffness along y and z, shear factors included [N]; None: the section does not know
+    coupled           (..., 6, 6) full stiffness over (eps, gamma_y, gamma_z, kappa_x, kappa_y, kappa_z); None: none
+    centre            (..., 2) y and z of the mass centre from the node line [m]; None: on it
+    product           int y z dm per mass, about the mass centre [m^2]; None: none
     """
 
     EA: Array
@@ -62,6 +66,11 @@ class Resultants:
     ry2: Array
     rz2: Array
     polar2: Array
+    GAy: Array | None = None
+    GAz: Array | None = None
+    coupled: Array | None = None
+    centre: Array | None = None
+    product: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +141,13 @@ class Shape(Dimensioned):
         p = self.properties(s, length)
         ry2, rz2 = p.Iy / p.A, p.Iz / p.A
         E, G = material.E, material.G
-        return Resultants(E * p.A, G * p.J, E * p.Iy, E * p.Iz, material.density * p.A, ry2, rz2, ry2 + rz2)
+        GAy, GAz = (factor * G * p.A for factor in self.shear_factors(s, length, material.nu))
+        mass = material.density * p.A
+        return Resultants(E * p.A, G * p.J, E * p.Iy, E * p.Iz, mass, ry2, rz2, ry2 + rz2, GAy, GAz)
+
+    def shear_factors(self, s: Array, length: Array | float, nu: float) -> tuple[Array, Array]:
+        """Shear factors k along y and z, shear force = k G A gamma; 5/6 where the shape has none of its own."""
+        return np.full(np.shape(s), 5 / 6), np.full(np.shape(s), 5 / 6)
 
 
 def check_wall(

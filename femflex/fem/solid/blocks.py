@@ -12,14 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.assembly import Part
-from femflex.fem.sections.materials import Material
+from femflex.fem.solid.elastic import VOIGT
 from femflex.fem.tables import StrainBlock, StressAt, of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 EVERY = slice(None)
-VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +83,9 @@ class SolidStrain:
     def sampled(self, elements: slice) -> SolidStrain:
         """See StrainBlock; the points of the linear strain serve.
 
-        Three Gauss points per direction are exact for E:E of a displacement that bends an element along one axis
-        (degree 4 of 5); of the full triquadratic field five points change the energy of a bent strip by 1e-7.
+        Three Gauss points per direction are exact for E:E of a displacement that bends a hexahedron along one axis
+        (degree 4 of 5); of the full triquadratic field five points change the energy of a bent strip by 1e-7. Four
+        points of a tetrahedron sample the stretch where its quadratic field can cancel it.
         """
         dofs, weight, G = self.dofs[elements], self.weight[elements], self.G[elements]
         elastic, stress = of(self.elastic, elements), of(self.stress, elements)
@@ -113,15 +113,6 @@ class SolidStrain:
     def parts(self) -> tuple[Part, ...]:
         """Element matrices for assembly."""
         return (Part(self.dofs, self.stiffness),)
-
-
-def isotropic_elasticity(material: Material) -> Array:
-    """Elastic matrix (6, 6) [N/m^2]: lambda and mu from E and nu, shears with the material's G."""
-    E, nu = material.E, material.nu
-    lam, mu = E * nu / (1 + nu) / (1 - 2 * nu), E / (2 * (1 + nu))
-    C = np.diag([2 * mu] * 3 + [material.G] * 3)
-    C[:3, :3] += lam
-    return C
 
 
 def strain_maps() -> tuple[Array, Array]:

@@ -1,26 +1,29 @@
-"""Solid members: isoparametric hexahedra on the translations of their nodes.
+"""Solid members: isoparametric tetrahedra, pyramids, wedges and hexahedra on the translations of their nodes.
 
-The 27-node hexahedron bends without locking; the 8-node one does not and is offered with a warning.
+Those of second order bend without locking. Those of first order do not: they are raised to second order before
+anything is numbered (`raised_solids`), or used as they are with a warning.
 """
 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem.quadrature import get_quadrature
-from skfem.refdom import RefHex
 
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import Contribution, StrainPlaces, family, member_cells
 from femflex.fem.option import Option, Options, member_options
-from femflex.fem.sections.materials import Material
-from femflex.fem.solid.blocks import SolidInertia, SolidStrain, isotropic_elasticity, strain_maps
+from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
+from femflex.fem.solid.blocks import SolidInertia, SolidStrain, strain_maps
+from femflex.fem.solid.elastic import elasticity, material_axes
+from femflex.fem.solid.rules import CELLS, mass_rule, strain_rule
 from femflex.fem.solid.skin import solid_skin
-from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.cells import CELL_TYPES, EDGES
+from femflex.mesh.raised import SECOND_ORDER, raised
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -31,48 +34,95 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 STRAY = 0.5  # distance of a middle node from the mean of its corners, over theirs from it, that no curved cell needs
-# Degree per direction that the quadrature integrates: 3 points for tensor-quadratic cells, 2 for tensor-linear ones.
-DEGREE = {"hexahedron27": 4, "hexahedron": 3}
+FIRST_ORDER = tuple(name for name in CELLS if CELL_TYPES[name].order == 1)
 OPTIONS: Options = {
+    "order": Option(
+        2, "2: cells of first order get nodes in the middle of their edges; 1: they are used as they are, and lock"
+    ),
+    "axes": Option(None, "directions of the material's axes 1 and 2, six numbers; mesh axes when left out", "", (6,)),
     "prestress": Option(None, "initial stress xx, yy, zz, yz, xz, xy, mesh axes", "Pa", (6,)),
     "thermal_strain": Option(None, "free strain in all directions", ""),
 }
 
 
-@family("solid", OPTIONS)
+def raised_solids(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[str, ...]]:
+    """The mesh with the first-order cells of these solid members raised to second order, and what is reported of it.
+
+    Boundaries of theirs are raised with them, cells of members of other families apart.
+    """
+    rows: dict[str, list[Index]] = {}
+    for member in members:
+        if member.family == "solid" and _order(member) == 2:
+            for kind, own in mesh.cell_groups.get(member.group, {}).items():
+                if kind in FIRST_ORDER and len(own):
+                    rows.setdefault(kind, []).append(own)
+    if not rows:
+        return mesh, ()
+    keep: dict[str, Index] = {}
+    for member in members:
+        if member.family != "solid":
+            for kind, own in mesh.cell_groups.get(member.group, {}).items():
+                keep[kind] = np.union1d(keep.get(kind, own), own)
+    chosen = {kind: np.unique(np.concatenate(own)) for kind, own in rows.items()}
+    found = raised(mesh, chosen, keep)
+    count = ", ".join(f"{len(own)} {kind} to {SECOND_ORDER[kind]}" for kind, own in sorted(chosen.items()))
+    new = len(found.points) - len(mesh.points)
+    text = f"solid cells of first order are raised to second order ({count}; {new} nodes are new); order = 1 keeps them"
+    return found, (text,)
+
+
+@family("solid", OPTIONS, prepare=raised_solids)
 def solid(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
-    """Solid elements on the hexahedron27 (or hexahedron) cells of the member's group.
+    """Solid elements on the cells of the member's group: tetrahedra, pyramids, wedges and hexahedra, also mixed.
 
     section   none
-    material  Material
-    options   prestress       (6,) initial stress xx, yy, zz, yz, xz, xy, mesh axes [N/m^2]
+    material  Material, Orthotropic or Anisotropic
+    options   order           2 raises cells of first order to second order (default), 1 uses them as they are
+              axes            (6,) directions of the material's axes 1 and 2, mesh axes
+              prestress       (6,) initial stress xx, yy, zz, yz, xz, xy, mesh axes [N/m^2]
               thermal_strain  free strain in all directions
 
-    Raises ValueError without a material, with a section, or when an element is turned inside out.
+    Mesh: cells of second order with one layer through the thickness bend without locking; see the table of MacNeal
+    and Harder's problems in docs/howto/elements.md. Raises ValueError without a material, with a section, or when an
+    element is turned inside out.
     """
-    options = member_options(member)
+    options, where = member_options(member), f"solid on group {member.group!r}"
     material = member.material
-    if material is None:
-        raise ValueError(f"solid on group {member.group!r} has no material; give one")
+    if not isinstance(material, Material | Orthotropic | Anisotropic):
+        raise ValueError(f"{where} has {'no material' if material is None else repr(material)}; give one for solids")
     if member.section is not None:
-        raise ValueError(f"solid on group {member.group!r} has a section; a solid has none, its mesh is the shape")
-    cells = member_cells(mesh, member, tuple(DEGREE))
+        raise ValueError(f"{where} has a section; a solid has none, its mesh is the shape")
+    _order(member)
+    axes = None if options["axes"] is None else material_axes(options["axes"], where)
+    C = elasticity(material, axes)
+    stress = _initial_stress(options, C)[None, None]
+    linear, quadratic = strain_maps()
+    cells = member_cells(mesh, member, CELLS)
     inertia, strain, places = [], [], []
     for name, nodes in cells.items():
-        if name == "hexahedron":
-            _warn_of_locking(mesh.points[nodes], material, member.group)
-        _check_order(name, mesh.points[nodes], member.group)
+        x = mesh.points[nodes]
+        if CELL_TYPES[name].order == 1:
+            _warn_of_locking(name, x, material, member.group)
+        _check_order(name, x, member.group)
         dofs = numbering.translation(nodes.ravel()).reshape(len(nodes), -1)
-        N, weight, rho, G = _at_points(name, mesh.points[nodes], member.group)
-        inertia.append(SolidInertia(dofs, weight * material.density, rho, N))
-        linear, quadratic = strain_maps()
-        elastic = isotropic_elasticity(material)
-        stress = _initial_stress(options, elastic)[None, None]
-        strain.append(SolidStrain(dofs, weight, elastic[None, None], linear, quadratic, G, stress))
-        places.append(StrainPlaces("solid", rho))
+        G, volume = gradients_at(name, x, strain_rule(name), member.group)
+        place = np.matmul(CELL_TYPES[name].interpolation(strain_rule(name)[0]), x)
+        N, dV, rho = _mass_points(name, x, member.group)
+        inertia.append(SolidInertia(dofs, dV * material.density, rho, N))
+        strain.append(SolidStrain(dofs, volume, C[None, None], linear, quadratic, G, stress))
+        places.append(StrainPlaces("solid", place))
     return Contribution(
         tuple(inertia), tuple(strain), partial(solid_skin, mesh.points, cells, numbering), tuple(places)
     )
+
+
+def _order(member: Member) -> int:
+    order = member.options.get("order", 2)
+    if order not in (1, 2):
+        raise ValueError(
+            f"solid on group {member.group!r} has order {order!r}; give 2 (cells of first order are raised) or 1"
+        )
+    return int(order)
 
 
 def _initial_stress(options: dict[str, Any], elastic: Array) -> Array:
@@ -87,33 +137,47 @@ def _initial_stress(options: dict[str, Any], elastic: Array) -> Array:
     return stress - elastic[:, :3].sum(axis=1) * strain
 
 
-def _at_points(name: str, corners: Array, group: str) -> tuple[Array, Array, Array, Array]:
-    """Shape functions (q, k), volumes (e, q), places (e, q, 3) and gradients (e, q, 3, k) at the quadrature points."""
-    points, reference_weight = get_quadrature(RefHex, DEGREE[name])
-    cell = CELL_TYPES[name]
-    N, dN = cell.interpolation(points.T), cell.gradients(points.T)  # (q, k), (q, k, 3)
-    q, k = N.shape
-    along = dN.swapaxes(1, 2).reshape(3 * q, k)
-    centred = corners - corners[:, :1]  # far from the origin, coordinates round more than an element's own
-    jacobian = np.matmul(along, centred).reshape(-1, q, 3, 3)  # row: reference axis, column: x, y, z
-    inverse, volume = _inverse(jacobian)
+def _mass_points(name: str, x: Array, group: str) -> tuple[Array, Array, Array]:
+    """Shape functions (q, k), volumes (e, q) and places (e, q, 3) of the points of mass of elements x (e, k, 3)."""
+    points, weight = mass_rule(name)
+    N = CELL_TYPES[name].interpolation(points)
+    _, volume = _inverse(_jacobians(name, x, points))
+    return N, volume * weight, np.matmul(N, x)
+
+
+def gradients_at(name: str, x: Array, rule: tuple[Array, Array], group: str) -> tuple[Array, Array]:
+    """Gradients (e, q, 3, k) of shape functions of elements with nodes x (e, k, 3), and volumes (e, q), at a rule's
+    points.
+
+    Raises ValueError where an element is inside out, with its number and place.
+    """
+    points, weight = rule
+    inverse, volume = _inverse(_jacobians(name, x, points))
     inside_out = np.flatnonzero((volume <= 0).any(axis=1))
     if len(inside_out):
+        first = inside_out[0]
+        at = ", ".join(f"{c:.6g}" for c in x[first].mean(axis=0))
         raise ValueError(
-            f"solid on group {group!r}: {len(inside_out)} of {len(corners)} {name} elements are turned inside out or "
-            f"folded (element {inside_out[0]} has a Jacobian determinant of {volume[inside_out[0]].min():.3g} m^3); "
+            f"solid on group {group!r}: {len(inside_out)} of {len(x)} {name} elements are turned inside out or "
+            f"folded (element {first} at ({at}) m has a Jacobian determinant of {volume[first].min():.3g} m^3); "
             "repair the mesh"
         )
-    G = np.matmul(inverse, dN.swapaxes(1, 2))
-    return N, volume * reference_weight, np.matmul(N, corners), G
+    dN = CELL_TYPES[name].gradients(points)  # (q, k, 3)
+    return np.matmul(inverse, dN.swapaxes(1, 2)), volume * weight
+
+
+def _jacobians(name: str, x: Array, points: Array) -> Array:
+    """Jacobians (e, q, 3, 3) at points (q, 3); row: axis of the unit cell, column: x, y, z."""
+    dN = CELL_TYPES[name].gradients(points)
+    q, k, _ = dN.shape
+    centred = x - x[:, :1]  # far from the origin, coordinates round more than an element's own
+    return np.matmul(dN.swapaxes(1, 2).reshape(3 * q, k), centred).reshape(-1, q, 3, 3)
 
 
 def _check_order(name: str, x: Array, group: str) -> None:
     """Raise ValueError when nodes (e, k, 3) do not lie where their order says: near the mean of their corners."""
-    places = CELL_TYPES[name].nodes
-    corners = places[:8]
-    for node in range(8, len(places)):
-        near = np.flatnonzero(np.all((places[node] == 0.5) | (corners == places[node]), axis=1))
+    cell = CELL_TYPES[name]
+    for node, near in enumerate(cell.parents, cell.n_corners):
         mean = x[:, near].mean(axis=1)
         reach = np.linalg.norm(x[:, near] - mean[:, None], axis=2).min(axis=1)
         stray = np.flatnonzero(np.linalg.norm(x[:, node] - mean, axis=1) > STRAY * reach)
@@ -133,17 +197,19 @@ def _inverse(J: Array) -> tuple[Array, Array]:
     return columns / safe[..., None, None], determinant
 
 
-def _warn_of_locking(corners: Array, material: Material, group: str) -> None:
-    """Warn of the bending stiffness of 8-node bricks of these corners (e, 8, 3).
+def _warn_of_locking(name: str, x: Array, material: Material | Orthotropic | Anisotropic, group: str) -> None:
+    """Warn of the bending stiffness of first-order cells with corners x (e, k, 3).
 
     In pure bending of a brick of length a and height b the parasitic shear adds (1 - nu)/2 (a/b)^2 to 1.
     """
-    edges = np.linalg.norm(corners[:, [1, 3, 4]] - corners[:, :1], axis=2)
+    edges = np.stack([np.linalg.norm(x[:, j] - x[:, i], axis=1) for i, j in EDGES[CELL_TYPES[name].shape]], axis=1)
     slenderness = float((edges.max(axis=1) / edges.min(axis=1)).max())
-    factor = 1 + (1 - material.nu) / 2 * slenderness**2
+    nu = material.nu if isinstance(material, Material) else 0.3
+    factor = 1 + (1 - nu) / 2 * slenderness**2
     warnings.warn(
-        f"solid on group {group!r} is made of 8-node hexahedra, up to {slenderness:.3g} times as long as thick: one "
-        f"layer of them bends up to {factor:.3g} times too stiffly (1 is right); use hexahedron27 cells",
+        f"solid on group {group!r} uses {len(x)} {name} cells of first order, up to {slenderness:.3g} times as long as "
+        f"thick: one layer of them bends up to {factor:.3g} times too stiffly (1 is right); leave out order = 1, so "
+        "that they are raised to second order",
         PhysicsWarning,
         stacklevel=2,
     )

@@ -1,4 +1,4 @@
-"""Drawable surface of solid members: the faces that only one element has, cut into flat quadrilaterals."""
+"""Drawable surface of solid members: the faces that only one element has, cut into flat triangles and quads."""
 
 from __future__ import annotations
 
@@ -7,50 +7,54 @@ from numpy.typing import NDArray
 
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.family import SkinPart
-from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.cells import CELL_TYPES, FACES
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-# Corners of the faces of a hexahedron, counterclockwise seen from outside.
-FACES = np.array([[0, 4, 7, 3], [1, 2, 6, 5], [0, 1, 5, 4], [3, 7, 6, 2], [0, 3, 2, 1], [4, 5, 6, 7]])
-
 
 def solid_skin(points: Array, cells: dict[str, Index], numbering: Numbering) -> SkinPart:
-    """Outer faces of hexahedra: four quads per face of a 27-node one, moved by its nodes."""
-    quads = np.concatenate([_outer_quads(name, nodes) for name, nodes in cells.items()])
-    nodes, corners = np.unique(quads, return_inverse=True)
+    """Outer faces of solids, moved by their nodes; those of second order are cut at their middle nodes."""
+    pieces = outer_pieces(cells)
+    nodes, corners = np.unique(np.concatenate([part.ravel() for part in pieces.values()]), return_inverse=True)
+    numbers = np.split(corners, np.cumsum([part.size for part in pieces.values()])[:-1])
     cols = numbering.translation_of(nodes)
     return SkinPart(
         points=points[nodes],
-        cells={"quad": corners.reshape(-1, 4)},
+        cells={kind: own.reshape(part.shape) for (kind, part), own in zip(pieces.items(), numbers, strict=True)},
         rows=np.arange(3 * len(nodes)),
         cols=cols.ravel(),
         values=np.ones(3 * len(nodes)),
     )
 
 
-def _outer_quads(name: str, nodes: Index) -> Index:
-    """Quadrilaterals (k, 4) of mesh nodes on the faces that occur once."""
-    faces = nodes[:, FACES].reshape(-1, 4)
-    _, first, count = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
-    outer = np.sort(first[count == 1])
-    element, face = outer // len(FACES), outer % len(FACES)
-    tables = np.array([_face_quads(name, corners) for corners in FACES])  # (6, quads, 4)
-    return np.take_along_axis(nodes[element], tables[face].reshape(len(outer), -1), axis=1).reshape(-1, 4)
+def outer_pieces(cells: dict[str, Index]) -> dict[str, Index]:
+    """Triangles (k, 3) and quads (k, 4) of mesh nodes that make up the faces which occur once, counterclockwise from
+    outside."""
+    keys, owner = [], []
+    for name, nodes in cells.items():
+        for number, face in enumerate(FACES[CELL_TYPES[name].shape]):
+            own = np.sort(nodes[:, face], axis=1)
+            keys.append(np.column_stack([own, np.full((len(own), 4 - len(face)), -1)]))
+            owner.append((name, number, len(nodes)))
+    _, which, count = np.unique(np.concatenate(keys), axis=0, return_inverse=True, return_counts=True)
+    once = np.split(count[which.ravel()] == 1, np.cumsum([n for *_, n in owner])[:-1])
+    found: dict[str, list[Index]] = {}
+    for (name, number, _), outer in zip(owner, once, strict=True):
+        for piece in _pieces(name, FACES[CELL_TYPES[name].shape][number]):
+            kind = "quad" if len(piece) == 4 else "triangle"
+            found.setdefault(kind, []).append(cells[name][outer][:, piece])
+    return {kind: np.concatenate(parts) for kind, parts in found.items()}
 
 
-def _face_quads(name: str, corners: Index) -> list[list[int]]:
-    """A face as quadrilaterals of the element's own node numbers."""
-    if CELL_TYPES[name].order == 1:
-        return [corners.tolist()]
-    middle = [_node_between(name, [a, b]) for a, b in zip(corners, np.roll(corners, -1), strict=True)]
-    centre = _node_between(name, corners.tolist())
-    return [[int(corners[i]), middle[i], centre, middle[i - 1]] for i in range(4)]
-
-
-def _node_between(name: str, corners: list[int]) -> int:
-    """The node at the mean position of corners of the reference cell."""
-    places = CELL_TYPES[name].nodes
-    distance = np.linalg.norm(places - places[corners].mean(axis=0), axis=1)
-    return int(np.argmin(distance))
+def _pieces(name: str, face: list[int]) -> list[list[int]]:
+    """A face as flat pieces of the element's own node numbers."""
+    cell = CELL_TYPES[name]
+    if cell.order == 1:
+        return [list(face)]
+    between = {tuple(parents): cell.n_corners + k for k, parents in enumerate(cell.parents)}
+    n = len(face)
+    middle = [between[tuple(sorted((face[i], face[(i + 1) % n])))] for i in range(n)]
+    if (centre := between.get(tuple(sorted(face)))) is not None and n == 4:
+        return [[face[i], middle[i], centre, middle[i - 1]] for i in range(n)]
+    return [middle, *([face[i], middle[i], middle[i - 1]] for i in range(n))]

@@ -74,7 +74,7 @@ def add_membrane_energies(stretched: Array, turned: Array, part: StrainBlock, ra
     g = part.gradients(raw, slice(None))
     resultants = part.elastic[..., strains, :] @ part.linear_map
     A, Q = part.elastic[..., strains, :][..., strains], part.quadratic_map[strains].copy()
-    if kind == "plate":
+    if kind == "plate" and not Q[:2, 1:3, 1:3].any():  # shells have these squares in their strain
         Q[:2, 1:3, 1:3] += IN_PLANE
     N = np.matmul(resultants, g) * part.weight[:, :, None, None]
     stretched += np.einsum("eqsi,eqsj->ij", N, np.linalg.solve(A, np.matmul(resultants, g)), optimize=True)

@@ -1,0 +1,314 @@
+"""Wheels, gyros, thrusters, tanks, sensors and controllers of a case -> effectors, and what they do to its bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from femflex.body import FlexibleBody
+from femflex.case import controller as tables
+from femflex.case.case import Case
+from femflex.case.problems import CaseError, Problem, near
+from femflex.case.sensor import SensorTable
+from femflex.case.thruster import ThrusterTable
+from femflex.case.wheel import GyroTable, WheelTable
+from femflex.system import (
+    Controller,
+    Effector,
+    Part,
+    Sampling,
+    Sensor,
+    Supply,
+    Variation,
+    blocks,
+    control_moment_gyro,
+    pulse_train,
+    reaction_wheel,
+    separation_spring,
+    signal,
+    strain_sensor,
+    tank,
+    tank_variation,
+    thruster,
+    with_attached,
+    with_wheel,
+    without_axial_inertia,
+)
+from femflex.system.wheel import UNLIMITED
+
+Acting = Effector | Controller
+
+
+@dataclass(frozen=True, eq=False)
+class Craft:
+    """Effectors and controllers of a case, its bodies with wheels and propellant in them, and how these vary."""
+
+    effectors: tuple[Acting, ...]
+    parts: dict[str, Part]
+    varying: dict[str, Variation]
+
+
+def build_craft(case: Case, parts: Mapping[str, Part]) -> Craft:
+    """What the tables of a case make of its bodies. Raises CaseError with the problems of all of them."""
+    problems: list[Problem] = []
+    bodies = dict(parts)
+
+    def made(where: str, make: Callable[[], Any]) -> Any:
+        try:
+            return make()
+        except (ValueError, KeyError) as error:
+            problems.append(Problem(where, str(error.args[0])))
+            return None
+
+    effectors: list[Acting | None] = []
+    for name, s in case.signals.items():
+        effectors.append(made(f"signals.{name}", lambda: signal(name, s.times, s.values, s.kind, s.unit)))  # noqa: B023
+    for name, sensor in case.sensors.items():
+        effectors += made(f"sensors.{name}", lambda: build_sensor(name, sensor, bodies)) or ()  # noqa: B023
+    for name, table in case.controllers.items():
+        effectors.append(made(f"controllers.{name}", lambda: build_controller(case, name, table)))  # noqa: B023
+    for name, wheel in case.wheels.items():
+        one = made(f"wheels.{name}", lambda: build_wheel(name, wheel))  # noqa: B023
+        effectors.append(one)
+        if one is not None and wheel.body in bodies:
+            carried = made(f"wheels.{name}", lambda: carrying(bodies[wheel.body], wheel, one))  # noqa: B023
+            bodies[wheel.body] = carried or bodies[wheel.body]
+    for name, gyro in case.gyros.items():
+        effectors.append(made(f"gyros.{name}", lambda: build_gyro(name, gyro)))  # noqa: B023
+    for name, jet in case.thrusters.items():
+        effectors.append(made(f"thrusters.{name}", lambda: build_thruster(case, name, jet)))  # noqa: B023
+    for name, held in case.tanks.items():
+        users = [key for key, jet in case.thrusters.items() if jet.tank == name]
+        effectors.append(made(f"tanks.{name}", lambda: tank(name, held.propellant, users)))  # noqa: B023
+        if held.mass_in_body == "added" and held.body in bodies:
+            own = held.propellant * held.gyration**2 * np.eye(3)
+            more = made(
+                f"tanks.{name}",
+                lambda: with_attached(whole(bodies[held.body]), held.marker, held.propellant, own),  # noqa: B023
+            )
+            bodies[held.body] = more or bodies[held.body]
+    for name, spring in case.separations.items():
+        ends = ((spring.parent, spring.parent_marker), (spring.body, spring.marker))
+        effectors.append(
+            made(f"separations.{name}", lambda: separation_spring(name, ends, spring.stiffness, spring.length))  # noqa: B023
+        )
+    varying = {}
+    for body in dict.fromkeys(held.body for held in case.tanks.values() if held.body in bodies):
+        tanks = {k: (t.marker, t.propellant, t.gyration) for k, t in case.tanks.items() if t.body == body}
+        varying[body] = made("tanks", lambda: tank_variation(whole(bodies[body]), tanks))  # noqa: B023
+    if problems:
+        raise CaseError(case.path.name, problems)
+    return Craft(tuple(e for e in effectors if e is not None), bodies, varying)
+
+
+def whole(part: Part) -> FlexibleBody:
+    """The body, where it is not cut into segments. Raises ValueError."""
+    if not isinstance(part, FlexibleBody):
+        raise ValueError("a body cut into segments carries no wheels and tanks; put them on a body of their own")
+    return part
+
+
+def build_wheel(name: str, table: WheelTable) -> Effector:
+    """The wheel of a table. Raises ValueError."""
+    command: dict[str, Any] = {}
+    if table.command is not None:
+        command = {table.commanded: table.command}
+    elif table.speed is not None:
+        command = {"speed": table.speed}
+    else:
+        command = {"torque": table.torque or 0.0}
+    keys = ("marker", "axis", "bandwidth", "initial_speed", "viscous", "coulomb", "coulomb_speed")
+    limits = {key: getattr(table, key) for key in ("max_torque", "max_speed") if getattr(table, key) is not None}
+    own: dict[str, Any] = {key: getattr(table, key) for key in keys}
+    return reaction_wheel(name, table.body, table.inertia, **command, **limits, **own)
+
+
+def carrying(part: Part, table: WheelTable, wheel: Effector) -> FlexibleBody:
+    """The body that carries a wheel, with or less what the table says. Raises ValueError."""
+    if table.inertia_in_body == "contained":
+        return without_axial_inertia(whole(part), wheel)
+    return with_wheel(whole(part), wheel, table.mass or 0.0, table.transverse_inertia or 0.0)
+
+
+def build_gyro(name: str, table: GyroTable) -> Effector:
+    """The control-moment gyro of a table. Raises ValueError."""
+    keys = (
+        "marker",
+        "gimbal_axis",
+        "spin_axis",
+        "inner_axis",
+        "rates",
+        "angles",
+        "gain",
+        "gimbal_inertia",
+        "bandwidth",
+    )
+    own: dict[str, Any] = {key: getattr(table, key) for key in keys}
+    own["initial_angles"] = table.initial_angles or ()
+    for key in ("max_rate", "max_torque"):
+        own[key] = getattr(table, key) or UNLIMITED
+    return control_moment_gyro(name, table.body, table.momentum, **own)
+
+
+def build_thruster(case: Case, name: str, table: ThrusterTable) -> Effector:
+    """The thruster of a table. Raises ValueError."""
+    supply = None
+    if table.tank is not None:
+        if table.tank not in case.tanks:
+            raise ValueError(f"found tank {table.tank!r}, which is not in [tanks]; {near(table.tank, case.tanks)}")
+        held = case.tanks[table.tank]
+        supply = Supply(table.tank, held.body, held.marker, held.gyration)
+    train = table.train
+    pulses = table.pulses if train is None else pulse_train(train.start, train.period, train.width, train.count)
+    profile = None if table.profile is None else (table.profile.times, table.profile.levels)
+    keys = ("marker", "axis", "misalignment", "command", "switched", "lag", "minimum_on", "specific_impulse")
+    own: dict[str, Any] = {key: getattr(table, key) for key in keys}
+    return thruster(name, table.body, table.thrust, pulses=pulses, profile=profile, supply=supply, **own)
+
+
+def build_sensor(name: str, table: SensorTable, bodies: Mapping[str, Part]) -> tuple[Acting, ...]:
+    """The sensor of a table. Raises ValueError."""
+    sampling = None
+    if table.period is not None:
+        sampling = Sampling(table.period, table.delay, table.noise, table.quantum, table.seed)
+    bias = np.array(table.bias or (0.0,))
+    if table.kind == "strain":
+        assert sampling is not None and table.component is not None and table.body is not None
+        point, of = np.array(table.point), whole(bodies[table.body])
+        return (strain_sensor(name, table.body, of, point, table.component, sampling, float(bias[0])),)
+    turning = None if table.slew_axis is None else (table.slew_axis, str(table.slew_angle))
+    return Sensor(
+        name,
+        table.kind,
+        table.body or "",
+        table.marker,
+        None if table.other_body is None else (table.other_body, table.other_marker),
+        np.eye(3) if table.reference is None else np.array(table.reference),
+        turning,
+        np.array(table.offset),
+        table.bandwidth or 0.0,
+        np.array(table.axis),
+        np.array(table.aim),
+        table.coordinate or "",
+        table.signal or "",
+        np.pad(bias, (0, 3 - len(bias))) if table.bias is not None else np.zeros(3),
+        sampling,
+    ).effectors
+
+
+def build_controller(case: Case, name: str, table: Any) -> Acting:
+    """The controller of a table. Raises ValueError."""
+    if isinstance(table, tables.AttitudeFeedbackTable):
+        error, rate = signals_of(case, [table.error]), signals_of(case, [table.rate])
+        momentum = signals_of(case, table.momentum or [])
+        more = {} if table.limit is None else {"limit": table.limit}
+        inertia = None if table.inertia is None else np.array(table.inertia)
+        own: dict[str, Any] = {"inertia": inertia, "momentum": momentum, "period": table.period, **more}
+        return blocks.attitude_feedback(name, error, rate, per_axis(table.stiffness), per_axis(table.damping), **own)
+    inputs = signals_of(case, table.inputs)
+    if isinstance(table, tables.PulsesTable):
+        return blocks.pulses(
+            name, inputs, table.outputs, spread(table.full, len(inputs)), table.period, table.minimum_on
+        )
+    system = linear_block(table, len(inputs))
+    n = len(system.D)
+    outputs = table.outputs or default_outputs(n)
+    limit = UNLIMITED if table.limit is None else spread(table.limit, n)
+    return blocks.block(name, system, inputs, outputs, period=table.period, limit=limit, scaled=table.scaled)
+
+
+def linear_block(table: Any, n: int) -> blocks.StateSpace:
+    """The matrices of a linear controller of n inputs. Raises ValueError."""
+    match table:
+        case tables.PdTable():
+            return blocks.pd(spread(table.stiffness, n // 2), spread(table.damping, n // 2))
+        case tables.PidTable():
+            gains = (spread(getattr(table, key), n // 2) for key in ("stiffness", "integral", "damping"))
+            return blocks.pid(*gains)
+        case tables.LowPassTable():
+            return blocks.low_pass(table.frequency, table.order, table.damping, n)
+        case tables.NotchTable():
+            return blocks.notch(table.frequency, table.width, table.depth, n)
+        case tables.ObserverTable():
+            return blocks.observer(table.A, table.B, table.C, table.feedback, table.correction)
+        case tables.GainTable():
+            return blocks.gain(table.matrix)
+        case tables.AllocationTable():
+            return blocks.allocation(table.effect)
+        case tables.MomentumTable():
+            return blocks.momentum_management(table.rate, table.effect)
+    D = table.D if table.D is not None else np.zeros((len(table.C), len(table.B[0])))
+    return blocks.state_space(table.A, table.B, table.C, D)
+
+
+def spread(gains: tuple[float, ...], n: int) -> np.ndarray[Any, Any]:
+    """One number for all, or as many as there are. Raises ValueError."""
+    if len(gains) not in (1, n):
+        raise ValueError(f"found {len(gains)} numbers where {n} channels are; give one, or one for each")
+    return np.broadcast_to(np.array(gains, float), (n,))
+
+
+def per_axis(gains: tuple[float, ...]) -> np.ndarray[Any, Any]:
+    """Gains of three axes. Raises ValueError."""
+    return spread(gains, 3)
+
+
+def default_outputs(n: int) -> list[str]:
+    """Names of n outputs."""
+    return ["y"] if n == 1 else list("xyz") if n == 3 else [f"y{k + 1}" for k in range(n)]
+
+
+def signals_of(case: Case, names: list[str]) -> list[str]:
+    """Signals, a name alone standing for all outputs of that sensor, controller or signal. Raises ValueError."""
+    out = []
+    for name in names:
+        if "." in name:
+            out.append(name)
+        elif name in case.sensors:
+            out += [f"{name}.{output}" for output in sensor_outputs(case.sensors[name])]
+        elif name in case.controllers:
+            out += [f"{name}.{output}" for output in controller_outputs(case, case.controllers[name])]
+        elif name in case.signals:
+            out.append(f"{name}.value")
+        else:
+            known = [*case.sensors, *case.controllers, *case.signals]
+            raise ValueError(f"found {name!r}, which is no sensor, controller or signal; {near(name, known)}")
+    return out
+
+
+def sensor_outputs(table: SensorTable) -> list[str]:
+    """Names of what a sensor gives."""
+    names = {"pointing": ["angle"], "value": ["value"], "strain": ["strain"], "joint": ["coordinate", "rate"]}
+    return names.get(table.kind, list("xyz"))
+
+
+def controller_outputs(case: Case, table: Any) -> list[str]:
+    """Names of what a controller gives."""
+    if table.outputs is not None:
+        return list(table.outputs)
+    if isinstance(table, tables.AttitudeFeedbackTable):
+        return list("xyz")
+    return default_outputs(len(linear_block(table, len(signals_of(case, table.inputs))).D))
+
+
+def craft_notes(case: Case) -> list[str]:
+    """Sentences on what wheels and tanks have done to the moments of their bodies."""
+    out = []
+    for name, wheel in case.wheels.items():
+        if wheel.inertia_in_body == "contained":
+            out.append(
+                f"Wheel {name} is contained in {wheel.body}: its axial inertia of {wheel.inertia:g} kg m^2 was taken "
+                "out of the body's."
+            )
+        else:
+            out.append(
+                f"Wheel {name} was added to {wheel.body}: mass {wheel.mass:g} kg, transverse inertia "
+                f"{wheel.transverse_inertia:g} kg m^2."
+            )
+    for name, held in case.tanks.items():
+        what = "is contained in the mass of" if held.mass_in_body == "contained" else "was added to"
+        out.append(f"Propellant of tank {name}, {held.propellant:g} kg, {what} {held.body}.")
+    return out

@@ -1,0 +1,181 @@
+"""Stress and section forces from the strain field of a body: sigma = sigma0 + C eps at the points of its parts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from femflex.body.strain_field import StrainPart
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+RESULTANTS = {  # by kind of member: names and units of what the elastic matrix makes of the strains
+    "line": (("axial_force", "moment_z", "moment_y", "torque"), ("N", "N m", "N m", "N m")),
+    "plate": (
+        ("force_xx", "force_yy", "force_xy", "moment_xx", "moment_yy", "moment_xy", "shear_x", "shear_y"),
+        ("N/m", "N/m", "N/m", "N", "N", "N", "N/m", "N/m"),
+    ),
+    "solid": (("xx", "yy", "zz", "yz", "xz", "xy"), ("Pa",) * 6),
+}
+VON_MISES = "von_mises"
+ONE_SHEET = 1e-3  # by which 12 D / (A h^2) of a sheet of one material may differ from 1
+CHUNK = 4_000_000  # values held at once
+
+
+@dataclass(frozen=True)
+class Peak:
+    """The largest value of one quantity of one part: value, time [s], place (3,) [m, body frame]."""
+
+    kind: str
+    name: str
+    unit: str
+    value: float
+    time: float
+    place: tuple[float, float, float]
+
+
+def resultants(part: StrainPart, y: Array) -> Array:
+    """Resultants (t, p, s) of a part at amplitudes y (t, n): those of RESULTANTS, in this order.
+
+    Of lines axial force, bending moments and torque in the section's axes; of plates and shells forces and moments per
+    length in the section's axes; of solids stresses along the axes of the body. Initial stress is part of them.
+    """
+    names = RESULTANTS[part.kind][0]
+    strains = part.strains(y)
+    found = np.einsum("...st,...pt->...ps", part.elastic[0], strains) if len(part.elastic) == 1 else np.einsum(
+        "pst,ipt->ips", part.elastic, strains
+    )  # fmt: skip
+    found = (found + part.stress)[..., : len(names)]
+    if part.kind == "line" and found.shape[2] > 3:
+        found[..., 3] *= part.lever  # twist is the twist rate times the section's polar radius
+    return np.asarray(found)
+
+
+def von_mises(part: StrainPart, y: Array) -> Array | None:
+    """Von Mises' equivalent stress (t, p) [Pa] at amplitudes (t, n); None where a part's stress is not known.
+
+    Of solids that of the stress, of sheets of one material the larger of the two faces; sections of beams and
+    laminates are known by their resultants alone.
+    """
+    if part.kind == "line" or (part.kind == "plate" and not one_sheet(part)):
+        return None
+    found = resultants(part, y)
+    if part.kind == "solid":
+        xx, yy, zz, yz, xz, xy = np.moveaxis(found, 2, 0)
+        squares = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+        return np.asarray(np.sqrt(squares / 2 + 3 * (yz**2 + xz**2 + xy**2)))
+    h = 2 * part.lever
+    faces = []
+    for sign in (1.0, -1.0):
+        xx, yy, xy = np.moveaxis(found[..., :3] / h[..., None] + sign * 6 * found[..., 3:6] / h[..., None] ** 2, 2, 0)
+        faces.append(np.sqrt(xx**2 - xx * yy + yy**2 + 3 * xy**2))
+    return np.asarray(np.maximum(*faces))
+
+
+def one_sheet(part: StrainPart) -> bool:
+    """Whether plates are sheets of one material: D = A h^2 / 12."""
+    h = 2 * part.lever
+    A, D = part.elastic[:, 0, 0], part.elastic[:, 3, 3]
+    return bool(np.all(h > 0) and np.all(np.abs(12 * D / (A * h**2) - 1) < ONE_SHEET))
+
+
+def named(part: StrainPart, name: str, y: Array) -> Array | None:
+    """One quantity (t, p) of a part: a name of RESULTANTS or "von_mises"; None where the part does not have it."""
+    if name == VON_MISES:
+        return von_mises(part, y)
+    names = RESULTANTS[part.kind][0]
+    if name not in names or names.index(name) >= len(part.names):
+        return None
+    return resultants(part, y)[..., names.index(name)]
+
+
+def quantities(parts: Sequence[StrainPart]) -> dict[str, str]:
+    """Units of all quantities that the parts have, by name."""
+    found: dict[str, str] = {}
+    for part in parts:
+        names, units = RESULTANTS[part.kind]
+        found |= dict(zip(names[: len(part.names)], units, strict=False))
+        if part.kind == "solid" or (part.kind == "plate" and one_sheet(part)):
+            found[VON_MISES] = "Pa"
+    return found
+
+
+def peaks(parts: Sequence[StrainPart], y: Array, time: Array) -> list[Peak]:
+    """The largest magnitude over time and points of every quantity, by kind of member and name."""
+    best: dict[tuple[str, str], Peak] = {}
+    for part in parts:
+        units = quantities([part])
+        for name, largest, when in _over_time(part, y, list(units)):
+            at = int(np.argmax(largest))
+            key = part.kind, name
+            if key not in best or largest[at] > abs(best[key].value):
+                x, y_, z = (float(value) for value in part.places[at])
+                best[key] = Peak(*key, units[name], float(largest[at]), float(time[when[at]]), (x, y_, z))
+    return [best[key] for key in sorted(best, key=lambda key: (list(RESULTANTS).index(key[0]), key[1]))]
+
+
+def largest_over_time(part: StrainPart, name: str, y: Array) -> Array | None:
+    """The largest magnitude over time (p,) of a quantity at each point: a map of peaks."""
+    if name not in quantities([part]):
+        return None
+    return next(largest for _, largest, _ in _over_time(part, y, [name]))
+
+
+def at_points(parts: Sequence[StrainPart], name: str, points: ArrayLike, y: Array) -> tuple[Array, Array]:
+    """A quantity along time (t, m) at the strain points nearest to points (m, 3), and where these lie (m, 3) [m].
+
+    Raises ValueError with the names known when no part has it.
+    """
+    own = [part for part in parts if name in quantities([part])]
+    if not own:
+        raise ValueError(f"quantity {name!r} is not known of this body; it has {', '.join(quantities(parts))}")
+    values, places = [], []
+    for point in np.asarray(points, float).reshape(-1, 3):
+        distance = [np.linalg.norm(part.places - point, axis=1) for part in own]
+        k = int(np.argmin([d.min() for d in distance]))
+        at = np.array([int(np.argmin(distance[k]))])
+        found = named(_over(own[k], at), name, y)
+        assert found is not None
+        values.append(found[:, 0])
+        places.append(own[k].places[at[0]])
+    return np.stack(values, axis=1), np.stack(places)
+
+
+def _over(part: StrainPart, points: Index) -> StrainPart:
+    """The part at some of its points alone."""
+
+    def rows(table: Array) -> Array:
+        return table if len(table) == 1 else table[points]
+
+    return replace(
+        part,
+        places=part.places[points],
+        weight=part.weight[points],
+        rows=part.rows[points],
+        elastic=rows(part.elastic),
+        stress=rows(part.stress),
+        lever=rows(part.lever),
+        per=1,
+    )
+
+
+def _over_time(part: StrainPart, y: Array, names: Sequence[str]) -> list[tuple[str, Array, Index]]:
+    """Largest magnitude (p,) of each quantity at each point and the row of y where it is; in chunks of time."""
+    n = len(part.places)
+    largest = {name: np.full(n, -1.0) for name in names}
+    when = {name: np.zeros(n, np.int64) for name in names}
+    step = max(1, CHUNK // (n * 20))
+    for start in range(0, len(y), step):
+        for name in names:
+            found = named(part, name, y[start : start + step])
+            assert found is not None
+            found = np.abs(found)
+            row = np.argmax(found, axis=0)
+            value = found[row, np.arange(n)]
+            better = value > largest[name]
+            largest[name][better], when[name][better] = value[better], start + row[better]
+    return [(name, largest[name], when[name]) for name in names]

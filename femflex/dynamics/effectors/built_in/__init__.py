@@ -1,0 +1,37 @@
+"""Functions of the effectors that femflex brings: compiled once, kept on disk, and called for any number of these.
+
+Each is an entry of signature ACT (see femflex.dynamics.effectors.acting), known by the word that an `Effector` holds as
+its function. Sizes and constants come as numbers, so none is compiled for a single effector.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+
+from femflex.dynamics.arithmetic.entries import Entry
+
+MODULES = {
+    "wheel": "wheel",
+    "rotor": "wheel",
+    "gimbals": "gimbals",
+    "thruster": "thruster",
+    "tank": "thruster",
+    "measure": "measure",
+    "state_space": "blocks",
+    "attitude_feedback": "blocks",
+    "signal": "signals",
+    "separation": "separation",
+}
+
+
+@cache
+def built_in(word: str) -> Entry:
+    """The function of that word.
+
+    Raises KeyError with the known words when there is none.
+    """
+    if word not in MODULES:
+        raise KeyError(f"femflex has no effector function {word!r}; it has {', '.join(MODULES)}")
+    found: Entry = getattr(import_module(f"{__name__}.{MODULES[word]}"), word)
+    return found

@@ -1,0 +1,29 @@
+"""Separation springs: two markers pushed apart along the line between them, until the spring is at its free length."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.entries import entry
+from femflex.dynamics.arithmetic.vectors import dot, load3, scale, store3, sub
+from femflex.dynamics.effectors.acting import ACT
+
+Array = NDArray[np.float64]
+
+STIFFNESS, LENGTH = 0, 1  # parameters
+
+
+@entry(ACT)
+def separation(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> None:
+    """Force k (l - d) on both markers while their distance d is below the free length l. Channel: distance."""
+    apart = sub(load3(seen, 3), load3(seen, 0))
+    d = math.sqrt(dot(apart, apart))
+    short = max(0.0, parameters[LENGTH] - d)
+    push = scale(parameters[STIFFNESS] * short / d if d > 0.0 else 0.0, apart)
+    store3(out, 0, scale(-1.0, push))
+    store3(out, 3, push)
+    out[12] = d
+    out[13] = 0.5 * parameters[STIFFNESS] * short * short

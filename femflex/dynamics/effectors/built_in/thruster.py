@@ -1,0 +1,78 @@
+"""Thrusters, and the tanks that they draw from.
+
+A thruster pushes with F along d, fixed in its marker. Mass leaves at |mdot| = F / c (c the exit velocity). Where it
+comes from a tank at another marker, it leaves the tank with the velocity of its place there and is carried to the
+nozzle (THEORY section 4: mdot (v_e + c) at the exit beside M_t u):
+
+    at the nozzle  F d - |mdot| v_e,      at the tank  |mdot| v_t,  torque |mdot| k^2 omega_t
+
+where k^2 is the inertia of the propellant about its own centre per mass. The two terms in v are the Coriolis force of
+the flow and jet damping; in a uniform translation they cancel. The kinetic energy that the mass had in its tank leaves
+the model: it is taken off `supplied`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.entries import entry
+from femflex.dynamics.arithmetic.vectors import dot, load3, load9, scale, store3, sub, turn
+from femflex.dynamics.effectors.acting import ACT
+from femflex.dynamics.effectors.built_in.signals import step_of
+
+Array = NDArray[np.float64]
+
+# parameters of a thruster, as femflex.system.thruster lays them
+DIRECTION, THRUST, EXIT, LAG, KIND, FEED, TANKED, GYRATION, COUNT, TABLE = 0, 3, 4, 5, 6, 7, 8, 9, 10, 11
+BY_TABLE, CONTINUOUS, SWITCHED = 0.0, 1.0, 2.0  # kinds of command
+SWITCH = 0.5  # a switched thruster is on above it
+
+
+@entry(ACT)
+def thruster(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> None:
+    """Markers: nozzle, then tank. Inputs: command, then feed. State: thrust, where it lags. Channels: thrust, flow."""
+    p = parameters
+    tanked = p[TANKED] > 0.0
+    m = 2 if tanked else 1
+    here = 18 * m
+    level = 0.0
+    if p[KIND] == BY_TABLE:
+        n = int(p[COUNT])
+        k = step_of(t, p, TABLE, n)
+        level = p[TABLE + n + k] if k >= 0 else 0.0
+    else:
+        level = min(1.0, max(0.0, seen[here]))
+        if p[KIND] == SWITCHED:
+            level = 1.0 if level > SWITCH else 0.0
+        here += 1
+    feed = seen[here] if p[FEED] > 0.0 else 1.0
+    thrust = p[THRUST] * level
+    n_z = 0
+    if p[LAG] > 0.0:
+        out[6 * m] = (feed * thrust - z[0]) / p[LAG]
+        thrust, n_z = z[0], 1
+    thrust *= feed
+    flow = thrust / p[EXIT] if p[EXIT] > 0.0 else 0.0
+    force = scale(thrust, turn(load9(seen, 3 * m), load3(p, DIRECTION)))
+    velocity = load3(seen, 12 * m)
+    last = 6 * m + n_z + 2
+    if tanked:
+        force = sub(force, scale(flow, velocity))
+        leaving, rate = load3(seen, 12 * m + 3), load3(seen, 15 * m + 3)
+        store3(out, 3, scale(flow, leaving))
+        store3(out, 9, scale(flow * p[GYRATION], rate))
+        out[last + 2] = 0.5 * flow * (dot(leaving, leaving) + p[GYRATION] * dot(rate, rate))
+    store3(out, 0, force)
+    out[last - 2], out[last - 1] = thrust, flow
+    out[last + 2] += dot(force, velocity)
+    out[last + 3] = flow
+
+
+@entry(ACT)
+def tank(t: float, seen: Array, z: Array, parameters: Array, out: Array) -> None:
+    """Inputs: the flows of its thrusters. States: mass, feed (1 while there is propellant), time of its end."""
+    flow = 0.0
+    for k in range(int(parameters[0])):
+        flow += seen[k]
+    out[0] = -flow * z[1]

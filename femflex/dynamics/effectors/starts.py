@@ -1,0 +1,42 @@
+"""Initial states of effectors that are given by what a channel is to be at the start, such as the speed of a wheel."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from femflex.system import Effector
+
+if TYPE_CHECKING:
+    from femflex.dynamics.model import Model
+
+
+def with_starts(model: Model) -> Model:
+    """The model whose effectors start as `Effector.starts` says; states that System.z0 gives stay.
+
+    The channels are linear in the states, so one evaluation for each finds them all.
+    """
+    system = model.system
+    names = [name for name, _ in system.state_names()]
+    wanted = {
+        f"{effector.name}.{state}": (f"effectors/{effector.name}/{channel}", value, size)
+        for effector in system.effectors
+        if isinstance(effector, Effector)
+        for channel, (state, value) in effector.starts.items()
+        for size in [float(effector.sizes[list(effector.states).index(state)])]
+        if f"{effector.name}.{state}" not in system.z0
+    }
+    if not wanted:
+        return model
+    first, n, x = model.n_q + model.n_u, len(wanted), model.x0.copy()
+    places = [first + names.index(name) for name in wanted]
+    sizes = np.array([size for _, _, size in wanted.values()])
+    trials = np.tile(x, (1 + n, 1))
+    trials[1 + np.arange(n), places] += sizes
+    seen = model.observe(np.zeros(1 + n), trials)
+    found = np.stack([seen[path] for path, _, _ in wanted.values()])  # channel, trial
+    missing = np.array([value for _, value, _ in wanted.values()]) - found[:, 0]
+    x[places] += np.linalg.solve(found[:, 1:] - found[:, :1], missing) * sizes
+    return replace(model, x0=x)

@@ -1,0 +1,35 @@
+"""Wheels and gyros about a steady state: rotors of constant momentum, which make small motions gyroscopic."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from femflex.dynamics.model import compile_system
+from femflex.system import Effector, System, coasting, coasting_gyro
+
+ROTORS = ("wheel", "gimbals")
+
+
+def with_coasting_rotors(system: System) -> System:
+    """The system whose wheels and gyros keep their momentum and gimbal angles of the start, without states.
+
+    A motor that gives a torque accelerates its wheel for ever, so nothing else is a steady state. Left as they are:
+    those whose signals something else takes, for there is a loop around them.
+    """
+    taken = {name.rpartition(".")[0] for e in system.effectors if isinstance(e, Effector) for name in e.inputs}
+    rotors = [e for e in system.effectors if isinstance(e, Effector) and e.act in ROTORS and e.name not in taken]
+    if not rotors:
+        return system
+    names = [name for name, _ in system.state_names()]
+    model = compile_system(system)
+    z = dict(zip(names, model.parts(model.x0)[2], strict=True))
+    changed: list[Effector] = []
+    for rotor in rotors:
+        own = np.array([z[name] for name, _ in rotor.state_names()])
+        changed.append(coasting(rotor, float(own[0])) if rotor.act == "wheel" else coasting_gyro(rotor, own))
+    new = {one.name: one for one in changed}
+    gone = {name for rotor in rotors for name, _ in rotor.state_names()}
+    effectors = tuple(new.get(e.name, e) for e in system.effectors)
+    return replace(system, effectors=effectors, z0={k: v for k, v in system.z0.items() if k not in gone})

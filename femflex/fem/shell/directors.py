@@ -1,0 +1,81 @@
+"""Directors of shells at nodes: unit normals that neighbours share where the surface is smooth, apart at folds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from femflex.mesh.cells import CELL_TYPES
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Directors:
+    """Directors of the nodes of elements.
+
+    V       by cell type (e, k, 3) unit vectors
+    number  by cell type (e, k): which of the member's directors it is; a node at a fold has several
+    node    (n,)   the node of each director
+    vector  (n, 3)
+    """
+
+    V: dict[str, Array]
+    number: dict[str, Index]
+    node: Index
+    vector: Array
+
+
+def normals_at_nodes(name: str, x: Array) -> Array:
+    """Normals (e, k, 3) of elements with nodes x (e, k, 3), of the length of an area."""
+    cell = CELL_TYPES[name]
+    along = np.einsum("qkd,eki->eqid", cell.gradients(cell.nodes), x - x[:, :1])
+    return np.cross(along[..., 0], along[..., 1])
+
+
+def directors(points: Array, cells: dict[str, Index], fold_angle: float) -> Directors:
+    """Directors of cells (e, k) by type; elements at a node share one where a chain of sides with angles between
+    their normals below fold_angle [rad] joins them there."""
+    normals = {name: normals_at_nodes(name, points[nodes]) for name, nodes in cells.items()}
+    node = np.concatenate([nodes.ravel() for nodes in cells.values()])
+    normal = np.concatenate([own.reshape(-1, 3) for own in normals.values()])
+    unit = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    a, b = _neighbours(node)
+    cosine = np.sum(unit[a] * unit[b], axis=1)
+    smooth = np.abs(cosine) > np.cos(fold_angle)
+    graph = sparse.coo_array((np.ones(smooth.sum()), (a[smooth], b[smooth])), shape=(len(node), len(node)))
+    count, number = csgraph.connected_components(graph, directed=False)
+    first = np.full(count, -1, np.int64)
+    first[number[::-1]] = np.arange(len(node))[::-1]
+    sense = np.sign(np.sum(unit * unit[first[number]], axis=1))
+    sense = np.where(sense == 0, 1.0, sense)  # elements may be numbered either way round
+    total = np.zeros((count, 3))
+    np.add.at(total, number, sense[:, None] * unit)
+    vector = total / np.linalg.norm(total, axis=1, keepdims=True)
+    V, numbers, start = {}, {}, 0
+    for name, nodes in cells.items():
+        here = slice(start, start + nodes.size)
+        start += nodes.size
+        own = vector[number[here]] * sense[here, None]
+        V[name], numbers[name] = own.reshape(*nodes.shape, 3), number[here].reshape(nodes.shape).astype(np.int64)
+    return Directors(V, numbers, node[first], vector)
+
+
+def _neighbours(node: Index) -> tuple[Index, Index]:
+    """All pairs of entries of node (m,) that are at one node."""
+    order = np.argsort(node, kind="stable")
+    count = np.bincount(node)
+    count = count[count > 0]
+    start = np.cumsum(count) - count
+    first, second = [], []
+    for size in np.unique(count):
+        i, j = np.triu_indices(size, 1)
+        rows = start[count == size][:, None]
+        first.append((rows + i).ravel())
+        second.append((rows + j).ravel())
+    return order[np.concatenate(first)], order[np.concatenate(second)]

@@ -1,0 +1,47 @@
+"""Rotations about the normal of a shell, at nodes that have them: folds, branches, and where beams stand on it.
+
+Shells resist no rotation of a node about their director. Where only smooth shells share a node, it has no such dof. At
+other nodes it follows the rotation of the surface in itself, omega = (t_2.u,1 - t_1.u,2) / 2, by the energy
+
+    DRILLING G h / 2 sum (theta.n - omega)^2 (area of the corner)
+
+which is zero where the two agree, as they do in the exact solution (T. J. R. Hughes and F. Brezzi, Comp. Meth. Appl.
+Mech. Engng 72 (1989) 105).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.shell.fields import ShellGeometry, areas, gradient_rows
+from femflex.fem.tables import DenseStrain
+from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.quality import quadrature
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+DRILLING = 0.1  # of the shear stiffness in the plane
+
+
+def drilling(geometry: ShellGeometry, dofs: Index, drilled: NDArray[np.bool_], shear: float) -> tuple[DenseStrain, ...]:
+    """Strain theta.n - omega at the nodes (e, k) that have a rotation about the director; none where none has.
+
+    shear: stiffness G h [N/m]
+    """
+    which = np.flatnonzero(drilled.any(axis=1))
+    if not len(which):
+        return ()
+    own = ShellGeometry(geometry.cell, geometry.x[which], geometry.V[which], geometry.axis, geometry.A)
+    cell = CELL_TYPES[geometry.cell]
+    k = len(cell.nodes)
+    G, (_, normal) = gradient_rows(own, cell.nodes), areas(own, cell.nodes)
+    rows = (G[:, :, 1] - G[:, :, 2])[:, :, None] / 2  # -omega
+    for node in range(k):
+        rows[:, node, 0, 3 * (k + node) : 3 * (k + node) + 3] += normal[:, node]
+    points, weight = quadrature(cell.shape, cell.order + 1)
+    total = areas(own, points)[0] @ weight
+    share = np.where(drilled[which], total[:, None] / k, 0.0)
+    elastic = np.full((1, 1, 1, 1), DRILLING * shear)
+    return (DenseStrain(dofs[which], share, elastic, np.ones((1, 1)), np.zeros((1, 1, 1)), rows),)

@@ -1,0 +1,146 @@
+"""Cells of first order raised to second order: a node in the middle of every edge, shared by all cells on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.mesh import Mesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Rows = Mapping[str, Index]  # cell type -> rows of the mesh's cells
+
+SECOND_ORDER = {
+    "line": "line3",
+    "triangle": "triangle6",
+    "quad": "quad8",
+    "tetra": "tetra10",
+    "pyramid": "pyramid13",
+    "wedge": "wedge15",
+    "hexahedron": "hexahedron20",
+    "quad8": "quad9",
+}
+MOST_PARENTS = 8
+
+
+def raised(mesh: Mesh, rows: Rows, keep: Rows | None = None) -> Mesh:
+    """The mesh with these cells replaced by the next type of `SECOND_ORDER`.
+
+    New nodes lie where the cell's own shape functions put them: in the middle of edges, in that of eight-node quads.
+    Cells of lower dimension whose edges are all edges of raised solids or surfaces are raised with them, those of
+    `keep` apart. A new node joins a point group when all nodes of the edge or quad it lies on belong to it. Middle
+    nodes that neighbours of second order have already are shared.
+    """
+    chosen = {kind: np.asarray(own, np.int64) for kind, own in rows.items() if len(own)}
+    if not chosen:
+        return mesh
+    added = _NewNodes(mesh)
+    for kind, own in chosen.items():
+        added.wanted(kind, mesh.cells[kind][own])
+    for kind, own in _on_edges(mesh, added, chosen, keep or {}).items():
+        chosen[kind] = own
+    cells: dict[str, list[Index]] = {}
+    place: dict[str, Index] = {}  # old type -> where its cells went, as rows of the new type or of the same
+    for kind, nodes in mesh.cells.items():
+        stay = np.ones(len(nodes), bool)
+        stay[chosen.get(kind, np.zeros(0, np.int64))] = False
+        place[kind] = np.cumsum(stay) - 1
+        if stay.any():
+            cells[kind] = [nodes[stay]]
+    for kind, own in chosen.items():
+        target = SECOND_ORDER[kind]
+        start = sum(len(part) for part in cells.get(target, []))
+        place[kind][own] = start + np.arange(len(own))
+        cells.setdefault(target, []).append(added.completed(kind, mesh.cells[kind][own]))
+    points = np.concatenate([mesh.points, *added.points])
+    groups: dict[str, dict[str, Index]] = {}
+    for group, by_type in mesh.cell_groups.items():
+        found: dict[str, list[Index]] = {}
+        for kind, members in by_type.items():
+            up = np.isin(members, chosen.get(kind, np.zeros(0, np.int64)))
+            found.setdefault(kind, []).append(place[kind][members[~up]])
+            if up.any():
+                found.setdefault(SECOND_ORDER[kind], []).append(place[kind][members[up]])
+        groups[group] = {kind: np.concatenate(parts) for kind, parts in found.items()}
+    point_groups = {group: added.grown(members) for group, members in mesh.point_groups.items()}
+    return Mesh(points, {kind: np.concatenate(parts) for kind, parts in cells.items()}, groups, point_groups)
+
+
+class _NewNodes:
+    """Nodes between corners, numbered by the sorted corners (k, MOST_PARENTS) they lie between, -1 where fewer."""
+
+    def __init__(self, mesh: Mesh) -> None:
+        self._mesh = mesh
+        self.points: list[Array] = []
+        self._number: dict[tuple[int, ...], int] = {}
+        for kind, nodes in mesh.cells.items():
+            cell = CELL_TYPES[kind]
+            for column, parents in enumerate(cell.parents, cell.n_corners):
+                keys = _keys(nodes, parents)
+                self._number.update(zip(map(tuple, keys.tolist()), nodes[:, column].tolist(), strict=True))
+        self._n = self._first = len(mesh.points)
+        self._parents: list[Index] = []
+
+    def wanted(self, kind: str, nodes: Index) -> None:
+        """Number and place the nodes that cells (n, k) of the type get when they are raised."""
+        cell, target = CELL_TYPES[kind], CELL_TYPES[SECOND_ORDER[kind]]
+        weights = cell.interpolation(target.nodes)
+        for column in range(len(cell.nodes), len(target.nodes)):
+            parents = target.parents[column - target.n_corners]
+            keys, first = np.unique(_keys(nodes, parents), axis=0, return_index=True)
+            fresh = np.array([tuple(key) not in self._number for key in keys.tolist()], bool)
+            keys, first = keys[fresh], first[fresh]
+            self._number.update(zip(map(tuple, keys.tolist()), range(self._n, self._n + len(keys)), strict=True))
+            self._n += len(keys)
+            self._parents.append(np.where(keys < 0, keys[:, -1:], keys))
+            x = self._mesh.points[nodes[first]]
+            self.points.append(np.einsum("k,nki->ni", weights[column], x))
+
+    def completed(self, kind: str, nodes: Index) -> Index:
+        """Nodes of cells (n, k) of the type with those they got."""
+        cell, target = CELL_TYPES[kind], CELL_TYPES[SECOND_ORDER[kind]]
+        more = [
+            [self._number[tuple(key)] for key in _keys(nodes, target.parents[column - target.n_corners]).tolist()]
+            for column in range(len(cell.nodes), len(target.nodes))
+        ]
+        return np.concatenate([nodes, np.array(more, np.int64).reshape(len(more), len(nodes)).T], axis=1)
+
+    def known(self, nodes: Index, parents: Index) -> NDArray[np.bool_]:
+        """Which cells (n, k) have a new node between these corners."""
+        numbers = [self._number.get(tuple(key), -1) for key in _keys(nodes, parents).tolist()]
+        return np.array(numbers, np.int64) >= self._first
+
+    def grown(self, members: Index) -> Index:
+        """A point group with the new nodes whose corners are all in it."""
+        inside = np.zeros(self._first, bool)
+        inside[members] = True
+        parents = np.concatenate(self._parents)
+        return np.concatenate([members, self._first + np.flatnonzero(inside[parents].all(axis=1))])
+
+
+def _keys(nodes: Index, parents: Index) -> Index:
+    keys = np.full((len(nodes), MOST_PARENTS), -1, np.int64)
+    keys[:, MOST_PARENTS - len(parents) :] = np.sort(nodes[:, parents], axis=1)
+    return keys
+
+
+def _on_edges(mesh: Mesh, added: _NewNodes, chosen: Rows, keep: Rows) -> dict[str, Index]:
+    """Lines and faces of first order on the edges of raised cells of higher dimension."""
+    most = max(CELL_TYPES[kind].dimension for kind in chosen)
+    found = {}
+    for kind, nodes in mesh.cells.items():
+        cell = CELL_TYPES[kind]
+        if cell.order > 1 or not 0 < cell.dimension < most or kind in chosen:
+            continue
+        target = CELL_TYPES[SECOND_ORDER[kind]]
+        on = np.ones(len(nodes), bool)
+        on[keep.get(kind, np.zeros(0, np.int64))] = False
+        for parents in target.parents:
+            on &= added.known(nodes, parents)
+        if on.any():
+            found[kind] = np.flatnonzero(on)
+    return found

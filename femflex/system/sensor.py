@@ -1,0 +1,251 @@
+"""Sensors: what a controller knows of the motion.
+
+Without a period a sensor is exact and continuous, but for its bias: an effector without force. With a period it is
+sampled: the exact measurement becomes an effector "<name>_exact", and the sensor a Controller whose commands are the
+measured numbers, held between two samples. What it then measures at sample k is
+
+    y_k = quantum round((x(t_k) + bias + noise n_k) / quantum),    known from t_k + delay on
+
+n_k are standard normal numbers, a pure function of the seed, the sensor's name and k: a run repeats bit for bit, and
+another sensor or another sample changes none of them. Before the first number arrives the first one is known.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody
+from femflex.body.strain_field import StrainPart
+from femflex.system.controller import Controller
+from femflex.system.effector import Effector
+from femflex.system.evaluation import FOLDER
+from femflex.system.wheel import direction
+
+Array = NDArray[np.float64]
+Kind = Literal["attitude", "rate", "displacement", "velocity", "acceleration", "pointing", "joint", "value"]
+
+XYZ = ("x", "y", "z")
+UNITS = {"attitude": "rad", "rate": "rad/s", "displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+
+
+@dataclass(frozen=True, eq=False)
+class Sampling:
+    """How a sensor is sampled: period and delay [s], noise (standard deviation) and quantum in the sensor's unit."""
+
+    period: float
+    delay: float = 0.0
+    noise: float = 0.0
+    quantum: float = 0.0
+    seed: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Sensor:
+    """A sensor at a marker, of a joint, or of a signal.
+
+    kind          attitude: error against `reference`, 2 sign(q_0) (q_1, q_2, q_3) in marker axes, the rotation vector
+                  where it is small; rate: inertial rate in marker axes; displacement and velocity: of the marker from
+                  `other`, in its axes (inertial without one), displacement less `offset`; acceleration: inertial, in
+                  marker axes, behind a lag of `bandwidth` [rad/s]; pointing: angle between `axis` of the marker and the
+                  inertial direction `aim`, or the marker `other`; joint: coordinate and rate of a slide or turn
+                  `freedom`; value: a `signal` such as "wheel.speed"
+    reference     C_NR (3, 3): axes of the reference in inertial ones, or in those of `other`
+    turning       (axis in the reference, signal of the angle): turns the reference, as for a slew
+    bias          (3,) or one number
+    sampling      None: continuous and exact but for the bias
+    """
+
+    name: str
+    kind: Kind
+    body: str = ""
+    marker: str = "origin"
+    other: tuple[str, str] | None = None
+    reference: Array = field(default_factory=lambda: np.eye(3))
+    turning: tuple[tuple[float, float, float], str] | None = None
+    offset: Array = field(default_factory=lambda: np.zeros(3))
+    bandwidth: float = 0.0
+    axis: Array = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
+    aim: Array = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
+    freedom: str = ""
+    signal: str = ""
+    bias: Array = field(default_factory=lambda: np.zeros(3))
+    sampling: Sampling | None = None
+
+    def __post_init__(self) -> None:
+        if self.kind not in get_args(Kind):
+            raise ValueError(f"sensor {self.name!r} has the kind {self.kind!r}; known are {', '.join(get_args(Kind))}")
+        if self.kind == "acceleration" and not self.bandwidth > 0.0:
+            raise ValueError(f"sensor {self.name!r} measures acceleration; give its bandwidth in rad/s")
+        for key, kind in (("freedom", "joint"), ("signal", "value")):
+            if self.kind == kind and not getattr(self, key):
+                raise ValueError(f"sensor {self.name!r} of kind {kind!r} needs a {key}")
+        object.__setattr__(self, "bias", np.broadcast_to(np.asarray(self.bias, float), (3,)).copy())
+        if self.sampling is not None:
+            check_sampling(self.name, self.sampling)
+
+    @property
+    def outputs(self) -> dict[str, str]:
+        """Name -> unit of what it measures."""
+        if self.kind in UNITS:
+            return dict.fromkeys(XYZ, UNITS[self.kind])
+        if self.kind == "joint":
+            return {"coordinate": "rad, m", "rate": "rad/s, m/s"}
+        return {"angle": "rad"} if self.kind == "pointing" else {"value": "1"}
+
+    @property
+    def effectors(self) -> tuple[Effector | Controller, ...]:
+        """What a System takes for it."""
+        if self.sampling is None:
+            return (self._exact(self.name, self.bias),)
+        exact = self._exact(f"{self.name}_exact", np.zeros(3))
+        paths = tuple(f"{FOLDER}{exact.name}/{output}" for output in self.outputs)
+        return exact, sampled(self.name, paths, self.outputs, self.bias[: len(paths)], self.sampling)
+
+    def _exact(self, name: str, bias: Array) -> Effector:
+        kind = float(get_args(Kind).index(self.kind))
+        markers = (
+            ()
+            if self.kind in ("joint", "value")
+            else ((self.body, self.marker), *(() if self.other is None else (self.other,)))
+        )
+        inputs: tuple[str, ...] = (self.signal,) if self.kind == "value" else ()
+        own = np.zeros(0)
+        if self.kind == "attitude":
+            axis = np.zeros(3) if self.turning is None else direction(name, "axis", self.turning[0])
+            own = np.concatenate([np.asarray(self.reference, float).ravel(), [float(self.turning is not None)], axis])
+            inputs = () if self.turning is None else (self.turning[1],)
+        elif self.kind == "displacement":
+            own = np.asarray(self.offset, float)
+        elif self.kind == "acceleration":
+            own = np.array([self.bandwidth])
+        elif self.kind == "pointing":
+            own = np.concatenate([direction(name, "axis", self.axis), direction(name, "aim", self.aim)])
+        lagged = self.kind == "acceleration"
+        return Effector(
+            name,
+            "measure",
+            markers,
+            freedoms=(self.freedom,) if self.kind == "joint" else (),
+            states={f"lagged_{axis}": "m/s" for axis in XYZ} if lagged else {},
+            inputs=inputs,
+            channels=self.outputs,
+            starts={axis: (f"lagged_{axis}", float(b)) for axis, b in zip(XYZ, bias, strict=True)} if lagged else {},
+            parameters=np.concatenate([[kind, float(len(markers))], bias, own]),
+        )
+
+
+def strain_sensor(
+    name: str, body_name: str, body: FlexibleBody, point: Array, component: str, sampling: Sampling, bias: float = 0.0
+) -> Controller:
+    """A sampled strain of a flexible body at the point of its strain field nearest to `point` (3,), body frame [m].
+
+    component: a name of StrainPart.names, such as "axial" or "curvature_z". Raises ValueError where there is none.
+    """
+    parts = [part for part in body.strain_field if component in part.names]
+    if not parts:
+        known = sorted({n for part in body.strain_field for n in part.names})
+        raise ValueError(
+            f"sensor {name!r} asks for the strain {component!r} of body {body_name!r}, which has "
+            f"{', '.join(known) or 'no strain field'}"
+        )
+    away = [np.linalg.norm(part.places - np.asarray(point, float), axis=1) for part in parts]
+    part, k = min(
+        ((p, int(np.argmin(d))) for p, d in zip(parts, away, strict=True)),
+        key=lambda pair: away[parts.index(pair[0])][pair[1]],
+    )
+    here = slice(k, k + 1)
+    one = replace(
+        part,
+        places=part.places[here],
+        weight=part.weight[here],
+        rows=part.rows[here],
+        elastic=part.elastic[here] if len(part.elastic) > 1 else part.elastic,
+        stress=part.stress[here] if len(part.stress) > 1 else part.stress,
+        per=1,
+    )
+    check_sampling(name, sampling)
+    unit = "1/m" if component.startswith("curvature") else "1"
+    of = StrainAt(one, part.names.index(component), f"bodies/{body_name}/delta")
+    return sampled(name, (of.path,), {"strain": unit}, np.array([bias]), sampling, of)
+
+
+@dataclass(frozen=True, eq=False)
+class StrainAt:
+    """A strain from the amplitudes of the shapes."""
+
+    part: StrainPart
+    place: int
+    path: str
+
+    def __call__(self, sensors: Mapping[str, Array]) -> Array:
+        return np.array([self.part.strains(sensors[self.path][None])[0, 0, self.place]])
+
+
+def check_sampling(name: str, sampling: Sampling) -> None:
+    """Raise ValueError for numbers of a sampling that are not physical."""
+    for key in ("period", "delay", "noise", "quantum"):
+        value = getattr(sampling, key)
+        if not (math.isfinite(value) and (value > 0.0 if key == "period" else value >= 0.0)):
+            raise ValueError(f"{key} of sensor {name!r} is {value:g}; it must be positive, or zero but for the period")
+
+
+def sampled(
+    name: str,
+    paths: tuple[str, ...],
+    outputs: Mapping[str, str],
+    bias: Array,
+    sampling: Sampling,
+    of: StrainAt | None = None,
+) -> Controller:
+    """The Controller that samples channels, or what `of` makes of them."""
+    late = math.floor(sampling.delay / sampling.period + 1e-9)
+    rest = max(0.0, sampling.delay - late * sampling.period)
+    rest = 0.0 if rest < 1e-9 * sampling.period else rest
+    n = len(outputs)
+    law = _Sampled(name, paths, n, np.asarray(bias, float), sampling, late, rest, of)
+    return Controller(name, law, sampling.period, paths, dict(outputs), memory=np.zeros(2 + (late + 2) * n))
+
+
+@dataclass(frozen=True, eq=False)
+class _Sampled:
+    """The law of a sampled sensor. Memory: number of samples, whether one waits, what is known, the last samples."""
+
+    name: str
+    paths: tuple[str, ...]
+    n: int
+    bias: Array
+    sampling: Sampling
+    late: int
+    rest: float
+    of: StrainAt | None
+
+    def __call__(self, t: float, sensors: Mapping[str, Array], memory: Array) -> tuple[Array, Array, float | None]:
+        k, waits = int(memory[0]), memory[1] > 0.0
+        known, last = memory[2 : 2 + self.n], memory[2 + self.n :].reshape(self.late + 1, self.n)
+        if waits:  # the number that was on its way arrives
+            known, waits = last[0], False
+        else:
+            value = self._measured(k, sensors)
+            last = np.tile(value, (self.late + 1, 1)) if k == 0 else np.concatenate([last[1:], value[None]])
+            known, waits, k = (known if k else value) if self.rest else last[0], self.rest > 0.0, k + 1
+        memory = np.concatenate([[float(k), float(waits)], known, last.ravel()])
+        return known, memory, t + self.rest if waits else None
+
+    def _measured(self, k: int, sensors: Mapping[str, Array]) -> Array:
+        x = self.of(sensors) if self.of else np.array([float(sensors[path]) for path in self.paths])
+        x = x + self.bias + self.sampling.noise * noise_numbers(self.sampling.seed, self.name, k, self.n)
+        q = self.sampling.quantum
+        return q * np.round(x / q) if q else x
+
+
+def noise_numbers(seed: int, name: str, k: int, n: int) -> Array:
+    """n standard normal numbers that depend on the seed, the sensor's name and the number k of the sample alone."""
+    key = np.array([seed % 2**64, zlib.crc32(name.encode())], np.uint64)
+    return np.random.Generator(np.random.Philox(key=key, counter=np.array([0, 0, 0, k], np.uint64))).standard_normal(n)

@@ -1,0 +1,351 @@
+"""Sensors and controllers: blocks against their transfer functions, samples against recursions, order of evaluation."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from femflex.body.rigid import rigid_body
+from femflex.dynamics import compile_system
+from femflex.integrate import Dop853
+from femflex.reduction import BeamFunctions, UniformBeam, beam_body
+from femflex.rotations import dcm_from_angles
+from femflex.system import (
+    Controller,
+    Effector,
+    Sampling,
+    Sensor,
+    System,
+    allocation,
+    attitude_feedback,
+    block,
+    free,
+    gain,
+    low_pass,
+    momentum_management,
+    notch,
+    observer,
+    pd,
+    pid,
+    pulses,
+    reaction_wheel,
+    revolute,
+    signal,
+    spherical,
+    state_space,
+    strain_sensor,
+    thruster,
+    weld,
+)
+from femflex.system.sensor import noise_numbers
+
+FINE = Dop853(rtol=1e-12, atol=1e-13)
+J = 5.0
+
+
+def run(system, times, method=FINE):
+    model = compile_system(system)
+    states = method.solve(model, np.asarray(times), model.x0).states
+    return model.observe(np.asarray(times), states)
+
+
+def axle(*effectors, q0=0.3, u0=0.1):
+    """A body of inertia 5 on an axle."""
+    joint = revolute("body", name="axle", q0=[q0], u0=[u0])
+    return System({"body": rigid_body(1.0, np.diag([4.0, 4.0, J]))}, (joint,), effectors=effectors)
+
+
+def push(seen, out):
+    """Torque about the axle."""
+    out.effort[0] = seen.input[0]
+
+
+def motor(command):
+    return Effector("motor", push, freedoms=("axle.angle",), inputs=(command,))
+
+
+ANGLE = Sensor("angle", "joint", freedom="axle.angle")
+
+
+def test_continuous_pd_and_pid_follow_their_characteristic_equations():
+    t = np.linspace(0.0, 4.0, 41)
+    signals = ("angle.coordinate", "angle.rate")
+    for law, states in ((pd(3.0, 4.0), 0), (pid(3.0, 1.0, 4.0), 1)):
+        loop = block("law", law, signals, {"torque": "N m"})
+        seen = run(axle(*ANGLE.effectors, loop, motor("law.torque")), t)
+        A = np.array([[0.0, 1.0, 0.0], [-3.0 / J, -4.0 / J, -states / J], [1.0, 0.0, 0.0]])
+        exact = np.array([expm(A * s) @ [0.3, 0.1, 0.0] for s in t])
+        assert seen["q"][:, 0] == pytest.approx(exact[:, 0], abs=1e-10)
+
+
+def test_the_order_of_evaluation_is_that_of_the_signals_not_of_the_list():
+    loop = block("law", pd(3.0, 4.0), ("angle.coordinate", "angle.rate"), {"torque": "N m"})
+    t = np.linspace(0.0, 1.0, 5)
+    first = run(axle(*ANGLE.effectors, loop, motor("law.torque")), t)
+    other = run(axle(motor("law.torque"), loop, *ANGLE.effectors), t)
+    assert np.array_equal(first["q"], other["q"])
+
+
+def test_algebraic_loops_are_refused_by_name():
+    a = block("a", gain([[2.0]]), ["b.y"], ["y"])
+    b = block("b", gain([[2.0]]), ["a.y"], ["y"])
+    with pytest.raises(ValueError, match=r"algebraic loop: a -> b -> a take each other's channels"):
+        axle(a, b)
+    axle(block("a", low_pass(1.0), ["b.y"], ["y"]), replace_state(b))  # a state stands in between
+    sampled = [replace(block(n, gain([[1.0]]), [f"{m}.y"], ["y"], period=0.1)) for n, m in (("a", "b"), ("b", "a"))]
+    with pytest.raises(ValueError, match=r"algebraic loop: a -> b -> a take each other's commands"):
+        axle(*sampled)
+
+
+def replace_state(one):
+    """The block with the state of `a` in place of its channel."""
+    return replace(one, inputs=("a.x1",))
+
+
+@pytest.mark.parametrize(
+    ("system", "transfer"),
+    [
+        (low_pass(0.5), lambda s: math.pi / (s + math.pi)),
+        (low_pass(0.5, 2, 0.4), lambda s: math.pi**2 / (s**2 + 0.8 * math.pi * s + math.pi**2)),
+        (
+            notch(0.5, 0.3, 0.1),
+            lambda s: (s**2 + 0.06 * math.pi * s + math.pi**2) / (s**2 + 0.6 * math.pi * s + math.pi**2),
+        ),
+    ],
+)
+def test_filters_have_their_transfer_functions(system, transfer):
+    for w in (0.3, math.pi, 20.0):
+        A, B, C, D = system
+        found = C @ np.linalg.solve(1j * w * np.eye(len(A)) - A, B) + D
+        assert found[0, 0] == pytest.approx(transfer(1j * w), rel=1e-12, abs=1e-14)
+
+
+def test_a_continuous_filter_answers_a_ramp_and_a_sampled_one_the_held_ramp():
+    ramp = signal("ramp", [0.0, 2.0], [0.0, 2.0])
+    w = 2 * math.pi * 0.3
+    continuous = block("lp", low_pass(0.3), ["ramp.value"], ["y"])
+    sampled = block("slp", low_pass(0.3), ["ramp.value"], ["y"], period=0.1)
+    t = np.linspace(0.0, 1.95, 40)
+    seen = run(axle(ramp, continuous, sampled), t)
+    assert seen["effectors/lp/y"] == pytest.approx(t - (1 - np.exp(-w * t)) / w, abs=1e-11)
+    x, expected = 0.0, []
+    for k in range(20):
+        expected.append(x)
+        x = math.exp(-w * 0.1) * x + (1 - math.exp(-w * 0.1)) * 0.1 * k
+    assert seen["effectors/slp/y"][1::2] == pytest.approx(expected, abs=1e-13)
+
+
+def test_a_sampled_chain_of_sensor_and_law_has_no_hidden_delay():
+    """Sensor, then law, at the same instants: the recursion of the double integrator with held torque."""
+    period, kp, kd = 0.25, 3.0, 4.0
+    sensor = replace(ANGLE, sampling=Sampling(period))
+    law = block("law", pd(kp, kd), ("angle.coordinate", "angle.rate"), {"torque": "N m"}, period=period)
+    for order in (slice(None), slice(None, None, -1)):
+        parts = (*sensor.effectors, law, motor("law.torque"))[order]
+        seen = run(axle(*parts), np.arange(9) * period)
+        theta, omega = 0.3, 0.1
+        for k in range(9):
+            assert seen["q"][k, 0] == pytest.approx(theta, abs=1e-10)
+            held = -kp * theta - kd * omega
+            theta, omega = theta + omega * period + held / J * period**2 / 2, omega + held / J * period
+
+
+def test_observer_and_state_feedback_have_the_eigenvalues_of_both():
+    A, B, C = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1 / J]]), np.array([[1.0, 0.0]])
+    K, L = np.array([[6.0, 8.0]]), np.array([[7.0], [12.0]])
+    law = block("law", observer(A, B, C, K, L), ["angle.coordinate"], {"torque": "N m"})
+    model = compile_system(axle(*ANGLE.effectors, law, motor("law.torque")))
+    from femflex.dynamics.equilibria.linearised import linearised
+
+    x = np.zeros(model.n_x)
+    expected = np.concatenate([np.linalg.eigvals(A - B @ K), np.linalg.eigvals(A - L @ C)])
+    found = linearised(model, 0.0, x).eigenvalues()
+    assert np.sort_complex(found) == pytest.approx(np.sort_complex(expected), abs=1e-6)
+
+
+def test_delay_bias_quantum_and_noise_of_a_sensor():
+    """A joint turning at 1 rad/s: what is known at t is the sample of the delay before, with its bias and steps."""
+    still = axle(q0=0.0, u0=1.0)
+
+    def of(**keys):
+        bias = keys.pop("bias", 0.0)
+        sensor = replace(ANGLE, bias=bias, sampling=Sampling(0.1, **keys))
+        return run(replace(still, effectors=sensor.effectors), [0.0, *t])["effectors/angle/coordinate"][1:]
+
+    t = np.arange(0.01, 2.0, 0.02)
+    k = np.floor(t / 0.1 + 1e-9)
+    assert of() == pytest.approx(0.1 * k, abs=1e-11)
+    assert of(bias=0.5, quantum=0.037) == pytest.approx(0.037 * np.round((0.1 * k + 0.5) / 0.037), abs=1e-11)
+    assert of(delay=0.2) == pytest.approx(0.1 * np.maximum(k - 2, 0), abs=1e-11)
+    late = np.floor((t - 0.16) / 0.1 + 1e-9)
+    assert of(delay=0.16) == pytest.approx(0.1 * np.maximum(late, 0), abs=1e-11)
+    noisy = of(noise=0.3, seed=7)
+    numbers = np.array([noise_numbers(7, "angle", int(j), 2)[0] for j in k])
+    assert noisy == pytest.approx(0.1 * k + 0.3 * numbers, abs=1e-11)
+    assert np.array_equal(noisy, of(noise=0.3, seed=7)) and not np.allclose(noisy, of(noise=0.3, seed=8))
+
+
+def test_noise_is_normal_and_independent_of_other_sensors():
+    numbers = np.array([noise_numbers(3, "gyro", k, 3) for k in range(4000)])
+    assert abs(numbers.mean()) < 0.03 and numbers.std() == pytest.approx(1.0, abs=0.03)
+    assert np.abs(np.corrcoef(numbers.T) - np.eye(3)).max() < 0.06
+    other = np.array([noise_numbers(3, "gyra", k, 3) for k in range(4000)])
+    assert abs(np.corrcoef(numbers[:, 0], other[:, 0])[0, 1]) < 0.06
+
+
+def test_attitude_rate_and_pointing_of_a_tumbling_body():
+    reference = dcm_from_angles([0.2, -0.4, 0.7], "xyz")
+    sensors = (
+        Sensor("star", "attitude", "hub", reference=reference),
+        Sensor("gyro", "rate", "hub", bias=np.array([0.01, 0.0, -0.02])),
+        Sensor("sun", "pointing", "hub", axis=np.array([0.0, 0, 1]), aim=np.array([1.0, 1, 0])),
+        Sensor("accel", "acceleration", "hub", bandwidth=50.0),
+    )
+    body = rigid_body(5.0, np.diag([3.0, 4.0, 5.0]))
+    joint = free("hub", u0=[0.1, 0, 0, 2.0, -1.5, 1.0])
+    effectors = tuple(effector for sensor in sensors for effector in sensor.effectors)
+    t = np.linspace(0.0, 6.0, 61)
+    seen = run(System({"hub": body}, (joint,), effectors=effectors), t)
+    from scipy.spatial.transform import Rotation
+
+    turn = Rotation.from_quat(seen["bodies/hub/attitude"], scalar_first=True)
+    q = (Rotation.from_matrix(reference).inv() * turn).as_quat(canonical=True, scalar_first=True)
+    star = np.stack([seen[f"effectors/star/{axis}"] for axis in "xyz"], axis=1)
+    assert np.minimum(np.abs(star - 2 * q[:, 1:]), np.abs(star + 2 * q[:, 1:])).max() < 1e-9
+    assert np.mean(np.abs(star - 2 * q[:, 1:]) < 1e-9) > 0.95  # the sign may differ at half a turn alone
+    gyro = np.stack([seen[f"effectors/gyro/{axis}"] for axis in "xyz"], axis=1)
+    assert gyro == pytest.approx(seen["bodies/hub/rate"] + [0.01, 0, -0.02], abs=1e-12)
+    z = turn.apply([0.0, 0, 1])
+    angle = np.arccos(z @ np.array([1.0, 1, 0]) / math.sqrt(2))
+    assert seen["effectors/sun/angle"] == pytest.approx(angle, abs=1e-7)
+    assert np.abs(seen["effectors/accel/x"]).max() < 1e-6  # a free body's origin
+
+
+def test_an_accelerometer_shows_the_acceleration_behind_its_lag():
+    jet = thruster("jet", "hub", 2.0, profile=([0.5], [1.0]))
+    sensor = Sensor("accel", "acceleration", "hub", bandwidth=8.0)
+    system = System({"hub": rigid_body(4.0, np.eye(3))}, (free("hub"),), effectors=(jet, *sensor.effectors))
+    t = np.linspace(0.0, 2.0, 21)
+    late = np.maximum(t - 0.5, 0.0)
+    assert run(system, t)["effectors/accel/x"] == pytest.approx(0.5 * (1 - np.exp(-8.0 * late)), abs=1e-10)
+
+
+def test_displacement_velocity_and_strain_of_a_bent_beam():
+    beam = UniformBeam(length=4.0, EA=1e6, EIy=50.0, EIz=60.0, GJ=40.0, mass_per_length=0.5)
+    body = beam_body(beam, BeamFunctions(y=2, z=0))
+    assert body.strain_field
+    parts = (
+        *Sensor("tip", "displacement", "beam", "tip", ("beam", "root"), offset=np.array([4.0, 0, 0])).effectors,
+        *Sensor("speed", "velocity", "beam", "tip", ("beam", "root")).effectors,
+        strain_sensor("gauge", "beam", body, np.zeros(3), "curvature_z", Sampling(0.05)),
+    )
+    system = System(
+        {"beam": body}, (weld("beam", child_marker="root"),), delta0={"beam": np.array([0.01, 0.0])}, effectors=parts
+    )
+    t = np.arange(0.025, 1.0, 0.05)
+    seen = run(system, np.concatenate([[0.0], t]))
+    deflection, velocity = seen["markers/beam.tip/deflection"], seen["markers/beam.tip/velocity"]
+    assert seen["effectors/tip/y"] == pytest.approx(deflection[:, 1], abs=1e-12)
+    assert seen["effectors/speed/y"] == pytest.approx(velocity[:, 1], abs=1e-12)
+    w, x = body.omega[0], 0.01
+    at_samples = x * np.cos(w * (t - 0.025))
+    part = body.strain_field[0]
+    near = int(np.argmin(np.linalg.norm(part.places, axis=1)))
+    row = part.strains(np.array([[1.0, 0.0]]))[0, near, part.names.index("curvature_z")]
+    assert abs(row) > 0.1
+    assert seen["effectors/gauge/strain"][1:] == pytest.approx(row * at_samples, abs=1e-6 * abs(row) * x)
+    with pytest.raises(ValueError, match="asks for the strain 'curvature' of body 'beam', which has axial"):
+        strain_sensor("gauge", "beam", body, np.zeros(3), "curvature", Sampling(0.05))
+
+
+def test_quaternion_feedback_with_wheels_slews_a_body_and_allocation_shares_the_torque():
+    """The gyroscopic torque cancelled, every axis is J e'' + D e' + P e = 0 for a turn about one axis."""
+    inertia = np.diag([3.0, 4.0, 5.0])
+    axes = np.array([[1, 1, -1, -1], [1, -1, 1, -1], [1, 1, 1, 1]]) / math.sqrt(3)
+    sensors = (Sensor("star", "attitude", "hub"), Sensor("gyro", "rate", "hub"))
+    P, D = 0.5 * np.diag(inertia), 1.2 * np.diag(inertia)
+    xyz = lambda name: [f"{name}.{a}" for a in "xyz"]  # noqa: E731
+    law = attitude_feedback("law", xyz("star"), xyz("gyro"), P, D, inertia=inertia)
+    share = block("share", allocation(-axes), xyz("law"), [f"w{k}" for k in range(4)])
+    wheels = [reaction_wheel(f"wheel{k}", "hub", 1e-6, axis=axes[:, k], torque=f"share.w{k}") for k in range(4)]
+    effectors = (*sensors[0].effectors, *sensors[1].effectors, law, share, *wheels)
+    e = 0.01
+    joint = spherical("hub", q0=np.array([math.cos(e / 2), math.sin(e / 2), 0, 0]))
+    t = np.linspace(0.0, 8.0, 41)
+    seen = run(System({"hub": rigid_body(5.0, inertia)}, (joint,), effectors=effectors), t)
+    s = np.roots([1.0, 1.2, 0.5])
+    exact = e * ((s[1] * np.exp(s[0] * t) - s[0] * np.exp(s[1] * t)) / (s[1] - s[0])).real
+    assert seen["effectors/star/x"] == pytest.approx(exact, abs=2e-7)
+    torque = np.array([seen[f"effectors/wheel{k}/motor"] for k in range(4)])
+    assert -(axes @ torque)[0] == pytest.approx(seen["effectors/law/x"], abs=1e-12)
+    assert np.linalg.norm(torque, axis=0) == pytest.approx(
+        np.linalg.norm([seen[f"effectors/law/{a}"] for a in "xyz"], axis=0) / math.sqrt(4 / 3), abs=1e-12
+    )
+
+
+def test_momentum_management_unloads_a_wheel_at_its_rate():
+    """A torque -rate h on the body, which a wheel holds at rest, takes the momentum of that wheel."""
+    torque = [("angle.coordinate", 6000.0), ("angle.rate", 800.0)]
+    hold = block("hold", gain([[g for _, g in torque]]), [name for name, _ in torque], ["y"])
+    wheel = reaction_wheel("wheel", "body", 0.5, torque="hold.y", initial_speed=10.0)
+    dump = block("dump", momentum_management(0.5, [[1.0]]), ["wheel.momentum"], {"torque": "N m"})
+    t = np.linspace(0.0, 6.0, 13)
+    seen = run(axle(*ANGLE.effectors, hold, wheel, dump, motor("dump.torque"), q0=0.0, u0=0.0), t)
+    assert seen["effectors/wheel/momentum"] == pytest.approx(5.0 * np.exp(-0.5 * t), rel=1e-2)
+    assert np.abs(seen["q"]).max() < 0.05
+
+
+def test_limits_clip_or_scale():
+    step = signal("step", [0.0, 1.0], [1.0, 1.0])
+    parts = [
+        block(name, gain([[4.0], [2.0]]), ["step.value"], ["a", "b"], limit=[1.0, 3.0], scaled=scaled, period=period)
+        for name, scaled, period in (("c", False, None), ("s", True, None), ("sc", False, 0.1), ("ss", True, 0.1))
+    ]
+    seen = run(axle(step, *parts), [0.0, 0.05])
+    for name in ("c", "sc"):
+        assert [seen[f"effectors/{name}/{k}"][1] for k in "ab"] == [1.0, 2.0]
+    for name in ("s", "ss"):
+        assert [seen[f"effectors/{name}/{k}"][1] for k in "ab"] == [1.0, 0.5]
+
+
+def test_pulses_have_the_demanded_mean_at_exact_instants():
+    """On for demand / full of each period: impulse exact, and pulses that are too short left out."""
+    demand = signal("demand", [0.0, 0.5, 1.0, 1.5, 2.0], [0.6, 0.05, 3.0, -1.0, 0.4], "steps")
+    valve = pulses("valve", ["demand.value"], ["on"], 2.0, 0.5, minimum_on=0.05)
+    jet = thruster("jet", "hub", 2.0, command="valve.on", switched=True)
+    system = System({"hub": rigid_body(4.0, np.eye(3))}, (free("hub"),), effectors=(demand, valve, jet))
+    t = np.linspace(0.0, 2.5, 51)
+    seen = run(system, t)
+    p = seen["monitors/momentum"][:, 0]
+    on = [(0.0, 0.15), (1.0, 1.5), (2.0, 2.1)]
+    expected = sum(2.0 * np.clip(t - a, 0.0, b - a) for a, b in on)
+    assert p == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: block("a", pd(1.0, 1.0), ["x.y"], ["u"]), "takes 2 inputs and gives 1 outputs; found 1 inputs"),
+        (lambda: state_space([[1.0]], [[1.0, 2.0]], [[1.0]], [[0.0]]), "B of a block has shape"),
+        (lambda: allocation([[1.0, 2.0], [2.0, 4.0]]), "2 actuators meet 1 of 2 demands"),
+        (lambda: notch(-1.0), "frequency and width must be positive"),
+        (lambda: low_pass(1.0, 3), "order 1 or 2"),
+        (lambda: Sensor("s", "joint"), "sensor 's' of kind 'joint' needs a freedom"),
+        (lambda: Sensor("s", "acceleration", "hub"), "give its bandwidth"),
+        (lambda: replace(ANGLE, sampling=Sampling(-0.1)), "period of sensor 'angle' is -0.1"),
+        (lambda: signal("s", [1.0, 0.0], [0.0, 0.0]), "times of signal 's' must rise"),
+        (lambda: pulses("p", ["a.b"], ["on"], 1.0, 0.1, 0.2), "must lie between 0 and the period"),
+    ],
+)
+def test_bad_blocks_and_sensors_are_refused(make, said):
+    with pytest.raises(ValueError, match=said):
+        make()
+
+
+def test_a_call_between_samples_must_be_later():
+    law = lambda t, s, m: (0.0, m, t - 1.0)  # noqa: E731
+    system = axle(Controller("pd", law, 0.1, commands={"u": "1"}))
+    with pytest.raises(ValueError, match=r"asked at t = 0 s to be called again at -1 s; that must be later"):
+        run(system, [0.0, 1.0])

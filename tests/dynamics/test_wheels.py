@@ -1,0 +1,309 @@
+"""Wheels and control-moment gyros as gyrostats: momentum, energy, Kelvin's stability, nutation, imbalance."""
+
+import math
+from dataclasses import replace
+
+import numba
+import numpy as np
+import pytest
+from random_systems import random_body
+from scipy.special import fresnel
+
+from femflex.body import Marker
+from femflex.body.rigid import rigid_body
+from femflex.dynamics import compile_system
+from femflex.dynamics.effectors.built_in import MODULES, built_in
+from femflex.dynamics.equilibria.linearised import linearised
+from femflex.dynamics.equilibria.system_modes import system_modes
+from femflex.integrate import Dop853
+from femflex.kernel_cache import cache_folders
+from femflex.system import (
+    Effector,
+    System,
+    block,
+    control_moment_gyro,
+    free,
+    gain,
+    reaction_wheel,
+    revolute,
+    signal,
+    unbalanced_rotor,
+    weld,
+    with_wheel,
+    without_axial_inertia,
+)
+
+FINE = Dop853(rtol=1e-12, atol=1e-13)
+J = np.diag([3.0, 4.0, 5.0])
+
+
+def run(system, end, n=41, method=FINE):
+    model = compile_system(system)
+    times = np.linspace(0.0, end, n)
+    states = method.solve(model, times, model.x0).states
+    return times, states, model.observe(times, states)
+
+
+def hub(inertia=J, **markers):
+    tilted = Marker.rigid(np.array([0.2, -0.1, 0.3]), np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
+    return rigid_body(20.0, inertia, markers={"tilted": tilted, **markers})
+
+
+def balance(seen, times):
+    """Energy less work, by the trapezoidal rule of a fine run."""
+    power = seen["monitors/supplied"] - seen.get("monitors/dissipation", 0.0)
+    return seen["monitors/energy"] - np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(times))])
+
+
+def flexible_craft(effectors):
+    """A free hub with a flexible boom that carries a wheel."""
+    boom, _ = random_body(np.random.default_rng(3), 2)
+    joints = (
+        free("hub", u0=np.array([0.1, 0.0, 0.05, 0.02, -0.03, 0.04])),
+        revolute("boom", "hub", child_marker="b", name="hinge", q0=np.array([0.4]), u0=np.array([0.2])),
+    )
+    return System({"hub": hub(), "boom": boom}, joints, effectors=effectors)
+
+
+def test_a_wheel_and_its_body_exchange_momentum():
+    """About one axis: (J - J_s) dw/dt = -tau and J_s d(Om + w)/dt = tau; w and Om are known."""
+    torque = 0.3
+    wheel = reaction_wheel("wheel", "hub", 0.5, axis=(0, 0, 1), torque=torque, initial_speed=20.0)
+    body = without_axial_inertia(hub(), wheel)
+    _, _, seen = run(System({"hub": body}, (free("hub", u0=[0, 0, 0, 0, 0, 0.1]),), effectors=(wheel,)), 5.0)
+    t = np.linspace(0.0, 5.0, 41)
+    assert seen["effectors/wheel/speed"] == pytest.approx(20.0 + torque * t / 0.5 + torque * t / 4.5, rel=1e-11)
+    assert seen["bodies/hub/rate"][:, 2] == pytest.approx(0.1 - torque * t / 4.5, abs=1e-11)
+    H = seen["monitors/angular_momentum"]
+    assert H[0] == pytest.approx([0, 0, 5.0 * 0.1 + 0.5 * 20.0], rel=1e-14)
+    assert np.abs(H - H[0]).max() < 1e-11 * np.linalg.norm(H[0])
+
+
+def test_wheels_on_a_flexible_craft_keep_momentum_and_the_balance_of_energy():
+    drive = signal("drive", [0.0, 1.0, 2.0], [0.0, 2.0, -3.0])
+    wheels = (
+        reaction_wheel("a", "hub", 0.3, marker="tilted", axis=(1, 2, 2), torque="drive.value", initial_speed=30.0),
+        reaction_wheel("b", "boom", 0.1, marker="c", speed=40.0, bandwidth=3.0, viscous=0.02, coulomb=0.1),
+    )
+    times, _, seen = run(flexible_craft((drive, *wheels)), 2.0, 4001)
+    H, p = seen["monitors/angular_momentum"], seen["monitors/momentum"]
+    assert np.abs(H - H[0]).max() < 1e-10 * np.linalg.norm(H[0])
+    assert np.abs(p - p[0]).max() < 1e-11 * np.linalg.norm(p[0])
+    E = balance(seen, times)
+    brought = np.abs(seen["monitors/energy"] - seen["monitors/energy"][0]).max()
+    assert brought > 10.0 and np.abs(E - E[0]).max() < 1e-5 * brought  # of the quadrature
+    assert seen["effectors/b/speed"][-1] > 20.0 and seen["effectors/b/dissipation"].max() > 1.0
+
+
+def test_a_gyrostat_is_the_rotor_as_a_body_on_a_frictionless_joint():
+    """A second formulation: the rotor as a rigid body of its own on a revolute joint."""
+    axial, transverse, mass = 0.4, 0.25, 2.0
+    wheel = reaction_wheel("wheel", "hub", axial, marker="tilted", axis=(0, 0, 1), initial_speed=50.0)
+    carrier = with_wheel(hub(), wheel, mass, transverse)
+    start = [0, 0, 0, 0.3, -0.2, 0.1]
+    _, _, seen = run(System({"hub": carrier}, (free("hub", u0=start),), effectors=(wheel,)), 3.0)
+    rotor = rigid_body(mass, np.diag([transverse, transverse, axial]))
+    joints = (free("hub", u0=start), revolute("rotor", "hub", parent_marker="tilted", name="axle", u0=[50.0]))
+    _, _, two = run(System({"hub": hub(), "rotor": rotor}, joints), 3.0)
+    assert seen["bodies/hub/rate"] == pytest.approx(two["bodies/hub/rate"], abs=1e-9)
+    assert seen["bodies/hub/position"] == pytest.approx(two["bodies/hub/position"], abs=1e-9)
+    assert seen["effectors/wheel/speed"] == pytest.approx(two["u"][:, 6], rel=1e-10)
+    assert seen["monitors/angular_momentum"] == pytest.approx(two["monitors/angular_momentum"], rel=1e-10)
+    assert seen["monitors/energy"] == pytest.approx(two["monitors/energy"], rel=1e-10)
+
+
+@pytest.mark.parametrize(("speed", "stable"), [(0.0, False), (1.9, False), (2.1, True), (-12.0, True), (-1.9, False)])
+def test_a_spin_about_the_middle_axis_is_stable_as_kelvin_says(speed, stable):
+    """Spin w about axis 2 with rotor momentum h there: (J2 w + h - J1 w)(J2 w + h - J3 w) > 0 for stability.
+
+    J = (3, 4, 5), w = 1, J_s = 0.5: h = J_s Om; the two factors change sign at h = -1 and 1.
+    """
+    wheel = reaction_wheel("wheel", "hub", 0.5, axis=(0, 1, 0), initial_speed=speed)
+    body = without_axial_inertia(hub(), wheel)
+    system = System({"hub": body}, (free("hub", u0=[0, 0, 0, 1e-6, 1.0, 0]),), effectors=(wheel,))
+    h = 0.5 * speed
+    square = (4.0 + h - 3.0) * (4.0 + h - 5.0) / (3.0 * 5.0)
+    assert (square > 0.0) == stable
+    t, _, seen = run(system, 6.0, 121)
+    across = seen["bodies/hub/rate"][:, 0]
+    expected = 1e-6 * (np.cos if stable else np.cosh)(math.sqrt(abs(square)) * t)
+    assert across == pytest.approx(expected, abs=2e-10)
+
+
+def test_friction_limits_and_servo_of_a_motor():
+    def of(**keys):
+        wheel = reaction_wheel("wheel", "hub", 0.5, **keys)
+        big = rigid_body(1e9, np.eye(3) * 1e9)
+        t, _, seen = run(System({"hub": big}, (free("hub"),), effectors=(wheel,)), 10.0, 1001)
+        return t, seen
+
+    t, seen = of(torque=2.0, viscous=0.1)
+    assert seen["effectors/wheel/speed"] == pytest.approx(20.0 * (1.0 - np.exp(-t / 5.0)), abs=1e-7)
+    t, seen = of(speed=30.0, bandwidth=2.0, max_torque=4.0)
+    assert seen["effectors/wheel/motor"].max() == 4.0
+    assert seen["effectors/wheel/speed"][t < 3.2] == pytest.approx(8.0 * t[t < 3.2], abs=1e-6)
+    assert seen["effectors/wheel/speed"][-1] == pytest.approx(30.0, abs=1e-4)
+    assert set(seen["effectors/wheel/saturated"]) == {0.0, 1.0}
+    t, seen = of(torque=5.0, max_speed=60.0)
+    assert seen["effectors/wheel/speed"].max() < 60.0 * (1 + 1e-9)
+    assert seen["effectors/wheel/speed"][-1] > 59.9
+    t, seen = of(coulomb=0.4, initial_speed=4.0, coulomb_speed=1e-3)
+    assert seen["effectors/wheel/speed"][t < 4.9] == pytest.approx(4.0 - 0.8 * t[t < 4.9], abs=1e-6)
+    assert seen["effectors/wheel/speed"][t > 5.1] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_wheel_that_sweeps_through_the_nutation_frequency_follows_lewis():
+    """A weak transverse torque cos(phi(t)) with phi'' = a, on a spinning gyrostat: the nutation's complex amplitude
+    is the Fresnel integral of the linear sweep (Lewis 1932), exactly for an axisymmetric body."""
+    Jt, h, a, f = 4.0, 8.0, 0.05, 1e-6  # nutation at h / Jt = 2 rad/s
+    wheel = reaction_wheel("wheel", "hub", 0.5, axis=(0, 0, 1), initial_speed=h / 0.5)
+
+    def push(seen, out):
+        """Torque along the body's x axis whose frequency rises by a."""
+        phase = 0.5 * seen.parameters[1] * seen.time**2
+        for k in range(3):
+            out.torque[0, k] = seen.parameters[0] * math.cos(phase) * seen.attitude[0, k, 0]
+
+    shaker = Effector("shaker", push, (("hub", "origin"),), parameters=np.array([f, a]))
+    body = without_axial_inertia(hub(np.diag([Jt, Jt, 5.0])), wheel)
+    t, _, seen = run(System({"hub": body}, (free("hub"),), effectors=(wheel, shaker)), 80.0, 801)
+    w = seen["bodies/hub/rate"]
+    nutation = h / Jt
+    t0 = nutation / a
+
+    def swept(to, sign):
+        """int_0^t exp(sign i a/2 (t - sign t0)^2) dt."""
+        S, C = fresnel(math.sqrt(a / math.pi) * np.stack([to - sign * t0, 0 * to - sign * t0]))
+        return math.sqrt(math.pi / a) * ((C[0] - C[1]) + sign * 1j * (S[0] - S[1]))
+
+    turn = np.exp(-0.5j * a * t0**2)
+    integral = f / (2 * Jt) * (turn * swept(t, 1.0) + turn.conj() * swept(t, -1.0))
+    expected = np.exp(1j * nutation * t) * integral
+    assert w[:, 0] + 1j * w[:, 1] == pytest.approx(expected, abs=1e-5 * np.abs(expected).max())
+    after = f / (2 * Jt) * math.sqrt(2 * math.pi / a)  # amplitude long after the passage, about which it swings
+    assert np.abs(w[t > 60.0, 0] + 1j * w[t > 60.0, 1]).mean() == pytest.approx(after, rel=0.12)
+
+
+def test_an_unbalanced_rotor_pushes_its_bearing_by_u_omega_squared():
+    mass, Us, Ud, speed = 3.0, 2e-4, 3e-5, 100.0
+    rotor = unbalanced_rotor(mass, 0.02, 0.015, Us, Ud)
+    assert rotor.moments.first[0] == pytest.approx([Us, 0, 0])
+    assert rotor.moments.inertia()[0, 2] == pytest.approx(-Ud)
+    post = rigid_body(1.0, np.eye(3), markers={"origin": Marker.rigid(np.zeros(3))})
+    joints = (weld("post"), revolute("rotor", "post", name="axle", u0=[speed]))
+    _, _, seen = run(System({"post": post, "rotor": rotor}, joints, reactions=True), 0.1, 11)
+    angle = seen["q"][:, 0]
+    push = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+    force, torque = seen["joints/axle/force"], seen["joints/axle/torque"]
+    assert np.abs(force) == pytest.approx(np.abs(Us * speed**2 * push), abs=1e-9)
+    assert np.linalg.norm(torque, axis=1) == pytest.approx(Ud * speed**2, rel=1e-9)
+
+
+def test_gimbals_keep_momentum_and_energy_and_report_the_motor_torque():
+    h = 25.0
+    keys = {"marker": "tilted", "gimbal_axis": (0, 1, 0), "spin_axis": (1, 0, 0)}
+    for more in (
+        {"rates": ["rate.value"]},
+        {"rates": ["rate.value"], "gimbal_inertia": 0.2, "bandwidth": 20.0},
+        {"angles": [0.5, "rate.value"], "inner_axis": (0, 0, 1), "gain": 2.0, "initial_angles": [0.1, 0.0]},
+    ):
+        rate = signal("rate", [0.0, 1.0], [0.0, 0.6], "smooth")
+        cmg = control_moment_gyro("cmg", "hub", h, **keys, **more)
+        times, _, seen = run(flexible_craft((rate, cmg)), 1.5, 3001)
+        H = seen["monitors/angular_momentum"]
+        assert np.abs(H - H[0]).max() < 1e-10 * np.linalg.norm(H[0])
+        E = balance(seen, times)
+        assert np.abs(E - E[0]).max() < 1e-5 * max(
+            1.0, np.abs(seen["monitors/energy"] - seen["monitors/energy"][0]).max()
+        )
+        assert np.abs(seen["effectors/cmg/motor1"]).max() > 0.1
+
+
+def test_a_gimbal_rate_gives_the_torque_h_times_rate():
+    """h ds/dt across both axes on a heavy body, and the motor torque h g.(omega x s) of a turning one."""
+    cmg = control_moment_gyro("cmg", "hub", 10.0, gimbal_axis=(0, 0, 1), spin_axis=(1, 0, 0), rates=[0.2])
+    big = rigid_body(1e9, np.eye(3) * 1e12)
+    t, _, seen = run(System({"hub": big}, (free("hub"),), effectors=(cmg,)), 4.0)
+    angle = 0.2 * t
+    expected = -10.0 * 0.2 * np.stack([-np.sin(angle), np.cos(angle), 0 * angle], axis=1)
+    assert seen["effectors/cmg/torque"] == pytest.approx(expected, abs=1e-9)
+    turning = System({"hub": big}, (free("hub", u0=[0, 0, 0, 0, 0.3, 0]),), effectors=(cmg,))
+    seen = run(turning, 1.0, 2)[2]
+    assert seen["effectors/cmg/motor1"][0] == pytest.approx(10.0 * np.dot([0, 0, 1], np.cross([0, 0.3, 0], [1, 0, 0])))
+
+
+def test_linear_equations_hold_the_nutation_of_a_gyrostat():
+    """Two equal transverse inertias: the wobble at h / J_t of a body at rest with a wheel."""
+    wheel = reaction_wheel("wheel", "hub", 0.5, axis=(0, 0, 1), initial_speed=24.0)
+    body = without_axial_inertia(hub(np.diag([4.0, 4.0, 5.0])), wheel)
+    model = compile_system(System({"hub": body}, (free("hub"),), effectors=(wheel,)))
+    values = linearised(model, 0.0, model.x0).eigenvalues()
+    assert np.abs(values.imag).max() == pytest.approx(12.0 / 4.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"max_torque": -1.0}, "max_torque of wheel 'w' is -1; it must be positive"),
+        ({"initial_speed": 9.0, "max_speed": 5.0}, "starts at 9 rad/s, and its largest speed is 5"),
+        ({"torque": 1.0, "speed": 2.0}, "commanded torque and a commanded speed"),
+        ({"axis": (0, 0, 0)}, r"axis of 'w' is .*not all zero"),
+        ({"viscous": -1.0}, "viscous friction of wheel 'w' is -1"),
+    ],
+)
+def test_bad_wheels_are_refused(change, said):
+    with pytest.raises(ValueError, match=said):
+        reaction_wheel("w", "hub", 0.5, **change)
+
+
+def test_a_wheel_that_a_body_cannot_contain_is_refused():
+    wheel = reaction_wheel("w", "hub", 5.5)
+    with pytest.raises(ValueError, match=r"leaves a principal inertia of -0.5 kg m"):
+        without_axial_inertia(hub(), wheel)
+    wheel = reaction_wheel("w", "hub", 0.5, torque="pilot.torqe")
+    with pytest.raises(ValueError, match=r"input 'pilot.torqe' of effector 'w' is no state and no channel"):
+        System({"hub": hub()}, (free("hub"),), effectors=(wheel,))
+    bad = replace(wheel, act="whel", inputs=())
+    with pytest.raises(ValueError, match="femflex has no effector function 'whel'"):
+        compile_system(System({"hub": hub()}, (free("hub"),), effectors=(bad,)))
+
+
+def test_modes_of_a_craft_with_a_wheel_are_those_of_a_gyrostat():
+    """Nutation at h / J_t and the vibration that the wheel couples: (M s^2 + G s + K) of the same craft by hand."""
+    for gyro in (False, True):
+        h = 12.0
+        if gyro:
+            keys = {"gimbal_axis": (1, 0, 0), "spin_axis": (0, 1, 0)}
+            one = control_moment_gyro("wheel", "hub", h, rates=[0.0], initial_angles=[math.pi / 2], **keys)
+            body = hub(np.diag([4.0, 4.0, 5.0]))
+        else:
+            one = reaction_wheel("wheel", "hub", 0.5, axis=(0, 0, 1), initial_speed=h / 0.5)
+            body = without_axial_inertia(hub(np.diag([4.0, 4.0, 5.0])), one)
+        found = system_modes(System({"hub": body}, (free("hub"),), effectors=(one,)))
+        assert found.frequencies.max() == pytest.approx(3.0 / (2 * math.pi), rel=1e-6)
+
+
+def test_a_wheel_inside_a_loop_of_a_controller_is_left_in_it():
+    wheel = reaction_wheel("wheel", "hub", 0.5, torque="hold.y", initial_speed=4.0)
+    hold = block("hold", gain([[-1.0]]), ["wheel.speed"], ["y"])
+    with pytest.raises(ValueError, match="algebraic loop"):
+        System({"hub": hub()}, (free("hub"),), effectors=(wheel, hold))
+    wheel = reaction_wheel("wheel", "hub", 0.5, speed="hold.y", initial_speed=4.0)
+    hold = block("hold", gain([[-1.0]]), ["wheel.momentum"], ["y"])
+    from femflex.dynamics.equilibria.coasting import with_coasting_rotors
+
+    system = System({"hub": hub()}, (free("hub"),), effectors=(wheel, hold))
+    assert with_coasting_rotors(system) is system
+
+
+@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="the compiler is off")
+def test_functions_that_femflex_brings_are_compiled_once_and_kept_on_disk():
+    """One for all effectors of a kind, of any size."""
+    for word, module in MODULES.items():
+        address = built_in(word).address
+        assert address and built_in(word).address == address
+        name = f"femflex.dynamics.effectors.built_in.{module}.{word}-"
+        files = [file.name for folder in cache_folders() if folder.is_dir() for file in folder.iterdir()]
+        assert any(file.startswith(name) for file in files)
+    with pytest.raises(KeyError, match="it has wheel, rotor, gimbals"):
+        built_in("sail")

@@ -1,0 +1,219 @@
+"""Beams that shear, with offset centres, full stiffness and released ends, against closed forms and solids."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from plate_models import frequencies
+from scipy.sparse.linalg import spsolve
+from test_solids import timoshenko_cantilever
+
+from femflex.fem import Material, Member, build_structure
+from femflex.fem.sections import FullSection, GivenSection, Rectangle, StiffnessSection, Tube
+from femflex.mesh import Mesh, line
+
+METAL = Material(70e9, 0.3, 2700.0)
+L = 1.0
+
+
+def bar(n: int = 4, end=(L, 0, 0)) -> Mesh:
+    return line(np.array([[0, 0, 0], end], float), n)
+
+
+def beam(section, material=METAL, n=4, **options):
+    return build_structure(bar(n), [Member("line", "beam", section, material, options)])
+
+
+def tip(structure, force=(0, 0, 0), moment=(0, 0, 0), group="end", held="start"):
+    """Displacement and rotation (3,) of the end under a force and a moment there."""
+    node = structure.mesh.group_points(group)[0]
+    F, M = np.zeros((2, len(structure.mesh.points), 3))
+    F[node], M[node] = force, moment
+    free = np.setdiff1d(np.arange(structure.n_dof), structure.clamped_dofs(held))
+    x = np.zeros(structure.n_dof)
+    f = structure.translation.T @ F.ravel() + structure.rotation.T @ M.ravel()
+    x[free] = spsolve(structure.K[free][:, free].tocsc(), f[free])
+    return ((A @ x).reshape(-1, 3)[node] for A in (structure.translation, structure.rotation))
+
+
+@pytest.mark.parametrize(("order", "n"), [(3, 1), (3, 4), (5, 1)])
+def test_a_short_beam_bends_and_shears_exactly_under_an_end_force(order, n):
+    """w = F L^3 / 3 EI + F L / k G A, rotation F L^2 / 2 EI: exact with one element."""
+    section = Rectangle(0.3, 0.4)
+    s = beam(section, n=n, shear=True, order=order)
+    u, turn = tip(s, force=(0, 0, 1.0))
+    EI, kGA = 70e9 * 0.3 * 0.4**3 / 12, 10 * 1.3 / (12 + 3.3) * METAL.G * 0.12
+    assert u[2] == pytest.approx(L**3 / 3 / EI + L / kGA, rel=1e-10)
+    assert turn[1] == pytest.approx(-(L**2) / 2 / EI, rel=1e-10)
+
+
+def test_frequencies_of_a_thick_beam_are_timoshenkos():
+    section = StiffnessSection(
+        EA=1e6, EIy=1e6 / 12, EIz=1e6 / 12, GJ=1e5, mass_per_length=1.0, GAy=5 / 6 * 0.5e6, GAz=5 / 6 * 0.5e6
+    )
+    s = build_structure(bar(6, (5.0, 0, 0)), [Member("line", "beam", section, None, {"shear": True, "order": 4})])
+    exact = timoshenko_cantilever(5.0, 1e6 / 12, 5 / 6 * 0.5e6, 1.0, 1 / 12) / 2 / np.pi
+    found = np.sort(frequencies(s, s.clamped_dofs("start"), 2))
+    found = found / (2 * np.pi) if found[0] > 2 * exact else found
+    assert found[0] == pytest.approx(exact, rel=1e-6)
+
+
+def test_slender_beams_are_as_without_shear():
+    tube = Tube(0.01, 0.001)
+    with_, without = (beam(tube, shear=shear) for shear in (True, False))
+    a, b = (frequencies(s, s.clamped_dofs("start"), 4) for s in (with_, without))
+    np.testing.assert_allclose(a, b, rtol=0.01)
+    assert (a < b).all()
+
+
+def test_a_centroid_off_the_node_line_bends_under_an_axial_force():
+    """N at the node line is N and M = N e at the centroid: w = N e L^2 / 2 EI, u = N L / EA + N e^2 L / EI."""
+    e = 0.05
+    s = beam(Rectangle(0.02, 0.03), offset=(0.0, e), order=3)
+    u, turn = tip(s, force=(1.0, 0, 0))
+    EA, EI = 70e9 * 6e-4, 70e9 * 0.02 * 0.03**3 / 12
+    assert u[0] == pytest.approx(L / EA + e * e * L / EI, rel=1e-9)
+    assert abs(u[2]) == pytest.approx(e * L**2 / 2 / EI, rel=1e-9)
+    # stretched along a line above which the centroid lies, the bar bends away from the centroid
+    assert turn[1] < 0 and u[2] > 0
+
+
+def test_a_shear_centre_off_the_centroid_twists_under_a_force_through_the_nodes():
+    """F at the node line twists about the shear centre by F e L / GJ; a force through it would not."""
+    e = 0.01
+    s = beam(GivenSection(A=6e-4, Iy=4.5e-8, Iz=2e-8, J=3e-8), shear_centre=(e, 0.0))
+    _, turn = tip(s, force=(0, 0, 1.0))
+    GJ = METAL.G * 3e-8
+    assert turn[0] == pytest.approx(-e * L / GJ, rel=1e-9)
+    _, turn = tip(s, force=(0, 0, 1.0), moment=(e, 0, 0))
+    assert abs(turn[0]) < 1e-9 * e * L / GJ
+
+
+def test_an_offset_section_is_a_beam_on_a_rigid_arm():
+    """All of a section moved aside: the same frequencies as a beam there, joined to the node line by rigid arms."""
+    from femflex.fem import Rigid
+
+    e = np.array([0.0, 0.1, 0.05])
+    moved = beam(Tube(0.03, 0.002), n=4, offset=(e[1], e[2]), order=7)
+    points = np.concatenate([bar().points + e, bar().points])
+    base = bar()
+    mesh = Mesh(points, base.cells, base.cell_groups)
+    n = len(base.points)
+    groups = {f"a{k}": [k] for k in range(n)} | {f"b{k}": [n + k] for k in range(n)}
+    mesh = mesh.with_groups(points={**groups, "start": base.group_points("start")})
+    arms = build_structure(
+        mesh,
+        [Member("line", "beam", Tube(0.03, 0.002), METAL, {"order": 7, "shear": True})],
+        connections=[Rigid(f"b{k}", f"a{k}") for k in range(n)],
+    )
+    found = [frequencies(s, s.clamped_dofs("start"), 5) for s in (moved, arms)]
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-8)
+    total = moved.translation.T @ np.tile([0, 0, 1.0], len(moved.mesh.points))
+    assert total @ moved.M @ total == pytest.approx(np.pi * (0.03**2 - 0.028**2) * 2700.0, rel=1e-9)
+
+
+def coupled() -> np.ndarray:
+    K = np.diag([3.7e6, 2.6e5, 2.4e5, 1.7e4, 5.0e4, 2.6e5])
+    K[3, 4] = K[4, 3] = -1.76e4 * 0.5
+    K[0, 3] = K[3, 0] = 2e4
+    return K
+
+
+def mass_of(m=2.0, y=0.01, z=-0.02, yy=3e-4, zz=9e-4, yz=1e-4) -> np.ndarray:
+    M = np.diag([m, m, m, m * (yy + zz), m * zz, m * yy])
+    M[0, 4] = M[4, 0] = m * z
+    M[0, 5] = M[5, 0] = -m * y
+    M[1, 3] = M[3, 1] = -m * z
+    M[2, 3] = M[3, 2] = m * y
+    M[4, 5] = M[5, 4] = -m * yz
+    return M
+
+
+def test_a_full_stiffness_deforms_as_its_flexibility_says():
+    """End loads F, M: strains e = S (forces along the beam), tip motion by integration; exact."""
+    s = build_structure(bar(2), [Member("line", "beam", FullSection(coupled(), mass_of()))])
+    S = np.linalg.inv(coupled())
+    force, moment = np.array([3.0, -2.0, 5.0]), np.array([0.3, 0.4, -0.2])
+    u, turn = tip(s, force, moment)
+    x, w = np.polynomial.legendre.leggauss(6)
+    x, w = (x + 1) / 2, w / 2
+    u0, t0 = np.zeros(3), np.zeros(3)
+    for at, weight in zip(x, w, strict=True):
+        local = moment + np.cross([L - at, 0, 0], force)
+        e = S @ np.concatenate([force, local])
+        t0 += weight * e[3:]
+        u0 += weight * (e[:3] + np.cross(e[3:], [L - at, 0, 0]))
+    np.testing.assert_allclose(turn, t0, rtol=1e-8, atol=1e-8 * np.abs(t0).max())
+    np.testing.assert_allclose(u, u0, rtol=1e-8, atol=1e-8 * np.abs(u0).max())
+
+
+def test_a_full_mass_is_that_of_the_body():
+    """Rigid motions of the bar: kinetic energy of the 6 x 6 mass along its length."""
+    s = build_structure(bar(3), [Member("line", "beam", FullSection(coupled(), mass_of()))])
+    rng = np.random.default_rng(0)
+    v, w = rng.normal(size=(2, 3))
+    points = s.mesh.points
+    x = s.translation.T @ (v + np.cross(w, points)).ravel() + s.rotation.T @ np.tile(w, (len(points), 1)).ravel()
+    at, weight = np.polynomial.legendre.leggauss(4)
+    total = 0.0
+    for a, b in zip((at + 1) / 2, weight / 2, strict=True):
+        q = np.concatenate([v + np.cross(w, [a, 0, 0]), w])
+        total += b * q @ mass_of() @ q
+    assert x @ s.M @ x == pytest.approx(total, rel=1e-10)
+
+
+def test_a_hinge_in_a_beam_carries_no_moment():
+    """Two bars clamped at both ends with a hinge in the middle: a force there bends two cantilevers, F L^3 / 24 EI."""
+    mesh = bar(2)
+    middle = mesh.nearest_point([0.5, 0, 0])
+    groups = {"middle": [middle], "ends": np.concatenate([mesh.group_points("start"), mesh.group_points("end")])}
+    first = mesh.cells["line"][:, 0].argmin()
+    mesh = mesh.with_groups({"one": {"line": [first]}, "two": {"line": [1 - first]}}, groups)
+    section = Rectangle(0.02, 0.02)
+    members = [
+        Member("one", "beam", section, METAL, {"release": ["rx", "ry", "rz"], "release_at": "middle", "extent": L}),
+        Member("two", "beam", section, METAL, {"extent": L}),
+    ]
+    s = build_structure(mesh, members)
+    u, _ = tip(s, (0, 0, 1.0), group="middle", held="ends")
+    EI = 70e9 * 0.02**4 / 12
+    assert u[2] == pytest.approx(0.5**3 / 3 / EI / 2, rel=1e-9)
+    one = build_structure(mesh, [Member("line", "beam", section, METAL)])
+    u, _ = tip(one, (0, 0, 1.0), group="middle", held="ends")
+    assert u[2] == pytest.approx(1.0 / 192 / EI, rel=1e-9)
+
+
+def test_nonlinear_force_of_a_beam_that_shears_is_the_derivative_of_its_energy():
+    s = build_structure(bar(2), [Member("line", "beam", FullSection(coupled(), mass_of()))])
+    rng = np.random.default_rng(1)
+    x, d = 1e-2 * rng.normal(size=(2, s.n_dof))
+    V, step = s.internal_force, 1e-4
+    slope = (V.energy(x + step * d) - V.energy(x - step * d)) / (2 * step)
+    assert V.force(x) @ d == pytest.approx(slope, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("section", "options", "found"),
+    [
+        (StiffnessSection(1.0, 1.0, 1.0, 1.0, 1.0), {"shear": True}, "no shear stiffness; give GAy and GAz"),
+        (Rectangle(0.1, 0.1), {"shear": 3}, "has shear 3"),
+        (Rectangle(0.1, 0.1), {"offset": (1.0,)}, "has offset"),
+        (Rectangle(0.1, 0.1), {"release": ["rq"], "release_at": "end"}, "name some of"),
+        (Rectangle(0.1, 0.1), {"release": ["rx"]}, "without release_at"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:beam group .* extends over")
+def test_mistakes_are_refused_in_words(section, options, found):
+    with pytest.raises(ValueError, match=found):
+        beam(section, **options)
+
+
+def test_impossible_full_sections_are_refused():
+    with pytest.raises(ValueError, match="not symmetric"):
+        FullSection(np.triu(np.ones((6, 6))), mass_of())
+    with pytest.raises(ValueError, match="not positive definite"):
+        FullSection(-coupled(), mass_of())
+    with pytest.raises(ValueError, match="equal and positive"):
+        FullSection(coupled(), np.diag([1.0, 2.0, 1.0, 1, 1, 1]))
+    with pytest.raises(ValueError, match="no distribution of mass"):
+        FullSection(coupled(), mass_of(yy=0.0))
