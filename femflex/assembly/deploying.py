@@ -96,7 +96,11 @@ def with_deployment(case: Case, system: System) -> System:
         if isinstance(t, DeployingTable) and t.reel is not None
     ]
     effectors = (*system.effectors, *reels)
-    return replace(system, varying={**system.varying, **varying}, ddelta0=ddelta, effectors=effectors)
+    try:
+        return replace(system, varying={**system.varying, **varying}, ddelta0=ddelta, effectors=effectors)
+    except ValueError as error:
+        problems = [Problem("", line) for line in str(error.args[0]).splitlines()]
+        raise CaseError(case.path.name, problems) from error
 
 
 def _modes_of(table: DeployingTable, body: FlexibleBody) -> int:
