@@ -10,7 +10,7 @@ from femflex.integrate import Dop853
 
 ENDS = np.array([0.0, DURATION])
 AGREED = 1e-9  # relative
-STEP = 0.125  # s, of the timed run in Basilisk; powers of two, so that its switching times are on its grid exactly
+STEP = 0.0625  # s, of the timed run in Basilisk; powers of two, so that its switching times are on its grid exactly
 
 
 def femflex_run(model, rtol):
