@@ -28,6 +28,7 @@ SOURCES = (  # closed under import: `tests/test_kernel_cache.py`
     "body",
     "reduction/strain/strain_kernel.py",
     "rotations.py",
+    "summary.py",
     "warning.py",
     "kernel_cache.py",
     "kernel_digest.py",

@@ -12,8 +12,10 @@ from femflex.advice.buckling.buckling_analysis import BucklingAnalysis
 from femflex.advice.buckling.structure import StructureBuckling
 from femflex.advice.enriched_bodies import BeamEnrichment, EnrichedBody, MeshedEnrichment
 from femflex.body import FlexibleBody
+from femflex.fem.deflected import tension_blocks
 from femflex.reduction.bends.curvature import hardening, rise, softest
 from femflex.reduction.origin import Analytic, LeftOpen, Meshed, Origin
+from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.reduce import MANY
 
 
@@ -25,8 +27,10 @@ class KnownBody:
 
     @cached_property
     def bearing(self) -> BucklingModel | None:
-        """What tells how it buckles; None of what nothing clamps, or that does not bend."""
+        """Its linear buckling analysis; None where nothing is clamped, or where it is a tether or membrane."""
         source = self.origin.source
+        if isinstance(source, Meshed) and tension_blocks(source.structure):
+            return None
         if isinstance(source, Meshed):
             clamped = source.modes.held.size and source.modes.n_modes
             return (
@@ -55,12 +59,20 @@ class KnownBody:
             return 0.0
         return hardening(source.structure, source.modes)
 
+    @property
+    def is_preloaded(self) -> bool:
+        """Whether its shapes are those about an equilibrium under loads, which small motions about rest lack."""
+        source = self.origin.source
+        return isinstance(source, Meshed) and is_preloaded(source.structure, source.modes.held)
+
     def enriched(self, body: FlexibleBody, markers: Collection[str]) -> EnrichedBody | None:
         """The body in a richer set, with joints at the markers of these names; None where that cannot be made."""
         source = self.origin.source
         if isinstance(source, Analytic):
             return BeamEnrichment(source.beam, source.functions)(body, markers)
         if not isinstance(source, Meshed) or "nodal" in source.modes.kinds or not 0 < source.modes.n_modes <= MANY:
+            return None
+        if self.is_preloaded:
             return None
         return MeshedEnrichment(source.structure, source.modes, source.places)(body, markers)
 

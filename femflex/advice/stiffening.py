@@ -47,10 +47,11 @@ class OmittedStiffness:
     accelerates under them as a whole, without turning faster.
     """
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: System, known: Mapping[str, Foreshortening] | None = None) -> None:
+        """known: other displacements than the foreshortening of the bodies' lowest shapes, by body."""
         self._system = system
-        known = {name: body.foreshortening for name, body in system.bodies.items()}
-        self.bodies = {name: theta for name, theta in known.items() if theta is not None}
+        own = {name: body.foreshortening for name, body in system.bodies.items()} if known is None else known
+        self.bodies = {name: theta for name, theta in own.items() if theta is not None}
         self._pulls = {name: axial_forces(system, name, ignored) for name, ignored in self.bodies.items()}
         self._free = len(system.joint_of(system.root).translations) == 3
         self._gravity = system.environment.gravity

@@ -176,7 +176,7 @@ def _hardly_bent(reach: MotionExtent) -> str:
 def growth_text(gain: float) -> str:
     """How much larger in words: "by 16.2%", and beyond that "14.5-fold".
 
-    >>> grown(0.162), grown(13.49)
+    >>> growth_text(0.162), growth_text(13.49)
     ('by 16.2%', '14.5-fold')
     """
     return f"by {gain:.1%}" if gain < 1.0 else f"{1.0 + gain:.3g}-fold"

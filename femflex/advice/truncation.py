@@ -207,6 +207,8 @@ def unassessed_truncation(system: System, known: KnownBodies, richer: RicherCraf
         if not body.n_modes or name not in known:
             continue
         why = "the file of a body has no mesh" if known[name].origin.source is None else richer.lack
+        if known[name].is_preloaded:
+            why = "they are those about its preload"
         if why:
             out.append(Advice(name, "truncation", None, f"{NOT_JUDGED} ({why})"))
     return out

@@ -9,22 +9,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femflex.assembly.acting_loads import acting_loads, added_shapes_text
+from femflex.assembly.deploying import build_deploying
 from femflex.assembly.extents import warn_of_doubtful_extents
 from femflex.assembly.functions import functions_of
 from femflex.assembly.open_choices import bound_to_linear, open_choices, remedy_of
 from femflex.assembly.rigid_skins import rigid_skin
 from femflex.assembly.segments import build_segments
 from femflex.assembly.shared import shared_parts
-from femflex.assembly.structures import PLACE, build_mesh, build_modes, structure_of, supports_of
+from femflex.assembly.structures import PLACE, build_mesh, build_modes, preload_of, structure_of, supports_of
 from femflex.assembly.torques import check_torques, has_torque
 from femflex.body import FlexibleBody, Marker, rigid_body
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.case import Case
+from femflex.case.deploying import DeployingTable
 from femflex.case.load import LoadTable
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.reduction import DampingTable, Stretchable
 from femflex.case.support import SkewSupport
+from femflex.fem.deflected import tension_blocks
 from femflex.fem.structure import Structure
+from femflex.fem.tension.strain import UNITS
 from femflex.reduction import (
     ModalDamping,
     RayleighDamping,
@@ -41,6 +45,7 @@ from femflex.reduction import (
 )
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.origin import Analytic, Meshed, Origin
+from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.system import Part, Segments
 from femflex.warning import PhysicsWarning
 
@@ -116,10 +121,13 @@ def _content(case: Case, name: str) -> str:
     if isinstance(table, FlexibleTable) and isinstance(table.reduction, Stretchable) and table.reduction.joints == {}:
         open_ = table.reduction.model_copy(update={"joints": None})  # which builds the same
         table = table.model_copy(update={"reduction": open_})
-    beside = [str(sorted(turning_markers(case, name)))]
+    beside, apart = [str(sorted(turning_markers(case, name)))], {"initial"}
+    if isinstance(table, DeployingTable) and table.length is not None and table.length.profile is not None:
+        beside.append(str(table.length.profile(case.path.parent).numbers))
+        apart.add("length")
     if isinstance(table, FlexibleTable):
         beside.append(str(acting_loads(case, name, table, marker_groups(table))))
-    return f"{type(table).__name__} {table.model_dump_json(exclude={'initial'})} {beside}"
+    return f"{type(table).__name__} {table.model_dump_json(exclude=apart)} {beside}"
 
 
 def _built(case: Case, name: str, modes: int | None, refine: int, segments: int | None) -> BuiltBody:
@@ -129,6 +137,8 @@ def _built(case: Case, name: str, modes: int | None, refine: int, segments: int 
         if isinstance(table, FlexibleTable) and table.cut is not None:
             cut = _segments(case, name, table, (modes, refine, segments))
             return BuiltBody(Segments(tuple(_turned(body, table) for body in cut.bodies)))
+        if isinstance(table, DeployingTable):
+            return BuiltBody(build_deploying(case, name, table, modes).body)
         body, source, notes = _body(case, name, table, modes, refine)
         open_ = Origin(source, open_choices(table), bound_to_linear(table), remedy_of(table))
         if isinstance(table, FlexibleTable | AnalyticTable | FileTable):
@@ -153,7 +163,7 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
     assert isinstance(table, FlexibleTable)
     given = structure_of(case, name, table, refine)
     added = acting_loads(case, name, table, marker_groups(table))
-    structure, modeset = build_modes(given, table, modes, name, added)
+    structure, modeset = build_modes(given, table, modes, name, added, preload_of(case, name, table))
     body, modeset = _meshed(case, name, table, structure, modeset)
     r = table.reduction
     joints = getattr(r, "joints", None) or {}
@@ -166,7 +176,24 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
         getattr(r, "deflection", None),
         getattr(r, "third_derivatives", None),
     )
-    return body, source, (*given.notes, *filter(None, [added_shapes_text(added, modeset, joints)]))
+    texts = [added_shapes_text(added, modeset, joints), tension_text(structure, modeset, body)]
+    return body, source, (*given.notes, *filter(None, texts))
+
+
+def tension_text(structure: Structure, modeset: ModeSet, body: FlexibleBody) -> str:
+    """A line on the tension of tethers and membranes, and on the frequencies of a body about its preload."""
+    parts = []
+    for block in tension_blocks(structure):
+        lowest, s = block.lowest_tension(), len(block.linear_map)
+        parts.append(f"{block.group} {lowest.min():.4g} to {lowest.max():.4g} {UNITS[s]}")
+    text = f"at rest with tension in {', '.join(parts)}" if parts else ""
+    if is_preloaded(structure, modeset.held) and body.condensed and modeset.omega.size:
+        hertz = ", ".join(f"{f:.4g}" for f in modeset.omega[np.isfinite(modeset.omega)][:4] / (2 * np.pi))
+        text += (
+            f"{'; ' if text else ''}about its preload its first modes have {hertz} Hz; its strain is condensed, so "
+            "that its tension comes from the loads of the run, and frequencies of its table are those without it"
+        )
+    return text
 
 
 def _partial(clamp: Mapping[str, tuple[str, ...] | SkewSupport]) -> dict[str, tuple[str, ...] | SkewSupport]:
@@ -202,9 +229,10 @@ def _warn_of_stiffness(name: str, structure: Structure, modeset: ModeSet, body: 
 
 
 def turning_markers(case: Case, name: str) -> set[str]:
-    """Markers of a body whose rotation something uses: joints, torques, and the attitude."""
-    used = {joint.child_marker for joint in case.joints if joint.child == name}
-    used |= {joint.parent_marker for joint in case.joints if joint.parent == name}
+    """Markers of a body whose rotation something uses: joints, ball joints apart, torques, and the attitude."""
+    turned = [joint for joint in case.joints if joint.kind != "spherical"]
+    used = {joint.child_marker for joint in turned if joint.child == name}
+    used |= {joint.parent_marker for joint in turned if joint.parent == name}
     used |= {load.marker for load in case.loads if load.body == name and _turns(case, load)}
     return used | ({case.attitude.marker} if case.attitude.marker else set())
 

@@ -24,15 +24,16 @@ def warn_of_doubtful_extents(case: Case, name: str, table: object, body: Flexibl
     if body.skin is None or not isinstance(table, FlexibleTable):
         return
     size = float(np.ptp(body.skin.points, axis=0).max())
-    for text in list(_mesh(case, name, table, size)) or list(_thickness(case, table, size)):
+    longest = 1e3 * LARGE if any(member.family == "tether" for member in table.members) else LARGE
+    for text in list(_mesh(case, name, table, size, longest)) or list(_thickness(case, table, size)):
         warnings.warn(text, PhysicsWarning, stacklevel=5)
 
 
-def _mesh(case: Case, name: str, table: FlexibleTable, size: float) -> Iterator[str]:
-    if size > LARGE and table.mesh_unit == "m":
+def _mesh(case: Case, name: str, table: FlexibleTable, size: float, longest: float) -> Iterator[str]:
+    if size > longest and table.mesh_unit == "m":
         yield (
-            f"bodies.{name}: the mesh spans {size:.4g} m, over {LARGE:g} m; if its unit is millimetres, set mesh_unit "
-            f"= 'mm'"
+            f"bodies.{name}: the mesh spans {size:.4g} m, over {longest:g} m; if its unit is millimetres, set "
+            "mesh_unit = 'mm'"
         )
     if size < SMALL and table.mesh_unit != "m":
         size = float(np.ptp(build_mesh(case, name, table).points, axis=0).max())  # without the drawn thickness

@@ -8,7 +8,17 @@ from typing import Any
 from femflex.case import section as tables
 from femflex.case.base import Table
 from femflex.case.problems import near
-from femflex.fem.sections import Box, Circle, FullSection, GivenSection, ISection, Rectangle, StiffnessSection, Tube
+from femflex.fem.sections import (
+    Box,
+    CableSection,
+    Circle,
+    FullSection,
+    GivenSection,
+    ISection,
+    Rectangle,
+    StiffnessSection,
+    Tube,
+)
 from femflex.fem.sections.laminates import Lamina, PlateSection, Ply, layup
 from femflex.fem.sections.materials import Material, Orthotropic
 
@@ -21,6 +31,7 @@ BEAM_SECTIONS: dict[type[Table], Any] = {
     tables.Given: GivenSection,
     tables.Stiffness: StiffnessSection,
     tables.Full: FullSection,
+    tables.Cable: CableSection,
 }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from femflex.case.reduction import (
 from femflex.case.support import DIRECTIONS, SkewSupport
 from femflex.fem import (
     FAMILIES,
+    Bushing,
     Distributing,
     Equation,
     Member,
@@ -58,6 +60,8 @@ from femflex.reduction import (
     with_derivatives,
     with_responses,
 )
+from femflex.reduction.preload.equilibrium import static_equilibrium
+from femflex.reduction.preload.loads import Preload
 from femflex.reduction.wide_sheets import with_own_bends
 from femflex.warning import PhysicsWarning
 
@@ -86,7 +90,8 @@ def structure_of(case: Case, name: str, table: FlexibleTable, refine: int = 0) -
     made = shared_parts()
     if made is None:
         return build_structure_of(case, name, table, build_mesh(case, name, table, refine))
-    said = {"mesh", "mesh_unit", "groups", "refine", "members", "point_masses", "markers", "connections", "regions"}
+    own = {"mesh", "mesh_unit", "groups", "refine", "members", "markers", "connections", "regions"}
+    said = own | {"point_masses", "bushings"}
     parts = [table.model_dump_json(include=said), *case.materials.items(), *case.sections.items()]
     key = f"{case.path} {refine} {_far(table)} {supports_of(getattr(table.reduction, 'clamp', {}))} {parts}"
     new = key not in made.structures
@@ -99,8 +104,8 @@ def structure_of(case: Case, name: str, table: FlexibleTable, refine: int = 0) -
 def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) -> Structure:
     """The Structure of a body's members and point masses on its mesh, its dofs laid along the axes of its clamps."""
     supports = supports_of(getattr(table.reduction, "clamp", {}))
-    connected = connections_of(table)
-    return build_structure(mesh, members_of(case, name, table), point_masses_of(table), supports, connected)
+    members, attached = members_of(case, name, table), (point_masses_of(table), bushings_of(table))
+    return build_structure(mesh, members, attached[0], supports, connections_of(table), attached[1])
 
 
 def members_of(case: Case, name: str, table: FlexibleTable) -> list[Member]:
@@ -132,21 +137,65 @@ def _connection(table: RigidTable | DistributingTable | EquationTable) -> Connec
     return Rigid(table.group, table.reference_group, tuple(table.components), table.axes or GLOBAL)
 
 
+def preload_of(case: Case, name: str, table: FlexibleTable) -> Preload | None:
+    """The steady loads of a body's own equilibrium; None where it has none. Raises CaseError where an orbit is wanted
+    that the case does not have."""
+    p = table.preload
+    if p is None:
+        return None
+    field = np.zeros((3, 3))
+    if p.spin is not None:
+        field = np.asarray(Preload.spin(p.spin).gradient)
+    if p.orbit is not None:
+        rate = p.orbit.rate
+        if rate is None and (rate := mean_motion(case)) is None:
+            where = f"bodies.{name}.preload.orbit"
+            raise CaseError(case.path.name, [Problem(where, "found no rate, and the case has no [orbit]; give one")])
+        try:
+            field = np.asarray(Preload.orbit(rate, p.orbit.vertical, p.orbit.normal).gradient)
+        except ValueError as error:
+            raise CaseError(case.path.name, [Problem(f"bodies.{name}.preload.orbit", str(error))]) from None
+    return Preload(p.acceleration, field, p.origin, p.forces, p.masses)
+
+
+def mean_motion(case: Case) -> float | None:
+    """Mean motion of the case's orbit [rad/s], if it has one."""
+    o = case.orbit
+    if o is None or o.kind == "none":
+        return None
+    a = o.semi_major_axis if o.semi_major_axis is not None else o.perigee_radius / (1.0 - o.eccentricity)
+    return float(np.sqrt(o.mu / a**3))
+
+
+def bushings_of(table: FlexibleTable) -> list[Bushing]:
+    """The springs and bushings of a body."""
+    return [
+        Bushing(b.group, b.to, (b.stiffness, 0.0, 0.0) if b.stiffness else b.translation, b.rotation, b.axes)
+        for b in table.bushings
+    ]
+
+
 def build_modes(
     structure: Structure,
     table: FlexibleTable,
     modes: int | None = None,
     name: str = "",
     acting: ActingLoads | None = None,
+    preload: Preload | None = None,
 ) -> tuple[Structure, ModeSet]:
     """The structure a body's reduction works on and its mode set, of `modes` modes instead of the case's if given.
 
     acting: what acts on it; those static shapes of that are added to a cantilever set that are slow beside it.
+    preload: steady loads of its own equilibrium.
     Initial stress is first let go where the clamps do not hold it (`relaxed`); doubts of it are reported for the body
     of that name.
     """
     r = table.reduction
-    given, structure = structure, relaxed(structure, clamp_of(getattr(r, "clamp", {})))
+    clamp = clamp_of(getattr(r, "clamp", {}))
+    if preload is not None:
+        at_rest = partial(static_equilibrium, structure, clamp, preload)
+        structure = structure.recalled(("preloaded", repr(table.preload), str(clamp)), at_rest)
+    given, structure = structure, relaxed(structure, clamp)
     if name:
         meant = any(member.options.get("prestress") for member in table.members)
         warn_of_initial_stress(f"bodies.{name}", given, structure, meant)

@@ -9,14 +9,15 @@ import numpy as np
 
 from femflex.assembly.bodies import build_bodies
 from femflex.assembly.craft import build_craft
+from femflex.assembly.deploying import with_deployment
 from femflex.assembly.initial import initial_shape
 from femflex.assembly.joints import build_joints, root_joint
 from femflex.assembly.loads import build_loads
 from femflex.assembly.loops import build_constraint, build_loops, build_spring
+from femflex.assembly.orbits import build_orbit
 from femflex.case.case import Case
-from femflex.case.orbit import OrbitTable
 from femflex.case.problems import CaseError, Problem
-from femflex.system import Environment, Frame, Load, Orbit, Part, Sight, System, assembled
+from femflex.system import Environment, Frame, Load, Part, Sight, System, assembled
 
 
 def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
@@ -43,7 +44,12 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
             springs=tuple(build_spring(table) for table in case.springs),
             sights=tuple(Sight(**table.model_dump()) for table in case.sights),
             reactions=case.run.reactions,
-            environment=Environment(np.array(case.environment.gravity)),
+            environment=Environment(
+                np.array(case.environment.gravity),
+                case.environment.attraction,
+                case.environment.oblateness,
+                case.orbit.radius,
+            ),
             effectors=craft.effectors,
             varying=craft.varying,
         )
@@ -52,7 +58,7 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
     except (ValueError, KeyError) as error:
         problems = [Problem("", line) for line in str(error.args[0]).splitlines()]
         raise CaseError(case.path.name, problems) from error
-    return _kept(case, _with_initial(case, system))
+    return _kept(case, with_deployment(case, _with_initial(case, system)))
 
 
 def problems_of_loads(case: Case) -> list[Problem]:
@@ -90,16 +96,6 @@ def _kept(case: Case, system: System) -> System:
         return replace(system, keep=tuple(case.initial.keep))
     except ValueError as error:
         raise CaseError(case.path.name, [Problem("initial.keep", str(error.args[0]))]) from error
-
-
-def build_orbit(table: OrbitTable) -> Orbit | None:
-    """The orbit, or None."""
-    if table.kind == "none":
-        return None
-    shape = {
-        key: getattr(table, key) for key in ("eccentricity", "inclination", "node", "perigee", "true_anomaly", "mu")
-    }
-    return Orbit(table.perigee_radius / (1.0 - table.eccentricity), free=table.kind == "free", **shape)
 
 
 def build_frame(case: Case) -> Frame:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from femflex.body.foreshortening import Foreshortening
 from femflex.body.marker import Marker
+from femflex.body.mass_points import MassPoints
 from femflex.body.moments import MassMoments
 from femflex.body.skin import Skin
 from femflex.body.strain import StrainTensors
@@ -36,6 +37,7 @@ class FlexibleBody(Summarised):
              (condensed form, THEORY section 3; sections of beams that turn); none where all are coordinates
     foreshortening  of its lowest shape where linear strain leaves it out, or None
     strain_field  parts over all shapes that recover strain over the body; none where it is not known
+    mass_points  points of mass over all shapes, of bodies so long that gravity is integrated over them; or None
 
     Arrays, names and units only: it can be pickled. What a body was reduced from is its `reduction.Origin`; what is to
     be said of it is advice.
@@ -51,6 +53,7 @@ class FlexibleBody(Summarised):
     slaves: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
     foreshortening: Foreshortening | None = None
     strain_field: tuple[StrainPart, ...] = ()
+    mass_points: MassPoints | None = None
 
     def summary(self) -> tuple[str, Rows]:
         """Mass, centre of mass, coordinates, frequencies and markers."""
@@ -131,6 +134,7 @@ class FlexibleBody(Summarised):
             omega=self.omega[shapes] if self.omega.size else self.omega,
             slaves=slaves,
             strain_field=tuple(part.over(shapes) for part in self.strain_field),
+            mass_points=None if self.mass_points is None else self.mass_points.over(shapes),
         )
 
     def amplitudes(self, delta: Array) -> Array:

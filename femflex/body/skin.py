@@ -17,8 +17,11 @@ class Skin:
     points  (n_p, 3)      undeformed, body frame [m]; already offset to the section's rim or the plate's faces
     cells   type -> (n_c, nodes)   with meshio's cell names: "triangle", "quad", "line", "vertex"
     shapes  (n, n_p, 3)   displacement of each point per shape (u + theta x offset)
+    growth  (n_p, 3)      of a body that deploys: displacement of each point per growth of its length, relative to the
+                          length that it is drawn at; None of others
     """
 
     points: Array
     cells: dict[str, NDArray[np.int64]]
     shapes: Array
+    growth: Array | None = None

@@ -7,28 +7,19 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field, StrictBool, ValidationInfo, field_validator, model_validator
 
 from femflex.case.base import Name, Table, exactly_one, refuse
+from femflex.case.body_base import BodyTable as BodyTable
 from femflex.case.connection import Connection, RegionTable
+from femflex.case.deploying import DeployingTable
 from femflex.case.inertia import InertiaMatrix
-from femflex.case.initial import InitialTable
 from femflex.case.options import add_options, read_options
+from femflex.case.preload import PreloadTable
 from femflex.case.reduction import DampingTable, FunctionsTable, Reduction
-from femflex.case.shape import MarkerTable, Shape
-from femflex.case.values import Count, Direction, Mass, Position, PositiveLength, Quantity
+from femflex.case.shape import Shape
+from femflex.case.values import Count, Direction, Mass, Position, PositiveLength, Quantity, Vector
 
 Strain = Literal["linear", "nonlinear", "condensed"]
-
-
-class BodyTable(Table):
-    """What every body may say."""
-
-    markers: dict[Name, MarkerTable] = Field(default_factory=dict)
-    """Markers by name: points with axes where joints, loads and outputs attach."""
-    initial: InitialTable | None = None
-    """Elastic state at t = 0. Left out: undeformed and at rest."""
-
-    def own_markers(self) -> tuple[str, ...]:
-        """Names of markers the body has without being declared."""
-        return ("origin",)
+TENSION = ("tether", "membrane")  # families that bear tension alone
+STRETCHABLE = ("cantilever", "free_free", "craig_bampton")
 
 
 class ImbalanceTable(Table):
@@ -79,7 +70,7 @@ class MemberTable(Table):
     model_config = ConfigDict(json_schema_extra=add_options)
 
     family: str
-    """Element family: beam, plate, plate_bfs, shell or solid."""
+    """Element family: beam, plate, plate_bfs, shell, solid, tether or membrane."""
     section: str | None = None
     """Name in [sections]. Left out: none, for solids."""
     material: str | None = None
@@ -109,6 +100,35 @@ class PointMassTable(Table):
     """Position of the mass's centre relative to the node."""
 
 
+class BushingTable(Table):
+    """A spring or bushing between two nodes of a body, or between a node and the body frame."""
+
+    group: str
+    """Group of one node."""
+    to: str | None = None
+    """Group of the other node. Left out: the body frame."""
+    stiffness: Annotated[float, Quantity("N/m", above=0.0)] | None = None
+    """Stiffness of a spring along the line between the two nodes, in place of translation, rotation and axes."""
+    translation: Annotated[Vector, Quantity("N/m", (3,), least=0.0)] = (0.0, 0.0, 0.0)
+    """Stiffnesses against relative displacement along the axes."""
+    rotation: Annotated[Vector, Quantity("N m", (3,), least=0.0)] = (0.0, 0.0, 0.0)
+    """Stiffnesses against relative rotation about the axes, per radian."""
+    axes: tuple[Direction, Direction, Direction] | None = None
+    """Directions of the three axes in the body frame, at right angles. Left out: the first from the node towards the
+    other one; the body frame's where they coincide, and to the body frame."""
+
+    @model_validator(mode="after")
+    def _one_form(self) -> BushingTable:
+        given = sorted(self.model_fields_set & {"translation", "rotation", "axes"})
+        if self.stiffness is not None and given:
+            refuse(f"found stiffness together with {', '.join(given)}; give one form or the other")
+        if self.stiffness is not None and self.to is None:
+            refuse("found stiffness without to; a spring along a line needs its other node")
+        if self.stiffness is None and not (any(self.translation) or any(self.rotation)):
+            refuse("found no stiffness; give stiffness, translation or rotation")
+        return self
+
+
 class FlexibleTable(BodyTable):
     """A body made of finite elements on a mesh; the body frame is the mesh's coordinates."""
 
@@ -131,6 +151,11 @@ class FlexibleTable(BodyTable):
     """Rigid and distributing interfaces between members, and equations of displacements."""
     regions: dict[Name, RegionTable] = Field(default_factory=dict)
     """Groups of the mesh by place or number. The groups all, all_lines, all_surfaces and all_solids exist without."""
+    bushings: list[BushingTable] = Field(default_factory=list)
+    """Springs and bushings between nodes of the mesh."""
+    preload: PreloadTable | None = None
+    """Steady loads under which the body finds its static equilibrium before it is reduced: its shape and tension there
+    are those of the body at rest, and the same loads must act in the run. Left out: none."""
     reduction: Reduction | None = None
     """Shapes that the body may take, and its clamps. Left out, only with segments: static shapes of each segment and no
     modes between its ends."""
@@ -140,7 +165,8 @@ class FlexibleTable(BodyTable):
     derivatives. condensed: the same, with the stretch following the bending, so that no stiff coordinate is left. Left
     out: condensed where the expected motion needs it (spin, loads, weight, specified motions, initial deflections,
     loads near buckling), nonlinear where the body cannot be condensed, else linear. Every verb prints the choice and
-    its reason."""
+    its reason. Of bodies with a preload, tethers or membranes, left out: condensed, or linear where the reduction has
+    no derivatives."""
     damping: DampingTable | None = None
     """Structural damping. Left out: none."""
 
@@ -148,6 +174,26 @@ class FlexibleTable(BodyTable):
     def cut(self) -> MemberTable | None:
         """The member that is cut into segments, if one is."""
         return next((member for member in self.members if member.segments is not None), None)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _tension_is_nonlinear(cls, values: Any) -> Any:
+        """A body that tension stiffens has its strain chosen here: tension comes with stretch, so it is condensed."""
+        if not isinstance(values, dict) or values.get("strain") is not None:
+            return values
+        members, reduction = values.get("members"), values.get("reduction")
+        families = {m.get("family") for m in members if isinstance(m, dict)} if isinstance(members, list) else set()
+        if not (families & set(TENSION) or values.get("preload") is not None) or not isinstance(reduction, dict):
+            return values
+        stretches = reduction.get("method") in STRETCHABLE and reduction.get("derivatives") not in ("none", 0)
+        return {**values, "strain": "condensed" if stretches else "linear"}
+
+    @model_validator(mode="after")
+    def _preloaded_whole(self) -> FlexibleTable:
+        if self.preload is not None and (self.cut is not None or getattr(self.reduction, "method", "") == "lumped"):
+            what = "a body cut into segments" if self.cut is not None else "a lumped body"
+            refuse(f"found preload on {what}; give it to a body that is reduced as a whole by another method")
+        return self
 
     @model_validator(mode="after")
     def _reduced_or_cut(self) -> FlexibleTable:
@@ -174,6 +220,8 @@ class FlexibleTable(BodyTable):
         if getattr(self.reduction, "responses", 0) and (several or self.strain != "nonlinear"):
             what = "a body cut into segments" if several else f"a body with strain = {self.strain!r}"
             refuse(f"found responses in the reduction of {what}; they are for strain = 'nonlinear' of a whole body")
+        if several and self.bushings:
+            refuse("found bushings on a body cut into segments; leave them out, or join bodies by springs")
         if several and self.initial is not None:
             refuse("found initial on a body cut into segments; start from an equilibrium instead ([initial] from)")
         if several and self.damping is not None and (self.damping.ratio is not None or self.damping.mass):
@@ -258,4 +306,4 @@ class FileTable(BodyTable):
     """Structural damping. Left out: that of the file."""
 
 
-Body = Annotated[RigidTable | FlexibleTable | AnalyticTable | FileTable, Field(discriminator="kind")]
+Body = Annotated[RigidTable | FlexibleTable | AnalyticTable | FileTable | DeployingTable, Field(discriminator="kind")]

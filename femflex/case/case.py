@@ -96,6 +96,9 @@ class Case(Table):
     def _orbits_need_an_orbit(self) -> Case:
         if self.run.orbits is not None and self.orbit.kind == "none":
             refuse("run.orbits needs an orbit; give duration, or an [orbit]")
+        surrounding = self.environment.model_fields_set & {"attraction", "oblateness"}
+        if surrounding and self.orbit.kind == "none":
+            refuse(f"environment.{min(surrounding)} needs an orbit; give an [orbit], or leave it out")
         return self
 
     @property

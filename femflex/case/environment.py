@@ -1,12 +1,12 @@
-"""[environment]: uniform gravity on the ground."""
+"""[environment]: uniform gravity on the ground, and the attraction of the central body in orbit."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from femflex.case.base import Table
-from femflex.case.values import Quantity, ValueProblem, Vector, _Readable
+from femflex.case.values import Plain, Quantity, ValueProblem, Vector, _Readable
 
 
 @dataclass(frozen=True)
@@ -39,3 +39,9 @@ class EnvironmentTable(Table):
     gravity: Annotated[Vector, GravityValue()] = (0.0, 0.0, 0.0)
     """Uniform gravity on the ground: a number acts along -z, three components are along inertial axes. Zero in orbit.
     """
+    attraction: Literal["auto", "gradient", "exact"] = "auto"
+    """Attraction of the central body in orbit. gradient: linear over the craft. exact: -mu R/|R|^3 at points of mass.
+    auto: exact for craft larger than 1e-4 of the distance from the centre (680 m in low orbit)."""
+    oblateness: Plain = 0.0
+    """J2 of the central body, 1.08262668e-3 for the Earth; its pole is the inertial Z axis, its radius that of
+    [orbit]."""

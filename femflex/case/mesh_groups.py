@@ -87,6 +87,10 @@ def _groups_named(name: str, table: FlexibleTable) -> Iterator[tuple[str, str]]:
         else:
             yield f"{where}.group", connection.group
             yield f"{where}.reference", connection.reference_group
+    for i, b in enumerate(table.bushings):
+        yield from ((f"bodies.{name}.bushings[{i}].{key}", g) for key, g in (("group", b.group), ("to", b.to)) if g)
+    for key in ("forces", "masses"):
+        yield from ((f"bodies.{name}.preload.{key}", group) for group in getattr(table.preload, key, ()))
     for key in ("clamp", "interfaces", "loads"):
         yield from ((f"bodies.{name}.reduction.{key}", group) for group in getattr(table.reduction, key, ()))
     for marker, entry in table.markers.items():

@@ -5,6 +5,7 @@ motion.angle = "30 deg"                                            # stays there
 motion.angle = { kind = "smooth_step", from = 0, to = "30 deg", start = 0, end = "5 s" }
 motion.angle = { kind = "sine", amplitude = "2 deg", frequency = "0.1 Hz", phase = 0, mean = 0 }
 motion.angle = { kind = "polynomial", coefficients = [0, "1 deg/s"] }
+motion.angle = { kind = "trapezoid", from = 0, to = "30 deg", start = 0, end = "5 s", ramp = "1 s" }
 motion.angle = { kind = "table", times = [0, 1, 2, 3], values = [0, 0.1, 0.3, 0.4], degree = 3, ends = "rest" }
 motion.angle = { kind = "table", file = "track.csv", column = "azimuth" }
 motion.angle = { kind = "sum", parts = [ {...}, {...} ] }
@@ -32,6 +33,7 @@ KEYS = {
     "polynomial": ("coefficients",),
     "sine": ("amplitude", "frequency", "phase", "mean"),
     "smooth_step": ("from", "to", "start", "end"),
+    "trapezoid": ("from", "to", "start", "end", "ramp"),
     "table": ("times", "values", "file", "column", "degree", "ends"),
     "sum": ("parts",),
 }
@@ -40,6 +42,7 @@ NEEDED = {
     "polynomial": ("coefficients",),
     "sine": ("amplitude", "frequency"),
     "smooth_step": ("to", "start", "end"),
+    "trapezoid": ("to", "start", "end", "ramp"),
     "sum": ("parts",),
 }
 MEANINGS = {
@@ -61,6 +64,14 @@ MEANINGS = {
         "to": "Value after the step [m or rad].",
         "start": "Time at which the step begins [s].",
         "end": "Time at which the step ends [s].",
+    },
+    "trapezoid": {
+        "kind": "Selects this motion: a rate that rises linearly, stays and falls linearly.",
+        "from": "Value before the motion [m or rad]. Left out: 0.",
+        "to": "Value after the motion [m or rad].",
+        "start": "Time at which the motion begins [s].",
+        "end": "Time at which the motion ends [s].",
+        "ramp": "Duration of the rise of the rate, and of its fall [s].",
     },
     "table": {
         "kind": "Selects this motion: a spline through a table.",
@@ -157,6 +168,11 @@ class MotionOf(_Readable):
     def _smooth_step(self, given: dict[str, Any]) -> Motion:
         start, end = self._value(given, "start", "s"), self._value(given, "end", "s")
         return self._fixed(Profile.smooth_step(start, end, self._value(given, "from"), self._value(given, "to")))
+
+    def _trapezoid(self, given: dict[str, Any]) -> Motion:
+        start, end, ramp = (self._value(given, key, "s") for key in ("start", "end", "ramp"))
+        before, after = self._value(given, "from"), self._value(given, "to")
+        return self._fixed(Profile.trapezoid(start, end, before, after, ramp))
 
     def _table(self, given: dict[str, Any]) -> Motion:
         degree, ends = given.get("degree", 3), given.get("ends", "not_a_knot")

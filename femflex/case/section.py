@@ -195,6 +195,17 @@ class Full(Table):
     """Radius of the round bar that is drawn. Left out: an ellipse with the stiffness's radii of gyration."""
 
 
+class Cable(Table):
+    """A cable, string or tether: axial stiffness and mass alone; the member needs no material."""
+
+    kind: Literal["cable"]
+    """Selects this section: axial stiffness and mass per length, for tethers."""
+    EA: Annotated[Variable, Along("N")]
+    """Axial stiffness."""
+    mass_per_length: Annotated[Variable, Along("kg/m")]
+    """Mass per length."""
+
+
 class Plate(Table):
     """A sheet of the member's material, isotropic or orthotropic."""
 
@@ -251,6 +262,6 @@ Material = Annotated[
     Annotated[Isotropic | Orthotropic | Core, Field(discriminator="kind")], BeforeValidator(_isotropic_unless_said)
 ]
 Section = Annotated[
-    Tube | Circle | Box | Rectangle | ISection | Given | Stiffness | Full | Plate | Sandwich | Layup,
+    Tube | Circle | Box | Rectangle | ISection | Given | Stiffness | Full | Cable | Plate | Sandwich | Layup,
     Field(discriminator="kind"),
 ]

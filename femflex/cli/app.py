@@ -7,7 +7,22 @@ from typing import Annotated
 import typer
 
 from femflex import __version__
-from femflex.cli import body, campbell, check, converge, equilibrium, info, modes, new, plot, render, run, schema, terms
+from femflex.cli import (
+    body,
+    campbell,
+    check,
+    converge,
+    equilibrium,
+    info,
+    modes,
+    new,
+    plot,
+    render,
+    run,
+    schema,
+    stress,
+    terms,
+)
 from femflex.cli.verb import EXAMPLES
 
 app = typer.Typer(
@@ -42,6 +57,7 @@ for _verb in (
     body.body,
     render.render,
     plot.plot,
+    stress.stress,
     terms.terms,
     converge.converge,
     equilibrium.equilibrium,

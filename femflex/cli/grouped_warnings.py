@@ -69,7 +69,7 @@ def print_warnings() -> None:
 def grouped(texts: list[str]) -> list[str]:
     """One line per kind of warning: those that differ by the body they begin with and in numbers alone.
 
-    >>> together(["a: off by 2 %", "b: off by 3 %", "other"])
+    >>> grouped(["a: off by 2 %", "b: off by 3 %", "other"])
     ['a: off by 2 % (likewise b, with its own numbers)', 'other']
     """
     kinds: dict[str, list[tuple[str, str]]] = {}

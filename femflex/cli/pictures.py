@@ -21,7 +21,7 @@ def picture_paths(table: PicturesTable, output: Path) -> list[Path]:
 def portable_name(name: str) -> str:
     """A channel or body as part of a file name that every system can store.
 
-    >>> portable("q:gimbal.angle1"), portable("latches/hinge.angle/loss")
+    >>> portable_name("q:gimbal.angle1"), portable_name("latches/hinge.angle/loss")
     ('q_gimbal.angle1', 'latches_hinge.angle_loss')
     """
     return re.sub(r"[^\w.-]", "_", name, flags=re.ASCII)

@@ -77,7 +77,26 @@ def _orbit_lines(prepared: Prepared) -> list[str]:
         f"            period {orbit.period:.6g} s, n = {orbit.mean_motion:.6g} rad/s, begins at anomaly "
         f"{degrees(orbit.true_anomaly):.4g} deg"
     )
-    return [text, motion]
+    return [text, motion, *_attraction_lines(prepared.system)]
+
+
+def _attraction_lines(system: System) -> list[str]:
+    """How the central attraction is taken over a large craft, and what its gradient leaves out."""
+    from femflex.system.attraction import LARGE, is_integrated, reach
+
+    found, environment = reach(system), system.environment
+    if found is None:
+        return []
+    lines = []
+    if is_integrated(system) or found.ratio > LARGE:
+        how = "integrated over points of mass" if is_integrated(system) else "by its gradient"
+        lines.append(
+            f"attraction  {how}: the craft reaches {found.size:.4g} m, {found.ratio:.2g} of the distance from the "
+            f"centre (auto integrates from {LARGE:g} on); the gradient is wrong by {found.error:.2%} of itself there"
+        )
+    if environment.oblateness:
+        lines.append(f"oblateness  J2 = {environment.oblateness:.9g}, pole along the inertial Z axis")
+    return lines
 
 
 def _attitude_line(prepared: Prepared) -> str:
@@ -151,7 +170,8 @@ def tank_lines(run: Run) -> list[str]:
 
 
 def conserved_monitors(run: Run, system: System) -> list[str]:
-    """The monitors that ought to be constant: none under loads that have no potential and under damping.
+    """The monitors that ought to be constant: none under loads that have no potential, under damping, or where bodies
+    vary with time.
 
     Without orbit energy, and angular momentum unless a joint holds the craft; on a free orbit energy; on a specified
     circular one the Jacobi integral.
@@ -165,6 +185,8 @@ def conserved_monitors(run: Run, system: System) -> list[str]:
     from femflex.dynamics.reports.channels import conservative_loads
     from femflex.system import Effector
 
+    if system.varying:
+        return []
     led = any(profile.moves for joint in system.joints for profile in joint.held.values())
     working = any(spring.damping for spring in system.springs) or any(c.function for c in system.constraints)
     weights = conservative_loads(system)

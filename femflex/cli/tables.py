@@ -33,7 +33,7 @@ def folded_columns(widths: Sequence[int], keys: int, width: int) -> list[list[in
 
     Columns are spread evenly over as few tables as will do.
 
-    >>> folded([4, 30, 30, 30, 30], 1, 80)
+    >>> folded_columns([4, 30, 30, 30, 30], 1, 80)
     [[0, 1, 2], [0, 3, 4]]
     """
     first, others = list(range(keys)), list(range(keys, len(widths)))

@@ -16,12 +16,14 @@ class SecondOrderCalls:
     """The second-order calls over a model's own arrays.
 
     reduced  whether terms of the ledger are left out (see femflex.dynamics.terms.reduced)
+    free     bodies whose length is free, which implicit methods cannot correct
     """
 
     n_q: int
     n_u: int
     n_z: int = 0
     reduced: bool = False
+    free: tuple[str, ...] = ()
     kinematic: Any = field(default=kinematic)
     advance: Any = field(default=advance)
 
@@ -38,7 +40,12 @@ class SecondOrderCalls:
 
     @property
     def correct(self) -> Any:
-        """The call of signature CORRECT."""
+        """The call of signature CORRECT; ValueError with free lengths."""
+        if self.free:
+            raise ValueError(
+                f"body {self.free[0]!r} has a free length, and implicit integrators know lengths given in time alone; "
+                "take integrator 'dop853'"
+            )
         if self.reduced:
             from femflex.dynamics.terms.reduced_correction import reduced_correct
 

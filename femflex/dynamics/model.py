@@ -35,7 +35,7 @@ from femflex.dynamics.terms.by_source import SWITCHED
 from femflex.dynamics.workspace import Workspace
 from femflex.rotations import is_extrinsic
 from femflex.summary import Rows, Summarised, listed
-from femflex.system import Channel, System
+from femflex.system import Channel, LengthTable, System
 
 if TYPE_CHECKING:
     from femflex.dynamics.calls import SecondOrderCalls
@@ -136,7 +136,7 @@ class Model(Summarised):
         """The calls of implicit integrators on the tree, without the forces of constraints."""
         from femflex.dynamics.calls import SecondOrderCalls
 
-        return SecondOrderCalls(self.n_q, self.n_u, self.n_z, self.reduced)
+        return SecondOrderCalls(self.n_q, self.n_u, self.n_z, self.reduced, tuple(free_lengths(self.system)))
 
     @property
     def reduced(self) -> bool:
@@ -296,8 +296,18 @@ def compile_system(system: System) -> Model:
     return with_starts(constrained(tree) if system.loops or system.constraints else tree)
 
 
+def free_lengths(system: System) -> list[str]:
+    """Names of the deploying bodies whose length is a state."""
+    tables = {name: variation.write for name, variation in system.varying.items()}
+    return [name for name, t in tables.items() if isinstance(t, LengthTable) and isinstance(t.length, str)]
+
+
 def rate_of(system: System) -> Any:
     """The compiled rate of a tree: the plain one, or that with held freedoms and states z."""
+    if free_lengths(system):
+        from femflex.dynamics.motion.free_lengths import free_rate
+
+        return free_rate
     if not (system.state_names() or any(joint.held for joint in system.joints)):
         return equations.rate
     from femflex.dynamics.motion.led_equations import led_rate

@@ -8,6 +8,7 @@ from __future__ import annotations
 from importlib import import_module
 from pkgutil import walk_packages
 
+from femflex.fem.bushing import Bushing, spring
 from femflex.fem.connections import Distributing, Equation, Rigid, Term
 from femflex.fem.family import FAMILIES
 from femflex.fem.line.cut import Segment, cut
@@ -19,6 +20,7 @@ from femflex.fem.support import Support, antisymmetry, symmetry
 __all__ = [
     "FAMILIES",
     "Anisotropic",
+    "Bushing",
     "Distributing",
     "Equation",
     "Material",
@@ -34,6 +36,7 @@ __all__ = [
     "antisymmetry",
     "build_structure",
     "cut",
+    "spring",
     "symmetry",
 ]
 

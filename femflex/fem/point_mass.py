@@ -91,7 +91,7 @@ def point_mass_block(mesh: Mesh, point_mass: PointMass, numbering: Numbering) ->
             f"point mass at group {point_mass.group!r} has an inertia or an offset, but its nodes have no rotation "
             "(solid elements); give a mass alone, or spread points of mass over several nodes"
         )
-    N = np.concatenate([np.broadcast_to(np.eye(3), (len(masses), 3, 3)), -_skew(arms)], axis=2)
+    N = np.concatenate([np.broadcast_to(np.eye(3), (len(masses), 3, 3)), -cross_matrices(arms)], axis=2)
     dofs = np.concatenate([translation, rotation], axis=1) if turns else translation
     return DenseInertia(
         dofs=dofs,
@@ -109,7 +109,7 @@ def _distribution(point_mass: PointMass) -> tuple[Array, Array]:
     return masses, arms + offset
 
 
-def _skew(r: Array) -> Array:
+def cross_matrices(r: Array) -> Array:
     """Cross-product matrices (k, 3, 3) of r (k, 3)."""
     x, y, z = r.T
     o = np.zeros_like(x)

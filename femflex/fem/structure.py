@@ -16,6 +16,7 @@ from scipy import sparse
 from femflex.fem.assembly.conditions import conditions
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.assembly.support_dofs import held_columns
+from femflex.fem.bushing import Bushing, bushing_part
 from femflex.fem.connections.connection import Connection
 from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces, prepared
 from femflex.fem.internal_force import InternalForce
@@ -169,8 +170,9 @@ def build_structure(
     point_masses: Sequence[PointMass] = (),
     supports: Supports | None = None,
     connections: Sequence[Connection] = (),
+    bushings: Sequence[Bushing] = (),
 ) -> Structure:
-    """The Structure of a mesh with these members, concentrated masses and connections.
+    """The Structure of a mesh with these members, concentrated masses, connections, springs and bushings.
 
     supports: those that mode sets will ask for. They hold nothing here; the dofs lie along their axes, so that
     `Structure.held_dofs` finds them in planes askew and on edges of curved shells too.
@@ -188,6 +190,7 @@ def build_structure(
     parts = [contribution(mesh, member, numbering) for member in members]
     for connection in connections:
         numbering.connect(connection.dependences(mesh, numbering))
+    parts += [bushing_part(mesh, bushing, numbering) for bushing in bushings]
     inertia = tuple(block for part in parts for block in part.inertia)
     inertia += tuple(point_mass_block(mesh, point_mass, numbering) for point_mass in point_masses)
     late = tuple(block for part in parts if part.late is not None for block in part.late())

@@ -13,6 +13,7 @@ from femflex.advice.motion_estimate import typical_sizes
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem
 from femflex.dynamics import Model
+from femflex.dynamics.model import free_lengths
 from femflex.integrate import INTEGRATORS, Dop853, Forecast, Integrator, choose, foretold, integrator
 from femflex.integrate.driver import Adaptive
 
@@ -39,7 +40,10 @@ def chosen_integrator(case: Case, model: Model, times: Array, begun: str = "") -
 
     step, highest = float(times[1] - times[0]), model.max_frequency
     why = "of the run so far" if begun else "requested"
-    choice = choose(highest, duration, step, trial, band, begun or table.integrator, why)
+    asked = begun or table.integrator
+    if asked == "auto" and (free := free_lengths(model.system)):
+        asked, why = "dop853", f"the length of {free[0]} is free"
+    choice = choose(highest, duration, step, trial, band, asked, why)
     own = {field.name: field.default for field in fields(INTEGRATORS[choice.name])}  # type: ignore[arg-type]
     settings: dict[str, Any] = {}
     for key in ("rtol", "atol", "max_step", "step", "rho"):

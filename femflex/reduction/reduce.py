@@ -10,16 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Skin, StrainTensors
+from femflex.fem.deflected import tension_blocks
 from femflex.fem.structure import Structure
 from femflex.reduction.beams.strain_points import strain_field
 from femflex.reduction.bends.foreshortening import foreshortening
 from femflex.reduction.boundary.markers import marker, marker_rows
 from femflex.reduction.boundary.rigid import check_no_rigid_motion, rigid_shapes
+from femflex.reduction.inertia.mass_points import mass_points
 from femflex.reduction.inertia.moments import linear_stiffness, mass_moments
 from femflex.reduction.inertia.orders import first_order_part, membrane_cubic
 from femflex.reduction.modes.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
+from femflex.reduction.modes.internal_damping import internal_damping
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.nodal import is_lumped
+from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.strain.condense import condense
 from femflex.reduction.strain.folded_beams import warn_of_folded_beams
 from femflex.reduction.strain.following import able_to_follow
@@ -64,7 +68,7 @@ def reduce_structure(
         warn_of_in_plane_turns(structure, modes)
     warn_of_omitted_shear(structure, modes)
     phi = modes.phi
-    check_no_rigid_motion(rigid_shapes(structure), phi, dof_weight(structure))
+    check_no_rigid_motion(_checked_rigid(structure), phi, dof_weight(structure))
     places = {**{group: group for group in modes.groups}, **(markers or {})}
     moments = mass_moments(structure.inertia, structure.T @ phi)
     V1 = linear_stiffness(structure.K, phi)
@@ -80,7 +84,8 @@ def reduce_structure(
             damped,
             is_added(modes.kinds),
             alone,
-        ),
+        )
+        + internal_damping(structure, phi, damped),
         markers={
             name: replace(
                 marker(marker_rows(structure, group), phi, name, turning is None or name in turning),
@@ -95,11 +100,18 @@ def reduce_structure(
         ),
         omega=modes.omega,
         strain_field=strain_field(structure, phi, strain != "linear"),
+        mass_points=mass_points(structure, phi),
     )
     if strain == "linear":
-        known = 0 < modes.n_modes <= MANY and not is_lumped(structure)
+        known = 0 < modes.n_modes <= MANY and not is_lumped(structure) and not is_preloaded(structure, modes.held)
         return replace(body, foreshortening=foreshortening(structure, modes, markers) if known else None)
     return _followed(structure, modes, body, strain == "condensed", places)
+
+
+def _checked_rigid(structure: Structure) -> Array:
+    """Rigid motions that no shape may hold: rotations of straight strings held at one end are modes of theirs."""
+    R = rigid_shapes(structure)
+    return R[:, :3] if len(tension_blocks(structure)) == len(structure.strain) else R
 
 
 def _tensors(structure: Structure, phi: Array, V1: Array, strain: Strain) -> StrainTensors:
@@ -138,8 +150,10 @@ def _followed(
     warn_of_folded_beams(structure, len(free))
     first = first_order_part(structure, modes.phi[:, free])
     carried = membrane_cubic(structure, modes.phi[:, free])
-    body = condense(body, slaved, lambda free: strain_tensors(structure, modes.phi[:, free]).V3, first, carried)
-    return with_static_stretch(structure, modes, body, free, places)
+    preloaded = is_preloaded(structure, modes.held)
+    quartic = lambda free: strain_tensors(structure, modes.phi[:, free]).V3  # noqa: E731
+    body = condense(body, slaved, quartic, first, carried, balanced=preloaded)
+    return body if preloaded else with_static_stretch(structure, modes, body, free, places)
 
 
 def _derivatives(modes: ModeSet) -> NDArray[np.int64]:

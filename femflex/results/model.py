@@ -50,6 +50,8 @@ def write_bodies(group: h5py.Group, bodies: dict[str, FlexibleBody]) -> None:
             markers[marker] = place.position
         if body.skin is not None:
             own["points"], own["shapes"] = body.skin.points, body.skin.shapes
+            if body.skin.growth is not None:
+                own["growth"] = body.skin.growth
             cells = own.create_group("cells")
             for kind, nodes in body.skin.cells.items():
                 cells[kind] = nodes
@@ -61,7 +63,8 @@ def read_body(group: h5py.Group) -> RunBody:
     skin = None
     if "points" in group:
         cells = {kind: np.asarray(nodes[()], np.int64) for kind, nodes in group["cells"].items()}
-        skin = Skin(group["points"][()], cells, group["shapes"][()])
+        growth = group["growth"][()] if "growth" in group else None
+        skin = Skin(group["points"][()], cells, group["shapes"][()], growth)
     return RunBody(
         float(group.attrs["mass"]),
         tuple(group["kinds"].asstr()[()]),

@@ -12,7 +12,7 @@ import numpy as np
 from femflex.assembly import build_mesh, build_modes, build_part
 from femflex.assembly.open_choices import open_joints
 from femflex.assembly.shared import shared_structures
-from femflex.assembly.structures import structure_of
+from femflex.assembly.structures import preload_of, structure_of
 from femflex.body import FlexibleBody
 from femflex.case import Case, CaseError
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
@@ -186,7 +186,8 @@ def _refined_once(case: Case, names: list[str], r: int) -> Built:
     if quantity.of != "mode_frequency":
         return Built({name: build_part(case, name, refine=r) for name in names}, count)
     name = names[0]
-    structure, modes = build_modes(structures[name], _flexible(case, name))
+    table = _flexible(case, name)
+    structure, modes = build_modes(structures[name], table, preload=preload_of(case, name, table))
     ratio = stiffness_ratio(structure.K, modes.phi[:, quantity.mode - 1 : quantity.mode])
     summed = np.sqrt(count)  # rounding of so many terms, with signs at random
     rounding = float(np.finfo(float).eps / (2.0 * summed * ratio[0])) if ratio.size and ratio[0] > 0 else 0.0

@@ -21,7 +21,7 @@ from femflex.system.channel import Channel
 from femflex.system.constraint import Nonholonomic, knife_edge, rolling_disc, velocity_rows
 from femflex.system.controller import Controller
 from femflex.system.effector import Effector, StateEvent
-from femflex.system.environment import STANDARD_GRAVITY, Environment
+from femflex.system.environment import EARTH_J2, STANDARD_GRAVITY, Environment
 from femflex.system.gimbals import coasting_gyro, control_moment_gyro
 from femflex.system.joint import Joint
 from femflex.system.kinds import (
@@ -37,6 +37,7 @@ from femflex.system.kinds import (
 )
 from femflex.system.latch import Latch
 from femflex.system.law import Friction, Law
+from femflex.system.length_table import LengthTable
 from femflex.system.load import Load
 from femflex.system.loop import Closure, closure
 from femflex.system.orbit import EARTH_RADIUS, MU_EARTH, Frame, Orbit
@@ -55,6 +56,7 @@ from femflex.system.variation import Block, Variation
 from femflex.system.wheel import coasting, reaction_wheel, unbalanced_rotor, with_wheel, without_axial_inertia
 
 __all__ = [
+    "EARTH_J2",
     "EARTH_RADIUS",
     "JOINTS",
     "MU_EARTH",
@@ -70,6 +72,7 @@ __all__ = [
     "Joint",
     "Latch",
     "Law",
+    "LengthTable",
     "Load",
     "Nonholonomic",
     "Orbit",

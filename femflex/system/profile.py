@@ -138,6 +138,27 @@ class Profile:
         return cls(np.array([start - span, start, end]), pieces)
 
     @classmethod
+    def trapezoid(cls, start: float, end: float, before: float, after: float, ramp: float) -> Profile:
+        """From one value to another at a rate that rises, stays and falls linearly, `ramp` [s] long at either end."""
+        if not 0.0 < ramp <= (end - start) / 2.0:
+            raise ValueError(
+                f"a trapezoid from {start:g} s to {end:g} s with ramps of {ramp:g} s: a ramp is longer than zero, and "
+                "at most half of the time"
+            )
+        rate = (after - before) / (end - start - ramp)
+        bend, rise = rate / (2.0 * ramp), rate * ramp / 2.0
+        pieces = [
+            [before, 0.0, 0.0],
+            [before, 0.0, bend],
+            [before + rise, rate, 0.0],
+            [after - rise, rate, -bend],
+            [after, 0.0, 0.0],
+        ]
+        knots = np.array([start - ramp, start, start + ramp, end - ramp, end])
+        proper = np.append(np.diff(knots) > 0.0, True)
+        return cls(knots[proper], np.array(pieces)[proper])
+
+    @classmethod
     def spline(cls, times: object, values: object, degree: int = 3, ends: str = "not_a_knot") -> Profile:
         """The spline of degree 3 (C2) or 5 (C4) through values at times [s], known between the first and the last.
 

@@ -19,6 +19,7 @@ from femflex.system.effector_problems import effector_problems
 from femflex.system.environment import Environment
 from femflex.system.joint import Joint
 from femflex.system.kept import keep_problems
+from femflex.system.length_table import LengthTable
 from femflex.system.load import Load
 from femflex.system.names import name_problems, prefix_problems
 from femflex.system.orbit import Frame, Orbit
@@ -280,7 +281,29 @@ class System(Summarised):
                 f"mass arrives on body {growing[0]!r}, and the system is in an orbit, whose gravity on arriving mass "
                 "is not counted in the balance of energy; leave 'growth' out of its variation, or give no orbit"
             )
+        unknown += self._length_problems(known)
         return unknown + [text for name, v in known.items() for text in v.problems(name, self.bodies[name])]
+
+    def _length_problems(self, varying: Mapping[str, Variation]) -> list[str]:
+        """Sentences on lengths that are states."""
+        states = [name for name, _ in self.state_names()]
+        out = []
+        for name, variation in varying.items():
+            length = variation.write.length if isinstance(variation.write, LengthTable) else None
+            if not isinstance(length, str):
+                continue
+            if length not in states:
+                out.append(
+                    f"the length of body {name!r} is state {length!r}, which does not exist; states are {states}"
+                )
+            elif states.index(length) + 1 >= len(states):
+                out.append(f"the length of body {name!r} is state {length!r}; the state after it must be its rate")
+            if self.loops or self.constraints:
+                out.append(
+                    f"the length of body {name!r} is free, and the system has loops or constraints; give its length "
+                    "as a profile, or cut no loops"
+                )
+        return out
 
     def _illegal_names(self) -> list[str]:
         names: dict[str, list[str]] = {

@@ -29,6 +29,9 @@ They make the terms M_t u, G u and Gamma_t - T0,q of eq. (9). The points are the
 counts as points at rest at the exit. int z zddot^T dm = d(flow)/dt - int zdot zdot^T dm then holds the momentum flux
 at the exit; it is never added again. For such material the rate of `second` is flow + its transpose.
 
+Where all of it follows from one length and its rate, a table stands in the place of the function: see
+`femflex.system.length_table`. Of such a body the drum's force, its power and the energy lost are reported.
+
 Mass that arrives or leaves (growth) does so at the velocity of its place: it changes the moments and adds no force. A
 jet or an impact is a force of its own. The energy that it carries is reported (`growth`).
 """
@@ -42,14 +45,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.body import FlexibleBody, MassMoments
+from femflex.body import FlexibleBody, Marker, MassMoments
 from femflex.body.symmetric import unpacked
+from femflex.system.length_table import LengthTable
 
 Array = NDArray[np.float64]
 
 LANE = 4  # rows over shapes are filled up with zeros to multiples of it
 COLUMNS = 32  # entries of a block of the table of nonlinear strain
-PARTS = ("mass", "flow", "growth", "stiffness", "damping", "strain")
+PARTS = ("mass", "flow", "pickup", "growth", "stiffness", "damping", "strain")
 MARKER = "marker/"
 RATES = 26  # of the undeformed body: drift 3, kick 3, flow 9, turn 9, speed, its rate
 PLACE = 24  # of a marker: position 3, C_BM 9, axis 3, 0; velocity 3, acceleration 3, 0, 0
@@ -59,10 +63,11 @@ PLACE = 24  # of a marker: position 3, C_BM 9, axis 3, 0; velocity 3, accelerati
 class Variation:
     """How the properties of one body depend on time.
 
-    write    the function (see this module)
+    write    the function (see this module), or a LengthTable
     varies   what it writes: "mass", "flow" (how material moves inside the body), "growth" (mass that arrives), with
-             "mass"; "stiffness" (V1, f0), "damping", "strain" (V2, V3), "marker/<name>"
-    numbers  (n,) constants handed to the function
+             "mass"; "pickup" (what the drum's report needs, of a LengthTable alone); "stiffness" (V1, f0), "damping",
+             "strain" (V2, V3), "marker/<name>"
+    numbers  (n,) constants handed to the function; those of a LengthTable are its own
     breaks   (n_b,) times at which what it writes, or a rate of it, is not smooth [s]
     frozen   parts that it writes and that are left out: they stay as the System's body has them; of stiffness also
              V1 or f0 alone
@@ -72,7 +77,7 @@ class Variation:
     In place of a function `write` may be the word of one that femflex brings (femflex.dynamics.lowering.tanks).
     """
 
-    write: Callable[..., Any] | str
+    write: Callable[..., Any] | LengthTable | str
     varies: tuple[str, ...]
     numbers: Array = field(default_factory=lambda: np.zeros(0))
     breaks: Array = field(default_factory=lambda: np.zeros(0))
@@ -81,9 +86,14 @@ class Variation:
     states: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        if isinstance(self.write, LengthTable):
+            object.__setattr__(self, "numbers", self.write.numbers())
+            if not isinstance(self.write.length, str):
+                object.__setattr__(self, "breaks", np.append(self.write.length.breaks, self.breaks))
         for key in ("numbers", "breaks"):
             value = np.atleast_1d(np.asarray(getattr(self, key), float))
-            if value.ndim != 1 or not np.isfinite(value).all():
+            own = key == "numbers" and isinstance(self.write, LengthTable)
+            if value.ndim != 1 or not (own or np.isfinite(value).all()):
                 raise ValueError(f"{key} of a variation are {value.tolist()}; give a row of finite numbers")
             object.__setattr__(self, key, value)
 
@@ -116,12 +126,6 @@ class Variation:
         for part in ("flow", "growth"):
             if part in self.varies and "mass" not in self.varies:
                 out.append(f"body {name!r} varies in {part!r} but not in 'mass'; its moments change too: name both")
-        shaped = [part for part in self.acting if part in ("mass", "flow", "growth") or part.startswith(MARKER)]
-        if len(body.slaves) and shaped:
-            out.append(
-                f"body {name!r} has shapes that follow others, and varies in {', '.join(shaped)}; only stiffness, "
-                "damping and strain of such a body may vary: take linear or nonlinear strain"
-            )
         if not body.n_modes and (elastic := [p for p in self.acting if p in ("stiffness", "damping", "strain")]):
             out.append(f"body {name!r} is rigid and varies in {', '.join(elastic)}; leave that out")
         return out
@@ -139,6 +143,8 @@ class Block:
     flow0, turn0  int rho_a phidot_kc dm, int rho_a phiddot_kc dm (3, 3, wide)
     flow, turn    int phi_ka zdot_Bc dm, int phi_ka zddot_Bc dm (1+n_shapes, 3, 3, wide) over B, a, c, k
     speed, speed_rate   int zdot_A . phidot_k dm (1+n_shapes, wide), and its rate
+    pickup        what is picked up: mass per length times the square of its velocity at the exit per rate of the
+                  length, of rho with rho; then over A, k: (1+n_shapes, wide)
     growth, growth_first, growth_second   as mass, first, second, of the mass that arrives in a unit of time
     stiffness, f0, stiffness_rate, f0_rate   V1 (n, row), f0 (row) and their rates
     damping       D^T (n, row)
@@ -165,6 +171,7 @@ class Block:
         self.rates, self.drift, self.kick, self.flow0, self.flow, self.turn0, self.turn, self.speed, self.speed_rate = (
             self._take("flow", flow)
         )
+        self.pickup, self.pickup_shapes = self._take("pickup", {"rho": 1, "shapes": (1 + self.n_shapes) * wide})
         self.growth, self.growth_first, self.growth_second = self._take("growth", inertia)
         self.stiffness, self.f0, self.stiffness_rate, self.f0_rate = self._take(
             "stiffness", {"V1": n * row, "f0": row, "rate of V1": n * row, "rate of f0": row}
@@ -190,18 +197,13 @@ class Block:
         if self.mass >= 0:
             self.put_moments(out, body.moments)
         if self.stiffness >= 0:
-            self._put(out, self.stiffness, (body.strain.V1 + body.strain.V1.T) / 2)
-            self._put(out, self.f0, body.strain.f0)
+            self.put_stiffness(out, (body.strain.V1 + body.strain.V1.T) / 2, body.strain.f0)
         if self.damping >= 0:
-            self._put(out, self.damping, body.damping.T)
+            self.put_damping(out, body.damping)
         if self.strain >= 0:
-            table = strain_table(body.strain.V2, body.strain.V3, self.n)
-            out[self.strain : self.strain + table.size] = table.ravel()
-        for name, place in self.markers.items():
-            marker = body.marker(name)
-            out[place : place + 15] = np.concatenate([marker.position, marker.orientation.ravel(), marker.axis])
-            for k, rows in ((0, marker.phi), (3, marker.psi)):
-                self._put(out, place + PLACE + 3 * k * self.wide, rows)
+            self.put_strain(out, body.strain.V2, body.strain.V3)
+        for name in self.markers:
+            self.put_place(out, name, body.marker(name))
         return out
 
     def put_moments(self, out: Array, moments: MassMoments, growth: bool = False) -> None:
@@ -227,6 +229,39 @@ class Block:
             self._put(out, full, np.einsum("kaBc->Back", of[1:]))
         self._put(out, self.speed, speed[:, 1:])
         self._put(out, self.speed_rate, speed_rate[:, 1:])
+
+    def put_pickup(self, out: Array, pickup: Array) -> None:
+        """Write the form (1 + n_shapes, 1 + n_shapes) of what is picked up into a block."""
+        out[self.pickup] = pickup[0, 0]
+        self._put(out, self.pickup_shapes, pickup[:, 1:])
+
+    def put_stiffness(self, out: Array, V1: Array, f0: Array, rates: bool = False) -> None:
+        """Write V1 (n, n) and f0 (n,), or the rates of them, into a block."""
+        self._put(out, self.stiffness_rate if rates else self.stiffness, V1)
+        self._put(out, self.f0_rate if rates else self.f0, f0)
+
+    def put_damping(self, out: Array, damping: Array) -> None:
+        """Write the damping matrix (n, n) into a block."""
+        self._put(out, self.damping, damping.T)
+
+    def put_strain(self, out: Array, V2: Array, V3: Array, rates: bool = False) -> None:
+        """Write packed V2 and V3, or the rates of them, into a block."""
+        table, place = strain_table(V2, V3, self.n), self.strain_rate if rates else self.strain
+        out[place : place + table.size] = table.ravel()
+
+    def put_place(self, out: Array, name: str, marker: Marker) -> None:
+        """Write position, axes and rows of a marker that does not move of itself into a block."""
+        place = self.markers[name]
+        out[place : place + 15] = np.concatenate([marker.position, marker.orientation.ravel(), marker.axis])
+        for k, rows in ((0, marker.phi), (3, marker.psi)):
+            self._put(out, place + PLACE + 3 * k * self.wide, rows)
+
+    def put_motion(self, out: Array, name: str, order: int, position: Array, phi: Array, psi: Array) -> None:
+        """Write velocities (order 1) or accelerations (order 2) of a marker's position (3,) and rows (3, n_shapes)."""
+        place = self.markers[name]
+        out[place + 13 + 3 * order : place + 16 + 3 * order] = position
+        for k, rows in ((order, phi), (3 + order, psi)):
+            self._put(out, place + PLACE + 3 * k * self.wide, rows)
 
     @staticmethod
     def _put(out: Array, place: int, rows: Array) -> None:

@@ -33,8 +33,8 @@ def energy_account(run: Run) -> dict[str, Array]:
 
     Stored energy, and what each effector stores; what is dissipated, by each effector, by laws of joints and structural
     damping together, and by latches; minus the work of each load, effector and specified motion. Work is the integral
-    of power over the rows of the run (Simpson's rule): rows that lie far apart add to what is left. Raises ValueError where
-    the energy is no balance, on a specified orbit.
+    of power over the rows of the run (Simpson's rule): rows that lie far apart add to what is left. Raises ValueError
+    where the energy is no balance, on a specified orbit.
     """
     if not has_balance(run) or "monitors/jacobi" in run:
         raise ValueError("on a specified orbit the energy is no balance; plot monitors/jacobi instead")

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from femflex.body import Skin
 from femflex.results import Run, RunBody
+from femflex.view.growing import grown
 from femflex.view.motion import Motion, motion
 from femflex.view.units import round_below
 
@@ -45,7 +46,10 @@ def displacement(run: Run, skins: dict[str, Skin]) -> tuple[Array, Array]:
     """Instants (k,) spread over the run, and the largest elastic displacement of thinned skins at each [m]."""
     rows = some_rows(run)
     largest = np.zeros(len(rows))
-    deltas = motion(run, run.time[rows]).delta
+    moving = motion(run, run.time[rows])
+    deltas = moving.delta
+    for name in moving.lengths:
+        deltas[name][:, -1] = 0.0  # growth is no displacement
     for name, skin in skins.items():
         if name in deltas and len(skin.shapes):
             n = len(skin.shapes)
@@ -85,7 +89,7 @@ def skins_of(bodies: dict[str, RunBody]) -> dict[str, Skin]:
 
     Raises ValueError when none has.
     """
-    skins = {name: body.skin for name, body in bodies.items() if body.skin is not None}
+    skins = {name: grown(body.skin) for name, body in bodies.items() if body.skin is not None}
     if not skins:
         raise ValueError(f"no body of the run can be drawn: {sorted(bodies)} have no skin; give one of them a shape")
     return skins

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.results import Run, RunBody
+from femflex.view.growing import growing, grown_coordinates
 from femflex.view.segments import body_of_marker, whole_of, widened_coordinates
 
 Array = NDArray[np.float64]
@@ -25,6 +26,7 @@ class Motion:
     reference (n_t, 3, 3)  C_VR, R the orbital axes when orbiting, else the inertial ones
     traces    marker or contact -> (n_t, 3) [m], a marker's with its deflection magnified as the bodies are drawn
     sights    line of sight -> where it begins (n_t, 3) [m], and its direction (n_t, 3)
+    lengths   body that deploys -> its length (n_t,) [m]
     """
 
     times: Array
@@ -35,6 +37,7 @@ class Motion:
     reference: Array
     traces: dict[str, Array]
     sights: dict[str, tuple[Array, Array]]
+    lengths: dict[str, Array]
 
 
 class Interpolated:
@@ -92,6 +95,9 @@ def motion(
             pose = position[whole], attitude[whole]
             delta[name] = widened_coordinates(position[name], attitude[name], delta[name], pose)
             position[name], attitude[name] = pose
+    lengths = {name: at(f"bodies/{name}/length") for name in growing(run, names)}
+    for name, length in lengths.items():
+        delta[name] = grown_coordinates(run, name, length, delta[name], scale)
     orbital = at.dcm("orbit/attitude") if "orbit/attitude" in run else None
     place, C_NV = np.zeros((len(times), 3)), np.broadcast_to(np.eye(3), (len(times), 3, 3))
     if camera == "follow":
@@ -115,7 +121,7 @@ def motion(
     for path in (path for path in run if path.startswith("sights/") and path.endswith("/direction")):
         start = at(path.replace("/direction", "/position")) - place
         sights[path.split("/")[1]] = tuple(np.einsum("tji,tj->ti", C_NV, v) for v in (start, at(path)))
-    return Motion(np.asarray(times, float), moved, turned, delta, amplitudes, reference, lines, sights)
+    return Motion(np.asarray(times, float), moved, turned, delta, amplitudes, reference, lines, sights, lengths)
 
 
 def traced_markers(run: Run) -> list[str]:

@@ -63,7 +63,8 @@ class Scene:
             sight.show(*(values[k] for values in moving.sights[name]))
         if self._corner is not None:
             self._corner.show(moving.reference[k])
-        self._clock.SetInput(f"t = {clock(t, plan.span[1] - plan.span[0])}")
+        lengths = "".join(f"\n{name} {length[k]:.4g} m" for name, length in moving.lengths.items())
+        self._clock.SetInput(f"t = {clock(t, plan.span[1] - plan.span[0])}{lengths}")
 
     def image(self) -> Image:
         """The picture, (height, width, 3)."""

@@ -154,7 +154,7 @@ def test_nonholonomic_constraints_and_loops_in_motion_are_refused():
     with pytest.raises(ValueError, match="'blade': nonholonomic constraints bind velocities"):
         equilibrium(sleigh(0.5))
     model = compile_system(sleigh(0.5))
-    with pytest.raises(ValueError, match="linear equations cannot be found beside them"):
+    with pytest.raises(ValueError, match="linear equations cannot be found with them"):
         linearised(model, 0.0, model.x0)
     moving = compile_system(four_bar())
     with pytest.raises(ValueError, match=r"the loops \['closure'\] are in motion"):

@@ -197,7 +197,7 @@ def test_gravity_that_makes_no_sense_is_refused():
         ValueError, match=r"gravity is 9.81; expected three finite numbers .* such as \[0, 0, -9.80665\]"
     ):
         Environment(9.81)
-    with pytest.raises(ValueError, match=r"uniform gravity of 9.81 m/s\^2 beside an orbit"):
+    with pytest.raises(ValueError, match=r"uniform gravity of 9.81 m/s\^2 with an orbit"):
         body = {"craft": rigid_body(1.0, np.eye(3))}
         System(body, (spherical("craft"),), orbit=Orbit(7e6), environment=DOWN)
 

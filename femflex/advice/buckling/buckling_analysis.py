@@ -85,12 +85,12 @@ class ElasticStructure(StaticStructure, Protocol):
 
 @dataclass(frozen=True, eq=False)
 class BucklingAnalysis:
-    """The Bearing of what is elastic."""
+    """The BucklingModel of an elastic structure."""
 
     elastic: ElasticStructure
 
     def nearest(self, applied: Sequence[AppliedLoad], shares_from: float = 0.0) -> BucklingResult:
-        """See Bearing."""
+        """See BucklingModel."""
         index = [k for k, one in enumerate(applied) if self.elastic.knows(one.marker) and _acts(one)]
         known = [applied[k] for k in index]
         rows = self._rows(known) if known else []
@@ -102,7 +102,7 @@ class BucklingAnalysis:
         return BucklingResult(found.part, found.row, tuple(shares.tolist()), found.flutters)
 
     def kept(self, applied: Sequence[AppliedLoad], row: int) -> float:
-        """See Bearing."""
+        """See BucklingModel."""
         E = self.elastic.kept
         known = [one for one in applied if E.knows(one.marker) and _acts(one)]
         return max(0.0, -_lowest(E, known, row)[0])

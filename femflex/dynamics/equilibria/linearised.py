@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.body import FlexibleBody
+from femflex.body import FlexibleBody, StrainTensors
 from femflex.dynamics.equilibria.closed_motion import (
     independent_coordinates,
     least_multipliers,
@@ -63,9 +63,10 @@ class Linearised:
 def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> Linearised:
     """The linear equations about the state x (n_x,) at t with accelerations udot (n_u,), zero when left out.
 
-    M is exact, D exact too (the residual is of second degree in u); K is that of shapes and springs exactly, plus
-    central differences of the rest. Beside loops K holds the stiffness that their forces add as they turn along, and
-    the state must be at rest. Raises ValueError for nonholonomic constraints, and for loops in motion.
+    M is exact, D exact too (the residual is of second degree in u); K is that of shapes, their nonlinear strain
+    included, and of springs exactly, plus central differences of the rest. Beside loops K holds the stiffness that
+    their forces add as they turn along, and the state must be at rest. Raises ValueError for nonholonomic constraints,
+    and for loops in motion.
     """
     accelerations = np.zeros(model.n_u) if udot is None else np.asarray(udot, float)
     q, u, z = model.parts(x)
@@ -124,18 +125,43 @@ def stiffness(model: Model, t: float, x: Array, udot: Array, lambdas: Array) -> 
     q, u, z = model.parts(x)
     K, at = linear_stiffness(model)
     own = at >= 0
+    stretched = nonlinear_bodies(model)
 
     def other(moved: Array) -> Array:
         change, y = np.where(own, moved[at] - q[at], 0.0), np.concatenate([moved, u, z])
         tied = lambdas @ model.constraints.matrix(t, y) if model.constraints is not None else 0.0
-        return model.residual(t, y, udot) - tied - K @ change
+        left = model.residual(t, y, udot) - tied - K @ change
+        for strain, e, qe in stretched:
+            left[e] -= strain.force(moved[qe]) - strain.V1 @ moved[qe]
+        return left
 
     columns = []
     for j, size in enumerate(usual_sizes(model)):
         step = np.zeros(model.n_u)
         step[j] = STEP * size
         columns.append((other(advanced(model, q, step)) - other(advanced(model, q, -step))) / (2 * step[j]))
-    return K + np.column_stack(columns)
+    K = K + np.column_stack(columns)
+    for (
+        strain,
+        e,
+        qe,
+    ) in stretched:  # whose differences would be those of fast powers: EA against the tension of a string
+        K[np.ix_(e, e)] += strain.tangent(q[qe]) - (strain.V1 + strain.V1.T) / 2
+    return K
+
+
+def nonlinear_bodies(model: Model) -> list[tuple[StrainTensors, NDArray[np.int64], NDArray[np.int64]]]:
+    """Strain tensors of bodies whose strain is not linear, and places (n,) of their coordinates in u and in q.
+
+    None of bodies whose stiffness varies.
+    """
+    found = []
+    for name, record in zip(model.system.order, body_records(model.table)[1:], strict=True):
+        body = model.system.bodies[name]
+        if not body.strain.is_linear and name not in model.system.varying:
+            every = np.arange(body.n_modes)
+            found.append((body.strain, int(record["ue"]) + every, int(record["qe"]) + every))
+    return found
 
 
 def steps(model: Model, q: Array) -> list[tuple[Array, float]]:

@@ -54,6 +54,8 @@ HEADER = np.dtype(
             "known", "flags", "drives",  # work (n_u,): their accelerations; 1 where held; forces that hold them
             "closing",  # table: where records of constraints begin (see tie_layout)
             "n_varying",  # bodies whose properties depend on time
+            "n_free",  # of these, ones whose length is free; their accelerations stand behind z
+            "lack", "needs",  # work (n_u,), (n_free, n_free + 1): for these accelerations, see free_lengths
         )
     ]
 )  # fmt: skip
@@ -126,6 +128,9 @@ BODY = np.dtype(
             "speeds",  # pool (1+n_shapes,wide)
             "carried",  # work: int w dm (3), 0, int r w^T dm (9), of the material's velocity w
             "carriedZ",  # work (3,3,wide): int phi_k w^T dm
+            "free_length",  # 1: its length is a state, whose acceleration follows from the force on it
+            "unit",  # pool: its block at a unit rate of the length
+            "accel_all",  # work (wide): accelerations of all shapes
         )
     ]
 )  # fmt: skip

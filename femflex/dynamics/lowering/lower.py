@@ -44,7 +44,7 @@ def lower(system: System, terms: Sequence[Lowered]) -> tuple[Table, Array, int]:
     order = system.order
     bodies = np.zeros(1 + len(order), at.BODY)
     bodies[0]["work"] = scratch.take(at.W_FIXED)
-    nq = nu = 0
+    nq = nu = n_free = 0
     states = [name for name, _ in system.state_names()]
     for i, name in enumerate(order, start=1):
         joint, body = system.joint_of(name), system.bodies[name]
@@ -56,7 +56,8 @@ def lower(system: System, terms: Sequence[Lowered]) -> tuple[Table, Array, int]:
         lower_joint(record, joint, system, pool)
         lower_body(record, body, pool, scratch)
         if name in system.varying:
-            lower_variation(record, name, body, system.varying[name], states, pool, scratch)
+            lower_variation(record, name, body, system.varying[name], states, len(states) + n_free, pool, scratch)
+            n_free += int(record["free_length"])
     for i, name in enumerate(order, start=1):
         lower_markers(bodies, i, system.joint_of(name), system, pool, scratch)
     markers = np.array([lower_marker(b, m, system, order, pool) for b, m in reported_markers(system)], at.MARKER)
@@ -67,7 +68,9 @@ def lower(system: System, terms: Sequence[Lowered]) -> tuple[Table, Array, int]:
     head[0]["mass"] = pool.put_own([sum(body.moments.mass for body in system.bodies.values())])
     head[0]["n_varying"] = len(system.varying)
     head[0]["orbit_state"], head[0]["total"] = scratch.take(19), scratch.take(6)
-    head[0]["z"], head[0]["zdot"] = (scratch.take(int(head[0]["n_z"])) for _ in range(2))
+    head[0]["z"], head[0]["zdot"] = scratch.take(len(states) + n_free), scratch.take(len(states))
+    head[0]["n_free"], head[0]["needs"] = n_free, scratch.take(n_free * (n_free + 1))
+    head[0]["lack"] = scratch.take(nu if n_free else 0)
     head[0]["moved_u"], head[0]["account"] = scratch.take(nu), scratch.take(N_ACCOUNT)
     lower_orbit(head[0], system, pool)
     parts: list[NDArray[np.void] | Table] = [head, bodies, markers]

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from femflex.body import FlexibleBody
 from femflex.dynamics.lowering.bodies import take_monomials
 from femflex.dynamics.lowering.pool import Pool, Scratch
 from femflex.dynamics.lowering.writers import address_of
+from femflex.system.length_table import LengthTable
 from femflex.system.variation import PLACE, Block, Variation
 
 
@@ -16,17 +19,26 @@ def lower_variation(
     name: str,
     body: FlexibleBody,
     variation: Variation,
-    states: list[str],
+    states: Sequence[str],
+    slot: int,
     pool: Pool,
     scratch: Scratch,
 ) -> None:
-    """Point the record of a body to the block that its function writes, part by part."""
+    """Point the record of a body to the block that its function writes, part by part.
+
+    states: names of z; slot: place behind them for the acceleration of its length, if that is free.
+    """
     written = variation.whole or body
     at = Block(written, variation.varies)
     block = pool.put_own(at.laid(written))
     record["varies"], record["block"], record["dense"] = 1, block, 1
-    known = [float(states.index(state)) for state in variation.states]
+    known = [float(list(states).index(state)) for state in variation.states]
     numbers = np.concatenate([known, variation.numbers])
+    if isinstance(variation.write, LengthTable) and isinstance(variation.write.length, str):
+        pickup = at.pickup if "pickup" in variation.acting else -1
+        numbers[7:11] = 1, list(states).index(variation.write.length), slot, pickup
+        record["free_length"], record["unit"] = 1, pool.put_own(np.zeros(at.size))
+        record["accel_all"] = scratch.take(int(record["wide"]))
     record["numbers"] = pool.put_own(numbers)
     record["write"] = address_of(name, variation.write, len(states), len(numbers), at.size)
     parts, wide = variation.acting, int(record["wide"])

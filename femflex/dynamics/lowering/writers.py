@@ -11,7 +11,9 @@ import numba.core.errors
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.dynamics.arithmetic.by_length import write_by_length
 from femflex.dynamics.arithmetic.entries import USER, known
+from femflex.system.length_table import LengthTable
 
 Array = NDArray[np.float64]
 
@@ -21,11 +23,13 @@ _KNOWN: dict[
 ] = {}  # function and sizes -> its address, and what keeps it alive
 
 
-def address_of(name: str, write: Callable[..., Any] | str, n_z: int, n_numbers: int, n_block: int) -> int:
+def address_of(name: str, write: Callable[..., Any] | LengthTable | str, n_z: int, n_numbers: int, n_block: int) -> int:
     """Where compiled code calls the function of body `name`; compiled once in a process.
 
     Raises ValueError where Numba cannot compile it.
     """
+    if isinstance(write, LengthTable):
+        return write_by_length.address
     if isinstance(write, str):
         from femflex.dynamics.lowering.tanks import writer
 

@@ -39,6 +39,11 @@ class BodyMotion:
 
 def flow_power(record: np.void, pool: Array, m: BodyMotion) -> float:
     """int w . (a - f) dm of moving material [W], with d/dt int w.w/2 dm as the rates of `speed` say."""
+    return moving_power(record, pool, m) + speed_form(record, pool, m.y, 2.0 * m.dy) + half_rate(record, pool, m.y)
+
+
+def moving_power(record: np.void, pool: Array, m: BodyMotion) -> float:
+    """int w . (a - f) dm with the part of a that is not the material's own, 2 dw/d(delta) ddelta + zddot_A y_A."""
     n, wide = int(record["n_shapes"]), int(record["wide"])
 
     def rows(key: str, *shape: int) -> Array:
@@ -50,15 +55,26 @@ def flow_power(record: np.void, pool: Array, m: BodyMotion) -> float:
     flow = r[6:15].reshape(3, 3) + np.einsum("ack,k->ac", rows("flow0", 3, 3) + Z, m.y[1:])  # int r w^T dm
     W = np.outer(m.omega, m.omega) - m.omega @ m.omega * np.eye(3) + m.gradient
     power = drift @ m.a + m.alpha @ _twist(flow) + np.sum(W * flow.T)
-    power += 2.0 * m.omega @ _twist(Z @ m.dy[1:]) + np.einsum("aak,k->", Z, m.ddy[1:])
-    count = (1 + n) * wide
-    for place, left, right, zero in (
-        (int(record["speeds"]), m.y, 2.0 * m.dy, 0.0),
-        (int(record["speeds"]) + padded(count), m.y, 0.5 * m.y, 0.5 * r[25]),
-    ):
-        S = _rows(pool, place, n, wide, 1 + n)  # over A, k; that of rho with rho stands in the rates
-        power += zero + left @ S @ right[1:] + left[1:] @ S[0] * right[0]
-    return float(power)
+    return float(power + 2.0 * m.omega @ _twist(Z @ m.dy[1:]) + np.einsum("aak,k->", Z, m.ddy[1:]))
+
+
+def speed_form(record: np.void, pool: Array, left: Array, right: Array) -> float:
+    """left . speed . right over A = (rho, shapes), (1 + n,) each."""
+    zero = pool[int(record["rates"]) + RATES - 2]
+    return form(int(record["speeds"]), zero, int(record["n_shapes"]), pool, left, right)
+
+
+def half_rate(record: np.void, pool: Array, y: Array) -> float:
+    """Half of y . (rate of speed) . y."""
+    n, wide, zero = int(record["n_shapes"]), int(record["wide"]), pool[int(record["rates"]) + RATES - 1]
+    place = int(record["speeds"]) + padded((1 + n) * wide)
+    return 0.5 * form(place, zero, n, pool, y, y)
+
+
+def form(place: int, zero: float, n: int, pool: Array, left: Array, right: Array) -> float:
+    """left . S . right of a symmetric S over (rho, shapes) without its first column, and that with rho apart."""
+    S = _rows(pool, place, n, padded(n), 1 + n)
+    return float(left @ S @ right[1:] + left[1:] @ S[0] * right[0] + zero * left[0] * right[0])
 
 
 def growth_power(place: int, n: int, pool: Array, m: BodyMotion) -> tuple[float, float, Array]:

@@ -34,8 +34,9 @@ from femflex.dynamics.lowering.layout import (
     W_VEL,
     body_records,
 )
+from femflex.dynamics.reports.drum import drum_channels, drum_row, lengths_of
 from femflex.dynamics.reports.material import BodyMotion, flow_power, growth_power, stiffness_power, strain_power
-from femflex.system import Channel, System
+from femflex.system import Channel, LengthTable, System
 from femflex.system.variation import COLUMNS, Block
 
 if TYPE_CHECKING:
@@ -50,8 +51,13 @@ def variation_channels(system: System) -> dict[str, Channel]:
     for name in varying_names(system):
         out[f"bodies/{name}/mass"] = Channel("kg", f"mass of {name}")
         out[f"bodies/{name}/power"] = Channel("W", f"power that the change of {name} gives to the system")
+        table = system.varying[name].write
+        if isinstance(table, LengthTable):
+            out |= drum_channels(name, table)
     if out:
         out["monitors/variation_power"] = Channel("W", "power that bodies which vary with time give to the system")
+    if lengths_of(system):
+        out["monitors/pickup_loss"] = Channel("W", "power lost where stowed material is picked up or stopped")
     return out
 
 
@@ -66,16 +72,61 @@ def observe_variations(model: Model, times: Array, states: Array) -> dict[str, A
     if not names:
         return {}
     mass, power = np.empty((len(times), len(names))), np.empty((len(times), len(names)))
+    lengths = lengths_of(model.system)
+    drums: dict[str, list[dict[str, float]]] = {name: [] for name in lengths}
     for j, (t, x) in enumerate(zip(times, states, strict=True)):
         gather(model, float(t), x)
         for i, name in enumerate(names):
             k = 1 + model.system.order.index(name)
             mass[j, i], power[j, i] = model.pool[int(body_records(model.table)[k]["mass"])], power_of(model, k)
+            if name in lengths:
+                drums[name].append(drum_of(model, k, lengths[name], length_at(model, name, t, x), power[j, i]))
     out = {}
     for i, name in enumerate(names):
         out[f"bodies/{name}/mass"], out[f"bodies/{name}/power"] = mass[:, i], power[:, i]
     out["monitors/variation_power"] = power.sum(axis=1)
+    for name, rows in drums.items():
+        out |= {f"bodies/{name}/{key}": np.array([row[key] for row in rows]) for key in rows[0]} if rows else {}
+    if lengths:
+        out["monitors/pickup_loss"] = sum((out[f"bodies/{name}/pickup_loss"] for name in lengths), np.zeros(len(times)))
     return out
+
+
+def length_at(model: Model, name: str, t: float, x: Array) -> tuple[float, float, float]:
+    """A body's length, its rate and its acceleration, at the state x (n_x,) that was gathered last."""
+    table = model.system.varying[name].write
+    assert isinstance(table, LengthTable)
+    if not isinstance(table.length, str):
+        L, U, acceleration = (float(v) for v in table.length(t))
+        return L, U, acceleration
+    z, head = model.parts(x)[2], model.table[:N_HEADER].view(HEADER)[0]
+    numbers = int(body_records(model.table)[1 + model.system.order.index(name)]["numbers"])
+    place, slot = int(model.pool[numbers + 8]), int(model.pool[numbers + 9])
+    return float(z[place]), float(z[place + 1]), float(model.work[int(head["z"]) + slot])
+
+
+def drum_of(
+    model: Model, k: int, table: LengthTable, at_length: tuple[float, float, float], power: float
+) -> dict[str, float]:
+    """What the drum of body record k reports, at the state that was gathered last: the channels of `drum_channels`."""
+    records, pool, work = body_records(model.table), model.pool, model.work
+    b, motion = records[k], body_motion(model, k)
+    variation = model.system.varying[model.system.order[k - 1]]
+    at = Block(variation.whole or model.system.bodies[model.system.order[k - 1]], variation.varies)
+    length, rate, acceleration = at_length
+    unit, block = pool.copy(), int(b["block"])
+    unit[block : block + table.size] = table.at(length, 1.0)
+    carried = sum(
+        (
+            carried_power(child, b, unit, work, motion)
+            for child in records[k + 1 :]
+            if child["parent"] == k and child["bends"] >= VARIES
+        ),
+        0.0,
+    )
+    if b["own_bends"] >= VARIES:
+        carried += bearing_power(b, unit, work, motion)
+    return drum_row(b, at, table, unit, motion, (length, rate, acceleration), carried, variation.acting, power)
 
 
 def gather(model: Model, t: float, x: Array) -> None:
@@ -102,7 +153,7 @@ def power_of(model: Model, k: int) -> float:
         w, g = int(b["work"]), model.system.environment.gravity
         total += power - float(g @ (mass * work[w + W_POS : w + W_POS + 3] + _C(work, w).T @ s))
     if "stiffness" in parts:
-        total += stiffness_power(block + at.stiffness_rate, block + at.f0_rate, int(b["n"]), pool, delta)
+        total += stiffness_power(block + at.stiffness_rate, block + at.f0_rate, int(b["n"]), pool, delta[: int(b["n"])])
     if "strain" in parts:
         place = block + at.strain_rate
         total += strain_power(place, int(b["n"]), int(b["n_blocks"]), COLUMNS, pool, delta[: int(b["n"])])
@@ -121,6 +172,11 @@ def body_motion(model: Model, k: int) -> BodyMotion:
     delta, ddelta = (work[int(b[key]) : int(b[key]) + n_shapes] for key in ("delta", "ddelta"))
     ddy = np.zeros(1 + n_shapes)
     ddy[1 : 1 + n] = work[int(b["accel"]) : int(b["accel"]) + n]
+    if b["n_slaves"]:
+        n_s, row = int(b["n_slaves"]), int(b["row"])
+        tie = work[int(b["tie"]) : int(b["tie"]) + n_s * row].reshape(n_s, row)[:, :n]
+        first = int(b["drift"]) + n
+        ddy[1 + n :] = tie @ ddy[1 : 1 + n] + work[first : first + n_s]
     C, head = _C(work, w), model.table[:N_HEADER].view(HEADER)[0]
     a, gradient = work[w + W_ACC : w + W_ACC + 3].copy(), np.zeros((3, 3))
     if head["orbit"] == ORBIT_NONE:

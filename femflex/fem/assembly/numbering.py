@@ -38,6 +38,8 @@ class Numbering:
         self._extras: list[Extras] = []
         self._dependences: list[Dependence] = []
         self._ties: dict[int, tuple[int, float]] = {}  # raw dof -> the one it follows and its factor; 0 holds it
+        self._sides: dict[tuple[int, int], Index] = {}  # side between two nodes -> raw dofs (3,) of its displacement
+        self._fading: list[Index] = []
         self.n_raw = 0
 
     def translation(self, nodes: Index) -> Index:
@@ -56,6 +58,31 @@ class Numbering:
     def extra(self, count: int) -> Index:
         """Raw dofs (count,) that belong to no single node; no support holds them before they are `attach`ed."""
         return self._take(count)
+
+    def sides(self, ends: Index) -> Index:
+        """Raw dofs (k, 3), global components, of the displacement 4 s (1 - s) b of straight sides with ends (k, 2).
+
+        Tethers and membranes share them: the same pair of nodes always gets the same numbers.
+        """
+        pairs = [(int(a), int(b)) for a, b in np.sort(ends, axis=1)]
+        fresh = list(dict.fromkeys(pair for pair in pairs if pair not in self._sides))
+        if fresh:
+            self._sides |= zip(fresh, self.fading(np.array(fresh, np.int64), 1)[:, 0], strict=True)
+        return np.array([self._sides[pair] for pair in pairs], np.int64).reshape(-1, 3)
+
+    def fading(self, nodes: Index, count: int) -> Index:
+        """Raw dofs (n, count, 3), global components, of functions that fade at nodes (n, m); none moves as these move
+        linearly in their places."""
+        dofs = self.extra(3 * count * len(nodes)).reshape(len(nodes), count, 3)
+        for k in range(count):
+            self.attach(dofs[:, k], nodes, np.broadcast_to(np.eye(3), (len(nodes), 3, 3)))
+        self._fading.append(dofs.ravel())
+        return dofs
+
+    @property
+    def faded(self) -> Index:
+        """Raw dofs (k,) of `fading`."""
+        return np.concatenate([np.zeros(0, np.int64), *self._fading])
 
     def attach(
         self,

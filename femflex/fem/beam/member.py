@@ -112,7 +112,7 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     strain = beam_strain(elements, member, degree, options, corners, stiffness)
     shear = () if stiffness is None else (shear_strain(strain, elements, member, degree, stiffness),)
     axis = elements.places(stations(elements, member, degree)[0], np.zeros((*strain.weight.shape, 1, 3)))[:, :, 0]
-    places = StrainPlaces("line", axis)
+    places = StrainPlaces("line", axis, lever=np.sqrt(r.polar2))
     skin = partial(swept_outline, elements, member.section)
     return Contribution((blocks,), (strain,), skin, (places,), late=lambda: shear)
 

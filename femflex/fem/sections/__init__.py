@@ -2,6 +2,7 @@
 
 from femflex.fem.sections.full import FullSection as FullSection
 from femflex.fem.sections.library import Box as Box
+from femflex.fem.sections.library import CableSection as CableSection
 from femflex.fem.sections.library import Circle as Circle
 from femflex.fem.sections.library import GivenSection as GivenSection
 from femflex.fem.sections.library import ISection as ISection

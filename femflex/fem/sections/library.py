@@ -262,6 +262,19 @@ class StiffnessSection(Dimensioned):
         return ellipse(_semi_axis(d["EIz"], d["EA"]), _semi_axis(d["EIy"], d["EA"]))
 
 
+@dataclass(frozen=True, eq=False)
+class CableSection(Dimensioned):
+    """A cable by its axial stiffness EA [N] and mass per length [kg/m]; for tethers alone, without a material."""
+
+    EA: Along
+    mass_per_length: Along
+
+    def axial(self, s: Array, length: Array | float) -> tuple[Array, Array]:
+        """EA and mass per length at arc lengths s."""
+        d = self.dimensions(s, length)
+        return d["EA"], d["mass_per_length"]
+
+
 def rectangle_torsion(width: Array, height: Array) -> Array:
     """Torsion constant of solid rectangles [m^4], exact to rounding.
 

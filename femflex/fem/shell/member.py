@@ -119,7 +119,7 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         inertia.append(_inertia(geometry, section, dofs))
         cell = CELL_TYPES[name]
         at, few = (np.matmul(cell.interpolation(rule[0]), x) for rule in (_full(name), _few(name)))
-        places.append(StrainPlaces("plate", at, few if cell.order == 2 else None))
+        places.append(StrainPlaces("plate", at, few if cell.order == 2 else None, section.thickness / 2))
         late.append(partial(_drilling, geometry, dofs, numbering, float(section.A[2, 2])))
 
     def drilled() -> tuple[StrainBlock, ...]:

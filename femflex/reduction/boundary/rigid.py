@@ -21,7 +21,8 @@ def lifted(structure: Structure, translation: Array, rotation: Array) -> Array:
     """Dof vectors (n_dof, k) of motions given as node translations and rotations (n_points, 3, k).
 
     Dofs at nodes follow the nodes (a flat plate's node takes the part of the rotation it can follow); the dofs that
-    belong to no node take the values of least strain energy, K_ee x_e = -K_en x_n.
+    belong to no node take the values of least strain energy, K_ee x_e = -K_en x_n, but those of tethers and membranes,
+    which are zero where nodes move linearly in their places.
     """
     k = translation.shape[2]
     A = sparse.vstack([structure.translation, structure.rotation]).tocsc()
@@ -30,7 +31,8 @@ def lifted(structure: Structure, translation: Array, rotation: Array) -> Array:
     given = np.concatenate([translation.reshape(-1, k), rotation.reshape(-1, k)])
     x = np.zeros((structure.n_dof, k))
     x[nodal] = splu((A.T @ A).tocsc()).solve(np.ascontiguousarray(A.T @ given))
-    extra = np.setdiff1d(np.arange(structure.n_dof), nodal)
+    faded = np.unique(structure.T[structure.numbering.faded].indices)
+    extra = np.setdiff1d(np.arange(structure.n_dof), np.union1d(nodal, faded))
     if extra.size:
         K = structure.K[extra]
         load, size = K[:, nodal] @ x[nodal], abs(K[:, nodal]) @ np.abs(x[nodal])

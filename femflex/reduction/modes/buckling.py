@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 from scipy import linalg, sparse
 from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh
 
+from femflex.fem.deflected import tension_blocks
 from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.pivots import negative_pivots
 from femflex.reduction.boundary.supported import Supported, supported, unstressed
+from femflex.reduction.preload.equilibrium import refuse_slack, refuse_untensioned
 from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
@@ -97,7 +99,11 @@ def refuse_buckled(structure: Structure, held: Index) -> None:
 
     Warns where it is close to that.
     """
-    if not structure.stressed:
+    if not structure.stressed and not tension_blocks(structure):
+        return
+    if tension_blocks(structure):
+        refuse_untensioned(structure)
+        refuse_slack(structure, held)
         return
     key = "critical factor", held.tobytes()
     factor = structure.recalled(key, lambda: critical_factor(structure, held, CLOSE))

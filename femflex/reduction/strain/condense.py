@@ -30,6 +30,7 @@ def condense(
     quartic: Callable[[Index], Array] | None = None,
     first: Array | None = None,
     carried: Array | None = None,
+    balanced: bool = False,
 ) -> FlexibleBody:
     """The body with those shapes (numbered from 0) slaved to the others: y = 1/2 delta.A delta.
 
@@ -43,9 +44,11 @@ def condense(
     alone, and what the energy has beyond the fourth order goes. carried (n, n, n): the part of V2 over these
     coordinates (`membrane_cubic`) by which those faster than pairs of others are taken along; they count from there
     (`carried_along`) where the body would lock otherwise (`locked`), and more slaved shapes, kind "carried", hold this.
+    balanced: loads of the system hold the initial force f0 of the slaved shapes (`static_equilibrium`). They act on
+    these shapes as they follow, so that their stiffening comes from there; f0 takes it out of V1, V1 + f0 A.
 
     Raises ValueError when the body has linear strain or slaved shapes already, when no coordinate or no slaved shape
-    is left, when shapes depend on each other, or when an initial stress pushes a slaved shape.
+    is left, when shapes depend on each other, or when an initial stress that is not balanced pushes a slaved shape.
     """
     slaved = np.unique(np.asarray(slaved, np.int64))
     _check(body, slaved)
@@ -53,7 +56,7 @@ def condense(
     free = np.setdiff1d(np.arange(n), slaved)
     V1 = (body.strain.V1 + body.strain.V1.T) / 2
     stiffness, V1_sf = V1[np.ix_(slaved, slaved)], V1[np.ix_(slaved, free)]
-    _check_stiffness(body, slaved, stiffness)
+    _check_stiffness(body, slaved, stiffness, balanced)
     X = np.zeros((n, n))
     X[free, np.arange(len(free))] = 1.0
     X[slaved, len(free) + np.arange(len(slaved))] = 1.0
@@ -101,6 +104,7 @@ def recombined(body: FlexibleBody, X: Array, first: Array) -> dict[str, Any]:
         "markers": {key: replace(m, phi=m.phi @ X, psi=m.psi @ X) for key, m in body.markers.items()},
         "skin": None if skin is None else replace(skin, shapes=np.einsum("kpa,kl->lpa", skin.shapes, X, optimize=True)),
         "strain_field": tuple(part.mixed(X, first) for part in body.strain_field),
+        "mass_points": None if body.mass_points is None else body.mass_points.mixed(X),
     }
 
 
@@ -138,7 +142,8 @@ def _condensed_strain(
     A[:n][sizes[:n] <= NONE * sizes.max()] = 0.0
     V3 = V3 + _followed(V1[:n, :n], driven[:n], A[:n])
     V2 = to_fourth_order(V2[:n], first) + 0.5 * np.tensordot(V1[:n, :n], A[:n], axes=1)
-    return StrainTensors(strain.V1[np.ix_(free, free)], strain.f0[free], packed(V2), V3), A
+    stiffness = strain.V1[np.ix_(free, free)] + np.tensordot(X[:, n:].T @ strain.f0, followers, axes=1)
+    return StrainTensors(stiffness, strain.f0[free], packed(V2), V3), A
 
 
 def _followed(V1: Array, driven: Array, A: Array) -> Array:
@@ -218,7 +223,7 @@ def _check(body: FlexibleBody, slaved: Index) -> None:
         )
 
 
-def _check_stiffness(body: FlexibleBody, slaved: Index, stiffness: Array) -> None:
+def _check_stiffness(body: FlexibleBody, slaved: Index, stiffness: Array, balanced: bool) -> None:
     eigenvalues = np.linalg.eigvalsh(stiffness)
     if not eigenvalues[0] > DEPENDENT * eigenvalues[-1]:
         raise ValueError(
@@ -226,7 +231,7 @@ def _check_stiffness(body: FlexibleBody, slaved: Index, stiffness: Array) -> Non
             f"{eigenvalues[0]:.3g} to {eigenvalues[-1]:.3g}; leave out shapes that others already hold."
         )
     push = np.abs(body.strain.f0[slaved]).max()
-    if push > BALANCED * eigenvalues[0]:
+    if not balanced and push > BALANCED * eigenvalues[0]:
         raise ValueError(
             f"an initial stress pushes the slaved shapes by up to {push:.3g} (stiffness from {eigenvalues[0]:.3g}); "
             "the condensed form needs initial stress in balance. Keep these shapes as coordinates."

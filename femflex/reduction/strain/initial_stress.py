@@ -7,11 +7,13 @@ import warnings
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.fem.deflected import tension_blocks
 from femflex.fem.relaxed import settled
 from femflex.fem.structure import Structure
 from femflex.reduction.boundary.clamps import Groups, held_dofs
 from femflex.reduction.boundary.supported import unstressed
 from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.preload.equilibrium import static_equilibrium
 from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
@@ -27,11 +29,16 @@ def relaxed(structure: Structure, clamp: Groups = ()) -> Structure:
 
     A heated cantilever has none left, a beam heated between two walls all of it. The small displacement in which the
     rest went is not kept: the mesh is the shape at equilibrium. Without a clamp the structure is free. A structure
-    without initial stress comes back as it is.
+    without initial stress comes back as it is, and so does one about an equilibrium with these clamps. Structures with
+    tethers or membranes get their `static_equilibrium`.
     """
+    held = held_dofs(structure, clamp)
+    if ("at rest", held.tobytes()) in structure.known:
+        return structure
+    if tension_blocks(structure):
+        return static_equilibrium(structure, clamp)
     if not structure.stressed:
         return structure
-    held = held_dofs(structure, clamp)
     found: Structure = structure.recalled(("relaxed", held.tobytes()), lambda: _relaxed(structure, held))
     return found
 
@@ -57,6 +64,9 @@ def warn_if_slack(structure: Structure, modes: ModeSet) -> None:
         return
     if ("at rest", modes.held.tobytes()) in structure.known:
         return
+    if tension_blocks(structure):
+        _warn_if_unbalanced(structure, modes.held)
+        return
     released = float(-structure.f0 @ relaxation(structure, modes.held)) / 2
     share = released / stress_energy(structure)
     if share > SLACK:
@@ -65,6 +75,19 @@ def warn_if_slack(structure: Structure, modes: ModeSet) -> None:
             f"{SLACK:.0%}, and linear strain keeps the stiffening of all of it; reduce the relaxed structure instead",
             PhysicsWarning,
             stacklevel=4,
+        )
+
+
+def _warn_if_unbalanced(structure: Structure, held: Index) -> None:
+    """Warn when tethers or membranes are not at rest under their initial stress with these dofs held."""
+    free = np.setdiff1d(np.arange(structure.n_dof), held)
+    left, whole = (float(np.abs(f).max(initial=0.0)) for f in (structure.f0[free], structure.f0))
+    if left > SMALL * whole:
+        warnings.warn(
+            f"the tension of tethers or membranes leaves {left:.3g} N unbalanced, over {SMALL:.0%} of its largest "
+            f"force on a dof ({whole:.3g} N); reduce the structure about its `static_equilibrium` instead",
+            PhysicsWarning,
+            stacklevel=5,
         )
 
 

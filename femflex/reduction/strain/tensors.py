@@ -122,7 +122,7 @@ def strain_columns(block: StrainBlock, raw: Array, room: Array | None = None) ->
     fill_pairs(X[n:], by_row, *nonzero_entries(np.tensordot(root[0, 0].T, Q, axes=1) if uniform else Q))
     if not uniform:
         root = np.broadcast_to(root, (e, q, *root.shape[2:])).reshape(e * q, *root.shape[2:])
-        mix_strains(X[n:], np.ascontiguousarray(root.transpose(1, 2, 0)))
+        mix_strains(X[n:], root.transpose(1, 2, 0).copy())
     return X
 
 

@@ -1,0 +1,152 @@
+"""Tables of deploying members -> DeployingBody."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from femflex.assembly.orbits import build_orbit
+from femflex.body import FlexibleBody
+from femflex.case.case import Case
+from femflex.case.deploying import SHEETS, DeployingTable, ReelTable
+from femflex.case.problems import CaseError, Problem
+from femflex.deployment import (
+    DeployingBody,
+    DeployingLine,
+    DeployingStrip,
+    Reel,
+    StringFunctions,
+    StripFunctions,
+    deploying_line,
+    deploying_strip,
+)
+from femflex.reduction import BeamFunctions
+from femflex.system import Profile, System, Variation
+
+LINE_KEYS = ("EA", "EIy", "EIz", "GJ", "tension", "ry", "rz", "rotary_inertia", "root", "direction", "orientation")
+
+
+def build_deploying(case: Case, name: str, table: DeployingTable, modes: int | None = None) -> DeployingBody:
+    """The member of that table, with `modes` functions of a field instead of the table's if given.
+
+    Raises CaseError where its length does not fit.
+    """
+    orbit = build_orbit(case.orbit)
+    options: dict[str, Any] = {
+        "stock": table.stock,
+        "until": case.run.length(None if orbit is None else orbit.period),
+        "strain": table.strain,
+        "damping": table.damping,
+        "drum": table.drum,
+        "drum_radius": table.drum_radius,
+        "markers": {key: m.fraction for key, m in table.markers.items() if m.fraction is not None},
+        "orientations": {key: np.array(m.orientation) for key, m in table.markers.items() if m.orientation is not None},
+    }
+    try:
+        length = _length(case, name, table)
+        if table.family in SHEETS:
+            return deploying_strip(_strip(table), _strip_functions(table, modes), length, **options)
+        return deploying_line(_line(table), _line_functions(table, modes), length, **options)
+    except (ValueError, OSError) as error:
+        raise CaseError(case.path.name, [Problem(f"bodies.{name}", str(error))]) from error
+
+
+def _length(case: Case, name: str, table: DeployingTable) -> Profile | Reel:
+    if table.reel is not None:
+        return reel_of(name, table.reel)
+    assert table.length is not None and table.length.profile is not None
+    return table.length.profile(case.path.parent)
+
+
+def reel_of(name: str, table: ReelTable) -> Reel:
+    """The reel of that body."""
+    values = table.model_dump(exclude={"inertia"})
+    return Reel(f"{name}_reel", mass=table.inertia, **values)
+
+
+def deploying_bodies(case: Case) -> dict[str, DeployingBody]:
+    """The deploying members of a case by name."""
+    return {
+        name: build_deploying(case, name, table)
+        for name, table in case.bodies.items()
+        if isinstance(table, DeployingTable)
+    }
+
+
+def with_deployment(case: Case, system: System) -> System:
+    """The system whose deploying members vary with their lengths, at rest as their tables say."""
+    varying: dict[str, Variation] = {}
+    ddelta = dict(system.ddelta0)
+    for name, made in deploying_bodies(case).items():
+        table, body = case.bodies[name], system.bodies[name]
+        assert isinstance(table, DeployingTable)
+        if body.n_modes != made.body.n_modes:  # another number of functions, as studies take
+            made = build_deploying(case, name, table, _modes_of(table, body))
+        varying[name] = made.variation
+        if table.initial is not None and table.initial.rates is None and name in system.delta0:
+            ddelta[name] = made.resting_rates(system.delta0[name], table.rest)
+    if not varying:
+        return system
+    tables = ((name, case.bodies[name]) for name in varying)
+    reels = [reel_of(name, t.reel) for name, t in tables if isinstance(t, DeployingTable) and t.reel is not None]
+    effectors = (*system.effectors, *(reel.effector() for reel in reels))
+    return replace(system, varying={**system.varying, **varying}, ddelta0=ddelta, effectors=effectors)
+
+
+def _modes_of(table: DeployingTable, body: FlexibleBody) -> int:
+    f = table.functions
+    assert f is not None
+    fields = sum(bool(count) for count in (f.y, f.z, f.axial, f.torsion))
+    return body.n_modes // (fields * f.across)
+
+
+def _mass_per_length(table: DeployingTable) -> float:
+    if table.mass_per_length is not None:
+        return table.mass_per_length
+    assert table.mass is not None and table.stock is not None
+    return table.mass / table.stock
+
+
+def _line(table: DeployingTable) -> DeployingLine:
+    given = table.model_dump(include={*LINE_KEYS, "radius"})
+    return DeployingLine(mass_per_length=_mass_per_length(table), **given)
+
+
+def _line_functions(table: DeployingTable, modes: int | None) -> BeamFunctions | StringFunctions | None:
+    f = table.functions
+    if f is None:
+        return None
+    counts = {key: getattr(f, key) for key in ("y", "z", "axial", "torsion")}
+    counts = {key: modes if count and modes is not None else count for key, count in counts.items()}
+    if table.family == "beam":
+        return BeamFunctions(**counts, family=f.family or "characteristic", static=f.static, tip=f.tip)
+    del counts["torsion"]
+    return StringFunctions(**counts, tip=table.tip, family=f.family or "polynomial", straight=f.straight)
+
+
+def _strip(table: DeployingTable) -> DeployingStrip:
+    assert table.width is not None
+    return DeployingStrip(
+        mass_per_area=_mass_per_length(table) / table.width,
+        width=table.width,
+        bending=table.bending_stiffness,
+        poisson=table.poisson,
+        tension=table.tension,
+        tension_across=table.tension_across,
+        root=table.root,
+        direction=table.direction,
+        across=table.orientation,
+    )
+
+
+def _strip_functions(table: DeployingTable, modes: int | None) -> StripFunctions | None:
+    f = table.functions
+    if f is None:
+        return None
+    n = f.z if modes is None else modes
+    if table.family == "plate":
+        return StripFunctions(BeamFunctions(z=n, family=f.family or "characteristic"), f.across)
+    along = StringFunctions(z=n, tip=table.tip, family=f.family or "polynomial", straight=f.straight)
+    return StripFunctions(along, f.across)

@@ -1,0 +1,204 @@
+"""[bodies.<name>] of kind "deploying": beams, tethers and blankets that are drawn out of a drum."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, StrictBool, model_validator
+
+from femflex.case.base import Name, Orientation, Table, exactly_one, refuse
+from femflex.case.body_base import BodyTable
+from femflex.case.motion import Motion, MotionOf
+from femflex.case.reduction import _Ratio
+from femflex.case.shape import MarkerTable
+from femflex.case.values import Count, Direction, Mass, Position, PositiveLength, Quantity
+
+LINES, SHEETS = ("beam", "tether"), ("plate", "membrane")
+Stiffness = Annotated[float, Quantity("N m^2", least=0.0)]
+
+
+class DeployingMarkerTable(MarkerTable):
+    """A section of a deploying member that keeps its place relative to the length."""
+
+    fraction: Annotated[float | None, Quantity()] = None
+    """Distance of the section from the exit, as a fraction of the deployed length: 0 at the exit, 1 at the tip."""
+    orientation: Orientation | None = None
+    """Axes of the marker in the body, written as for other markers. Left out: those of the member, x from exit to
+    tip."""
+
+
+class DeployingFunctionsTable(Table):
+    """Admissible functions of a deploying member, over the distance from the exit relative to the length."""
+
+    y: Annotated[int, Count(0)] = 0
+    """Number of functions for bending along the section's y axis. Only for beams and tethers."""
+    z: Annotated[int, Count(0)] = 0
+    """Number of functions along the member for bending along the section's z axis; of plates and membranes out of their
+    plane."""
+    axial: Annotated[int, Count(0)] = 0
+    """Number of functions for stretch. Only for beams and tethers."""
+    torsion: Annotated[int, Count(0)] = 0
+    """Number of functions for the twist angle. Only for beams."""
+    across: Annotated[int, Count(1)] = 1
+    """Number of functions across the width, Legendre polynomials: 1, 2 with twist. Only for plates and membranes."""
+    family: Literal["characteristic", "polynomial"] | None = None
+    """Functions: "characteristic", the vibration modes of a uniform member; "polynomial". Left out: characteristic of
+    beams and plates, polynomial of tethers and membranes."""
+    static: StrictBool = False
+    """The last functions are the static shapes of an accelerated root. Only for beams."""
+    tip: StrictBool = False
+    """The last functions are the static shapes of a force and a moment at the tip. Only for beams."""
+    straight: StrictBool = True
+    """The straight rotation about the exit is one of the functions. Set it false where a joint rotates the member. Only
+    for tethers and membranes whose tip is free."""
+
+
+class ReelTable(Table):
+    """A drum whose length is free: it pulls with tension + damping x speed + stiffness x (length - rest)."""
+
+    length: PositiveLength
+    """Deployed length at t = 0."""
+    speed: Annotated[float, Quantity("m/s")] = 0.0
+    """Rate of the deployed length at t = 0."""
+    tension: Annotated[float, Quantity("N")] = 0.0
+    """Constant pull of the drum; negative for a motor that pushes the member out."""
+    damping: Annotated[float, Quantity("N s/m", least=0.0)] = 0.0
+    """Brake: pull per rate of the length."""
+    stiffness: Annotated[float, Quantity("N/m", least=0.0)] = 0.0
+    """Pull per length beyond `rest`, as of a length controller."""
+    rest: Annotated[float, Quantity("m")] = 0.0
+    """Length at which `stiffness` does not pull."""
+    inertia: Annotated[float, Quantity("kg", least=0.0)] = 0.0
+    """Moment of inertia of the drum over its radius squared."""
+
+
+class DeployingTable(BodyTable):
+    """A straight uniform member that grows out of its parent along a given length, with markers root and tip."""
+
+    kind: Literal["deploying"]
+    """Selects this body: a member whose length is a function of time."""
+    family: Literal["beam", "tether", "plate", "membrane"]
+    """Kind of the member: beam; tether (no bending stiffness); plate or membrane (rectangular, rolled out along one
+    axis)."""
+    length: Annotated[Motion | None, MotionOf("m")] = None
+    """Deployed length: a value, or a profile over time such as { kind = "smooth_step", from = "5 m", to = "33 m", start
+    = 0, end = "500 s" }. It must stay above zero and below `stock`. Left out: it is free, and `reel` acts on it."""
+    reel: ReelTable | None = None
+    """Drum that acts on a free length. Its tension and the state of its length are reported as effector
+    <body>_reel."""
+    stock: PositiveLength | None = None
+    """Length of the whole member, deployed and stowed; its mass is constant. Left out: the largest length of the
+    run."""
+    drum: Literal["root", "tip"] = "root"
+    """Where the stowed part is: at the root (the member is pushed or drawn out of its parent), or at the tip (it is
+    left behind)."""
+    drum_radius: PositiveLength | None = None
+    """Radius on which the member is wound, for the torque of the drum. Left out: no torque is reported."""
+    mass_per_length: Annotated[float, Quantity("kg/m", above=0.0)] | None = None
+    """Mass per length. Give this or `mass`."""
+    mass: Mass | None = None
+    """Mass of the whole stock, in place of mass_per_length."""
+    EA: Annotated[float, Quantity("N", least=0.0)] = 0.0
+    """Axial stiffness; needed with axial functions."""
+    EIy: Stiffness = 0.0
+    """Bending stiffness in the x-z plane."""
+    EIz: Stiffness = 0.0
+    """Bending stiffness in the x-y plane."""
+    GJ: Stiffness = 0.0
+    """Torsional stiffness; needed with torsion functions."""
+    tension: Annotated[float, Quantity("N", least=0.0)] = 0.0
+    """Axial force at the tip that supports outside the member hold up, such as booms beside a blanket."""
+    tip: Literal["free", "held"] = "free"
+    """Support of the tip of a tether or membrane: free, or held on the member's line."""
+    ry: Annotated[float, Quantity("m", least=0.0)] = 0.0
+    """Radius of gyration of the section's mass about y: root of int z^2 dm over the mass."""
+    rz: Annotated[float, Quantity("m", least=0.0)] = 0.0
+    """Radius of gyration of the section's mass about z: root of int y^2 dm over the mass."""
+    rotary_inertia: StrictBool = False
+    """Rotary inertia of the sections in bending."""
+    width: PositiveLength | None = None
+    """Width of a plate or membrane."""
+    bending_stiffness: Annotated[float, Quantity("N m", least=0.0)] = 0.0
+    """Bending stiffness of a plate, E h^3 / (12 (1 - nu^2))."""
+    poisson: Annotated[float, Quantity(least=-1.0, below=0.5)] = 0.0
+    """Poisson's ratio of a plate."""
+    tension_across: Annotated[float, Quantity("N/m", least=0.0)] = 0.0
+    """Tension of a membrane across its width, per length."""
+    root: Position = (0.0, 0.0, 0.0)
+    """Position of the exit in the body frame."""
+    direction: Direction = (1.0, 0.0, 0.0)
+    """Direction of the member from the exit to the tip, in the body frame."""
+    orientation: Direction | None = None
+    """Direction near the section's y axis; of plates and membranes across the width. Left out: chosen automatically."""
+    radius: PositiveLength | None = None
+    """Radius of the tube that is drawn. Left out: a line."""
+    functions: DeployingFunctionsTable | None = None
+    """Number and kind of admissible functions. Left out: the member stays straight."""
+    strain: Literal["condensed", "linear"] = "condensed"
+    """Strain energy. condensed: bending shortens the member, so that axial forces and inertia change its bending
+    stiffness to second order. linear: they do not; femflex warns where this matters."""
+    damping: Annotated[float | tuple[float, ...], _Ratio()] = 0.0
+    """Fraction of critical damping of the coordinates at every length: one number, or one for each."""
+    rest: Literal["place", "material", "coordinates"] = "place"
+    """What is at rest at t = 0 in a bent member that moves out: the deflection at a fixed place; that of a material
+    point; or the coordinates, so that the shape grows with the length."""
+    markers: dict[Name, DeployingMarkerTable] = Field(default_factory=dict)  # type: ignore[assignment]
+    """Markers by name beside root and tip."""
+
+    def own_markers(self) -> tuple[str, ...]:
+        """The member's two ends."""
+        return ("origin", "root", "tip")
+
+    @model_validator(mode="after")
+    def _fits(self) -> DeployingTable:
+        exactly_one(self, ("mass_per_length", "mass"))
+        if self.length is not None and self.length.profile is None:
+            refuse("found length = 'locked'; give a value or a profile over time")
+        if (self.length is None) == (self.reel is None):
+            refuse("found neither length nor reel, or both; give the length over time, or the reel of a free length")
+        if self.reel is not None and (self.stock is None or self.reel.length > self.stock):
+            refuse(
+                "found a reel without stock, or with less stock than its length; give the length of the whole member"
+            )
+        if self.mass is not None and self.stock is None:
+            refuse("found mass without stock; the mass is that of the whole stock, so give its length")
+        sheet = self.family in SHEETS
+        if sheet and self.width is None:
+            refuse(f"found a {self.family} without width; give width")
+        if self.family == "beam" and not (self.EIy or self.EIz) and self.functions is not None:
+            refuse("found a beam without bending stiffness; give EIy and EIz, or take family = 'tether'")
+        if self.family == "plate" and not self.bending_stiffness:
+            refuse("found a plate without bending_stiffness; give it, or take family = 'membrane'")
+        if self.family == "membrane" and not self.tension:
+            refuse("found a membrane without tension; it has no stiffness then: give tension")
+        f = self.functions
+        if f is not None and (given := [key for key in UNUSED[self.family] if getattr(f, key) != _default(f, key)]):
+            refuse(f"found functions.{given[0]}, which a {self.family} does not use; leave it out")
+        for key, needed in (("axial", "EA"), ("torsion", "GJ")):
+            if f is not None and getattr(f, key) and not getattr(self, needed):
+                refuse(f"found {key} functions without {needed}; give {needed}")
+        for name, marker in self.markers.items():
+            if marker.position is not None or marker.group is not None:
+                refuse(f"found position or group in marker {name!r} of a deploying member; give fraction")
+            if marker.fraction is None and name not in ("root", "tip"):
+                refuse(
+                    f"found marker {name!r} of a deploying member without fraction; give it, from 0 (exit) to 1 (tip)"
+                )
+            if marker.fraction is not None and not 0.0 <= marker.fraction <= 1.0:
+                refuse(
+                    f"found fraction {marker.fraction:g} of marker {name!r}, a point that is still stowed or beyond "
+                    "the tip; give a number from 0 (exit) to 1 (tip)"
+                )
+        return self
+
+
+UNUSED = {
+    "beam": ("across", "straight"),
+    "tether": ("torsion", "across", "static", "tip"),
+    "plate": ("y", "axial", "torsion", "static", "tip", "straight"),
+    "membrane": ("y", "axial", "torsion", "static", "tip"),
+}
+
+
+def _default(table: Table, key: str) -> object:
+    return type(table).model_fields[key].default

@@ -1,0 +1,17 @@
+"""Members that grow and shrink: bodies whose properties follow from a deployed length (THEORY section 6)."""
+
+from femflex.deployment.body import DeployingBody, deploying_line, deploying_strip
+from femflex.deployment.line import DeployingLine, StringFunctions
+from femflex.deployment.reel import Reel
+from femflex.deployment.strip import DeployingStrip, StripFunctions
+
+__all__ = [
+    "DeployingBody",
+    "DeployingLine",
+    "DeployingStrip",
+    "Reel",
+    "StringFunctions",
+    "StripFunctions",
+    "deploying_line",
+    "deploying_strip",
+]

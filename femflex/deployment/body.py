@@ -1,0 +1,192 @@
+"""Deploying members as bodies of a system: a FlexibleBody at the first length, and its Variation along a profile."""
+
+from __future__ import annotations
+
+import itertools
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Literal, NamedTuple, TypedDict, Unpack
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody
+from femflex.deployment.drawn import skin_of
+from femflex.deployment.line import DeployingLine, LineFunctions, LineShapes
+from femflex.deployment.parts import MemberShapes, Strain, member_parts, resting_rates
+from femflex.deployment.reel import Reel
+from femflex.deployment.strip import DeployingStrip, StripFunctions, StripShapes
+from femflex.deployment.table import DeployingParts, variation_of
+from femflex.system import Profile, Variation
+from femflex.warning import PhysicsWarning
+
+Array = NDArray[np.float64]
+
+SAMPLES = 2001  # of a profile between its breaks, to find its least and largest length
+SOFTENED = 0.02  # change of bending stiffness by axial inertia from which linear strain is warned of
+BUCKLING = 7.837  # of m' |A| L^3 / EI, at which a cantilever under its own distributed load buckles
+
+
+class DeployingBody(NamedTuple):
+    """A member that deploys.
+
+    body       as it is at t = 0
+    variation  how it varies
+    parts      its series in the length over the reference length
+    shapes     its shapes over xi = x / L
+    start      its length and the rate of that at t = 0
+    """
+
+    body: FlexibleBody
+    variation: Variation
+    parts: DeployingParts
+    shapes: MemberShapes
+    start: tuple[float, float]
+
+    def resting_rates(self, delta: Array, rest: str = "place") -> Array:
+        """Rates (n,) of coordinates delta (n,) at t = 0 for a deflection that rests at a fixed "place" of the length.
+
+        rest: "material" for points of the material at rest, "coordinates" for none.
+        """
+        length, rate = self.start
+        return resting_rates(self.shapes, length, rate, delta, rest)
+
+
+def deploying_line(
+    line: DeployingLine, functions: LineFunctions | None, length: Profile | Reel, **options: Unpack[Options]
+) -> DeployingBody:
+    """A beam or tether that deploys along a profile of its length: its body at t = 0, and how that varies.
+
+    functions  admissible functions on xi = x / L (`BeamFunctions`, `StringFunctions`, ...); None: it stays straight
+    length     L(t) [m], or a Reel whose states it is
+    options    see `Options`
+
+    Raises ValueError for a length that reaches zero or exceeds the stock.
+    """
+    first = _first(length, options)
+    made = _deployed(LineShapes(line, functions, first), length, options)
+    bends = made.shapes.slopes(np.linspace(0.0, 1.0, 9))[0].any()
+    if options.get("strain") == "linear" and bends and isinstance(length, Profile):
+        _warn_of_linear_strain(line, length, options.get("until", 0.0))
+    return made
+
+
+def deploying_strip(
+    strip: DeployingStrip, functions: StripFunctions | None, length: Profile | Reel, **options: Unpack[Options]
+) -> DeployingBody:
+    """A plate or membrane that rolls out along a profile of its length; as `deploying_line`."""
+    return _deployed(StripShapes(strip, functions, _first(length, options)), length, options)
+
+
+class Options(TypedDict, total=False):
+    """What every deploying member may be given.
+
+    stock        length of the whole member [m]; its mass stays constant. Left out: the largest length up to `until`
+    until        last time of the run [s]; the length is checked up to it. Left out: 0
+    reference    length at which coordinates are mass-normalised [m]. Left out: the first one
+    strain       "condensed" (the default), or "linear" without what axial forces and inertia do to bending
+    damping      fraction of critical damping, one or one for each coordinate
+    drum         "root" (the default): material is drawn out of the parent; "tip": it is laid out from the tip
+    drum_radius  [m], for the torque of the drum
+    markers      name -> distance from the exit over the length, beside "root" and "tip"
+    orientations marker -> its axes C_BM (3, 3). Left out: those of the member
+    """
+
+    stock: float | None
+    until: float
+    reference: float | None
+    strain: Strain
+    damping: float | Sequence[float]
+    drum: Literal["root", "tip"]
+    drum_radius: float | None
+    markers: Mapping[str, float] | None
+    orientations: Mapping[str, Array]
+
+
+def _range(length: Profile | Reel, options: Options) -> tuple[float, float, float]:
+    """Least, largest and first length [m]."""
+    if isinstance(length, Reel):
+        return length.length, length.length, length.length
+    return length_range(length, options.get("until", 0.0))
+
+
+def _first(length: Profile | Reel, options: Options) -> float:
+    return options.get("reference") or _range(length, options)[2]
+
+
+def _deployed(shapes: MemberShapes, length: Profile | Reel, options: Options) -> DeployingBody:
+    least, most, first = _range(length, options)
+    stock, at_tip, markers = options.get("stock"), options.get("drum") == "tip", options.get("markers") or {}
+    whole = max(most, first) if stock is None else stock
+    check_length(least, most, whole)
+    for name, xi in markers.items():
+        if not 0.0 <= xi <= 1.0:
+            raise ValueError(
+                f"marker {name!r} stands at {xi:g} times the deployed length, which is still stowed or beyond the tip; "
+                "give a number from 0 (exit) to 1 (tip)"
+            )
+    total = shapes.member_mass / shapes.reference * whole
+    strain, damping = options.get("strain", "condensed"), options.get("damping", 0.0)
+    parts, shapes = member_parts(shapes, total, strain, damping, at_tip, markers)
+    turned = {
+        name: replace(marker, orientation=options.get("orientations", {}).get(name, marker.orientation))
+        for name, marker in parts.markers.items()
+    }
+    parts = replace(parts, markers=turned)
+    body = parts.body(first, skin=skin_of(shapes, first, whole, at_tip, options.get("drum_radius")))
+    more = {"stock": whole, "drum_radius": options.get("drum_radius"), "at_tip": at_tip, "bounds": (least, most)}
+    if isinstance(length, Reel):
+        variation = variation_of(parts, body, length.state, drum_mass=length.mass, **more)
+        return DeployingBody(body, variation, parts, shapes, (length.length, length.speed))
+    start = (first, float(length(0.0)[1]))
+    return DeployingBody(body, variation_of(parts, body, length, **more), parts, shapes, start)
+
+
+def length_range(length: Profile, until: float) -> tuple[float, float, float]:
+    """Least and largest length from t = 0 to `until`, and that at t = 0 [m].
+
+    Raises ValueError where the profile is not known over this time.
+    """
+    knots = np.unique(np.concatenate([[0.0, until], length.breaks[(length.breaks > 0) & (length.breaks < until)]]))
+    times = np.unique(
+        np.concatenate([np.linspace(a, b, SAMPLES) for a, b in itertools.pairwise(knots)] or [np.zeros(1)])
+    )
+    values = length(times)[0]
+    if not np.isfinite(values).all():
+        raise ValueError(
+            f"the length of a deploying member is known from {length.first:g} s to {length.last:g} s, and needed from "
+            f"0 to {until:g} s; give the rest of its profile"
+        )
+    return float(values.min()), float(values.max()), float(values[0])
+
+
+def check_length(least: float, most: float, stock: float) -> None:
+    """Raise ValueError for a length that is not between zero and the stock."""
+    if not least > 0.0:
+        raise ValueError(
+            f"the deployed length falls to {least:g} m; it must stay above zero: start from, and stop at, a short "
+            "length"
+        )
+    if most > stock * (1.0 + 1e-12):
+        raise ValueError(
+            f"the deployed length grows to {most:g} m, and the stock is {stock:g} m; give a longer stock or a shorter "
+            "length"
+        )
+
+
+def _warn_of_linear_strain(line: DeployingLine, length: Profile, until: float) -> None:
+    """Warn where an accelerating deployment changes the bending stiffness that linear strain keeps."""
+    EI = min((value for value in (line.EIy, line.EIz) if value > 0), default=0.0)
+    times = np.linspace(0.0, until, SAMPLES)
+    L, _, acceleration = length(times)
+    load = line.mass_per_length * np.abs(acceleration) * L**3
+    worst = float(np.nanmax(load))
+    if worst > SOFTENED * BUCKLING * EI:
+        warnings.warn(
+            f"a deploying member with linear strain: its axial acceleration, up to {np.abs(acceleration).max():.3g} "
+            f"m/s^2, reaches {worst / (BUCKLING * EI) if EI else np.inf:.2g} of the load that buckles it, and is left "
+            f"out above {SOFTENED:g}; take strain = 'condensed'",
+            PhysicsWarning,
+            stacklevel=3,
+        )

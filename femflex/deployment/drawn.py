@@ -1,0 +1,73 @@
+"""What is drawn of a deploying member: the deployed part, which grows, and the coil of the stowed part at the drum."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import Skin
+from femflex.deployment.line import LineShapes, grid
+from femflex.deployment.series import Series, at, derivative
+from femflex.deployment.strip import StripShapes
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+SIDES = 16  # of the coil
+LEAST = 0.3  # radius of an empty drum over that of a full one
+COIL = 0.02  # radius of a full drum over the stock, where it is not given
+
+
+def skin_of(shapes: LineShapes | StripShapes, length: float, stock: float, at_tip: bool, radius: float | None) -> Skin:
+    """The skin at a length, with its growth; radius: of the full drum [m], None: by the stock."""
+    series, cells = shapes.drawn_series()
+    coil, coil_cells = _coil(shapes, stock, at_tip, radius)
+    first = len(next(iter(series.values())))
+    kinds = sorted({*cells, *coil_cells})
+    joined = {
+        kind: np.concatenate(
+            [part for part in (cells.get(kind), _shifted(coil_cells.get(kind), first)) if part is not None]
+        )
+        for kind in kinds
+    }
+    whole: Series = {}
+    powers = {*series, *coil}
+    for p in powers:
+        parts = [part[p] if p in part else np.zeros_like(next(iter(part.values()))) for part in (series, coil)]
+        whole[p] = np.concatenate(parts)
+    ratio = length / shapes.reference
+    values, rates = at(whole, ratio), at(derivative(whole), ratio) * ratio
+    return Skin(values[:, :, 0], joined, np.ascontiguousarray(values[:, :, 1:].transpose(2, 0, 1)), rates[:, :, 0])
+
+
+def _shifted(cells: Index | None, first: int) -> Index | None:
+    return None if cells is None else cells + first
+
+
+def _coil(
+    shapes: LineShapes | StripShapes, stock: float, at_tip: bool, radius: float | None
+) -> tuple[Series, dict[str, Index]]:
+    """A drum across the member, behind the exit or ahead of the tip, whose radius falls with the stowed length."""
+    line = shapes.line
+    full = radius or max(COIL * stock, 3.0 * shapes.thickness)
+    width = shapes.strip.width / 2 if isinstance(shapes, StripShapes) else full
+    angle = np.arange(SIDES) * 2 * np.pi / SIDES
+    turn = np.stack([np.cos(angle), 0 * angle, np.sin(angle)], axis=1)
+    per_length = (1.0 - LEAST) * full / stock * shapes.reference  # loss of radius per lambda
+    around = np.repeat(turn[None], 2, axis=0)
+    side = np.array([-width, width])[:, None, None] * np.array([0.0, 1.0, 0.0])
+    centre = np.array([1.0 if at_tip else -1.0, 0.0, 0.0]) * full
+    place = (full * around + side + centre).reshape(-1, 3)
+    shrink = (-per_length * around).reshape(-1, 3)
+    marker = shapes.marker(1.0 if at_tip else 0.0)
+    count, n = len(place), shapes.n_shapes
+    out: Series = {}
+    for p in {0, 1, *marker.position}:
+        part = np.zeros((count, 3, 1 + n))
+        if p in marker.position:
+            part[:, :, 0] += marker.position[p]
+            part[:, :, 1:] += marker.phi[p]
+        local = place if p == 0 else shrink if p == 1 else np.zeros_like(place)
+        part[:, :, 0] += local @ line.frame
+        out[p] = part
+    return out, {"quad": grid(2, SIDES, closed=True)}

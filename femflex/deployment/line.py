@@ -1,0 +1,288 @@
+"""Beams and tethers that deploy: straight members on functions of xi = x / L, drawn out of a drum along their axis."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from femflex.deployment.foreshortening import Followers
+from femflex.deployment.material import Places
+from femflex.deployment.series import Series
+from femflex.deployment.table import MarkerSeries
+from femflex.fem.line.chain import element_frames
+from femflex.fem.line.section_points import section_points
+from femflex.reduction.beams.beam_functions import axial_characteristic, polynomials
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+SIDES = 12  # of the tube that is drawn
+ROUNDING = 1e-13  # of the largest value of a function, below which it vanishes
+STRING_ENDS = {"free": 0, "held": 1}
+
+
+class LineFunctions(Protocol):
+    """Functions of the four fields u, v, w, theta of a straight member over 0 <= xi <= 1."""
+
+    @property
+    def count(self) -> int:
+        """Number of functions."""
+
+    @property
+    def most(self) -> int:
+        """The largest number of functions of one field."""
+
+    def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
+        """Derivative by x of u, v, w, theta (len(xi), 4, count) at x = xi length."""
+
+
+@dataclass(frozen=True)
+class StringFunctions:
+    """Functions of a member without bending stiffness, which turns freely where it leaves the drum.
+
+    y, z, axial  how many for v(x), w(x), u(x)
+    tip          "free", or "held" on the line of the member by what it ends at
+    family       "polynomial": xi times Jacobi polynomials, the first is a straight turn about the exit (of a free tip);
+                 "characteristic": sines
+    straight     whether the straight turn is among them; without, where a joint turns the member instead
+    """
+
+    y: int = 0
+    z: int = 0
+    axial: int = 0
+    tip: Literal["free", "held"] = "free"
+    family: Literal["polynomial", "characteristic"] = "polynomial"
+    straight: bool = True
+
+    def __post_init__(self) -> None:
+        if min(self.y, self.z, self.axial) < 0 or not (self.y or self.z or self.axial):
+            raise ValueError(
+                f"string functions were requested in numbers {(self.y, self.z, self.axial)} (y, z, axial); give some, "
+                "none negative"
+            )
+        if self.tip not in STRING_ENDS:
+            raise ValueError(f"the tip of a string is {self.tip!r}; it is one of {sorted(STRING_ENDS)}")
+
+    @property
+    def count(self) -> int:
+        """Number of functions."""
+        return self.y + self.z + self.axial
+
+    @property
+    def most(self) -> int:
+        """The largest number of functions of one field."""
+        return max(self.y, self.z, self.axial) + 1
+
+    def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
+        """Derivative by x of u, v, w, theta (len(xi), 4, count) at x = xi length."""
+        found, first = np.zeros((len(xi), 4, self.count)), 0
+        for row, n in ((1, self.y), (2, self.z), (0, self.axial)):
+            if n:
+                found[:, row, first : first + n] = self._field(row, n, xi, derivative) / length**derivative
+            first += n
+        return found
+
+    def _field(self, row: int, n: int, xi: Array, derivative: int) -> Array:
+        held = row > 0 and self.tip == "held"
+        skipped = int(row > 0 and not self.straight and not held)
+        if self.family == "polynomial":
+            return polynomials(1, int(held), n + skipped, rigid=1)(xi, derivative)[:, skipped:]
+        ends = "clamped-clamped" if held else "clamped-free"
+        return axial_characteristic(ends, n)(xi, derivative)
+
+
+@dataclass(frozen=True, eq=False)
+class DeployingLine:
+    """A straight beam or tether of one section, stored on a drum.
+
+    mass_per_length        [kg/m]
+    EA, EIy, EIz, GJ       axial [N], bending in x-z and in x-y, torsional stiffness [N m^2]; zero where it has none
+    tension                axial force at the tip that supports hold up [N], as of a blanket between its booms
+    ry, rz                 radii of gyration of the section's mass [m]; rotary_inertia False: in torsion alone
+    root, direction        the exit [m] and where the member points, body frame
+    orientation            vector near the section's y axis; default as for beam members
+    radius                 of the tube that is drawn [m]; None draws a line
+    """
+
+    mass_per_length: float
+    EA: float = 0.0
+    EIy: float = 0.0
+    EIz: float = 0.0
+    GJ: float = 0.0
+    tension: float = 0.0
+    ry: float = 0.0
+    rz: float = 0.0
+    rotary_inertia: bool = False
+    root: ArrayLike = (0.0, 0.0, 0.0)
+    direction: ArrayLike = (1.0, 0.0, 0.0)
+    orientation: ArrayLike | None = None
+    radius: float | None = None
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.mass_per_length) and self.mass_per_length > 0):
+            raise ValueError(
+                f"mass_per_length of a deploying member is {self.mass_per_length:g} kg/m; it must be positive"
+            )
+        for name in ("EA", "EIy", "EIz", "GJ", "tension", "ry", "rz"):
+            if not (np.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
+                raise ValueError(f"{name} of a deploying member is {getattr(self, name)}; it must be zero or positive")
+
+    @property
+    def frame(self) -> Array:
+        """Member axes in the body frame, rows x, y, z (3, 3)."""
+        start = np.asarray(self.root, float)
+        end = start + np.asarray(self.direction, float)
+        orientation = None if self.orientation is None else np.asarray(self.orientation, float)
+        return element_frames(start[None], end[None], orientation, "beam")[1][0]
+
+    @property
+    def sections(self) -> tuple[Array, Array]:
+        """Offsets (k, 3) of points of a section, member axes, and their shares of its mass (k,)."""
+        if not (self.ry or self.rz):
+            return np.zeros((1, 3)), np.ones(1)
+        return section_points(np.array(self.rz**2), np.array(self.ry**2), self.rotary_inertia)
+
+
+def clean(function: Callable[[Array], Array], xi: Array) -> Array:
+    """Values at xi without rounding: a clamped end does not move at all."""
+    found, size = function(xi), np.abs(function(np.linspace(0.0, 1.0, 33))).max(initial=0.0)
+    return np.where(np.abs(found) > ROUNDING * size, found, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class LineShapes:
+    """The shapes of a deploying line: columns X over its functions, then what follows them."""
+
+    line: DeployingLine
+    functions: LineFunctions | None
+    reference: float
+    X: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    followers: Followers | None = None
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return int(self.X.shape[1])
+
+    @property
+    def n_shapes(self) -> int:
+        """Number of shapes."""
+        return self.n + (0 if self.followers is None else self.followers.n)
+
+    def fields(self, xi: Array, derivative: int) -> Array:
+        """Derivative by xi of u, v, w, theta of the coordinates (len(xi), 4, n)."""
+        if self.functions is None:
+            return np.zeros((len(xi), 4, 0))
+        functions = self.functions
+        return clean(lambda x: functions.fields(x, 1.0, derivative) @ self.X, xi)
+
+    @property
+    def most(self) -> int:
+        """The largest number of functions of one field."""
+        return 0 if self.functions is None else self.functions.most
+
+    @property
+    def member_mass(self) -> float:
+        """Mass of the reference length [kg]."""
+        return self.line.mass_per_length * self.reference
+
+    def slopes(self, xi: Array) -> tuple[Array, Array]:
+        """Slopes by xi of v and w (len(xi), 2, n), and how much of each counts (2,)."""
+        return self.fields(xi, 1)[:, 1:3], np.ones(2)
+
+    def matrices(self, xi: Array, weight: Array) -> tuple[Array, Series]:
+        """Mass matrix at the reference length and V1 as a series in lambda, over the functions."""
+        line, L, member = self.line, self.reference, self.member_mass
+        assert self.functions is not None
+        value, slope, bend = (self.functions.fields(xi, 1.0, d) for d in range(3))
+
+        def integral(f: Array, row: int) -> Array:
+            return np.asarray((f[:, row] * weight[:, None]).T @ f[:, row])
+
+        offsets, share = line.sections
+        polar = float(share @ (offsets[:, 1] ** 2 + offsets[:, 2] ** 2))
+        M = member * (sum(integral(value, row) for row in range(3)) + polar * integral(value, 3))
+        if line.rotary_inertia:
+            M = M + member / L**2 * (line.rz**2 * integral(slope, 1) + line.ry**2 * integral(slope, 2))
+        V1: Series = {
+            -3: (line.EIz * integral(bend, 1) + line.EIy * integral(bend, 2)) / L**3,
+            -1: (line.EA * integral(slope, 0) + line.GJ * integral(slope, 3)) / L
+            + line.tension * (integral(slope, 1) + integral(slope, 2)) / L,
+        }
+        return M, V1
+
+    def places(self, xi: Array, weight: Array) -> Places:
+        """Points of sections at xi (k,), which take the part weight (k,) of the mass."""
+        offsets, share = self.line.sections
+        parts = (self._series(xi, offsets, derivative) for derivative in range(2))
+        at = np.repeat(xi, len(offsets))
+        return Places(at, np.outer(weight, share).ravel(), *parts)
+
+    def _series(self, xi: Array, offsets: Array, derivative: int) -> Series:
+        """Position and shapes, body frame, of points at offsets (m, 3), or their derivative by xi."""
+        line, k, m, n = self.line, len(xi), len(offsets), self.n
+        u, v, w, theta = (self.fields(xi, derivative)[:, None, i] for i in range(4))  # k 1 n
+        steep = self.fields(xi, derivative + 1)[:, None] / self.reference
+        dv, dw = steep[:, :, 1], steep[:, :, 2]
+        x, y, z = (offsets[:, i, None] for i in range(3))
+        none = np.zeros((k, m, n))
+        out: Series = {p: np.zeros((k, m, 3, 1 + self.n_shapes)) for p in (1, 0, -1)}
+        out[1][:, :, 0, 0] = self.reference * (xi[:, None] if derivative == 0 else 1.0)
+        if derivative == 0:
+            out[0][:, :, :, 0] = offsets
+        out[0][:, :, :, 1 : 1 + n] = np.stack([none + u, none + v - z * theta, none + w + y * theta], axis=2)
+        out[-1][:, :, :, 1 : 1 + n] = np.stack([none - y * dv - z * dw, none + x * dv, none + x * dw], axis=2)
+        if self.followers is not None:
+            out[-1][:, :, 0, 1 + n :] = self.followers.values(xi, derivative)[:, None] / self.reference
+        turned = {p: np.einsum("ba,kmbA->kmaA", line.frame, part).reshape(k * m, 3, -1) for p, part in out.items()}
+        if derivative == 0:
+            turned[0][:, :, 0] += np.asarray(line.root, float)
+        return turned
+
+    def marker(self, xi: float) -> MarkerSeries:
+        """The section at xi."""
+        line, where = self.line, np.array([xi])
+        centre = self._series(where, np.zeros((1, 3)), 0)
+        value, slope = self.fields(where, 0)[0], self.fields(where, 1)[0] / self.reference
+        turn = np.zeros((2, 3, self.n_shapes))
+        turn[0, 0, : self.n] = value[3]
+        turn[1, 1, : self.n], turn[1, 2, : self.n] = -slope[2], slope[1]
+        twist, bend = line.frame.T @ turn[0], line.frame.T @ turn[1]
+        return MarkerSeries(
+            position={p: part[0, :, 0] for p, part in centre.items()},
+            phi={p: part[0, :, 1:] for p, part in centre.items()},
+            psi={0: twist, -1: bend},
+            orientation=line.frame.T,
+            axis=line.frame[0] if self.followers is not None else np.zeros(3),
+        )
+
+    @property
+    def drawn(self) -> tuple[Array, Array, dict[str, Index]]:
+        """What is drawn: xi (k,), offsets (m, 3) of the points of a section, and cells over points (k, m)."""
+        xi = np.linspace(0.0, 1.0, 1 + 4 * max(5, self.most))
+        if self.line.radius is None:
+            return xi, np.zeros((1, 3)), {"line": np.stack([np.arange(len(xi) - 1), np.arange(1, len(xi))], axis=1)}
+        angle = np.arange(SIDES) * 2 * np.pi / SIDES
+        offsets = self.line.radius * np.stack([0 * angle, np.cos(angle), np.sin(angle)], axis=1)
+        return xi, offsets, {"quad": grid(len(xi), SIDES, closed=True)}
+
+    def drawn_series(self) -> tuple[Series, dict[str, Index]]:
+        """Points and shapes of what is drawn of the deployed part, and its cells."""
+        xi, offsets, cells = self.drawn
+        return self._series(xi, offsets, 0), cells
+
+    @property
+    def thickness(self) -> float:
+        """Radius of what is drawn [m]; 0 for a line."""
+        return self.line.radius or 0.0
+
+
+def grid(n: int, m: int, closed: bool) -> Index:
+    """Quadrilaterals between neighbours of points (n, m); closed: the last of each row is beside the first."""
+    at, side = np.meshgrid(np.arange(n - 1), np.arange(m if closed else m - 1), indexing="ij")
+    ring = np.stack([at, at + 1, at + 1, at], axis=-1) * m
+    around = np.stack([side, side, (side + 1) % m, (side + 1) % m], axis=-1)
+    return np.asarray((ring + around).reshape(-1, 4), np.int64)

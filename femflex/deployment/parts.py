@@ -1,0 +1,102 @@
+"""Everything of a deploying member as series in lambda = L / L_0, whatever its family."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.deployment.foreshortening import followers_of
+from femflex.deployment.line import LineShapes
+from femflex.deployment.material import inertia_of
+from femflex.deployment.series import Series, added
+from femflex.deployment.strip import StripShapes
+from femflex.deployment.table import DeployingParts, MarkerSeries
+from femflex.fem.eigen.canonical import canonical
+from femflex.fem.eigen.modes import dense_modes
+from femflex.reduction.beams.beam_functions import gauss, points_for
+
+Array = NDArray[np.float64]
+Strain = Literal["linear", "condensed"]
+MemberShapes = LineShapes | StripShapes
+
+
+def member_parts(
+    shapes: MemberShapes,
+    total: float,
+    strain: Strain = "condensed",
+    damping: float | Sequence[float] = 0.0,
+    at_tip: bool = False,
+    markers: Mapping[str, float] | None = None,
+) -> tuple[DeployingParts, MemberShapes]:
+    """Series of a deploying member, and its shapes with their columns and followers.
+
+    shapes      without columns (X) and followers
+    total       mass of the whole member, deployed and stowed [kg]
+    strain      "condensed": bending draws the member in, so that axial loads and inertia stiffen or soften it to second
+                order (THEORY section 6); "linear": they do not
+    damping     fraction of critical damping of each coordinate at every length
+    markers     name -> xi, beside "root" and "tip"
+    """
+    xi, weight = gauss(points_for(shapes.most))
+    V1: Series = {0: np.zeros((0, 0))}
+    if shapes.functions is not None:
+        X, V1 = _columns(*shapes.matrices(xi, weight))
+        shapes = replace(shapes, X=X)
+        if strain == "condensed":
+            shapes = replace(shapes, followers=followers_of(*shapes.slopes(xi), xi, weight))
+    drum = shapes.places(np.array([1.0 if at_tip else 0.0]), np.ones(1))
+    n, followers = shapes.n, shapes.followers
+    parts = DeployingParts(
+        reference=shapes.reference,
+        inertia=inertia_of(shapes.places(xi, weight), drum, shapes.member_mass, total, at_tip),
+        V1=V1,
+        damping=_damping(V1, n, damping),
+        markers={"root": _exit(shapes), **{k: shapes.marker(xi) for k, xi in {"tip": 1.0, **(markers or {})}.items()}},
+        slaves=np.zeros((0, n, n)) if followers is None else followers.slaves,
+        kinds=("admissible",) * n + ("derivative",) * (shapes.n_shapes - n),
+    )
+    return parts, shapes
+
+
+def _exit(shapes: MemberShapes) -> MarkerSeries:
+    """The exit, which does not turn with the member: strings have a slope there."""
+    none = {0: np.zeros((3, shapes.n_shapes))}
+    return MarkerSeries({0: np.asarray(shapes.line.root, float)}, none, none, shapes.line.frame.T)
+
+
+def _columns(M: Array, V1: Series) -> tuple[Array, Series]:
+    """Columns X over the functions, orthonormal over the mass at the reference length, and V1 over them."""
+    K = sum(V1.values(), np.zeros_like(M))
+    if np.linalg.matrix_rank(K) == len(K):
+        eigenvalues, modes = dense_modes(K, M)
+        X = canonical(eigenvalues, modes)
+    else:
+        X = np.linalg.inv(np.linalg.cholesky(M)).T
+    return X, added(*({p: X.T @ part @ X} for p, part in V1.items() if part.any())) or {0: np.zeros_like(M)}
+
+
+def _damping(V1: Series, n: int, ratio: float | Sequence[float]) -> Series:
+    """2 ratio omega Me of each shape at every length, with Me as lambda: the power of lambda is half of V1's and 1."""
+    ratios = np.broadcast_to(np.asarray(ratio, float), (n,)) if np.ndim(ratio) == 0 else np.asarray(ratio, float)
+    if len(ratios) != n:
+        raise ValueError(f"{len(ratios)} damping ratios were given for {n} coordinates; give one, or one for each")
+    diagonal = {p: 2.0 * ratios * np.sqrt(np.maximum(np.diag(part), 0.0)) for p, part in V1.items()}
+    return added(*({(p + 1) // 2: np.diag(part)} for p, part in diagonal.items())) or {0: np.zeros((n, n))}
+
+
+def resting_rates(shapes: MemberShapes, length: float, rate: float, delta: Array, rest: str) -> Array:
+    """Rates (n,) of coordinates delta (n,) at which the deflection rests at "place", or that of "material" points."""
+    if rest == "coordinates" or not shapes.n:
+        return np.zeros(shapes.n)
+    xi, weight = gauss(points_for(shapes.most))
+    places = shapes.places(xi, weight)
+    along = places.xi if rest == "place" else places.xi - 1.0
+    now = slice(1, 1 + shapes.n)
+    phi, slope = places.values[0][:, :, now], places.slopes[0][:, :, now]
+    M = np.einsum("k,kai,kaj->ij", places.share, phi, phi)
+    moved = np.einsum("k,kai,kaj,j->i", places.share * along, phi, slope, delta, optimize=True)
+    return np.asarray(rate / length * np.linalg.solve(M, moved))

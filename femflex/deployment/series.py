@@ -1,0 +1,45 @@
+"""Laurent polynomials in the length ratio lambda = L / L_0, with arrays as coefficients: power -> array."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Series = dict[int, Array]
+
+
+def added(*parts: Series) -> Series:
+    """Sum of series."""
+    out: Series = {}
+    for part in parts:
+        for power, value in part.items():
+            out[power] = out[power] + value if power in out else value
+    return out
+
+
+def scaled(series: Series, factor: float, shift: int = 0) -> Series:
+    """factor lambda^shift times a series."""
+    return {power + shift: factor * value for power, value in series.items()}
+
+
+def mapped(series: Series, change: Callable[[Array], Array]) -> Series:
+    """The series with a linear map applied to every coefficient."""
+    return {power: change(value) for power, value in series.items()}
+
+
+def product(a: Series, b: Series, contract: Callable[[Array, Array], Array]) -> Series:
+    """Product of two series whose coefficients are multiplied by `contract`."""
+    return added(*({p + q: contract(x, y)} for p, x in a.items() for q, y in b.items()))
+
+
+def derivative(series: Series) -> Series:
+    """d/dlambda of a series."""
+    return {power - 1: power * value for power, value in series.items() if power}
+
+
+def at(series: Series, ratio: float) -> Array:
+    """The sum of a series at lambda = ratio."""
+    return np.asarray(sum(value * float(ratio) ** power for power, value in series.items()), float)

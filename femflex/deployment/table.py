@@ -1,0 +1,194 @@
+"""The LengthTable of a deploying body: series in lambda = L / L_0 written to the places of its block."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors
+from femflex.deployment.material import Inertia
+from femflex.deployment.series import Series, at, derivative, scaled
+from femflex.system import Block, LengthTable, Profile, Variation
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class MarkerSeries:
+    """A marker at a fixed xi: its place and rows as series in lambda."""
+
+    position: Series
+    phi: Series
+    psi: Series
+    orientation: Array = field(default_factory=lambda: np.eye(3))
+    axis: Array = field(default_factory=lambda: np.zeros(3))
+
+    def marker(self, ratio: float) -> Marker:
+        """The marker at lambda = ratio."""
+        position, phi, psi = (at(part, ratio) for part in (self.position, self.phi, self.psi))
+        return Marker(position, phi, psi, self.orientation, self.axis)
+
+    @property
+    def moves(self) -> bool:
+        """Whether it depends on the length."""
+        parts = (self.position, self.phi, self.psi)
+        return any(power != 0 and value.any() for part in parts for power, value in part.items())
+
+
+@dataclass(frozen=True, eq=False)
+class DeployingParts:
+    """Everything of a deploying body as series in lambda = L / reference.
+
+    reference   L_0 [m]
+    inertia     moments and material flow
+    V1, damping, V2, V3   stiffness (n, n), damping (n, n), packed tensors of nonlinear strain (none: linear)
+    markers     name -> MarkerSeries
+    slaves      (n_s, n, n) as of a FlexibleBody: constant
+    kinds       per shape
+    """
+
+    reference: float
+    inertia: Inertia
+    V1: Series
+    damping: Series
+    markers: Mapping[str, MarkerSeries]
+    slaves: Array
+    kinds: tuple[str, ...]
+    V2: Series = field(default_factory=dict)
+    V3: Series = field(default_factory=dict)
+
+    @property
+    def n(self) -> int:
+        """Number of elastic coordinates."""
+        return int(next(iter(self.V1.values())).shape[0])
+
+    def body(self, length: float, **more: Any) -> FlexibleBody:
+        """The body as it is at a length."""
+        ratio, i = length / self.reference, self.inertia
+        V1 = at(self.V1, ratio)
+        packed = (at(series, ratio) if series else np.zeros(0) for series in (self.V2, self.V3))
+        Me = np.einsum("kaka->k", at(i.second, ratio)[1:, :, 1:, :])[: self.n]
+        omega = np.full(len(self.kinds), np.nan)
+        omega[: self.n] = np.sqrt(np.maximum(np.diag(V1) / np.maximum(Me, 1e-300), 0.0))
+        return FlexibleBody(
+            moments=MassMoments(i.mass, at(i.first, ratio), at(i.second, ratio)),
+            strain=StrainTensors(V1, np.zeros(self.n), *packed),
+            damping=at(self.damping, ratio),
+            markers={name: marker.marker(ratio) for name, marker in self.markers.items()},
+            kinds=self.kinds,
+            omega=omega,
+            slaves=self.slaves,
+            **more,
+        )
+
+    @property
+    def varies(self) -> tuple[str, ...]:
+        """The parts of a block that it writes."""
+        parts = ["mass", "flow", "pickup"]
+        parts += ["stiffness"] if self.n else []
+        parts += ["damping"] if self.n and any(value.any() for value in self.damping.values()) else []
+        parts += ["strain"] if self.V3 else []
+        return (*parts, *(f"marker/{name}" for name, marker in self.markers.items() if marker.moves))
+
+
+def variation_of(parts: DeployingParts, body: FlexibleBody, length: Profile | str, **more: Any) -> Variation:
+    """The Variation of a body, as `parts` says; more: fields of LengthTable.
+
+    length: profile of its length, or the name of the state that is its length.
+    """
+    block = Block(body, parts.varies)
+    writer = _Writer(block, parts.reference)
+    _write_inertia(writer, parts.inertia, body.n_shapes)
+    if "stiffness" in parts.varies:
+        still = np.zeros(parts.n)
+        writer.add(parts.V1, lambda out, V1: block.put_stiffness(out, V1, still))
+        writer.add(derivative(parts.V1), lambda out, V1: block.put_stiffness(out, V1, still, True), rate=1)
+    if "damping" in parts.varies:
+        writer.add(parts.damping, block.put_damping)
+    if "strain" in parts.varies:
+        none = np.zeros(0)
+        writer.add(parts.V2, lambda out, V2: block.put_strain(out, V2, none))
+        writer.add(parts.V3, lambda out, V3: block.put_strain(out, none, V3))
+        writer.add(derivative(parts.V2), lambda out, V2: block.put_strain(out, V2, none, True), rate=1)
+        writer.add(derivative(parts.V3), lambda out, V3: block.put_strain(out, none, V3, True), rate=1)
+    for name in block.markers:
+        _write_marker(writer, name, parts.markers[name])
+    table = LengthTable(length, [writer.terms], np.zeros(1), np.array([parts.reference]), **more)
+    return Variation(table, parts.varies)
+
+
+class _Writer:
+    """Collects terms of a table: coefficients of lambda^p lambdadot^a lambdaddot^b, written by functions of a block."""
+
+    def __init__(self, block: Block, reference: float) -> None:
+        self.block, self.reference = block, reference
+        self.terms: dict[tuple[int, int, int], Array] = {}
+
+    def add(self, series: Series, put: Callable[[Array, Array], Any], rate: int = 0, acceleration: int = 0) -> None:
+        """Add what `put` writes of every coefficient."""
+        for power, value in series.items():
+            if value.any():
+                out = np.zeros(self.block.size)
+                put(out, value / self.reference ** (rate + acceleration))
+                term = (power, rate, acceleration)
+                self.terms[term] = self.terms.get(term, 0.0) + out
+
+
+def _write_inertia(writer: _Writer, i: Inertia, n_shapes: int) -> None:
+    block, Z = writer.block, 1 + n_shapes
+    one, two, form = np.zeros((Z, 3)), np.zeros((Z, 3, Z, 3)), np.zeros((Z, Z))
+    zero = {"drift": one, "kick": one, "flow": two, "turn": two, "speed": form, "speed_rate": form}
+
+    def put(key: str) -> Callable[[Array, Array], None]:
+        return lambda out, value: block.put_flow(out, **{**zero, key: value})
+
+    writer.add({0: np.array([i.mass])}, lambda out, m: block.put_moments(out, MassMoments(float(m[0]), one, two)))
+    writer.add(i.first, lambda out, s: block.put_moments(out, MassMoments(0.0, s, two)))
+    writer.add(i.second, lambda out, P: block.put_moments(out, MassMoments(0.0, one, P)))
+    speed = {power: np.einsum("AaBa->AB", C) for power, C in i.speed.items()}
+    writer.add(i.drift, put("drift"), 1)
+    writer.add(i.drift, put("kick"), 0, 1)
+    writer.add(derivative(i.drift), put("kick"), 2)
+    writer.add(i.flow, put("flow"), 1)
+    writer.add(i.flow, put("turn"), 0, 1)
+    writer.add(derivative(i.flow), put("turn"), 2)
+    writer.add(scaled(i.speed, -1.0), put("turn"), 2)
+    writer.add(speed, put("speed"), 2)
+    writer.add(scaled(speed, 2.0), put("speed_rate"), 1, 1)
+    writer.add(derivative(speed), put("speed_rate"), 3)
+    writer.add(scaled(i.pickup, writer.reference**-3), block.put_pickup)
+
+
+def _write_marker(writer: _Writer, name: str, marker: MarkerSeries) -> None:
+    block, still = writer.block, np.zeros(3)
+    none = np.zeros_like(next(iter(marker.phi.values())))
+    axes = Marker(still, none, none, marker.orientation, marker.axis)
+    first = np.zeros(block.size)
+    block.put_place(first, name, axes)
+    writer.terms[0, 0, 0] = writer.terms.get((0, 0, 0), 0.0) + first
+    for series, key in ((marker.position, "position"), (marker.phi, "phi"), (marker.psi, "psi")):
+        _write_rows(writer, name, series, key)
+
+
+def _write_rows(writer: _Writer, name: str, series: Series, key: str) -> None:
+    block, turn = writer.block, np.zeros((3, 3))
+
+    def given(value: Array) -> dict[str, Array]:
+        rows = np.zeros((3, block.n_shapes))
+        return {"position": np.zeros(3), "phi": rows, "psi": rows, key: value}
+
+    def place(out: Array, value: Array) -> None:
+        block.put_place(out, name, Marker(orientation=turn, **given(value)))
+
+    def motion(order: int) -> Callable[[Array, Array], None]:
+        return lambda out, value: block.put_motion(out, name, order, **given(value))
+
+    writer.add(series, place)
+    first = derivative(series)
+    writer.add(first, motion(1), 1)
+    writer.add(first, motion(2), 0, 1)
+    writer.add(derivative(first), motion(2), 2)

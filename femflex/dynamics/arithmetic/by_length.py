@@ -1,0 +1,63 @@
+"""Blocks of bodies whose properties follow from a length (`femflex.system.length_table`), written by compiled code."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.compiled import inner
+from femflex.dynamics.arithmetic.entries import USER, entry
+from femflex.dynamics.arithmetic.lanes import lane, put
+from femflex.dynamics.arithmetic.profiles import profile_at
+from femflex.dynamics.arithmetic.vectors import Vector
+from femflex.system.length_table import HEAD, WIDTH
+
+Array = NDArray[np.float64]
+
+
+@inner
+def power(s: float, p: int) -> float:
+    """s^p for a whole p of any sign."""
+    value, factor = 1.0, s if p >= 0 else 1.0 / s
+    for _ in range(abs(p)):
+        value *= factor
+    return value
+
+
+@inner
+def write_block(length: Vector, numbers: Array, block: Array) -> None:
+    """Write the block at a length, its rate and its acceleration."""
+    L, rate, acceleration = length
+    n_pieces, n_terms, n_runs, n_values = int(numbers[0]), int(numbers[1]), int(numbers[2]), int(numbers[3])
+    origins = HEAD + int(numbers[6])
+    terms = origins + 2 * n_pieces
+    runs = terms + 3 * n_terms
+    piece = 0
+    while piece + 1 < n_pieces and numbers[origins + piece + 1] <= L:
+        piece += 1
+    s = (L - numbers[origins + piece]) / numbers[origins + n_pieces + piece]
+    value, last, factor = runs + 4 * n_runs + n_values * piece, -1, 0.0
+    for r in range(n_runs):
+        run = runs + 4 * r
+        place, count, term, added = int(numbers[run]), int(numbers[run + 1]), int(numbers[run + 2]), numbers[run + 3]
+        if term != last:
+            at, last = terms + 3 * term, term
+            factor = power(s, int(numbers[at])) * power(rate, int(numbers[at + 1]))
+            factor *= power(acceleration, int(numbers[at + 2]))
+        if added > 0.0:
+            for k in range(0, WIDTH * count, WIDTH):
+                put(block, place + k, lane(block, place + k) + factor * lane(numbers, value + k))
+        else:
+            for k in range(0, WIDTH * count, WIDTH):
+                put(block, place + k, factor * lane(numbers, value + k))
+        value += WIDTH * count
+
+
+@entry(USER)
+def write_by_length(t: float, z: Array, numbers: Array, block: Array) -> None:
+    """Write the block of a LengthTable whose length is a profile in time, or a state."""
+    if numbers[7] > 0.0:
+        k = int(numbers[8])
+        write_block((z[k], z[k + 1], z[int(numbers[9])]), numbers, block)
+    else:
+        write_block(profile_at(t, HEAD, numbers), numbers, block)

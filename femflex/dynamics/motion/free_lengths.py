@@ -1,0 +1,116 @@
+"""The equations of motion of a model whose deploying bodies have free lengths.
+
+The length L and its rate U are states of an effector, which gives the force F on the length in place of a rate of U.
+For given accelerations of the lengths the model is one of specified lengths. The force that their drums need is affine
+in these accelerations, so one trial for each and one more find them:
+
+    drum force(Lddot) + drum mass Lddot = F
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.arithmetic.by_length import write_block
+from femflex.dynamics.arithmetic.compiled import inner, kernel
+from femflex.dynamics.arithmetic.lanes import beyond, start
+from femflex.dynamics.joints.coordinates import coordinate_rates
+from femflex.dynamics.joints.held import held_state
+from femflex.dynamics.lowering.layout import body_of, header_of
+from femflex.dynamics.motion.drum_force import drum_force
+from femflex.dynamics.motion.equations import RATE
+from femflex.dynamics.motion.gathering import write_residual
+from femflex.dynamics.motion.led_equations import write_accelerations
+from femflex.dynamics.motion.states import take_states, write_state_rates
+
+Array = NDArray[np.float64]
+Table = NDArray[np.int64]
+
+SOURCE, Z, SLOT, PICKUP, DRUM_MASS = 7, 8, 9, 10, 11  # of the numbers of a LengthTable
+
+
+@inner
+def write_unit_blocks(table: Table, pool: Array, work: Array) -> None:
+    """Write the block of a unit rate of the length of every body whose length is free."""
+    head = header_of(table)
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
+        if b["free_length"]:
+            numbers = beyond(pool, b["numbers"])
+            L = work[head["z"] + int(numbers[Z])]
+            write_block((L, 1.0, 0.0), numbers, beyond(pool, b["unit"]))
+
+
+@inner
+def write_needs(t: float, x: Array, u: Array, udot: Array, column: int, table: Table, pool: Array, work: Array) -> None:
+    """Write what each free length lacks in force, at the accelerations of lengths in their slots."""
+    head = header_of(table)
+    write_residual(t, x, u, udot, beyond(work, head["lack"]), table, pool, work)
+    n, k = head["n_free"], 0
+    for i in range(1, head["n_bodies"]):
+        b = body_of(table, i)
+        if b["free_length"]:
+            numbers = beyond(pool, b["numbers"])
+            z, slot = int(numbers[Z]), int(numbers[SLOT])
+            rate, acceleration = work[head["z"] + z + 1], work[head["z"] + slot]
+            pickup = b["unit"] + int(numbers[PICKUP]) if numbers[PICKUP] >= 0.0 else -1
+            need = drum_force(i, rate, acceleration, pickup, table, pool, work)
+            need += numbers[DRUM_MASS] * acceleration - work[head["zdot"] + z + 1]
+            work[head["needs"] + (n + 1) * k + column] = need
+            k += 1
+
+
+@inner
+def solve_dense(a: Array, n: int) -> None:
+    """Solve A x = b for [A | b] (n, n + 1) in place, A positive definite; x in the last column."""
+    for k in range(n):
+        for i in range(k + 1, n):
+            factor = a[(n + 1) * i + k] / a[(n + 1) * k + k]
+            for j in range(k, n + 1):
+                a[(n + 1) * i + j] -= factor * a[(n + 1) * k + j]
+    for k in range(n - 1, -1, -1):
+        for j in range(k + 1, n):
+            a[(n + 1) * k + n] -= a[(n + 1) * k + j] * a[(n + 1) * j + n]
+        a[(n + 1) * k + n] /= a[(n + 1) * k + k]
+
+
+@kernel(RATE)
+def free_rate(t: float, x: Array, dx: Array, table: Table, pool: Array, work: Array) -> None:
+    """dx/dt of the state x = (q, u, z) with free lengths among z."""
+    records, numbers, scratch = start(table), start(pool), start(work)
+    head = header_of(records)
+    given, u, dq, udot = start(x), beyond(x, head["n_q"]), start(dx), beyond(dx, head["n_q"])
+    n = head["n_free"]
+    slots, needs = head["z"] + head["n_z"], head["needs"]
+    take_states(u, records, scratch)
+    write_unit_blocks(records, numbers, scratch)
+    q, v = given, u
+    if head["n_holds"] > 0:
+        q, v = held_state(t, given, u, records, numbers, scratch)
+    for trial in range(n + 1):  # none first, then each alone
+        for k in range(n):
+            scratch[slots + k] = 1.0 if k + 1 == trial else 0.0
+        write_accelerations(t, q, v, udot, records, numbers, scratch)
+        column = n if trial == 0 else trial - 1
+        write_needs(t, given, u, udot, column, records, numbers, scratch)
+    for i in range(n):
+        row = needs + (n + 1) * i
+        for k in range(n):
+            scratch[row + k] -= scratch[row + n]
+        scratch[row + n] = -scratch[row + n]
+    solve_dense(beyond(scratch, needs), n)
+    for k in range(n):
+        scratch[slots + k] = scratch[needs + (n + 1) * k + n]
+    write_accelerations(t, q, v, udot, records, numbers, scratch)
+    dz = beyond(udot, head["n_u"])
+    write_state_rates(dz, records, scratch)
+    k = 0
+    for i in range(1, head["n_bodies"]):
+        b = body_of(records, i)
+        if b["free_length"]:
+            place = int(numbers[b["numbers"] + Z]) + 1
+            dz[place] = scratch[slots + k]
+            k += 1
+    for i in range(1, head["n_bodies"]):
+        coordinate_rates(body_of(records, i), q, v, dq, numbers)

@@ -1,0 +1,91 @@
+"""What the drum of a deploying member does: its force from momentum, its power, and the energy lost at the exit.
+
+The drum's force F works on the length L: with chi_A = dz_A/dL at a material point, w = U chi_A y_A,
+
+    F = int chi . (a - f) dm + dV/dL + U |U| kappa / 2 + U^2 kappa / 2,     kappa = m' |chi_A y_A|^2 at the exit
+
+where the integral is over material that is moving. The last two are the momentum flux kappa U^2 while the member
+deploys and nothing while it is drawn in (THEORY section 6: Lagrange's equation for L alone yields half of it). F U is
+what the change gives to the system and the power kappa |U|^3 / 2 that is lost as material at rest is picked up, or
+moving material is stopped. F pushes the member out; at rest, -F is the tension at the exit.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.reports.material import (
+    BodyMotion,
+    form,
+    half_rate,
+    moving_power,
+    speed_form,
+    stiffness_power,
+    strain_power,
+)
+from femflex.system import Block, Channel, LengthTable, System
+from femflex.system.variation import COLUMNS
+
+Array = NDArray[np.float64]
+
+
+def lengths_of(system: System) -> dict[str, LengthTable]:
+    """The tables of the bodies whose properties follow from a length, in tree order."""
+    tables = {name: system.varying[name].write for name in system.order if name in system.varying}
+    return {name: table for name, table in tables.items() if isinstance(table, LengthTable)}
+
+
+def drum_channels(name: str, table: LengthTable) -> dict[str, Channel]:
+    """Channels of the drum of that body."""
+    out = {
+        "length": Channel("m", f"deployed length of {name}"),
+        "length_rate": Channel("m/s", f"rate of the deployed length of {name}"),
+        "length_acceleration": Channel("m/s^2", f"acceleration of the deployed length of {name}"),
+        "drum_force": Channel("N", f"force with which its drum pushes {name} out; minus the tension at the exit"),
+        "drum_power": Channel("W", f"power of the drum of {name}"),
+        "pickup_loss": Channel("W", f"power lost where stowed material of {name} is picked up or stopped"),
+        "exit_flux": Channel("N", f"momentum flux of {name} at the exit; a part of moving_mass and specified_motion"),
+    }
+    if table.drum_radius is not None:
+        out["drum_torque"] = Channel("N m", f"torque of the drum of {name}")
+    return {f"bodies/{name}/{key}": channel for key, channel in out.items()}
+
+
+def drum_row(
+    b: np.void,
+    at: Block,
+    table: LengthTable,
+    unit: Array,
+    motion: BodyMotion,
+    length: tuple[float, float, float],
+    carried: float,
+    parts: tuple[str, ...],
+    power: float,
+) -> dict[str, float]:
+    """Values of `drum_channels` of body record b.
+
+    unit: the pool with the block of a unit rate of the length; length: L, U and its rate; carried: generalised force
+    of what stands on markers that move; power: what the change gives to the system.
+    """
+    L, U, acceleration = length
+    block, y, flux, kappa = int(b["block"]), motion.y, 0.0, 0.0
+    force = carried
+    if "pickup" in parts:
+        place, zero = block + at.pickup_shapes, float(unit[block + at.pickup])
+        kappa, flux = form(place, zero, int(b["n_shapes"]), unit, y, y), zero * U * U
+    if "flow" in parts:
+        force += moving_power(b, unit, motion) + speed_form(b, unit, y, 2.0 * U * motion.dy + acceleration * y)
+        force += U * U * half_rate(b, unit, y) + 0.5 * U * abs(U) * kappa
+    if "stiffness" in parts:
+        delta = y[1 : 1 + int(b["n"])]
+        force += stiffness_power(block + at.stiffness_rate, block + at.f0_rate, int(b["n"]), unit, delta)
+    if "strain" in parts:
+        n = int(b["n"])
+        force += strain_power(block + at.strain_rate, n, int(b["n_blocks"]), COLUMNS, unit, y[1 : 1 + n])
+    loss = 0.5 * abs(U) ** 3 * kappa if "flow" in parts else 0.0
+    out = {"length": L, "length_rate": U, "length_acceleration": acceleration, "drum_force": force}
+    out |= {"drum_power": power + loss, "pickup_loss": loss, "exit_flux": flux}
+    if table.drum_radius is not None:
+        out["drum_torque"] = force * table.drum_radius
+    return out

@@ -1,0 +1,137 @@
+"""Springs and bushings inside a structure: elastic connections of two nodes, or of a node and the body frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from femflex.fem.assembly.numbering import Numbering
+from femflex.fem.family import Contribution, SkinPart
+from femflex.fem.point_mass import cross_matrices
+from femflex.fem.tables import DenseStrain
+
+if TYPE_CHECKING:
+    from femflex.mesh import Mesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+SQUARE = 1e-6  # cosine between two axes that passes for rounding
+APART = 1e-9  # of the mesh's size: distance of two nodes below which they coincide
+
+
+@dataclass(frozen=True, eq=False)
+class Bushing:
+    """A linear elastic connection with up to six stiffnesses along own axes.
+
+    group        point group of one node
+    to           point group of the other node; None: the body frame
+    translation  (3,) stiffnesses against relative displacement along the axes [N/m]
+    rotation     (3,) stiffnesses against relative rotation about them [N m/rad]
+    axes         (3, 3) rows: directions of x, y, z in mesh axes. None: x from the node towards the other one, y and z
+                 across; the mesh's axes where they coincide and to the body frame
+
+    Between nodes that are apart, displacements are compared in the middle, where each node takes it along rigidly, so
+    that rigid motion costs nothing. A spring along the line between two nodes is translation = (k, 0, 0).
+    """
+
+    group: str
+    to: str | None = None
+    translation: ArrayLike = (0.0, 0.0, 0.0)
+    rotation: ArrayLike = (0.0, 0.0, 0.0)
+    axes: ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        where = f"bushing at group {self.group!r}"
+        for name in ("translation", "rotation"):
+            value = np.asarray(getattr(self, name), float)
+            if value.shape != (3,) or not np.isfinite(value).all() or (value < 0).any():
+                raise ValueError(f"{where} has {name} {value.tolist()}; give three stiffnesses, none negative")
+        if not (np.any(self.translation) or np.any(self.rotation)):
+            raise ValueError(f"{where} has no stiffness; give translation, rotation, or both")
+        if self.axes is not None:
+            rows = np.asarray(self.axes, float)
+            if rows.shape != (3, 3) or not np.isfinite(rows).all() or not np.linalg.norm(rows, axis=1).all():
+                raise ValueError(
+                    f"{where} has axes {rows.tolist()}; give three directions of three components, not zero"
+                )
+            unit = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+            if np.abs(unit @ unit.T - np.eye(3)).max() > SQUARE:
+                raise ValueError(
+                    f"{where} has axes {rows.tolist()}, which are not at right angles; give orthogonal ones"
+                )
+
+
+def spring(group: str, to: str, stiffness: float) -> Bushing:
+    """A spring along the line between two nodes that are apart [N/m]."""
+    return Bushing(group, to, (stiffness, 0.0, 0.0))
+
+
+def bushing_part(mesh: Mesh, bushing: Bushing, numbering: Numbering) -> Contribution:
+    """Strain and skin (a line between the nodes) of a bushing.
+
+    Raises ValueError at groups of several nodes, at nodes without a member, and where nodes that have no rotation are
+    to resist one, or to be compared across the line between them.
+    """
+    where = f"bushing at group {bushing.group!r}"
+    nodes = np.array([_node(mesh, group, where) for group in (bushing.group, bushing.to) if group is not None])
+    translation, rotation = numbering.translation_of(nodes), numbering.rotation_of(nodes)
+    if (translation < 0).any():
+        raise ValueError(f"{where}: a node of it belongs to no member; connect nodes that lie on members")
+    x = mesh.points[nodes]
+    span = x[-1] - x[0]
+    length = float(np.linalg.norm(span))
+    apart = length > APART * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
+    if bushing.axes is not None:
+        rows = np.asarray(bushing.axes, float)
+        axes = rows / np.linalg.norm(rows, axis=1, keepdims=True)
+    else:
+        axes = _along(span / length) if apart else np.eye(3)
+    k = np.concatenate([np.asarray(bushing.translation, float), np.asarray(bushing.rotation, float)])
+    across = np.linalg.norm(np.cross(axes, span), axis=1)[k[:3] > 0].max(initial=0.0) > SQUARE * length
+    turns = bool(k[3:].any() or (apart and across))
+    if turns and (rotation < 0).any():
+        what = "resist rotation" if k[3:].any() else "be compared across the line between them"
+        raise ValueError(
+            f"{where}: nodes without rotation (solids, tethers, membranes) cannot {what}; give stiffness along the "
+            "line between them alone, or connect nodes of beams or plates"
+        )
+    middle = x.mean(axis=0)
+    signs = (1.0,) if bushing.to is None else (-1.0, 1.0)
+    moved = [s * np.hstack([axes, -axes @ a]) for s, a in zip(signs, cross_matrices(middle - x), strict=True)]
+    turned = [s * np.hstack([np.zeros((3, 3)), axes]) for s in signs]
+    G = np.concatenate([np.hstack(moved), np.hstack(turned)])[k > 0]
+    if turns:
+        dofs = np.concatenate([translation, rotation], axis=1).reshape(1, -1)
+    else:
+        dofs, G = translation.reshape(1, -1), G.reshape(len(G), len(nodes), 2, 3)[:, :, 0].reshape(len(G), -1)
+    n = len(G)
+    strain = DenseStrain(
+        dofs, np.ones((1, 1)), np.diag(k[k > 0])[None, None], np.eye(n), np.zeros((n, n, n)), G[None, None]
+    )
+    skin: Callable[[], SkinPart] | None = partial(_line, x, translation) if apart and bushing.to is not None else None
+    return Contribution((), (strain,), skin)
+
+
+def _node(mesh: Mesh, group: str, where: str) -> int:
+    nodes = mesh.group_points(group)
+    if len(nodes) != 1:
+        raise ValueError(f"{where}: group {group!r} has {len(nodes)} nodes; a bushing connects one node with another")
+    return int(nodes[0])
+
+
+def _along(x: Array) -> Array:
+    """Orthonormal rows, the first of them x (3,)."""
+    y = np.cross(np.eye(3)[np.abs(x).argmin()], x)
+    y /= np.linalg.norm(y)
+    return np.stack([x, y, np.cross(x, y)])
+
+
+def _line(x: Array, translation: Index) -> SkinPart:
+    """The line between the nodes."""
+    return SkinPart(x, {"line": np.array([[0, 1]])}, np.arange(6), translation.ravel(), np.ones(6))

@@ -1,0 +1,69 @@
+"""A Structure about a deflected state: its mesh, masses and strains are taken from there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.family import SkinPart
+from femflex.fem.relaxed import RelaxedStrain
+from femflex.fem.structure import Structure, with_initial_stress
+from femflex.fem.tables import InertiaBlock, StrainBlock, mass_and_stiffness
+from femflex.fem.tension.strain import TensionStrain
+
+Array = NDArray[np.float64]
+
+
+def deflected(structure: Structure, x: Array) -> Structure:
+    """The structure about displacements x (n_dof,) of its own dofs: places, stress and strain energy from there.
+
+    Exact for tethers and membranes, however far they move: V(x + d) - V(x) is the energy of d. Of beams, plates and
+    solids the stress of the linear strain of x is kept, and x must be small beside their size. f0 is the elastic force
+    at x, which the loads of an equilibrium balance.
+    """
+    raw = structure.T @ x
+    strain = tuple(_strain(block, raw) for block in structure.strain)
+    inertia = tuple(_moved(block, raw) for block in structure.inertia)
+    points = structure.mesh.points + (structure.translation @ x).reshape(-1, 3)
+    M, K0 = mass_and_stiffness(inertia, strain, structure.T)
+    K, f0 = with_initial_stress(K0, strain, structure.T)
+    return replace(
+        structure,
+        mesh=replace(structure.mesh, points=points),
+        M=M,
+        K=K,
+        K0=K0,
+        f0=f0,
+        inertia=inertia,
+        strain=strain,
+        skin_parts=tuple(partial(_skin, part, raw) for part in structure.skin_parts),
+        places=tuple(
+            replace(place, x=block.places) if isinstance(block, TensionStrain) and place is not None else place
+            for block, place in zip(strain, structure.places, strict=True)
+        ),
+    )
+
+
+def tension_blocks(structure: Structure) -> tuple[TensionStrain, ...]:
+    """The strain blocks of a structure that bear tension alone."""
+    return tuple(block for block in structure.strain if isinstance(block, TensionStrain))
+
+
+def _strain(block: StrainBlock, raw: Array) -> Any:
+    return block.deflected(raw) if isinstance(block, TensionStrain) else RelaxedStrain(block, raw)
+
+
+def _moved(block: Any, raw: Array) -> InertiaBlock:
+    moved: InertiaBlock = replace(block, rho=block.rho + block.shapes(raw[:, None], slice(None))[..., 0])
+    return moved
+
+
+def _skin(part: Callable[[], SkinPart], raw: Array) -> SkinPart:
+    drawn = part()
+    moved = np.bincount(drawn.rows, drawn.values * raw[drawn.cols], drawn.points.size)
+    return replace(drawn, points=drawn.points + moved.reshape(-1, 3))

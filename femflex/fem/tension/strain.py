@@ -1,0 +1,81 @@
+"""Strain blocks of members that have no stiffness across themselves but that of their tension."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.tables import DenseStrain
+
+Array = NDArray[np.float64]
+
+PRINCIPAL = {1: "tension", 3: "lowest principal stress resultant"}  # by number of strains
+UNITS = {1: "N", 3: "N/m"}
+
+
+@dataclass(frozen=True, eq=False)
+class TensionStrain(DenseStrain):
+    """A strain block of a tether, eps (s = 1), or of a membrane, eps_xx, eps_yy, gamma_xy (s = 3).
+
+    group, family  of its member
+    places (e, q, 3)  of its points [m]
+    moved (q, m)      shape functions of each component of their displacement
+    smooth (q, q)     their least-squares fit by polynomials of the degree of the displacement's gradient: stress of
+                      stiff lines and sheets in large rotation is right there, and oscillates about it in between
+    viscosity         internal (Kelvin-Voigt) damping: stress C viscosity d eps/dt beside C eps [s]
+    """
+
+    group: str = ""
+    family: str = ""
+    places: Array = field(default_factory=lambda: np.zeros((1, 1, 3)))
+    moved: Array = field(default_factory=lambda: np.zeros((1, 1)))
+    smooth: Array = field(default_factory=lambda: np.eye(1))
+    viscosity: float = 0.0
+
+    def smoothed_stress(self) -> Array:
+        """Initial stress at the points (e, q, s), smoothed in every element."""
+        return self.smooth @ np.broadcast_to(self.stress, (*self.weight.shape, self.stress.shape[-1]))
+
+    def lowest_tension(self) -> Array:
+        """Tension [N] or lowest principal stress resultant [N/m] of the initial stress at the points (e, q).
+
+        Of the second Piola-Kirchhoff stress, which differs from the true one by parts of the size of the strain.
+        """
+        return lowest_principal(self.smoothed_stress())
+
+    def deflected(self, raw: Array) -> TensionStrain:
+        """The block about raw displacements (n_raw,), exact: strains and stress from there, gradients as before.
+
+        With g = g_e + G d the strain is eps_e + (L + Q g_e) G d + 1/2 G d.Q G d: the rows (L + Q g_e) G follow G.
+        """
+        s, n = self.linear_map.shape
+        g = self.gradients(raw[:, None], slice(None))[..., 0]
+        Qg = np.einsum("sgh,eqh->eqsg", self.quadratic_map, g)
+        eps = np.matmul(self.linear_map + Qg / 2, g[..., None])
+        rows = np.matmul(self.linear_map + Qg, self.G)
+        G = np.concatenate([np.broadcast_to(self.G, (*rows.shape[:2], *self.G.shape[2:])), rows], axis=2)
+        u = np.einsum("qm,emc->eqc", self.moved, raw[self.dofs].reshape(len(self.dofs), -1, 3))
+        return replace(
+            self,
+            stress=self.stress + np.matmul(self.elastic, eps)[..., 0],
+            linear_map=np.concatenate([np.zeros((s, n)), np.eye(s)], axis=1),
+            quadratic_map=np.pad(self.quadratic_map, ((0, 0), (0, s), (0, s))),
+            G=G,
+            places=self.places + u,
+        )
+
+
+def lowest_principal(stress: Array) -> Array:
+    """Lowest principal value (...) of stresses (..., 1) of a line or (..., 3) of a sheet."""
+    if stress.shape[-1] == 1:
+        return np.asarray(stress[..., 0])
+    xx, yy, xy = np.moveaxis(stress, -1, 0)
+    return np.asarray((xx + yy) / 2 - np.hypot((xx - yy) / 2, xy))
+
+
+def least_squares(values: Array, weight: Array) -> Array:
+    """Matrix (q, q) that fits point values by functions with these values (q, k), in the mean with weights (q,)."""
+    weighted = values.T * weight
+    return np.asarray(values @ np.linalg.solve(weighted @ values, weighted))

@@ -1,0 +1,231 @@
+"""The tether family: lines with axial stiffness and mass, without stiffness against bending or twist."""
+
+from __future__ import annotations
+
+from functools import partial
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.polynomial import Legendre
+from numpy.polynomial.legendre import legvander
+from numpy.typing import NDArray
+from skfem.quadrature import get_quadrature
+from skfem.refdom import RefLine
+
+from femflex.fem.assembly.numbering import Numbering
+from femflex.fem.family import Contribution, SkinPart, StrainPlaces, family, member_cells
+from femflex.fem.line.chain import LINE_TYPES, ArcLength, arc_length
+from femflex.fem.option import Option, Options, member_options
+from femflex.fem.tables import DenseInertia
+from femflex.fem.tension.strain import TensionStrain, least_squares
+from femflex.mesh.cells import CELL_TYPES
+
+if TYPE_CHECKING:
+    from femflex.fem.structure import Member
+    from femflex.mesh import Mesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+OPTIONS: Options = {
+    "order": Option(None, "order of the displacements, 1 to 8; 4 when left out, 2 along edges of membranes"),
+    "prestress": Option(0.0, "initial tension", "N"),
+    "thermal_strain": Option(0.0, "free axial strain", ""),
+    "viscosity": Option(0.0, "internal damping time: tension EA times viscosity times strain rate", "s"),
+    "start": Option(None, "point group where the arc length of varying sections begins"),
+}
+ORDERS = range(1, 9)
+DEFAULT_ORDER, EDGE_ORDER = 4, 2
+VARYING_DEGREE = 8  # polynomial degree added to the quadrature where properties vary along the element
+STATIONS = 5  # drawn points of an element
+
+
+@family("tether", OPTIONS)
+def tether(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
+    """Inertia, strain and skin of tethers, cables and strings on a group of line cells.
+
+    Cells line (straight) or line3 (curved through its middle node). Section: a `CableSection`, or any beam section
+    with an isotropic Material, of which EA and the mass per length count. The strain is that of Green,
+    eps = t.u' + u'.u'/2 with the undeformed tangent t, with all three components of u in the square, so that large
+    rotations are exact (THEORY section 3). Displacements are polynomials of the same order in all components.
+
+    Without tension a tether has no stiffness across itself. Give it `prestress` between supports, or find its tension
+    by static equilibrium under weight, spin or gravity gradient (`femflex.reduction.equilibrium`).
+
+    Options
+    order           1 ... 8, order of the displacements (4; 2 for a member that lies along edges of membranes, which it
+                    then shares all displacements with)
+    prestress       initial tension [N] (0)
+    thermal_strain  free axial strain (0)
+    viscosity       internal damping time tau of Kelvin and Voigt, tension EA (eps + tau d eps/dt) [s] (0)
+    start           point group where the arc length s begins; see chain.arc_length for the default
+
+    Mesh advice: order 4 gives the frequency of a mode with m elements in a half wave to about (0.7 / m)^8.
+    """
+    options = _checked(member_options(member), member)
+    cells = member_cells(mesh, member, LINE_TYPES)
+    order = options["order"] or (EDGE_ORDER if _on_membrane(mesh, cells, numbering) else DEFAULT_ORDER)
+    arcs = _arcs(mesh, cells, member, options["start"])
+    inertia, strain, places, skins = [], [], [], []
+    for kind, nodes in cells.items():
+        x = mesh.points[nodes]
+        dofs = _dofs(numbering, nodes, kind, order)
+        one, two, place = _blocks(x, dofs, kind, order, member, options, arcs[kind])
+        inertia.append(one)
+        strain.append(two)
+        places.append(place)
+        skins.append((x, dofs, kind, order))
+    return Contribution(tuple(inertia), tuple(strain), partial(_skin, skins), tuple(places))
+
+
+def line_shapes(kind: str, order: int, xi: Array, derivative: bool = False) -> Array:
+    """Shape functions (q, m) of an element at xi (q,) in [0, 1]: of its nodes, then those that fade at the nodes.
+
+    line: of its two ends, 4 xi (1 - xi), and from order 3 on integrated Legendre polynomials. line3: of its three
+    nodes, and the same from order 3 on.
+    """
+    cell = CELL_TYPES[kind]
+    nodal = cell.gradients(xi[:, None])[:, :, 0] if derivative else cell.interpolation(xi[:, None])
+    more = [4.0 - 8.0 * xi if derivative else 4.0 * xi * (1.0 - xi)] if kind == "line" and order >= 2 else []
+    for k in range(3, order + 1):
+        base = np.sqrt(2 * k - 1) * Legendre.basis(k - 1, domain=[0.0, 1.0])
+        more.append(base(xi) if derivative else base.integ(1, lbnd=0.0)(xi))
+    return np.concatenate([nodal, *(one[:, None] for one in more)], axis=1)
+
+
+def _dofs(numbering: Numbering, nodes: Index, kind: str, order: int) -> Index:
+    """Raw dofs (e, m, 3) of the shape functions of elements between nodes (e, 2|3)."""
+    e = len(nodes)
+    found = [numbering.translation(nodes.ravel()).reshape(e, -1, 3)]
+    ends = nodes[:, :2]
+    if kind == "line" and order >= 2:
+        found.append(numbering.sides(ends)[:, None])
+    if order >= 3:
+        found.append(numbering.fading(ends, order - 2))
+    return np.concatenate(found, axis=1)
+
+
+def _blocks(
+    x: Array, dofs: Index, kind: str, order: int, member: Member, options: dict[str, Any], arc: ArcLength
+) -> tuple[DenseInertia, TensionStrain, StrainPlaces]:
+    """Points of mass and of strain of elements with nodes at x (e, 2|3, 3)."""
+    varying = VARYING_DEGREE * member.section.varies
+    curved = 2 * (kind == "line3")
+
+    def along(degree: int) -> tuple[Array, Array, Array, tuple[Array, Array]]:
+        points, weights = get_quadrature(RefLine, degree + curved + varying)
+        xi = points[0]
+        slope = line_shapes(kind, 2 if kind == "line3" else 1, xi, True) @ x
+        ds = np.linalg.norm(slope, axis=2)
+        return xi, weights * ds, slope / ds[..., None], axial_properties(member, arc.at(xi), arc.whole[:, None])
+
+    def places(xi: Array) -> Array:
+        return np.asarray(line_shapes(kind, 2 if kind == "line3" else 1, xi) @ x)
+
+    m, e = dofs.shape[1], len(x)
+    flat = dofs.reshape(e, 3 * m)
+    xi, ds, _, (_, mass) = along(2 * order)
+    N = np.einsum("qm,ab->qamb", line_shapes(kind, order, xi), np.eye(3)).reshape(1, len(xi), 3, 3 * m)
+    inertia = DenseInertia(flat, ds * mass, places(xi), N)
+
+    xi, ds, tangent, (EA, _) = along(max(2, 4 * (order - 1)))
+    weights = get_quadrature(RefLine, max(2, 4 * (order - 1)) + curved + varying)[1]
+    slope = line_shapes(kind, order, xi, True) / (ds / weights)[..., None]  # d/ds of the shape functions (e, q, m)
+    G = np.einsum("eqgb,eqm->eqgmb", frames(tangent), slope).reshape(e, len(xi), 3, 3 * m)
+    stress = options["prestress"] - EA * options["thermal_strain"]
+    strain = TensionStrain(
+        dofs=flat,
+        weight=ds,
+        elastic=EA[..., None, None],
+        linear_map=np.eye(1, 3),
+        quadratic_map=np.eye(3)[None],
+        G=G,
+        stress=stress[..., None],
+        group=member.group,
+        family="tether",
+        places=places(xi),
+        moved=line_shapes(kind, order, xi),
+        smooth=least_squares(np.asarray(legvander(2 * xi - 1, order - 1), float), weights),
+        viscosity=options["viscosity"],
+    )
+    return inertia, strain, StrainPlaces("line", places(xi))
+
+
+def frames(x: Array) -> Array:
+    """Orthonormal axes (..., 3, 3) as rows, the first of them x (..., 3)."""
+    least = np.eye(3)[np.abs(x).argmin(axis=-1)]
+    y = np.cross(least, x)
+    y /= np.linalg.norm(y, axis=-1, keepdims=True)
+    return np.stack([x, y, np.cross(x, y)], axis=-2)
+
+
+def axial_properties(member: Member, s: Array, length: Array) -> tuple[Array, Array]:
+    """EA [N] and mass per length [kg/m] of a member's section at arc lengths s (e, q)."""
+    if hasattr(member.section, "axial"):
+        EA, mass = member.section.axial(s, length)
+    else:
+        found = member.section.resultants(member.material, s, length)
+        EA, mass = found.EA, found.mass
+    return np.broadcast_to(EA, s.shape), np.broadcast_to(mass, s.shape)
+
+
+def _arcs(mesh: Mesh, cells: dict[str, Index], member: Member, start: str | None) -> dict[str, ArcLength]:
+    """Arc length at the ends of the elements by cell type, by chords; zero where nothing varies."""
+    ends = [nodes[:, :2] for nodes in cells.values()]
+    if not member.section.varies:
+        return {kind: ArcLength(np.zeros((len(e), 2)), np.ones(len(e))) for kind, e in zip(cells, ends, strict=True)}
+    whole = arc_length(mesh, np.concatenate(ends), member.group, start)
+    cuts = np.cumsum([0, *(len(e) for e in ends)])
+    spans = pairwise(cuts)
+    return {kind: ArcLength(whole.ends[a:b], whole.whole[a:b]) for kind, (a, b) in zip(cells, spans, strict=True)}
+
+
+def _on_membrane(mesh: Mesh, cells: dict[str, Index], numbering: Numbering) -> bool:
+    """Whether any element has both ends on a membrane of the structure."""
+    on = np.zeros(len(mesh.points), bool)
+    for other in numbering.members:
+        if other.family == "membrane" and other.group in mesh.groups:
+            on[mesh.group_points(other.group)] = True
+    return any(bool(on[nodes[:, :2]].all(axis=1).any()) for nodes in cells.values())
+
+
+def _skin(parts: list[tuple[Array, Index, str, int]]) -> SkinPart:
+    """Lines through STATIONS points of every element."""
+    xi = np.linspace(0.0, 1.0, STATIONS)
+    points, lines, rows, cols, values, start = [], [], [], [], [], 0
+    for x, dofs, kind, order in parts:
+        N = line_shapes(kind, order, xi)
+        e, m = dofs.shape[:2]
+        number = start + np.arange(e * STATIONS).reshape(e, STATIONS)
+        start += number.size
+        points.append((line_shapes(kind, 2 if kind == "line3" else 1, xi) @ x).reshape(-1, 3))
+        lines.append(np.stack([number[:, :-1], number[:, 1:]], axis=-1).reshape(-1, 2))
+        shape = (e, STATIONS, m, 3)
+        rows.append(np.broadcast_to(3 * number[:, :, None, None] + np.arange(3), shape).ravel())
+        cols.append(np.broadcast_to(dofs[:, None], shape).ravel())
+        values.append(np.broadcast_to(N[None, :, :, None], shape).ravel())
+    triplets = np.concatenate(rows), np.concatenate(cols), np.concatenate(values)
+    return SkinPart(np.concatenate(points), {"line": np.concatenate(lines)}, *triplets)
+
+
+def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
+    """The options; ValueError on a section or values that the family cannot use."""
+    where = f"tether on group {member.group!r}"
+    if not (hasattr(member.section, "axial") or hasattr(member.section, "resultants")):
+        raise ValueError(
+            f"{where} has section {member.section!r}; give a cable section (EA and mass per length) or one of the beam "
+            "sections with a material"
+        )
+    if options["order"] is not None and options["order"] not in ORDERS:
+        raise ValueError(f"{where} has order {options['order']!r}; it may be {ORDERS.start} to {ORDERS.stop - 1}")
+    for name in ("prestress", "thermal_strain", "viscosity"):
+        if not isinstance(options[name], int | float | np.floating) or not np.isfinite(options[name]):
+            raise ValueError(f"{where} has {name} {options[name]!r}; give one finite number")
+    if options["prestress"] < 0:
+        raise ValueError(
+            f"{where} has prestress {options['prestress']:g} N; a tether bears no compression, so give a tension"
+        )
+    if options["viscosity"] < 0:
+        raise ValueError(f"{where} has viscosity {options['viscosity']:g} s; a damping time cannot be negative")
+    return options

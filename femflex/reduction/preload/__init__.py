@@ -1,0 +1,1 @@
+"""Static equilibrium of structures under steady loads, about which they then vibrate."""

@@ -1,0 +1,69 @@
+"""The central attraction of a system in orbit: by its gradient, or integrated over points of mass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import FlexibleBody
+from femflex.body.mass_points import points_of_moments
+from femflex.system.system import System
+
+Array = NDArray[np.float64]
+
+LARGE = (
+    1e-4  # size over distance from the centre from which on the gradient of gravity is not enough: 680 m in low orbit
+)
+
+
+@dataclass(frozen=True)
+class Reach:
+    """Size of a system [m], its least distance from the centre of attraction [m], and what the gradient leaves out.
+
+    error: the next term of the expansion over the gradient's, 3/2 size / radius for a line along the vertical.
+    """
+
+    size: float
+    radius: float
+
+    @property
+    def ratio(self) -> float:
+        """Size over radius."""
+        return self.size / self.radius
+
+    @property
+    def error(self) -> float:
+        """Part of the gravity gradient by which its linear form is wrong at the far end."""
+        return 1.5 * self.ratio
+
+
+def reach(system: System) -> Reach | None:
+    """The size of a system as it may stretch out, against its orbit; None without an orbit."""
+    if system.orbit is None:
+        return None
+    sizes: dict[str, float] = {}
+    for name in system.order:
+        parent = system.joint_of(name).parent
+        sizes[name] = (0.0 if parent is None else sizes[parent]) + extent(system.bodies[name])
+    radius = system.orbit.semi_major_axis * (1.0 - system.orbit.eccentricity)
+    return Reach(max(sizes.values()), radius)
+
+
+def extent(body: FlexibleBody) -> float:
+    """Largest distance from a body's origin of its markers, skin and points of mass [m]."""
+    points = [marker.position for marker in body.markers.values()]
+    if body.skin is not None:
+        points.extend(body.skin.points)
+    mass_points = points_of_moments(body.moments) if body.mass_points is None else body.mass_points
+    points.extend(mass_points.rho)
+    return float(np.linalg.norm(np.array(points), axis=1).max(initial=0.0))
+
+
+def is_integrated(system: System) -> bool:
+    """Whether a system's central attraction is integrated over points of mass."""
+    found = reach(system)
+    if found is None or system.environment.attraction == "gradient":
+        return False
+    return system.environment.attraction == "exact" or found.ratio > LARGE

@@ -1,0 +1,35 @@
+"""Bodies that deploy, drawn: the growth of the length is one more shape, which is not magnified.
+
+The skin is that at the first length L_0. Its points move by growth (L / L_0 - 1); shapes that draw the member in as it
+bends go with L_0 / L.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.body import Skin
+from femflex.results import Run
+
+Array = NDArray[np.float64]
+
+
+def grown(skin: Skin) -> Skin:
+    """The skin with its growth as the last shape; itself where it does not grow."""
+    if skin.growth is None:
+        return skin
+    return Skin(skin.points, skin.cells, np.concatenate([skin.shapes, skin.growth[None]]), skin.growth)
+
+
+def growing(run: Run, names: list[str]) -> list[str]:
+    """The bodies of a run that deploy."""
+    return [name for name in names if f"bodies/{name}/length" in run]
+
+
+def grown_coordinates(run: Run, name: str, length: Array, delta: Array, scale: float) -> Array:
+    """Amplitudes (n_t, n + 1) of the shapes of a grown skin at lengths (n_t,), as they are to be magnified."""
+    ratio = length / float(run[f"bodies/{name}/length"][0])
+    follows = np.array([kind == "derivative" for kind in run.bodies()[name].kinds], np.bool_)
+    delta = np.where(follows, delta / ratio[:, None], delta)
+    return np.concatenate([delta, ((ratio - 1.0) / scale)[:, None]], axis=1)

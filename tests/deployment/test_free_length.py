@@ -1,0 +1,149 @@
+"""Lengths that are coordinates: chains that fall from a heap, tethers that a brake lets out (THEORY section 6)."""
+
+import numpy as np
+import pytest
+from members import hub_with_arms, solved
+from scipy.integrate import solve_ivp
+
+from femflex.body import rigid_body
+from femflex.deployment import DeployingLine, Reel, StringFunctions, deploying_line
+from femflex.dynamics import compile_system
+from femflex.integrate import integrator
+from femflex.system import Environment, Orbit, System, universal, weld
+
+G = 9.81
+
+
+def falling_chain(reel, gravity=G, tip_mass=0.0, **more):
+    """A chain along -z out of a heap that lies on a ledge."""
+    line = DeployingLine(mass_per_length=2.0, direction=(0, 0, -1))
+    made = deploying_line(line, None, reel, stock=100.0, **more)
+    bodies, joints = {"chain": made.body}, [weld("chain")]
+    if tip_mass:
+        bodies["weight"] = rigid_body(tip_mass, 1e-6 * np.eye(3))
+        joints.append(weld("weight", "chain", parent_marker="tip"))
+    return System(bodies, tuple(joints), varying={"chain": made.variation}, effectors=(reel.effector(),),
+                  environment=Environment(np.array([0, 0, -gravity])))  # fmt: skip
+
+
+def test_a_chain_that_falls_from_a_heap_accelerates_with_a_third_of_gravity():
+    """m' L dU/dt + m' U^2 = m' L g: U^2 = 2 g L / 3 once the start is forgotten; without Q_L it would be g/2."""
+    L0 = 0.5
+    reel = Reel("reel", L0, np.sqrt(2 * G * L0 / 3))
+    times = np.linspace(0, 2, 9)
+    model, _, seen = solved(falling_chain(reel), times)
+    L = (np.sqrt(L0) + np.sqrt(G / 6) * times) ** 2
+    assert seen["bodies/chain/length"] == pytest.approx(L, rel=1e-9)
+    assert seen["bodies/chain/length_acceleration"] == pytest.approx(G / 3, rel=1e-9)
+    assert seen["bodies/chain/drum_force"] == pytest.approx(0.0, abs=1e-9)
+    U = seen["bodies/chain/length_rate"]
+    assert seen["monitors/pickup_loss"] == pytest.approx(2.0 * U**3 / 2)
+    lost = 2.0 * G * L**2 / 2 - 2.0 * L * U**2 / 2  # weight's work from L = 0 less kinetic energy: a third of it
+    assert lost == pytest.approx(2.0 * G * L**2 / 6)
+    assert model.n_z == 2
+
+
+def test_a_chain_drawn_up_has_no_flux_in_its_force():
+    """Retracting: m' L dU/dt = F, and m' |U|^3 / 2 is lost."""
+    reel = Reel("reel", 5.0, -1.0, tension=3.0)
+    model = compile_system(falling_chain(reel, gravity=0.0))
+    rate = model.state_rate(0.0, model.x0)
+    assert rate == pytest.approx([-1.0, -3.0 / (2.0 * 5.0)])
+    assert model.observe(np.zeros(1), model.x0[None])["monitors/pickup_loss"] == pytest.approx(2.0 / 2)
+
+
+@pytest.mark.parametrize("speed", [0.7, -0.7])
+def test_weight_drum_and_brake_enter_the_same_equation(speed):
+    """(m' L + m_t + m_d) dU/dt + m' U^2 [U > 0] = (m' L + m_t) g - T - c U, the weight a body on the tip."""
+    reel = Reel("reel", 4.0, speed, tension=20.0, damping=3.0, stiffness=1.0, rest=3.5, mass=1.3)
+    times = np.linspace(0, 1.0, 5)
+    seen = solved(falling_chain(reel, tip_mass=5.0), times)[2]
+
+    def equation(t, x):
+        L, U = x
+        pull = 20.0 + 3.0 * U + (L - 3.5)
+        return [U, ((2 * L + 5) * G - pull - 2 * U * U * (U > 0)) / (2 * L + 5 + 1.3)]
+
+    exact = solve_ivp(equation, (0, 1.0), [4.0, speed], t_eval=times, rtol=1e-11, atol=1e-12, max_step=1e-3).y
+    assert seen["bodies/chain/length"] == pytest.approx(exact[0], rel=1e-5)
+    force = seen["bodies/chain/drum_force"] + 1.3 * seen["bodies/chain/length_acceleration"]
+    assert force == pytest.approx(-seen["effectors/reel/tension"], abs=1e-9)
+
+
+def test_two_free_lengths_on_a_tumbling_hub_balance():
+    """Energy falls by brakes and exits alone; angular momentum stays; the bending tethers take part."""
+    arms, effectors = {}, []
+    for name, root, direction in (("a", (0.5, 0, 0), (1, 0.2, 0)), ("b", (-0.5, 0, 0.1), (-1, 0.1, 0.3))):
+        line = DeployingLine(mass_per_length=0.2, root=root, direction=direction)
+        reel = Reel(f"reel_{name}", 2.0, 0.1, tension=0.02, damping=0.05, mass=0.3)
+        effectors.append(reel.effector())
+        arms[name] = (line, StringFunctions(y=2, z=2), reel, {"stock": 20.0})
+    system = hub_with_arms(arms, (0.1, 0.2, 0.9), effectors=tuple(effectors))
+    times = np.linspace(0, 4, 9)
+    model, states, seen = solved(system, times, 1e-12)
+    H = seen["monitors/angular_momentum"]
+    assert np.abs(H - H[0]).max() < 1e-10 * np.linalg.norm(H[0])
+    assert np.ptp(seen["bodies/a/length"]) > 0.2
+    for name in "ab":
+        force = seen[f"bodies/{name}/drum_force"] + 0.3 * seen[f"bodies/{name}/length_acceleration"]
+        assert force == pytest.approx(-seen[f"effectors/reel_{name}/tension"], abs=1e-9)
+    h = 1e-5
+    for t, x in zip(times, states, strict=True):
+        rate = model.state_rate(t, x)
+        both = model.observe(np.array([t - h, t + h]), np.stack([x - h * rate, x + h * rate]))
+        here = model.observe(np.array([t]), x[None])
+        change = np.diff(both["monitors/energy"])[0] / (2 * h)
+        given = sum(here[f"bodies/{n}/drum_power"][0] for n in "ab") - here["monitors/pickup_loss"][0]
+        assert change == pytest.approx(given, abs=1e-7)
+
+
+def test_a_brake_lets_out_a_tether_in_orbit():
+    """Tension-controlled deployment of a heavy tether with a subsatellite, against its two equations of motion."""
+    orbit = Orbit(6.8e6)
+    n = orbit.mean_motion
+    line, m, m_tip = DeployingLine(mass_per_length=0.01, direction=(0, 1, 0)), 0.01, 50.0
+    reel = Reel("reel", 200.0, 2.0, tension=0.1)
+    made = deploying_line(line, None, reel, stock=20e3)
+    craft = rigid_body(1e9, 1e12 * np.eye(3))
+    bodies = {"craft": craft, "tether": made.body, "subsatellite": rigid_body(m_tip, np.eye(3))}
+    joints = (
+        weld("craft"),
+        universal("tether", "craft"),
+        weld("subsatellite", "tether", parent_marker="tip"),
+    )
+    from femflex.system import Frame
+
+    system = System(bodies, joints, varying={"tether": made.variation}, effectors=(reel.effector(),), orbit=orbit,
+                    frame=Frame("orbital"))  # fmt: skip
+    times = np.linspace(0, 600, 7)
+    seen = solved(system, times)[2]
+
+    def equation(t, x):
+        """Heavy tether from a fixed point of a circular orbit, in plane: length and pitch angle from the vertical."""
+        L, U, a, w = x
+        M, S, J = m * L + m_tip, m * L**2 / 2 + m_tip * L, m * L**3 / 3 + m_tip * L**2
+        spin = w + n
+        A = (S * (spin**2 + n**2 * (3 * np.cos(a) ** 2 - 1)) - 0.1 - m * U * U * (U > 0)) / M
+        alpha = -2 * S * U * spin / J - 3 * n**2 * np.sin(a) * np.cos(a)
+        return [U, A, w, alpha]
+
+    exact = solve_ivp(equation, (0, 600), [200.0, 2.0, 0.0, 0.0], t_eval=times, rtol=1e-11, atol=1e-12).y
+    assert seen["bodies/tether/length"] == pytest.approx(exact[0], rel=1e-6)
+    assert exact[0][-1] > 500
+
+
+def test_what_is_wrong_with_a_reel_is_said():
+    with pytest.raises(ValueError, match="begins with a length of 0 m; it must be positive"):
+        Reel("reel", 0.0)
+    with pytest.raises(ValueError, match="damping, stiffness and mass of the reel 'reel' must be zero or positive"):
+        Reel("reel", 1.0, damping=-1.0)
+    reel = Reel("reel", 1.0)
+    made = deploying_line(DeployingLine(mass_per_length=1.0), None, reel, stock=5.0)
+    with pytest.raises(ValueError, match=r"the length of body 'arm' is state 'reel\.length', which does not exist"):
+        System({"arm": made.body}, (weld("arm"),), varying={"arm": made.variation})
+
+
+def test_implicit_integrators_refuse_free_lengths():
+    model = compile_system(falling_chain(Reel("reel", 1.0, 0.5)))
+    with pytest.raises(ValueError, match="free length"):
+        integrator("esdirk4").solve(model, np.linspace(0, 1, 3), model.x0)

@@ -1,0 +1,108 @@
+"""The tether family: strings, strain energy to fourth order, large rotations, and what it refuses."""
+
+import numpy as np
+import pytest
+
+from femflex.fem import Material, Member, PointMass, build_structure
+from femflex.fem.deflected import deflected
+from femflex.fem.sections import CableSection, Circle
+from femflex.mesh import Mesh, line
+from femflex.reduction import cantilever_modes, strain_tensors
+
+CORD = CableSection(1e6, 0.3)
+METAL = Material(7e10, 0.3, 2700.0)
+EDGES = ("start", "end")
+
+
+def string(tension=50.0, n=8, section=CORD, cell="line", **options):
+    """A string of 2 m along x."""
+    mesh = line([[0, 0, 0], [2, 0, 0]], n, cell)
+    return build_structure(mesh, [Member("line", "tether", section, METAL, {"prestress": tension, **options})])
+
+
+@pytest.mark.parametrize("cell", ["line", "line3"])
+def test_frequencies_of_a_string_are_those_of_waves_at_the_root_of_tension_over_mass(cell):
+    found = cantilever_modes(string(cell=cell), EDGES, 6).omega
+    assert found == pytest.approx(np.repeat([1, 2, 3], 2) * np.pi / 2 * np.sqrt(50 / 0.3), rel=1e-7)
+
+
+def test_a_round_bar_counts_by_its_axial_stiffness_and_mass():
+    bar = string(section=Circle(1e-3))
+    assert bar.inertia[0].dm.sum() == pytest.approx(2 * 2700 * np.pi * 1e-6)
+    stretch = cantilever_modes(bar, EDGES, 90).omega
+    first = np.pi / 2 * np.sqrt((7e10 + 50 / np.pi / 1e-6) / 2700)  # tension adds to the stiffness along, too
+    assert np.abs(stretch / first - 1).min() < 1e-9
+
+
+def test_sections_may_vary_along_it():
+    mesh = line([[0, 0, 0], [2, 0, 0]], 10)
+    member = Member("line", "tether", CableSection("1e6 * (1 + s/L)", "0.3 * (1 + s/L)"), None, {"prestress": 50.0})
+    structure = build_structure(mesh, [member])
+    assert structure.inertia[0].dm.sum() == pytest.approx(0.3 * 2 * 1.5)
+    x, weight = np.polynomial.legendre.leggauss(60)
+    x, weight = x + 1, weight
+    functions = np.array([np.sin(k * np.pi * x / 2) for k in range(1, 21)])  # Ritz, of the ends' sines
+    M = np.einsum("kq,lq,q->kl", functions, functions, weight * 0.3 * (1 + x / 2))
+    K = np.diag([50 * (k * np.pi / 2) ** 2 for k in range(1, 21)])
+    exact = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real))
+    assert cantilever_modes(structure, EDGES, 4).omega[::2] == pytest.approx(exact[:2], rel=1e-7)
+
+
+@pytest.mark.parametrize("about_a_deflection", [False, True])
+def test_strain_tensors_hold_the_whole_energy(about_a_deflection):
+    rng = np.random.default_rng(0)
+    structure = string(n=3)
+    x = np.zeros(structure.n_dof)
+    if about_a_deflection:
+        x = 0.2 * rng.standard_normal(structure.n_dof)
+        structure = deflected(structure, x)
+    phi, d = rng.standard_normal((structure.n_dof, 4)), 0.3 * rng.standard_normal(4)
+    elastic = string(n=3).internal_force
+    energy = elastic.energy(x + phi @ d) - elastic.energy(x)
+    assert strain_tensors(structure, phi).energy(d) == pytest.approx(energy, rel=1e-11)
+    force = phi.T @ elastic.force(x + phi @ d)
+    assert strain_tensors(structure, phi).force(d) == pytest.approx(force, rel=1e-10, abs=1e-10 * np.abs(force).max())
+
+
+def test_a_large_rotation_costs_no_energy():
+    structure = string(tension=0.0, cell="line3")
+    x = np.zeros(structure.n_dof)
+    turn = np.array([[0, 0, 1.0], [1, 0, 0], [0, 1, 0]])
+    moved = structure.mesh.points @ turn.T - structure.mesh.points
+    x[structure.translation.tocoo().col] = moved.ravel()[structure.translation.tocoo().row]
+    assert abs(structure.internal_force.energy(x)) < 1e-12 * 1e6
+    assert np.abs(structure.internal_force.force(x)).max() < 1e-9 * 1e6
+
+
+def test_a_point_mass_on_a_string_may_not_have_an_inertia():
+    mesh = line([[0, 0, 0], [2, 0, 0]], 4)
+    with pytest.raises(ValueError, match="its nodes have no rotation"):
+        build_structure(mesh, [Member("line", "tether", CORD)], [PointMass("end", 1.0, np.eye(3))])
+
+
+@pytest.mark.parametrize(
+    ("options", "section", "sentence"),
+    [
+        ({"prestress": -5.0}, CORD, "bears no compression"),
+        ({"prestress": "5 N"}, CORD, "give one finite number"),
+        ({"order": 9}, CORD, "it may be 1 to 8"),
+        ({"viscosity": -1.0}, CORD, "a damping time cannot be negative"),
+        ({"stiffness": 1.0}, CORD, "has no option 'stiffness'"),
+        ({}, 0.01, "give a cable section"),
+    ],
+)
+def test_what_it_cannot_use_is_refused_in_a_sentence(options, section, sentence):
+    mesh = line([[0, 0, 0], [2, 0, 0]], 4)
+    with pytest.raises(ValueError, match=sentence):
+        build_structure(mesh, [Member("line", "tether", section, METAL, options)])
+
+
+def test_other_cells_are_refused():
+    mesh = Mesh(np.eye(3), {"triangle": np.array([[0, 1, 2]])}, {"line": {"triangle": np.array([0])}})
+    with pytest.raises(ValueError, match="the tether family is made of line, line3"):
+        build_structure(mesh, [Member("line", "tether", CORD)])
+
+
+def test_a_beam_does_not_take_a_cable():
+    with pytest.raises(ValueError, match="give one of femflex"):
+        build_structure(line([[0, 0, 0], [2, 0, 0]], 4), [Member("line", "beam", CORD)])

@@ -1,0 +1,207 @@
+"""Static equilibria of tethers and membranes, and their vibration about these: chains, spun cables, orbits."""
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from scipy.optimize import brentq
+from scipy.special import hyp2f1, jn_zeros
+
+from femflex.dynamics import compile_system
+from femflex.dynamics.equilibria.linearised import linearised
+from femflex.fem import Material, Member, PointMass, build_structure
+from femflex.fem.sections import CableSection, Circle
+from femflex.mesh import line
+from femflex.reduction import cantilever_modes, reduce_structure, relaxed, with_derivatives
+from femflex.reduction.preload.equilibrium import static_equilibrium
+from femflex.reduction.preload.loads import Preload, loads_on
+from femflex.system import Frame, System, weld
+from femflex.warning import PhysicsWarning
+
+CORD = CableSection(1e9, 0.3)  # 1e9 N: stretched by parts in 1e8
+PIN = {"start": ("x", "y", "z")}
+PINS = {**PIN, "end": ("x", "y", "z")}
+G = 9.81
+
+
+def cord(to, n=8, section=CORD, masses=(), **options):
+    """A tether from the origin."""
+    member = Member("line", "tether", section, None, options)
+    return build_structure(line([[0, 0, 0], to], n), [member], masses)
+
+
+def tension(structure):
+    """Places (p, 3) of points of strain, and the tension there (p,)."""
+    (block,) = structure.strain
+    return block.places.reshape(-1, 3), block.lowest_tension().ravel()
+
+
+def test_a_hanging_chain_has_the_frequencies_of_bessel_functions():
+    chain = static_equilibrium(cord([0, 0, -3.0], 10), PIN, Preload.weight([0, 0, -G]))
+    found = cantilever_modes(chain, PIN, 8).omega
+    assert found == pytest.approx(np.repeat(jn_zeros(0, 4), 2) / 2 * np.sqrt(G / 3), rel=1e-6)
+    x, T = tension(chain)
+    assert T == pytest.approx(0.3 * G * (3 + x[:, 2]), abs=1e-7 * 0.3 * G * 3)
+
+
+def spun(strain, rate=2.0, found_at=2.0):
+    """Frequencies of a spun cable over its spin, lag and flap together."""
+    cable = static_equilibrium(cord([3.0, 0, 0], 8, CableSection(1e8, 0.3)), PIN, Preload.spin([0, 0, found_at]))
+    modes = cantilever_modes(cable, PIN, 6)
+    modes = modes if strain == "linear" else with_derivatives(cable, modes, 8)
+    body = reduce_structure(cable, modes, strain=strain, turning=())
+    frame = Frame("spinning", np.array([0, 0, rate]))
+    model = compile_system(System({"cable": body}, (weld("cable", child_marker="start"),), frame=frame))
+    found = linearised(model, 0.0, np.zeros(model.n_x)).eigenvalues().imag / rate
+    return np.sort(found[found > 0.1])[:5]
+
+
+FLAP = np.sqrt([1, 6, 15])
+LAG = np.sqrt([5, 14])  # and 0
+
+
+@pytest.mark.parametrize("strain", ["linear", "nonlinear", "condensed"])
+def test_a_spun_cable_has_the_frequencies_of_legendre_functions(strain):
+    assert spun(strain) == pytest.approx(np.sort([*FLAP, *LAG]), rel=1e-6)
+
+
+def test_a_condensed_cable_takes_its_tension_from_the_spin_that_acts():
+    assert spun("condensed", rate=3.0) == pytest.approx(np.sort([*FLAP, *LAG]), rel=1e-6)
+
+
+def test_a_slack_cable_finds_its_catenary():
+    half, arc, EA, q = 4.0, 5.0, 1e6, 2.0 * G
+    mesh = line([[-half, 0, 0], [0, 0, -np.sqrt(arc**2 - half**2)], [half, 0, 0]], 24)
+    structure = build_structure(mesh, [Member("line", "tether", CableSection(EA, 2.0))])
+    found = static_equilibrium(structure, PINS, Preload.weight([0, 0, -G]))
+
+    def x_at(s, H):  # Irvine, Cable Structures (1981): elastic catenary, from the lowest point
+        return H / q * np.arcsinh(q * s / H) + H * s / EA
+
+    H = brentq(lambda H: x_at(arc, H) - half, 1e-3, 1e4)
+    low = min(found.mesh.points[:, 2])
+    assert low == pytest.approx(H / q * (1 - np.hypot(1, q * arc / H)) - q * arc**2 / 2 / EA, rel=1e-6)
+    s = np.linspace(-arc, arc, 25)
+    assert found.mesh.points[np.argsort(mesh.points[:, 0]), 0] == pytest.approx(x_at(s, H), abs=4e-6)
+    T = tension(found)[1]
+    assert T.max() == pytest.approx(np.hypot(H, q * arc), rel=1e-2)
+    assert T.min() == pytest.approx(H, rel=1e-4)
+
+
+N = 1.1e-3  # rad/s
+
+
+def vertical(length, tip, mass=0.005):
+    """A tether up from the orbit point, in its equilibrium, and its loads."""
+    masses = [PointMass("end", tip)] if tip else []
+    tether = cord([0, length, 0], 12, CableSection(1e9, mass), masses)
+    load = Preload.orbit(N, [0, 1, 0], [1, 0, 0])
+    found = static_equilibrium(tether, PIN, load)
+    return found, loads_on(found, load).S
+
+
+def frequencies(structure, S, axis):
+    """Frequencies over N of small motions along an axis, by K - S, M of the dofs along it."""
+    nodes = structure.translation[axis::3].tocoo().col
+    extra = structure.numbering.faded.reshape(-1, 3)[:, axis]
+    dofs = np.concatenate([np.unique(nodes), extra])
+    dofs = np.setdiff1d(dofs, structure.held_dofs(PIN))
+    K = (structure.K - S)[dofs][:, dofs].toarray()
+    return np.sqrt(eigh(K, structure.M[dofs][:, dofs].toarray(), eigvals_only=True)[:3]) / N
+
+
+def in_plane(ratio):
+    """Squares of the first three in-plane frequencies over N of an inextensible tether whose tip has `ratio` of its
+    mass.
+
+    T = 3/2 n^2 m' (a^2 - x^2), a^2 = L^2 (1 + 2 ratio); (T w')' + omega^2 m' w = 0 with w(0) = 0 is Legendre's equation
+    in x/a, w = x 2F1((1 - v)/2, 1 + v/2; 3/2; x^2/a^2), v (v + 1) = (omega/n)^2 / 1.5; at the tip T w' = omega^2 m w.
+    """
+    a = np.sqrt(1 + 2 * ratio)
+
+    def misfit(square):
+        v = (-1 + np.sqrt(1 + 4 * square / 1.5)) / 2
+        p, q, z = (1 - v) / 2, 1 + v / 2, 1 / a**2
+        w, slope = hyp2f1(p, q, 1.5, z), 2 * z * p * q / 1.5 * hyp2f1(p + 1, q + 1, 2.5, z)
+        return 3 * (w + slope) - square * w  # over n^2 m L: T = 3 n^2 m L at the tip
+
+    squares = np.geomspace(2.0, 4000, 4000)
+    values = np.array([misfit(s) for s in squares])
+    at = np.flatnonzero(values[1:] * values[:-1] < 0)[:3]
+    return np.array([brentq(misfit, squares[i], squares[i + 1]) for i in at])
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.3, 2.0])
+def test_a_vertical_tether_in_orbit_has_the_tension_and_the_frequencies_of_row_I(ratio):
+    L, mass = 2000.0, 0.005
+    tip = ratio * mass * L
+    found, S = vertical(L, tip, mass)
+    x, T = tension(found)
+    y = x[:, 1]
+    exact = 1.5 * N**2 * mass * (L**2 - y**2) + 3 * N**2 * tip * L
+    assert T == pytest.approx(exact, abs=1e-5 * exact.max())
+    squares = np.array([3.0, 18.0, 45.0]) if ratio == 0 else in_plane(ratio)
+    assert squares[0] == pytest.approx(3.0)
+    assert frequencies(found, S, 2) ** 2 == pytest.approx(squares, rel=1e-5)
+    assert frequencies(found, S, 0) ** 2 == pytest.approx(squares + 1, rel=1e-5)
+
+
+def test_masses_and_forces_at_groups_pull_as_those_of_the_body_do():
+    load = Preload.orbit(N, [0, 1, 0], [1, 0, 0])
+    carried, _ = vertical(2000.0, 3.0)
+    plain = cord([0, 2000.0, 0], 12, CableSection(1e9, 0.005))
+    told = static_equilibrium(plain, PIN, replace(load, masses={"end": 3.0}))
+    assert tension(told)[1] == pytest.approx(tension(carried)[1], rel=1e-9)
+    pulled = replace(load, forces={"end": [0, 3 * N**2 * 3.0 * 2000.0, 0]})
+    pulled = static_equilibrium(plain, PIN, pulled)
+    assert tension(pulled)[1] == pytest.approx(tension(carried)[1], rel=1e-6)
+
+
+def test_a_tether_without_tension_is_refused_with_what_to_do():
+    with pytest.raises(ValueError, match=r"tether on group 'line' has no tension.*give it a prestress.*or a preload"):
+        cantilever_modes(cord([3.0, 0, 0]), PINS, 2)
+    with pytest.raises(ValueError, match="has no tension"):
+        relaxed(cord([3.0, 0, 0], prestress=100.0), PIN)  # its free end lets go of it
+    with pytest.raises(ValueError, match="has no tension"):
+        static_equilibrium(cord([3.0, 0, 0]), PINS)
+
+
+def test_slack_is_reported_with_where_and_how_far():
+    """Hung between two points below each other, at its natural length: the lower part would be pushed."""
+    rope = cord([0, 0, -10.0], 10, CableSection(1e5, 1.0), prestress=20.0)
+    with pytest.warns(PhysicsWarning, match=r"slack over 29.*at \(0, 0, -9.\d+\), below zero") as found:
+        static_equilibrium(rope, PINS, Preload.weight([0, 0, -G]))
+    assert any("falls to -28" in str(one.message) for one in found)
+
+
+def test_frames_about_a_small_displacement_keep_the_stress_of_their_loads():
+    """A beam under a dead pull: its frequencies are those of the same pull given as prestress, but for its stretch."""
+    section, metal = Circle(0.01), Material(7e10, 0.3, 2700.0)
+    clamp = {"start": ("x", "y", "z", "rx", "ry", "rz"), "end": ("y", "z")}
+    mesh = line([[0, 0, 0], [2.0, 0, 0]], 8)
+    plain = build_structure(mesh, [Member("line", "beam", section, metal)])
+    pulled = static_equilibrium(plain, clamp, Preload(forces={"end": [500.0, 0, 0]}))
+    given = build_structure(mesh, [Member("line", "beam", section, metal, {"prestress": 500.0})])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        a, b = (cantilever_modes(one, clamp, 4).omega for one in (pulled, given))
+    assert a == pytest.approx(b, rel=2e-5)  # 500 N over EA = 2.2e7 N
+
+
+def test_internal_damping_takes_energy_at_the_rate_of_kelvin_and_voigt():
+    """Stretch of a tether with a heavy end: c = tau k."""
+    tau, EA, m = 0.01, 1e4, 5.0
+    mass = PointMass("end", m)
+    member = Member("line", "tether", CableSection(EA, 1e-6), None, {"viscosity": tau})
+    structure = build_structure(line([[0, 0, 0], [2.0, 0, 0]], 2), [member], [mass])
+    held = {"start": ("x", "y", "z"), "end": ("y", "z")}
+    pulled = static_equilibrium(structure, held, Preload(forces={"end": [1e-3, 0, 0]}))
+    body = reduce_structure(pulled, cantilever_modes(pulled, held, 22), turning=())
+    stretch = int(np.argmin(np.abs(np.sqrt(np.diag(body.strain.V1)) - np.sqrt(EA / 2 / m))))
+    k = body.strain.V1[stretch, stretch]
+    assert k == pytest.approx(EA / 2 / m, rel=1e-5)
+    assert body.damping[stretch, stretch] == pytest.approx(tau * k, rel=1e-5)
+    across = np.argsort(np.diag(body.strain.V1))[1]
+    assert body.damping[across, across] < 1e-6 * tau * k
