@@ -81,10 +81,9 @@ def section(name: str, about: Schema, schema: Schema, depth: int = 3, single: bo
     for key, entry in about.get("properties", {}).items():
         if key in ("laws", "options"):
             continue
-        if any(key == of.partition(".")[0] for of in SHARED):
-            continue
         for of, found in tables_of(entry, schema).items():
-            inner.setdefault(id(found), (of, key, found))
+            if not any(found is schema["$defs"][table] for table in SHARED.values()):
+                inner.setdefault(id(found), (of, key, found))
     if isinstance(extra, dict):
         inner |= {id(found): (of, "NAME", found) for of, found in tables_of(extra, schema).items()}
     for of, key, found in inner.values():
