@@ -62,8 +62,18 @@ def extent(body: FlexibleBody) -> float:
 
 
 def is_integrated(system: System) -> bool:
-    """Whether a system's central attraction is integrated over points of mass."""
+    """Whether a system's central attraction is integrated over points of mass.
+
+    Bodies that vary with time have none: beside them it is not, and ValueError is raised where it is asked for.
+    """
     found = reach(system)
     if found is None or system.environment.attraction == "gradient":
+        return False
+    if system.varying:
+        if system.environment.attraction == "exact":
+            raise ValueError(
+                f"attraction is 'exact', and the bodies {sorted(system.varying)} vary with time, whose points of mass "
+                "are not known; give attraction = 'gradient'"
+            )
         return False
     return system.environment.attraction == "exact" or found.ratio > LARGE
