@@ -50,7 +50,10 @@ FIELDS = {
     "psi": ("small rotation per elastic coordinate", "kg^-1/2 m^-1"),
     "orientation": ("turns marker components into body components", "1"),
     "axis": ("along the beam whose section it is, where psi holds its twist and the sines of its slopes; else 0", "1"),
-    "stretch": ("static displacement by stretch beside the shapes, per field z_a e_b of force per mass", "s^2 | s^2 m"),
+    "stretch": (
+        "static displacement by stretch in addition to the shapes, per field z_a e_b of force per mass",
+        "s^2 | s^2 m",
+    ),
     "points": ("undeformed points of the skin, body frame", "m"),
     "dm": ("masses of points of mass", "kg"),
     "rho": ("their undeformed places, body frame", "m"),
