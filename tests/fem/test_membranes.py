@@ -126,6 +126,18 @@ def with_cables(mesh, tension, N=20.0, cable=1.0, EA=2e5):
     return build_structure(mesh, members)
 
 
+@pytest.mark.parametrize("cell", ["triangle", "triangle6"])
+def test_edge_cables_add_no_degrees_of_freedom_and_fit_refined_meshes(cell):
+    mesh = rectangle(2.0, 1.0, 4, 2, cell).refined()
+    film = Member("surface", "membrane", 1e-4, FILM, {"prestress": 20.0})
+    cables = [Member(side, "tether", CableSection(1e5, 1e-3), None, {"prestress": 5.0}) for side in SIDES]
+    alone, with_them = (build_structure(mesh, members) for members in ([film], [film, *cables]))
+    assert with_them.n_dof == alone.n_dof
+    assert sum(block.dm.sum() for block in with_them.inertia) == pytest.approx(0.14 * 2 + 6 * 1e-3)
+    fixed = [cantilever_modes(one, SIDES, 2).omega for one in (alone, with_them)]
+    assert fixed[1] == pytest.approx(fixed[0], rel=1e-12)  # its edges do not move
+
+
 def test_edge_cables_bear_a_sheet_under_uniform_tension_on_arcs():
     """Equilibrium of the cable across itself: T / R = N."""
     R, N = 5.05, 20.0
