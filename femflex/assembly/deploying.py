@@ -90,9 +90,17 @@ def with_deployment(case: Case, system: System) -> System:
     if not varying:
         return system
     tables = ((name, case.bodies[name]) for name in varying)
-    reels = [reel_of(name, t.reel) for name, t in tables if isinstance(t, DeployingTable) and t.reel is not None]
-    effectors = (*system.effectors, *(reel.effector() for reel in reels))
-    return replace(system, varying={**system.varying, **varying}, ddelta0=ddelta, effectors=effectors)
+    reels = [
+        reel_of(name, t.reel).effector(float(t.stock or np.inf))
+        for name, t in tables
+        if isinstance(t, DeployingTable) and t.reel is not None
+    ]
+    effectors = (*system.effectors, *reels)
+    try:
+        return replace(system, varying={**system.varying, **varying}, ddelta0=ddelta, effectors=effectors)
+    except ValueError as error:
+        problems = [Problem("", line) for line in str(error.args[0]).splitlines()]
+        raise CaseError(case.path.name, problems) from error
 
 
 def _modes_of(table: DeployingTable, body: FlexibleBody) -> int:

@@ -5,15 +5,14 @@ from __future__ import annotations
 import csv
 import io
 import json as json_format
+from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any
 
-import numpy as np
 import typer
 
 from femflex.cli.progress import Patience
 from femflex.cli.verb import verb
-from femflex.results.place import check_place
 
 HELP_AT = "Place on the body, x,y,z in metres: values along time at the strain points nearest to it; may be repeated."
 
@@ -36,6 +35,8 @@ def stress(
 
     places = [_place(text) for text in at or []]
     if output is not None:
+        from femflex.results.place import check_place
+
         check_place(output, force)
     with Patience(f"recovering stress of {file.name}"), open_run(file) as run:
         bodies = run.bodies()
@@ -73,6 +74,8 @@ def _peaks(run: Any, bodies: Any, names: list[str], wanted: list[str] | None) ->
 def _along_time(
     run: Any, bodies: Any, names: list[str], places: list[list[float]], wanted: list[str] | None
 ) -> list[list[Any]]:
+    import numpy as np
+
     from femflex.body.recovery import at_points, quantities
 
     head: list[Any] = ["time_s"]
@@ -92,7 +95,7 @@ def _place(text: str) -> list[float]:
         found = [float(part) for part in text.split(",")]
     except ValueError:
         found = []
-    if len(found) != 3 or not np.isfinite(found).all():
+    if len(found) != 3 or not all(map(isfinite, found)):
         raise ValueError(f"--at is {text!r}; give three numbers in metres, such as 0.3,0,0")
     return found
 
