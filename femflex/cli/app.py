@@ -7,7 +7,22 @@ from typing import Annotated
 import typer
 
 from femflex import __version__
-from femflex.cli import body, campbell, check, converge, equilibrium, info, modes, new, plot, render, run, schema, terms
+from femflex.cli import (
+    body,
+    campbell,
+    check,
+    converge,
+    equilibrium,
+    info,
+    linearize,
+    modes,
+    new,
+    plot,
+    render,
+    run,
+    schema,
+    terms,
+)
 from femflex.cli.verb import EXAMPLES
 
 app = typer.Typer(
@@ -46,6 +61,7 @@ for _verb in (
     converge.converge,
     equilibrium.equilibrium,
     campbell.campbell,
+    linearize.linearize,
     check.check,
     info.info,
     schema.schema,
