@@ -21,6 +21,7 @@ from femflex.cli import (
     render,
     run,
     schema,
+    sweep,
     terms,
 )
 from femflex.cli.verb import EXAMPLES
@@ -62,6 +63,7 @@ for _verb in (
     equilibrium.equilibrium,
     campbell.campbell,
     linearize.linearize,
+    sweep.sweep,
     check.check,
     info.info,
     schema.schema,
