@@ -81,8 +81,9 @@ def section(name: str, about: Schema, schema: Schema, depth: int = 3, single: bo
     for key, entry in about.get("properties", {}).items():
         if key in ("laws", "options"):
             continue
+        common = [schema["$defs"][name] for of, name in SHARED.items() if key == of.partition(".")[0]]
         for of, found in tables_of(entry, schema).items():
-            if not any(found is schema["$defs"][table] for table in SHARED.values()):
+            if not any(found is table for table in common):
                 inner.setdefault(id(found), (of, key, found))
     if isinstance(extra, dict):
         inner |= {id(found): (of, "NAME", found) for of, found in tables_of(extra, schema).items()}
