@@ -55,14 +55,17 @@ def member_parts(
         inertia=inertia_of(shapes.places(xi, weight), drum, shapes.member_mass, total, at_tip),
         V1=V1,
         damping=_damping(V1, n, damping),
-        markers={"root": _exit(shapes), **{k: shapes.marker(xi) for k, xi in {"tip": 1.0, **(markers or {})}.items()}},
+        markers={
+            "root": exit_marker(shapes),
+            **{k: shapes.marker(xi) for k, xi in {"tip": 1.0, **(markers or {})}.items()},
+        },
         slaves=np.zeros((0, n, n)) if followers is None else followers.slaves,
         kinds=("admissible",) * n + ("derivative",) * (shapes.n_shapes - n),
     )
     return parts, shapes
 
 
-def _exit(shapes: MemberShapes) -> MarkerSeries:
+def exit_marker(shapes: MemberShapes) -> MarkerSeries:
     """The exit, which does not turn with the member: strings have a slope there."""
     none = {0: np.zeros((3, shapes.n_shapes))}
     return MarkerSeries({0: np.asarray(shapes.line.root, float)}, none, none, shapes.line.frame.T)
