@@ -81,10 +81,10 @@ def section(name: str, about: Schema, schema: Schema, depth: int = 3, single: bo
     for key, entry in about.get("properties", {}).items():
         if key in ("laws", "options"):
             continue
-        if any(key == of.partition(".")[0] for of in SHARED):
-            continue
+        common = [schema["$defs"][name] for of, name in SHARED.items() if key == of.partition(".")[0]]
         for of, found in tables_of(entry, schema).items():
-            inner.setdefault(id(found), (of, key, found))
+            if not any(found is table for table in common):
+                inner.setdefault(id(found), (of, key, found))
     if isinstance(extra, dict):
         inner |= {id(found): (of, "NAME", found) for of, found in tables_of(extra, schema).items()}
     for of, key, found in inner.values():

@@ -14,6 +14,7 @@ from femflex.cli import (
     converge,
     equilibrium,
     info,
+    linearize,
     modes,
     new,
     plot,
@@ -21,6 +22,7 @@ from femflex.cli import (
     run,
     schema,
     stress,
+    sweep,
     terms,
 )
 from femflex.cli.verb import EXAMPLES
@@ -62,6 +64,8 @@ for _verb in (
     converge.converge,
     equilibrium.equilibrium,
     campbell.campbell,
+    linearize.linearize,
+    sweep.sweep,
     check.check,
     info.info,
     schema.schema,

@@ -70,10 +70,20 @@ def longest(system: System, name: str) -> float:
 
 
 def is_integrated(system: System) -> bool:
-    """Whether a system's central attraction is integrated over points of mass; not where these would have to move."""
+    """Whether a system's central attraction is integrated over points of mass.
+
+    Bodies whose mass varies with time have none that move with it: beside them it is not, and ValueError is raised
+    where it is asked for.
+    """
     found = reach(system)
     if found is None or system.environment.attraction == "gradient":
         return False
-    if any("mass" in variation.acting for variation in system.varying.values()):
+    moving = sorted(name for name, variation in system.varying.items() if "mass" in variation.acting)
+    if moving:
+        if system.environment.attraction == "exact":
+            raise ValueError(
+                f"attraction is 'exact', and the mass of the bodies {moving} varies with time, so that their points of "
+                "mass are not known; give attraction = 'gradient'"
+            )
         return False
     return system.environment.attraction == "exact" or found.ratio > LARGE

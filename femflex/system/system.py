@@ -292,6 +292,8 @@ class System(Summarised):
 
     def _length_problems(self, varying: Mapping[str, Variation]) -> list[str]:
         """Sentences on lengths that are states."""
+        if self._tree_problems():  # without a tree the states have no order
+            return []
         states = [name for name, _ in self.state_names()]
         out = []
         for name, variation in varying.items():

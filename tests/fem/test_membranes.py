@@ -118,12 +118,24 @@ def arched_square(n, radius):
 CORNERS = {f"{b}_{a}": ("x", "y", "z") for a in ("left", "right") for b in ("bottom", "top")}
 
 
-def with_cables(mesh, tension, N=20.0, cable=1.0):
+def with_cables(mesh, tension, N=20.0, cable=1.0, EA=2e5):
     """A sheet under N and cables along its sides, of this part of the tension."""
     members = [Member("surface", "membrane", 1e-4, FILM, {"prestress": N})]
-    cord = CableSection(2e5, 1e-3)
+    cord = CableSection(EA, 1e-3)
     members += [Member(side, "tether", cord, None, {"prestress": cable * tension}) for side in SIDES]
     return build_structure(mesh, members)
+
+
+@pytest.mark.parametrize("cell", ["triangle", "triangle6"])
+def test_edge_cables_add_no_degrees_of_freedom_and_fit_refined_meshes(cell):
+    mesh = rectangle(2.0, 1.0, 4, 2, cell).refined()
+    film = Member("surface", "membrane", 1e-4, FILM, {"prestress": 20.0})
+    cables = [Member(side, "tether", CableSection(1e5, 1e-3), None, {"prestress": 5.0}) for side in SIDES]
+    alone, with_them = (build_structure(mesh, members) for members in ([film], [film, *cables]))
+    assert with_them.n_dof == alone.n_dof
+    assert sum(block.dm.sum() for block in with_them.inertia) == pytest.approx(0.14 * 2 + 6 * 1e-3)
+    fixed = [cantilever_modes(one, SIDES, 2).omega for one in (alone, with_them)]
+    assert fixed[1] == pytest.approx(fixed[0], rel=1e-12)  # its edges do not move
 
 
 def test_edge_cables_bear_a_sheet_under_uniform_tension_on_arcs():
@@ -149,6 +161,21 @@ def test_slacker_cables_and_a_tighter_sheet_share_what_they_have():
     assert 0.0 < lost[0] < 0.02 * N * R
     free = np.setdiff1d(np.arange(found.n_dof), found.held_dofs(CORNERS))
     assert np.abs(found.f0[free]).max() < 1e-9 * np.abs(found.f0).max()
+
+
+def test_forces_at_the_corners_tighten_the_sheet_and_its_cables():
+    """Made under half the tension, pulled by what the whole one needs: all of it is twice as large on arcs of the same
+    radius, where cables stretch as the sheet does, T / EA = N (1 - nu) / E h."""
+    R, N = 5.05, 20.0
+    corners = {name: ("z",) for name in CORNERS} | {"bottom_left": ("x", "y", "z"), "bottom_right": ("y", "z")}
+    half = with_cables(arched_square(6, R), N * R / 2, N / 2, EA=R * 3e9 * 1e-4 / 0.7)
+    pull = -(half.translation @ half.f0).reshape(-1, 3)
+    forces = {name: -2 * pull[half.mesh.group_points(name)[0]] for name in CORNERS}
+    found = static_equilibrium(half, corners, Preload(forces=forces))
+    sheet, *cables = found.strain
+    assert sheet.smoothed_stress() == pytest.approx(np.broadcast_to([N, N, 0], sheet.stress.shape), abs=0.03 * N)
+    for block in cables:
+        assert block.smoothed_stress().mean() == pytest.approx(N * R, rel=5e-3)
 
 
 def ritz(R, N, T, film, cord, degree=10, count=5):

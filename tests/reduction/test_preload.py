@@ -71,6 +71,20 @@ def test_a_condensed_cable_takes_its_tension_from_the_spin_that_acts():
     assert spun("condensed", rate=3.0) == pytest.approx(np.sort([*FLAP, *LAG]), rel=1e-6)
 
 
+def test_a_string_between_fixed_ends_hardens_as_by_kirchhoff():
+    """Its mean stretch (pi a / L)^2 / 4 in a sine of amplitude a stores EA L / 2 times the square of that."""
+    EA, T = 1e7, 50.0
+    string = cord([3.0, 0, 0], 8, CableSection(EA, 0.3), prestress=T)
+    modes = with_derivatives(string, cantilever_modes(string, PINS, 2))
+    body = reduce_structure(string, modes, {"middle": "line"}, strain="condensed", turning=())
+    d = np.array([0.002, 0.0])
+    middle = string.mesh.points[:, 0] == 1.5
+    a = np.linalg.norm((string.translation @ modes.phi[:, 0]).reshape(-1, 3)[middle]) * d[0]
+    energy = T * np.pi**2 * a**2 / 12 + EA * 3 / 2 * ((np.pi * a / 3) ** 2 / 4) ** 2
+    assert energy > 1.01 * T * np.pi**2 * a**2 / 12
+    assert body.strain.energy(d) == pytest.approx(energy, rel=1e-5)  # T / EA
+
+
 def test_a_slack_cable_finds_its_catenary():
     half, arc, EA, q = 4.0, 5.0, 1e6, 2.0 * G
     mesh = line([[-half, 0, 0], [0, 0, -np.sqrt(arc**2 - half**2)], [half, 0, 0]], 24)

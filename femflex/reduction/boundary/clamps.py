@@ -84,9 +84,9 @@ def _told(structure: Structure, loose: Array) -> str:
 def _smaller(parts: list[tuple[int, Array]]) -> str:
     """How many nodes the parts but the largest have, and where they lie: the first SHOWN of them."""
     found = sorted(parts, key=lambda part: -part[0])[1:]
-    told = [f"{n} nodes about ({', '.join(f'{x:.4g}' for x in at)})" for n, at in found[:SHOWN]]
+    listed = [f"{n} nodes about ({', '.join(f'{x:.4g}' for x in at)})" for n, at in found[:SHOWN]]
     more = f" and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
-    return f" (besides the largest: {'; '.join(told)}{more})"
+    return f" (besides the largest: {'; '.join(listed)}{more})"
 
 
 def _parts(structure: Structure) -> list[tuple[int, Array]]:

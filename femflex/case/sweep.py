@@ -1,0 +1,130 @@
+"""The file of a sweep: which values of a case vary, how, and what is kept of every run."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationError, model_validator
+
+from femflex.case.base import Table, exactly_one, refuse
+from femflex.case.measure import OF_CAMPBELL, MeasureTable
+from femflex.case.problems import CaseError, Problem
+from femflex.case.sentences import schema_problems
+from femflex.case.units import UnitError, split_quantity
+from femflex.case.values import Count, Whole
+
+Design = Literal["grid", "list", "random", "latin_hypercube", "sobol"]
+DRAWN = ("random", "latin_hypercube", "sobol")
+
+
+class VaryTable(Table):
+    """How one value of a case varies."""
+
+    values: Annotated[list[Any] | None, Field(min_length=1)] = None
+    """Values as the case file writes them, for the designs grid and list."""
+    between: Annotated[list[float | str] | None, Field(min_length=2, max_length=2)] = None
+    """Lowest and highest value; uniform between."""
+    normal: Annotated[list[float | str] | None, Field(min_length=2, max_length=2)] = None
+    """Mean and standard deviation of a normal scatter."""
+
+    @model_validator(mode="after")
+    def _one_way(self) -> VaryTable:
+        key = exactly_one(self, ("values", "between", "normal"))
+        if key in ("between", "normal"):
+            first, second, _ = self.numbers()
+            if key == "between" and not first < second:
+                refuse(f"found between = {self.between}; the second must be above the first")
+            if key == "normal" and not second > 0:
+                refuse(f"found normal = {self.normal}; the standard deviation must be above 0")
+        return self
+
+    def numbers(self) -> tuple[float, float, str]:
+        """The two numbers of a scatter and their unit as it is written, "" for plain numbers."""
+        pair = self.between or self.normal or [0.0, 0.0]
+        try:
+            (a, unit), (b, other) = (split_number(value) for value in pair)
+        except UnitError as error:
+            refuse(f"found {pair}: {error}")
+        if unit != other:
+            refuse(f"found {pair}, in two units; write both in one")
+        return a, b, unit
+
+
+def split_number(value: float | str) -> tuple[float, str]:
+    """A value's number and its unit as written.
+
+    >>> split_number("3 kg")
+    (3.0, 'kg')
+    """
+    return split_quantity(value) if isinstance(value, str) else (float(value), "")
+
+
+class SweepTable(Table):
+    """A sweep: many runs of one case."""
+
+    case: str
+    """Case file, from the folder of this file."""
+    design: Design = "grid"
+    """How values are combined: grid (all with all), list (first with first, and so on), random, latin_hypercube or
+    sobol (quasi-random)."""
+    members: Whole | None = None
+    """Number of runs, for random, latin_hypercube and sobol."""
+    seed: Annotated[int, Count(0)] = 0
+    """Seed of the scatter."""
+    vary: Annotated[dict[str, VaryTable], Field(min_length=1)]
+    """Key path in the case, such as "bodies.hub.mass" or "loads.0.torque.1", and how its value varies."""
+    outputs: Annotated[dict[str, MeasureTable], Field(default_factory=dict)]
+    """Numbers that are kept of every run, by name."""
+    histories: Annotated[list[str], Field(default_factory=list)]
+    """Channels that are kept over time, one component each, such as "attitude/angles:y"."""
+    percentiles: tuple[float, ...] = (5.0, 50.0, 95.0)
+    """Percentiles of outputs and histories over all runs."""
+
+    @model_validator(mode="after")
+    def _belongs_together(self) -> SweepTable:
+        drawn = self.design in DRAWN
+        if drawn != (self.members is not None):
+            refuse(f"found design = {self.design!r} {'without' if drawn else 'with'} members; they go with {DRAWN}")
+        for path, table in self.vary.items():
+            if drawn == (table.values is not None):
+                need = "between or normal" if drawn else "values"
+                refuse(f"found design = {self.design!r}, which needs {need} for {path!r}")
+        counts = {path: len(table.values or ()) for path, table in self.vary.items()}
+        if self.design == "list" and len(set(counts.values())) > 1:
+            refuse(
+                f"found lists of different lengths: {counts}; design = 'list' takes the first of all, then the second"
+            )
+        if not (self.outputs or self.histories):
+            refuse("found neither outputs nor histories; name what is to be kept")
+        for name, quantity in self.outputs.items():
+            if quantity.of == OF_CAMPBELL:
+                refuse(f"found of = {OF_CAMPBELL!r} for {name!r}; a sweep looks at runs, bodies and modes")
+        if not all(0 <= p <= 100 for p in self.percentiles):
+            refuse(f"found percentiles {self.percentiles}; they lie between 0 and 100")
+        return self
+
+
+def read_sweep(path: str | Path) -> tuple[SweepTable, str]:
+    """A sweep's table, and its text. Raises CaseError with all problems of the file."""
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise CaseError(path.name, [Problem("", "there is no such file; give the name of a sweep (TOML)")]) from None
+    except (UnicodeDecodeError, OSError) as error:
+        raise CaseError(path.name, [Problem("", f"this file cannot be read as text: {error}")]) from None
+    return parse_sweep(text, path.name), text
+
+
+def parse_sweep(text: str, name: str = "sweep.toml") -> SweepTable:
+    """The table in the text of a sweep. Raises CaseError with all problems of the text."""
+    try:
+        raw = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError(name, [Problem("", f"this is no TOML file: {error}")]) from None
+    try:
+        return SweepTable.model_validate(raw)
+    except ValidationError as error:
+        raise CaseError(name, schema_problems(SweepTable, raw, error)) from None

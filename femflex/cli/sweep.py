@@ -1,0 +1,92 @@
+"""`femflex sweep`: many runs of one case with varied values."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from femflex.cli.outputs import DIAGRAM_SUFFIXES, PICTURE, outputs
+from femflex.cli.progress import Bar
+from femflex.cli.tables import print_json, print_table
+from femflex.cli.verb import print_error, verb
+
+if TYPE_CHECKING:
+    from femflex.studies.sweep import Sweep
+
+RESULT = "result"
+FAILURES = 3  # failed members whose problems are printed
+
+
+@verb("femflex sweep study.toml -o sweep.h5 -o scatter.png")
+def sweep(
+    study: Annotated[Path, typer.Argument(help="File of the sweep (TOML).", show_default=False)],
+    output: Annotated[
+        list[Path] | None,
+        typer.Option("-o", "--output", help="Results (.h5) or picture (.png, .svg); may be repeated."),
+    ] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on with a sweep that was broken off.")] = False,
+    workers: Annotated[int | None, typer.Option("--workers", min=1, help="Processes; left out, one per core.")] = None,
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, such as tcp://host:8786.")
+    ] = None,
+    envelope: Annotated[bool, typer.Option("--envelope", help="Draw histories, not outputs over inputs.")] = False,
+    theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
+    force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
+) -> None:
+    """Run a case many times with values drawn from a grid, lists or a scatter, on all cores.
+
+    Keeps chosen numbers and histories of every run, and their percentiles. Runs that fail are counted and kept with
+    their problem. A sweep that was killed goes on with --resume; its numbers depend neither on that nor on the number
+    of workers.
+    """
+    from femflex.results.place import check_place
+
+    files = outputs(output or (), {RESULT: (".h5",), PICTURE: DIAGRAM_SUFFIXES})
+    result = files.get(RESULT, Path(f"{study.stem}.h5"))
+    if PICTURE in files:
+        check_place(files[PICTURE], force)
+    from femflex.studies.sweep import sweep as swept
+    from femflex.studies.sweep.sweep import count_of
+
+    try:
+        with Bar("sweeping", float(count_of(study)), unit="runs") as bar:
+            found = swept(study, result, force=force, resume=resume, workers=workers, scheduler=scheduler, progress=bar)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(f"interrupted; femflex sweep {study} -o {result} --resume goes on") from None
+    if PICTURE in files:
+        draw(found, files[PICTURE], study.stem, (theme, force, envelope))
+    failed = [(k, text) for k, text in enumerate(found.problems) if text]
+    for number, text in failed[:FAILURES]:
+        print_error(f"run {number} failed: {text}")
+    if as_json:
+        print_json({
+            "runs": len(found.problems), "failed": [{"run": k, "problem": text} for k, text in failed],
+            "inputs": {k: v.tolist() for k, v in found.inputs.items()},
+            "outputs": {k: v.tolist() for k, v in found.outputs.items()}, "units": found.units,
+            "percentiles": found.percentiles.tolist(),
+            "percentiles_of_outputs": {k: v.tolist() for k, v in found.of_outputs().items()},
+        })  # fmt: skip
+        return
+    print_table(
+        ["output", *(f"{p:g} %" for p in found.percentiles), "unit"],
+        [[name, *(f"{v:.6g}" for v in row), found.units.get(name, "")] for name, row in found.of_outputs().items()],
+    )
+    print(f"runs        {len(found.problems)}, of which {len(failed)} failed")
+    print(f"kept        {result}")
+    if PICTURE in files:
+        print(f"picture     {files[PICTURE]}")
+
+
+def draw(found: Sweep, path: Path, title: str, how: tuple[str, bool, bool]) -> None:
+    """Draw outputs over inputs, or the envelopes of histories."""
+    from femflex.view.swept import plot_envelopes, plot_scatter
+
+    theme, force, envelope = how
+    if envelope:
+        bands = found.of_histories()
+        plot_envelopes(found.time, found.histories, bands, found.percentiles, path, theme, title, force=force)
+    else:
+        plot_scatter(found.inputs, found.outputs, found.units, path, theme, title, force=force)

@@ -1,0 +1,40 @@
+"""Frequencies at which the response of a linear model is drawn: close where it has poles."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.studies.linear.space import StateSpace
+
+Array = NDArray[np.float64]
+
+SLOW = 1e-6  # of the largest pole: slower ones are rigid-body motion
+DECADES = 3.0  # above the slowest vibration, at most
+POINTS = 1500  # over the whole range
+AROUND = np.concatenate([-np.geomspace(30, 0.1, 12), [0.0], np.geomspace(0.1, 30, 12)])  # half widths of a resonance
+LEAST = 1e-5  # damping ratio by which an undamped pole is passed
+
+
+def response_grid(model: StateSpace, first: float | None = None, last: float | None = None) -> Array:
+    """Frequencies (n,) [rad/s] from a tenth of the slowest vibration to three times the fastest, or first to last.
+
+    None of them lies on an undamped pole.
+    """
+    poles = model.eigenvalues()
+    size = np.abs(poles)
+    moving = size[size > SLOW * size.max(initial=0.0)]
+    low, high = (0.1 * moving.min(), 3.0 * moving.max()) if len(moving) else (0.1, 10.0)
+    low, high = first or low, last or min(high, low * 10 ** (DECADES + 1))
+    if not 0 < low < high:
+        raise ValueError(
+            f"the response is to go from {low:.4g} to {high:.4g} rad/s; give two rising frequencies above 0"
+        )
+    near = [
+        p.imag + AROUND * max(-p.real, LEAST * abs(p)) for p in poles if p.imag > SLOW * size.max() and abs(p) <= high
+    ]
+    grid = np.unique(np.concatenate([np.geomspace(low, high, POINTS), *near]))
+    grid = grid[(grid >= low) & (grid <= high)]
+    undamped = poles[np.abs(poles.real) <= LEAST * np.abs(poles)]
+    apart = np.abs(grid[:, None] - np.abs(undamped.imag)[None]).min(axis=1, initial=np.inf)
+    return grid[apart > 0.05 * LEAST * grid]

@@ -1,0 +1,34 @@
+"""The state of a run at an instant, of the same craft."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.results import open_run
+from femflex.system import System
+
+Array = NDArray[np.float64]
+
+
+def state_of_run(path: str | Path, system: System, at: float) -> tuple[float, Array]:
+    """Time and state (n_x,) of the row of a run nearest to a time [s].
+
+    Raises ValueError when the run is of another craft, or does not reach that time.
+    """
+    with open_run(path) as run:
+        names = tuple(name for key in ("q", "u", "z") if key in run for name in run.names(key))
+        wanted = tuple(name for name, _ in system.all_state_names())
+        if names != wanted:
+            raise ValueError(
+                f"{path} is of another craft: its state has {len(names)} numbers and that of the case {len(wanted)}; "
+                "take the run of this case"
+            )
+        times = run.time
+        if not len(times) or not times[0] <= at <= times[-1]:
+            reach = f"it goes from {times[0]:.6g} s to {times[-1]:.6g} s" if len(times) else "it holds no instants"
+            raise ValueError(f"there is no state at {at:.6g} s in {path}; {reach}")
+        k = int(np.argmin(np.abs(times - at)))
+        return float(times[k]), run.states(slice(k, k + 1))[0]

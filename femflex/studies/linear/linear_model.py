@@ -1,0 +1,322 @@
+"""The linear model of a system, by derivatives of its compiled equations and of what it reports.
+
+    M du' + (D + G) du + K dxi + R dz = Q du_in,    dxi' = du + W dxi,    dz' = F_x dxi + F_u du + F_z dz + F_in du_in
+
+The coordinates' side is that of `femflex.dynamics.equilibria.linearised`. Columns of inputs come from the same system
+with a little more of the input; outputs are differences of the channels. The place and rate of a specified freedom are
+states of the model, and its acceleration is the input.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.case.problems import near
+from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumError, equilibrium
+from femflex.dynamics.equilibria.frozen import frozen_system
+from femflex.dynamics.equilibria.linearised import (
+    Linearised,
+    advanced,
+    free_directions,
+    linearised,
+    usual_sizes,
+)
+from femflex.dynamics.equilibria.states import moving_states
+from femflex.dynamics.equilibria.system_modes import SystemModes, modes_about, without_variation
+from femflex.dynamics.model import Model, compile_system
+from femflex.studies.linear.inputs import UNIT, Input, commanded, inputs_of, usual_inputs
+from femflex.studies.linear.space import StateSpace
+from femflex.system import Load, System
+
+Array = NDArray[np.float64]
+
+STEP = 1e-5  # of a coordinate's usual size, as in `linearised`: error of central differences 1e-10
+STATE_STEP = 1e-6  # of a state's usual size
+ROUNDING = 16 * np.finfo(float).eps  # of a channel's size: a smaller difference of two values is none
+
+
+@dataclass(frozen=True, eq=False)
+class LinearModel(StateSpace):
+    """The linear model of a craft about a state; its first states are increments of coordinates, then their rates.
+
+    mass, damping, stiffness  M, D + G and K (n, n) of the n independent coordinates
+    model     the compiled system that it is about, and x (n_x,) the state, t the time [s]
+    y0        (n_out,) outputs there
+    about     the equilibrium; None about an instant of a motion
+    left_out  loads that do not act in the equilibrium, specified motions that stay at their initial values
+    """
+
+    mass: Array
+    damping: Array
+    stiffness: Array
+    model: Model
+    x: Array
+    t: float
+    y0: Array
+    about: Equilibrium | None = None
+    left_out: tuple[str, ...] = ()
+
+    def selected(self, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> LinearModel:
+        """The model with these inputs and outputs alone, in this order."""
+        found = super().selected(inputs, outputs)
+        names = [name for name, _ in self.outputs]
+        return replace(found, y0=self.y0[[names.index(name) for name, _ in found.outputs]])
+
+    @cached_property
+    def modes(self) -> SystemModes | None:
+        """The natural modes about the equilibrium; None where there is none, or effectors have states."""
+        if self.about is None or moving_states(self.about.moving):
+            return None
+        return modes_about(self.about)
+
+
+def linear_model(
+    system: System,
+    inputs: Sequence[str] | None = None,
+    outputs: Sequence[str] | None = None,
+    *,
+    at: float | None = None,
+    state: Array | None = None,
+) -> LinearModel:
+    """The linear model of a system about the equilibrium nearest to its initial coordinates, or about a state.
+
+    inputs   paths such as "loads/slew/torque:y" (see `femflex.studies.linear.inputs`); left out, the loads of the
+             case along the axes in which they act, specified motions, signals, and commands of controllers
+    outputs  channels, as in "bodies/hub/rate" or "bodies/hub/rate:y"; left out, attitude, rates of the root body,
+             deflections of markers, and what sensors measure
+    at       time [s] at which loads and motions are taken; left out, those that vary are left out of the equilibrium
+    state    (n_x,) about which the model holds at that time, as a row of a run; no equilibrium is sought then
+
+    Commands of sampled controllers are held. Derivatives are central differences, good to 1e-8 of each block's largest
+    entry. Raises KeyError for unknown inputs and outputs, and as `femflex.equilibrium`.
+    """
+    system = commanded(system)
+    _, left_out = without_variation(system)
+    wanted = usual_inputs(system, _moving(system)) if inputs is None else inputs
+    inputs_of(system, wanted)  # unknown ones are reported before the equilibrium is sought
+    about, t = None, at or 0.0
+    if state is None:
+        about, left_out = _equilibrium(system, at, left_out)
+        model = compile_system(_at_rest(system, at, about))
+        x = _same_state(about, model)
+    else:
+        model, left_out = compile_system(system), ()
+        x = np.asarray(state, float)
+        if x.shape != (model.n_x,):
+            raise ValueError(f"the state has the shape {x.shape}; expected ({model.n_x},), as a row of a run")
+    chosen = inputs_of(model.system, wanted)
+    if any(one.kind == "motion" for one in chosen) and model.constraints is not None:
+        raise ValueError("beside loops a specified motion cannot be an input of a linear model yet; take loads")
+    return _Builder(model, x, t, chosen, outputs).built(about, left_out)
+
+
+def _moving(system: System) -> list[str]:
+    """Names of the specified freedoms that move."""
+    return [joint.freedom_names()[k] for joint in system.joints for k, one in joint.held.items() if one.moves]
+
+
+def _equilibrium(system: System, at: float | None, left_out: tuple[str, ...]) -> tuple[Equilibrium, tuple[str, ...]]:
+    if at is not None:
+        return equilibrium(system, at), ()
+    still, _ = without_variation(system)
+    try:
+        return equilibrium(still), left_out
+    except EquilibriumError:
+        if not still.loads:
+            raise
+    pushed = tuple(f"load {load.name!r} (no equilibrium under it)" for load in still.loads)
+    return equilibrium(replace(still, loads=())), left_out + pushed
+
+
+def _at_rest(system: System, at: float | None, about: Equilibrium) -> System:
+    """The system under the loads of the equilibrium; loads that do not act there are zero, rotors keep their motors."""
+    if at is not None:
+        return frozen_system(system, at)
+    acting = {load.name: load for load in about.moving.loads}
+    loads = tuple(acting.get(load.name, _silent(load)) for load in system.loads)
+    return frozen_system(replace(without_variation(system)[0], loads=loads))
+
+
+def _silent(load: Load) -> Load:
+    return replace(load, times=None, force=np.zeros(3), torque=np.zeros(3))
+
+
+def _same_state(about: Equilibrium, model: Model) -> Array:
+    """The state (n_x,) of the model at the equilibrium, rotors as they start."""
+    found = dict(
+        zip([name for name, _ in about.model.system.state_names()], about.model.parts(about.x)[2], strict=True)
+    )
+    x = model.at_rest(about.q)
+    for k, (name, _) in enumerate(model.system.state_names()):
+        x[model.n_q + model.n_u + k] = found.get(name, x[model.n_q + model.n_u + k])
+    return x
+
+
+class _Builder:
+    """The blocks of a linear model about a state x at t."""
+
+    def __init__(
+        self, model: Model, x: Array, t: float, inputs: Sequence[Input], outputs: Sequence[str] | None
+    ) -> None:
+        self.model, self.x, self.t, self.inputs = model, x, t, inputs
+        self.places, self.outputs = output_places(model, outputs)
+        self.own = [model.n_q + model.n_u + k for k in moving_states(model.system)]
+        self.udot = model.state_rate(t, x)[model.n_q : model.n_q + model.n_u]
+        if model.system.loops or not self.udot.any():
+            self.udot = np.zeros(model.n_u)
+        names = [name for name, _ in model.system.coordinate_names()]
+        self.coordinates = dict(zip(names, model.parts(x)[0].tolist(), strict=True))
+        self.y0 = self._outputs(model, x)
+
+    def built(self, about: Equilibrium | None, left_out: tuple[str, ...]) -> LinearModel:
+        """The model."""
+        linear = linearised(self.model, self.t, self.x, self.udot)
+        Z = free_directions(self.model, self.t, self.x)[1]
+        A, C = linear.state_matrix(), self._output_matrix(Z)
+        led = [one for one in self.inputs if one.kind == "motion"]
+        columns = [self._column(one, linear.M, Z) for one in self.inputs]
+        B = np.column_stack([np.zeros((len(A), 0)), *(state for state, _ in columns)])
+        D = np.column_stack([np.zeros((len(C), 0)), *(seen for _, seen in columns)])
+        if led:
+            A, B, C = self._with_motions(led, (A, B, C), linear.M, Z)
+        names, units = self._state_names(linear, led)
+        return LinearModel(
+            A, B, C, D, tuple(zip(names, units, strict=True)), tuple((one.path, one.unit) for one in self.inputs),
+            self.outputs, linear.M, linear.D, linear.K, self.model, self.x, self.t, self.y0, about, left_out,
+        )  # fmt: skip
+
+    def _state_names(self, linear: Linearised, led: list[Input]) -> tuple[list[str], list[str]]:
+        system = self.model.system
+        rates = dict(system.velocity_names())
+        names = [name.removesuffix("_rate").replace(".omega_", ".turn_") for name in linear.names]
+        units = [rates[name].removesuffix("/s") if rates[name].endswith("/s") else rates[name] for name in linear.names]
+        states = dict(system.state_names())
+        names += [*linear.names, *linear.states.names]
+        units += [rates[name] for name in linear.names] + [states[name] for name in linear.states.names]
+        for one in led:
+            names += [one.owner, f"{one.owner}_rate"]
+            units += [one.unit.removesuffix("/s^2"), one.unit.removesuffix("^2")]
+        return names, units
+
+    def _with_motions(
+        self, led: list[Input], blocks: tuple[Array, Array, Array], M: Array, Z: Array
+    ) -> tuple[Array, Array, Array]:
+        """A, B, C with place and rate of each specified freedom as two more states."""
+        A, B, C = blocks
+        n, m = len(A), 2 * len(led)
+        wide = np.zeros((n + m, n + m))
+        wide[:n, :n], B, C = A, np.vstack([B, np.zeros((m, B.shape[1]))]), np.hstack([C, np.zeros((len(C), m))])
+        for k, one in enumerate(led):
+            for order in (0, 1):
+                wide[:n, n + 2 * k + order], C[:, n + 2 * k + order] = self._led_column(one, order, M, Z)
+            wide[n + 2 * k, n + 2 * k + 1] = 1.0
+            B[n + 2 * k + 1, self.inputs.index(one)] = 1.0
+        return wide, B, C
+
+    def _column(self, one: Input, M: Array, Z: Array) -> tuple[Array, Array]:
+        """Columns of B and D of an input."""
+        if one.kind == "motion":
+            return self._led_column(one, 2, M, Z)
+        ends = [compile_system(one.moved(self.model.system, sign * one.step, self.coordinates)) for sign in (1.0, -1.0)]
+        return self._difference([(end, self.x, self.udot) for end in ends], one.step, M, Z)
+
+    def _led_column(self, one: Input, order: int, M: Array, Z: Array) -> tuple[Array, Array]:
+        """Columns of place (0), rate (1) or acceleration (2) of a specified freedom."""
+        names = [name.removesuffix("_rate") for name, _ in self.model.system.velocity_names()]
+        u = names.index(one.owner)
+        step = (STEP, STEP * max(1.0, float(np.abs(self.model.parts(self.x)[1]).max(initial=0.0))), 1.0)[order]
+        if order == 0:
+            step *= float(usual_sizes(self.model)[u])
+        ends = []
+        for sign in (1.0, -1.0):
+            coefficients = sign * step * np.eye(3)[order] / (2.0 if order == 2 else 1.0)
+            q, v, z = (part.copy() for part in self.model.parts(self.x))
+            unit, udot = np.eye(self.model.n_u)[u] * sign * step, self.udot.copy()
+            q, v, udot = (
+                (advanced(self.model, q, unit), v, udot),
+                (q, v + unit, udot),
+                (q, v, udot + unit),
+            )[order]
+            led = compile_system(one.led(self.model.system, self.t, coefficients))
+            ends.append((led, np.concatenate([q, v, z]), udot))
+        return self._difference(ends, step, M, Z)
+
+    def _difference(
+        self, ends: list[tuple[Model, Array, Array]], step: float, M: Array, Z: Array
+    ) -> tuple[Array, Array]:
+        """Columns of the states and of the outputs from the equations a step up and one down."""
+        forces = [model.residual(self.t, x, udot) for model, x, udot in ends]
+        push = -Z.T @ (forces[0] - forces[1]) / (2 * step)
+        rates = [model.state_rate(self.t, x)[self.own] for model, x, _ in ends]
+        seen = [self._outputs(model, x) for model, x, _ in ends]
+        column = np.concatenate([np.zeros(len(M)), np.linalg.solve(M, push), (rates[0] - rates[1]) / (2 * step)])
+        return column, self._cleaned(seen, step)
+
+    def _output_matrix(self, Z: Array) -> Array:
+        """C over increments along Z, their rates, and the states of effectors."""
+        q, u, z = self.model.parts(self.x)
+        sizes, columns = usual_sizes(self.model), []
+        for direction in Z.T:
+            step = STEP / float(np.abs(direction / sizes).max())
+            ends = [np.concatenate([advanced(self.model, q, s * step * direction), u, z]) for s in (1.0, -1.0)]
+            columns.append(self._cleaned([self._outputs(self.model, end) for end in ends], step))
+        rate = STEP * max(1.0, float(np.abs(u).max(initial=0.0)))
+        for direction in Z.T:
+            ends = [np.concatenate([q, u + s * rate * direction, z]) for s in (1.0, -1.0)]
+            columns.append(self._cleaned([self._outputs(self.model, end) for end in ends], rate))
+        state_sizes = self.model.system.state_sizes()
+        for place in self.own:
+            step = STATE_STEP * float(state_sizes[place - self.model.n_q - self.model.n_u])
+            ends = [self.x + s * step * np.eye(self.model.n_x)[place] for s in (1.0, -1.0)]
+            columns.append(self._cleaned([self._outputs(self.model, end) for end in ends], step))
+        return np.column_stack([np.zeros((len(self.outputs), 0)), *columns])
+
+    def _outputs(self, model: Model, x: Array) -> Array:
+        seen = model.observe(np.array([self.t]), x[None])
+        return np.array([np.ravel(seen[path][0])[k] for path, k in self.places])
+
+    def _cleaned(self, ends: list[Array], step: float) -> Array:
+        """The derivative of the outputs, zero where the difference is rounding."""
+        change = ends[0] - ends[1]
+        noise = ROUNDING * np.maximum(np.abs(ends[0]), np.abs(ends[1]))
+        return np.where(np.abs(change) <= noise, 0.0, change) / (2 * step)
+
+
+def output_places(
+    model: Model, wanted: Sequence[str] | None
+) -> tuple[list[tuple[str, int]], tuple[tuple[str, str], ...]]:
+    """(channel, number of the entry) of every output, and their names and units.
+
+    Raises KeyError, nearest name first.
+    """
+    places, outputs = [], []
+    for text in usual_outputs(model) if wanted is None else wanted:
+        path, _, component = text.partition(":")
+        if path not in model.channels:
+            raise KeyError(f"the craft has no output {path!r}; {near(path, model.channels)}")
+        channel = model.channels[path]
+        count = int(np.prod(channel.shape))
+        names = channel.names if len(channel.names) == count else tuple(str(k + 1) for k in range(count))
+        if component and component not in names:
+            raise KeyError(f"channel {path!r} has no component {component!r}; {near(component, names)}")
+        units = channel.unit.split(", ")
+        for k, name in enumerate(names):
+            if component in ("", name):
+                places.append((path, k))
+                outputs.append((f"{path}:{name}" if channel.shape else path, units[k % len(units)]))
+    return places, tuple(outputs)
+
+
+def usual_outputs(model: Model) -> list[str]:
+    """Attitude, rates of the root body, deflections of flexible bodies' markers, and channels of effectors."""
+    system = model.system
+    bent = {
+        f"markers/{name}.{marker}/deflection" for name, b in system.bodies.items() if b.n_modes for marker in b.markers
+    }
+    wanted = {"attitude/angles", f"bodies/{system.root}/rate", *bent}
+    return [path for path in model.channels if path in wanted or (path.startswith("effectors/") and UNIT not in path)]

@@ -1,0 +1,120 @@
+"""The poles of a linear model with their names and what takes part in them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.studies.linear.linear_model import LinearModel
+from femflex.studies.linear.space import StateSpace
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+ALIKE = 1e-3  # relative distance of a pole to the eigenvalue of a natural mode up to which it bears the mode's name
+NEAR = 1e-4  # of the largest pole: poles of known rigid motion, double and defective, split by the root of rounding
+PART = 0.02  # share from which on a state is listed
+
+
+@dataclass(frozen=True)
+class Pole:
+    """A pole [1/s], of a conjugate pair the one above the real axis.
+
+    name           of the natural mode, such as "bending 1"; without one the state that takes part most
+    rigid          whether it belongs to a motion that is known to neither grow nor decay
+    participation  name of a state -> its share, of those that take part; they add up to 1 over all states
+    """
+
+    value: complex
+    name: str
+    rigid: bool
+    participation: dict[str, float]
+
+    @property
+    def frequency(self) -> float:
+        """[Hz]; 0 where it does not oscillate."""
+        return float(self.value.imag / (2 * np.pi))
+
+    @property
+    def damping_ratio(self) -> float:
+        """Part of critical; below 0 grows, 0 for known rigid motions."""
+        return float(-self.value.real / abs(self.value)) if abs(self.value) > 0 else 0.0
+
+    def to_dict(self) -> dict[str, Any]:
+        """Everything in plain numbers and text."""
+        return {
+            "real": self.value.real, "imag": self.value.imag, "name": self.name, "rigid": self.rigid,
+            "frequency_hz": self.frequency, "damping_ratio": self.damping_ratio,
+            "participation": self.participation,
+        }  # fmt: skip
+
+
+def poles_of(model: StateSpace) -> list[Pole]:
+    """The poles of a model by rising size, those of rigid motion first.
+
+    Participation of state k in pole i is |left_i k right_k i| over its sum over k; for rigid motions, whose poles are
+    multiple, it is that of the squares of the right eigenvector.
+    """
+    values, right = (np.asarray(part, complex) for part in np.linalg.eig(model.A))
+    left = np.linalg.pinv(right)
+    rigid = np.zeros(len(values), bool)
+    named: dict[int, str] = {}
+    if isinstance(model, LinearModel):
+        values, named = _with_known(values, right, model)
+        rigid[list(named)] = True
+    taking = np.abs(right * left.T)
+    taking[:, rigid] = np.abs(right[:, rigid]) ** 2
+    taking /= np.maximum(taking.sum(axis=0), 1e-300)
+    order = [k for k in np.lexsort((np.abs(values), ~rigid)) if values[k].imag >= 0]
+    return [_pole(model, complex(values[k]), named.get(k, ""), taking[:, k]) for k in order]
+
+
+def _pole(model: StateSpace, value: complex, known: str, taking: Array) -> Pole:
+    names = [name for name, _ in model.states]
+    ranked = [int(k) for k in np.argsort(-taking, kind="stable")]
+    parts = {names[k]: float(taking[k]) for k in ranked if taking[k] >= PART}
+    return Pole(value, known or _mode_name(model, value) or names[ranked[0]], bool(known), parts)
+
+
+def _mode_name(model: StateSpace, value: complex) -> str:
+    """The name of the natural mode that a pole belongs to, "" where there is none."""
+    modes = model.modes if isinstance(model, LinearModel) else None
+    if modes is None or not len(modes.eigenvalues):
+        return ""
+    own = np.asarray(modes.eigenvalues)
+    apart = np.abs(own - value)
+    nearest = int(np.argmin(apart))
+    return modes.names[nearest] if apart[nearest] <= ALIKE * abs(value) else ""
+
+
+def _with_known(values: Complex, right: Complex, model: LinearModel) -> tuple[Complex, dict[int, str]]:
+    """Eigenvalues with those of known rigid motion at what they are exactly; and the names of these by their place."""
+    wanted: list[complex] = []
+    names: list[str] = []
+    shapes: list[Complex] = []
+    order = [name for name, _ in model.model.system.velocity_names()]
+    n = len(model.mass)
+    own = [order.index(name) for name, _ in model.states[n : 2 * n]]
+    for motion in () if model.modes is None else model.modes.about.motions.known:
+        still = motion.eigenvalue == 0
+        pair = [motion.eigenvalue] if still else [motion.eigenvalue, np.conj(motion.eigenvalue)]
+        wanted += pair * (2 if still and motion.drifts else 1)  # across a spin two directions share two double poles
+        names += [motion.name] * (len(wanted) - len(names))
+        shapes += [motion.shape[own]] * (len(wanted) - len(shapes))
+    if not wanted or not len(values):
+        return values, {}
+    from scipy.optimize import linear_sum_assignment
+
+    distance = np.abs(np.array(wanted)[:, None] - values[None])
+    there, fields = right[:n], np.array(shapes)
+    like = np.abs(fields.conj() @ there) / np.maximum(
+        np.linalg.norm(fields, axis=1)[:, None] * np.linalg.norm(there, axis=0), 1e-300
+    )
+    rows, columns = linear_sum_assignment(distance - NEAR * np.abs(values).max(initial=0.0) * like)
+    near = distance[rows, columns] <= NEAR * np.abs(values).max(initial=1e-300)
+    exact = values.copy()
+    exact[columns[near]] = np.array(wanted)[rows[near]]
+    return exact, {int(c): names[r] for r, c in zip(rows[near], columns[near], strict=True)}

@@ -1,0 +1,49 @@
+"""Linear models as files: .mat for MATLAB and Octave, .npz for numpy, .h5."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from femflex.results.place import check_place
+from femflex.studies.linear.linear_model import LinearModel
+from femflex.studies.linear.space import StateSpace
+
+SUFFIXES = (".mat", ".npz", ".h5")
+
+
+def save_model(model: StateSpace, path: str | Path, force: bool = False) -> Path:
+    """Path of a file with A, B, C, D, the names and units of states, inputs and outputs; of a LinearModel M, DG, K too.
+
+    DG is D + G, damping and gyroscopic; y0 the outputs and t the time about which it holds. Raises ValueError for
+    another suffix than .mat, .npz, .h5, and FileExistsError unless `force`.
+    """
+    path = Path(path)
+    kind = path.suffix.lower()
+    if kind not in SUFFIXES:
+        raise ValueError(f"a linear model is written as {', '.join(SUFFIXES)}; {path.name} is neither")
+    check_place(path, force)
+    numbers = {"A": model.A, "B": model.B, "C": model.C, "D": model.D}
+    if isinstance(model, LinearModel):
+        numbers |= {"M": model.mass, "DG": model.damping, "K": model.stiffness, "y0": model.y0, "t": np.array(model.t)}
+    texts = {}
+    for key in ("states", "inputs", "outputs"):
+        pairs = getattr(model, key)
+        texts[key] = [name for name, _ in pairs]
+        texts[key.removesuffix("s") + "_units"] = [unit for _, unit in pairs]
+    if kind == ".mat":
+        from scipy.io import savemat
+
+        savemat(path, numbers | {key: np.array(value, object) for key, value in texts.items()})
+    elif kind == ".npz":
+        np.savez(path, **numbers, **{key: np.array(value, str) for key, value in texts.items()})  # type: ignore[arg-type]
+    else:
+        import h5py
+
+        with h5py.File(path, "w") as file:
+            for key, value in numbers.items():
+                file[key] = value
+            for key, words in texts.items():
+                file.create_dataset(key, data=np.array(words, object), dtype=h5py.string_dtype())
+    return path

@@ -1,0 +1,96 @@
+"""A linear model in state space, with named states, inputs and outputs.
+
+    x' = A x + B u,    y = C x + D u
+
+x, u and y are departures from the values about which the model holds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.case.problems import near
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class StateSpace:
+    """A (n, n), B (n, n_in), C (n_out, n), D (n_out, n_in), and (name, unit) of every state, input and output."""
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    states: tuple[tuple[str, str], ...]
+    inputs: tuple[tuple[str, str], ...]
+    outputs: tuple[tuple[str, str], ...]
+
+    def __post_init__(self) -> None:
+        n, n_in, n_out = len(self.states), len(self.inputs), len(self.outputs)
+        for key, shape in (("A", (n, n)), ("B", (n, n_in)), ("C", (n_out, n)), ("D", (n_out, n_in))):
+            if getattr(self, key).shape != shape:
+                raise ValueError(f"{key} of a linear model has the shape {getattr(self, key).shape}; expected {shape}")
+
+    def eigenvalues(self) -> Complex:
+        """Eigenvalues (n,) of A [1/s], by rising size."""
+        found = np.asarray(np.linalg.eigvals(self.A), complex)
+        return found[np.argsort(np.abs(found), kind="stable")]
+
+    def frequency_response(self, omega: Array) -> Complex:
+        """G(i omega) = C (i omega I - A)^-1 B + D, (n_omega, n_out, n_in), at omega (n_omega,) [rad/s].
+
+        Raises ValueError at an undamped pole, where there is none.
+        """
+        omega, eye = np.atleast_1d(np.asarray(omega, float)), np.eye(len(self.A))
+        found = np.empty((len(omega), len(self.outputs), len(self.inputs)), complex)
+        for k, w in enumerate(omega):
+            try:
+                found[k] = self.C @ np.linalg.solve(1j * w * eye - self.A, self.B) + self.D
+            except np.linalg.LinAlgError:
+                raise ValueError(
+                    f"the model has an undamped pole at {w:.6g} rad/s, where its response is infinite; leave this "
+                    "frequency out, or give damping"
+                ) from None
+        return found
+
+    def selected(self, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> Self:
+        """The model with these inputs and outputs alone, in this order. Raises KeyError for one that it has not."""
+        i, o = chosen(inputs, self.inputs, "input"), chosen(outputs, self.outputs, "output")
+        return replace(
+            self,
+            B=self.B[:, i],
+            C=self.C[o],
+            D=self.D[np.ix_(o, i)],
+            inputs=tuple(self.inputs[k] for k in i),
+            outputs=tuple(self.outputs[k] for k in o),
+        )
+
+    def to_control(self) -> Any:
+        """The model as a StateSpace of the package python-control. Raises ImportError where that is not installed."""
+        try:
+            import control
+        except ImportError:
+            raise ImportError(
+                "the package python-control is not installed; pip install control, or save the model as .mat or .npz"
+            ) from None
+        names = {"states": self.states, "inputs": self.inputs, "outputs": self.outputs}
+        labels = {key: [name.replace(".", "_") for name, _ in pairs] for key, pairs in names.items()}
+        return control.ss(self.A, self.B, self.C, self.D, **labels)
+
+
+def chosen(wanted: Sequence[str] | None, known: Sequence[tuple[str, str]], what: str) -> list[int]:
+    """Places of names among (name, unit) pairs; all of them where none are asked for."""
+    names = [name for name, _ in known]
+    if wanted is None:
+        return list(range(len(names)))
+    for name in wanted:
+        if name not in names:
+            raise KeyError(f"the linear model has no {what} {name!r}; {near(name, names)}")
+    return [names.index(name) for name in wanted]

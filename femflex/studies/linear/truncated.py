@@ -1,0 +1,128 @@
+"""Smaller linear models: modal and balanced truncation, rigid-body modes kept apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cholesky, schur, solve_continuous_lyapunov, solve_sylvester
+
+from femflex.studies.linear.space import StateSpace
+
+Array = NDArray[np.float64]
+
+SLOW = 1e-5  # of the largest pole: poles below are those of rigid-body motion
+DAMPED = 1e-7  # least damping ratio of poles that are balanced
+LEAST = 1e-13  # of the largest Hankel singular value: states below are not moved or not seen
+
+
+@dataclass(frozen=True, eq=False)
+class Truncated(StateSpace):
+    """A truncated model; hankel (n,): singular values of all that could be kept, empty for a modal truncation.
+
+    bound  largest singular value of the error over all frequencies, at most; NaN for a modal truncation
+    """
+
+    hankel: Array
+    bound: float
+
+
+def modal_truncation(model: StateSpace, highest: float, static: bool = True) -> Truncated:
+    """The model with its poles up to highest [rad/s] alone; states "mode state 1", ...
+
+    static: the static response of the others is kept in D, so that the model is exact at rest. Raises ValueError when
+    none, or all, of the poles would be left.
+    """
+    size = np.abs(model.eigenvalues())
+    if not (size <= highest).any() or (size <= highest).all():
+        kept_now = "none" if (size > highest).all() else "all"
+        raise ValueError(
+            f"a modal truncation at {highest:.6g} rad/s keeps {kept_now} of the poles, which lie at "
+            f"{size.min(initial=np.inf):.4g} to {size.max(initial=0.0):.4g} rad/s; take one between"
+        )
+    kept, left = separated(model, highest)
+    D = model.D - left.C @ np.linalg.solve(left.A, left.B) if static else model.D
+    return _named(kept.A, kept.B, kept.C, D, model, "mode state", np.zeros(0), float("nan"))
+
+
+def balanced_truncation(model: StateSpace, order: int) -> Truncated:
+    """The model with so many states of the largest Hankel singular values; rigid-body modes are kept beside them.
+
+    The error is at most twice the sum of the singular values left out (its `bound`). Units of inputs and outputs weigh:
+    scale them first where they differ. Raises ValueError for a model whose vibrations are not damped.
+    """
+    poles = model.eigenvalues()
+    slow = SLOW * float(np.abs(poles).max(initial=0.0))
+    fast = poles[np.abs(poles) > slow]
+    if not len(fast):
+        raise ValueError("the model has rigid-body modes alone; there is nothing to truncate")
+    worst = fast[np.argmax(fast.real / np.abs(fast))]
+    if not -worst.real > DAMPED * abs(worst):
+        what = "grows" if worst.real > DAMPED * abs(worst) else "is not damped"
+        raise ValueError(
+            f"a balanced truncation needs damped motions; the one at {abs(worst.imag) / (2 * np.pi):.6g} Hz {what}. "
+            "Give bodies and joints damping, or take a modal truncation"
+        )
+    rigid, elastic = separated(model, slow)
+    left, right, sigma = _balancing(elastic)
+    most = int((sigma > LEAST * sigma.max(initial=0.0)).sum())
+    if not 1 <= order <= most:
+        raise ValueError(
+            f"a balanced truncation to {order} states was asked for; inputs move and outputs see {most}, beside "
+            f"{len(rigid.A)} of rigid-body motion. Take a number from 1 to {most}"
+        )
+    T, S = right[:, :order], left[:, :order].T
+    A = np.block([
+        [rigid.A, np.zeros((len(rigid.A), order))],
+        [np.zeros((order, len(rigid.A))), S @ elastic.A @ T],
+    ])  # fmt: skip
+    B, C = np.vstack([rigid.B, S @ elastic.B]), np.hstack([rigid.C, elastic.C @ T])
+    return _named(A, B, C, model.D, model, "balanced state", sigma, float(2 * sigma[order:].sum()))
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A, B, C of a part of a model that is on its own."""
+
+    A: Array
+    B: Array
+    C: Array
+
+
+def separated(model: StateSpace, highest: float) -> tuple[Part, Part]:
+    """The parts of a model with poles up to highest [rad/s] and beyond, by an ordered Schur form.
+
+    With A = Q [[S11, S12], [0, S22]] Q^T and S11 X - X S22 = -S12 the parts follow no longer from each other.
+    """
+    S, Q, n = schur(model.A, output="real", sort=lambda re, im: bool(np.hypot(re, im) <= highest))
+    X = solve_sylvester(S[:n, :n], -S[n:, n:], -S[:n, n:]) if 0 < n < len(S) else np.zeros((n, len(S) - n))
+    B, C = Q.T @ model.B, model.C @ Q
+    first = Part(S[:n, :n], B[:n] - X @ B[n:], C[:, :n])
+    return first, Part(S[n:, n:], B[n:], C[:, n:] + C[:, :n] @ X)
+
+
+def _balancing(part: Part) -> tuple[Array, Array, Array]:
+    """Left and right projections (n, n) and Hankel singular values (n,), by the square-root method."""
+    reach = solve_continuous_lyapunov(part.A, -part.B @ part.B.T)
+    seen = solve_continuous_lyapunov(part.A.T, -part.C.T @ part.C)
+    R, L = _root(np.asarray(reach, float)), _root(np.asarray(seen, float))
+    U, sigma, Vt = np.linalg.svd(L.T @ R)
+    scale = 1.0 / np.sqrt(np.maximum(sigma, LEAST * sigma.max(initial=1e-300)))
+    return L @ U * scale, R @ Vt.T * scale, sigma
+
+
+def _root(W: Array) -> Array:
+    """L with W = L L^T of a matrix that is positive but for rounding."""
+    try:
+        return np.asarray(cholesky(W, lower=True))
+    except np.linalg.LinAlgError:
+        values, vectors = np.linalg.eigh((W + W.T) / 2)
+        return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+def _named(
+    A: Array, B: Array, C: Array, D: Array, model: StateSpace, word: str, sigma: Array, bound: float
+) -> Truncated:
+    states = tuple((f"{word} {k + 1}", "1") for k in range(len(A)))
+    return Truncated(A, B, C, D, states, model.inputs, model.outputs, sigma, bound)

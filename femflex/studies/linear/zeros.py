@@ -1,0 +1,42 @@
+"""Transmission zeros of a linear model: frequencies at which some input leaves all outputs still."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.studies.linear.space import StateSpace
+
+Complex = NDArray[np.complex128]
+
+FARTHEST = 1e3  # times the largest pole: zeros beyond are those at infinity, split by rounding
+SINGULAR = 1e-12  # of the largest singular value of G(s0) below which inputs or outputs depend on each other
+
+
+def transmission_zeros(model: StateSpace) -> Complex:
+    """Finite transmission zeros [1/s] of a model with as many inputs as outputs, by rising size.
+
+    With s = s0 + 1 / w the model becomes one whose feedthrough is G(s0), so that its zeros are the eigenvalues
+    w of -R + R B G(s0)^-1 C R, R = (s0 - A)^-1; those at infinity come to w = 0. Poles that no input moves or no output
+    sees are among them. Raises ValueError where inputs and outputs differ in number, or depend on each other.
+    """
+    if len(model.inputs) != len(model.outputs) or not model.inputs:
+        raise ValueError(
+            f"transmission zeros need as many inputs as outputs; found {len(model.inputs)} and {len(model.outputs)}. "
+            "Choose some of them (--inputs, --outputs)"
+        )
+    size = float(np.abs(model.eigenvalues()).max(initial=0.0)) or 1.0
+    s0 = 1.2345 * size  # to the right of all poles
+    R = np.linalg.inv(s0 * np.eye(len(model.A)) - model.A)
+    G = model.D + model.C @ R @ model.B
+    scale_in = np.linalg.norm(G, axis=0)
+    sigma = np.linalg.svd(G / np.where(scale_in > 0, scale_in, 1.0), compute_uv=False)
+    if not sigma[-1] > SINGULAR * sigma[0]:
+        raise ValueError(
+            "the outputs do not tell the inputs apart at any frequency, so there are no transmission zeros; choose "
+            "other inputs or outputs"
+        )
+    w = np.asarray(np.linalg.eigvals(-R + R @ model.B @ np.linalg.solve(G, model.C @ R)), complex)
+    zeros = s0 + 1.0 / w[np.abs(w) > 1.0 / (FARTHEST * size)]
+    zeros = zeros[np.abs(zeros) < FARTHEST * size]
+    return zeros[np.argsort(np.abs(zeros), kind="stable")]

@@ -1,0 +1,55 @@
+"""Which values every member of a sweep has: a pure function of the sweep's table."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.case.sweep import SweepTable
+
+Array = NDArray[np.float64]
+
+EDGE = 1e-12  # a unit sample is kept this far from 0 and 1, where a normal scatter has no end
+
+
+def designed(table: SweepTable) -> list[dict[str, Any]]:
+    """Key path -> value as a case file writes it, for every member.
+
+    A Sobol sequence is scrambled by the seed, and best taken with a power of 2.
+    """
+    if table.design == "grid":
+        lists = [one.values or [] for one in table.vary.values()]
+        return [dict(zip(table.vary, row, strict=True)) for row in product(*lists)]
+    if table.design == "list":
+        lists = [one.values or [] for one in table.vary.values()]
+        return [dict(zip(table.vary, row, strict=True)) for row in zip(*lists, strict=True)]
+    columns = []
+    for unit, one in zip(unit_samples(table).T, table.vary.values(), strict=True):
+        first, second, word = one.numbers()
+        drawn = first + (second - first) * unit if one.between else first + second * _normal(unit)
+        columns.append([f"{value!r} {word}" if word else value for value in drawn.tolist()])
+    return [dict(zip(table.vary, row, strict=True)) for row in zip(*columns, strict=True)]
+
+
+def unit_samples(table: SweepTable) -> Array:
+    """Samples (members, n) between 0 and 1."""
+    from scipy.stats import qmc
+
+    n, k = table.members or 0, len(table.vary)
+    if table.design == "random":
+        found = np.random.default_rng(table.seed).random((n, k))
+    elif table.design == "latin_hypercube":
+        found = qmc.LatinHypercube(k, seed=np.random.default_rng(table.seed)).random(n)
+    else:
+        sequence = qmc.Sobol(k, seed=np.random.default_rng(table.seed))
+        found = sequence.random_base2(max(0, (n - 1).bit_length()))[:n]
+    return np.clip(np.asarray(found, float), EDGE, 1.0 - EDGE)
+
+
+def _normal(unit: Array) -> Array:
+    from scipy.special import ndtri
+
+    return np.asarray(ndtri(unit))

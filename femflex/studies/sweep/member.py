@@ -1,0 +1,193 @@
+"""One member of a sweep: a case with other values, run in memory, and what is kept of it."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.assembly import build_part
+from femflex.assembly.shared import shared_structures
+from femflex.case import Case, CaseError
+from femflex.case.evaluate import measured, measured_unit
+from femflex.case.measure import OF_SYSTEM, MeasureTable
+from femflex.case.problems import near
+from femflex.case.read import parse_case
+from femflex.case.sweep import SweepTable, parse_sweep
+from femflex.integrate import IntegrationError
+from femflex.pipeline import prepare
+from femflex.pipeline.balanced import case_modes
+from femflex.pipeline.decisions import decided
+from femflex.pipeline.guard import Runaway
+from femflex.system import Channel, Part
+from femflex.warning import PhysicsWarning
+
+Array = NDArray[np.float64]
+
+BUILDING = ("bodies", "materials", "sections")  # tables that change bodies; without them these are built once
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a worker is given once: the text of the sweep, the case's text and its file."""
+
+    sweep_text: str
+    case_text: str
+    case_path: str
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What is kept of a member: outputs and their units, histories over time, or what broke it off."""
+
+    number: int
+    outputs: list[float]
+    units: list[str]
+    time: list[float]
+    histories: list[list[float]]
+    problem: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Base:
+    """The case before its values are changed, and its bodies; none where members change more than rigid ones.
+
+    rigid: names of the bodies that every member builds anew.
+    """
+
+    case: Case
+    table: SweepTable
+    bodies: Mapping[str, Part] | None
+    rigid: tuple[str, ...] = ()
+
+    def bodies_of(self, case: Case) -> Mapping[str, Part] | None:
+        """The bodies of a member; None where its case is to build and choose all of them."""
+        if self.bodies is None:
+            return None
+        return {**self.bodies, **{name: build_part(case, name) for name in self.rigid}}
+
+
+@dataclass(frozen=True, eq=False)
+class Watched:
+    """Channels of a run kept in memory, as `measured` asks for them."""
+
+    time: Array
+    values: Mapping[str, Array]
+    channels: Mapping[str, Channel]
+    parts: Mapping[str, Any]
+
+    def __getitem__(self, path: str) -> Array:
+        return self.values[path]
+
+    def names(self, path: str) -> tuple[str, ...]:
+        """Names of the entries of a channel."""
+        return self.channels[path].names
+
+    def unit(self, path: str) -> str:
+        """Unit of a channel."""
+        return self.channels[path].unit
+
+    def bodies(self) -> Mapping[str, Any]:
+        """The bodies by name."""
+        return self.parts
+
+
+@lru_cache(maxsize=4)
+def base_of(plan: Plan) -> Base:
+    """What all members share, built once in every process."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)
+        table = parse_sweep(plan.sweep_text)
+        case = parse_case(plan.case_text, Path(plan.case_path))
+        changed = [path.split(".") for path in table.vary if path.partition(".")[0] in BUILDING]
+        rigid = [keys[1] for keys in changed if keys[0] == "bodies" and _is_rigid(case, keys)]
+        if len(rigid) < len(changed):
+            return Base(case, table, None)
+        chosen = decided(case, loaded=False).case
+        with shared_structures():
+            parts = {name: build_part(chosen, name) for name in chosen.bodies}
+        return Base(case, table, parts, tuple(dict.fromkeys(rigid)))
+
+
+def _is_rigid(case: Case, keys: list[str]) -> bool:
+    """Whether key path ends within the table of a rigid body."""
+    return len(keys) > 2 and keys[1] in case.bodies and case.bodies[keys[1]].kind == "rigid"
+
+
+def run_member(plan: Plan, number: int, values: Mapping[str, Any]) -> Outcome:
+    """The outcome of a member; what goes wrong with it is its problem, and no error."""
+    from threadpoolctl import threadpool_limits
+
+    with warnings.catch_warnings(), threadpool_limits(1):
+        warnings.simplefilter("ignore", PhysicsWarning)
+        try:
+            return _outcome(base_of(plan), number, values)
+        except (CaseError, ValueError, KeyError, IntegrationError, ArithmeticError, np.linalg.LinAlgError) as error:
+            text = str(error.args[0]) if isinstance(error, KeyError) and error.args else str(error)
+            return Outcome(number, [], [], [], [], " ".join(text.split()) or type(error).__name__)
+
+
+def _outcome(base: Base, number: int, values: Mapping[str, Any]) -> Outcome:
+    case, table = base.case.with_values(values), base.table
+    bodies = base.bodies_of(case)
+    paths = [one.channel for one in table.outputs.values() if one.channel is not None]
+    kept = [text.partition(":")[0] for text in table.histories]
+    seen, motion = _watched(case, bodies, list(dict.fromkeys([*paths, *kept])))
+    modes = case_modes(case, bodies=bodies) if any(one.of == OF_SYSTEM for one in table.outputs.values()) else None
+    outputs, units = [], []
+    for one in table.outputs.values():
+        if one.of == OF_SYSTEM and modes is not None:
+            outputs.append(float(modes.frequency(one.branch or one.mode)))
+            units.append("Hz")
+        else:
+            outputs.append(measured(one, seen, motion))
+            units.append(measured_unit(one, seen))
+    histories = [history(seen, text) for text in table.histories]
+    return Outcome(number, outputs, units, seen.time.tolist() if histories else [], [h.tolist() for h in histories])
+
+
+def _watched(case: Case, bodies: Mapping[str, Part] | None, paths: list[str]) -> tuple[Watched, float | None]:
+    """The channels of the run of a case, and its mean motion; no run where nothing is asked of it."""
+    if not paths:
+        parts: Mapping[str, Any] = decided(case, bodies, loaded=False).system.bodies
+        return Watched(np.zeros(0), {}, {}, parts), None
+    prepared = prepare(case, bodies=bodies)
+    model, times = prepared.model, prepared.times
+    for path in paths:
+        if path not in model.channels:
+            raise KeyError(f"the run has no channel {path!r}; {near(path, model.channels)}")
+    rows: dict[str, list[Array]] = {path: [] for path in paths}
+    guard = Runaway(model)
+    for block in prepared.integrator.blocks(model, times, model.x0):
+        if (error := guard.found(block)) is not None:
+            raise error
+        if len(block.times):
+            found = model.observe(block.times, block.states)
+            for path in paths:
+                rows[path].append(found[path])
+    motion = None if prepared.system.orbit is None else prepared.system.orbit.mean_motion
+    values = {path: np.concatenate(parts) for path, parts in rows.items()}
+    return Watched(times, values, model.channels, prepared.system.bodies), motion
+
+
+def history(seen: Watched, text: str) -> Array:
+    """One component of a channel over time (n_t,). Raises ValueError where it is not named."""
+    path, _, component = text.partition(":")
+    names = seen.names(path)
+    table = MeasureTable(channel=path, component=component or None)
+    values = seen[path]
+    if not component and values.ndim > 1:
+        raise ValueError(
+            f"history {text!r} is that of a vector; name one of {', '.join(names)}, as in '{path}:{names[0]}'"
+        )
+    if not component:
+        return values
+    if component not in names:
+        measured(table, seen)  # which raises the sentence
+    return np.asarray(values[:, names.index(component)])

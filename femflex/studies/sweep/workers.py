@@ -1,0 +1,108 @@
+"""Members of a sweep on all cores, or on a Dask cluster; a worker that dies takes no other member with it."""
+
+from __future__ import annotations
+
+import multiprocessing
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from typing import Any
+
+from femflex.studies.sweep.member import Outcome, Plan, run_member
+
+Todo = Sequence[tuple[int, Mapping[str, Any]]]
+
+KILLED = "its process was killed, as by a lack of memory"
+AHEAD = 2  # members handed out per worker
+
+
+def outcomes(plan: Plan, todo: Todo, workers: int, scheduler: str | None = None) -> Iterator[Outcome]:
+    """The outcomes of members, as they are done: in this process for one worker, else in several."""
+    if scheduler is not None:
+        with dask_executor(scheduler) as executor:
+            yield from _spread(executor, plan, todo, len(todo))
+    elif workers == 1 or len(todo) < 2:
+        for number, values in todo:
+            yield run_member(plan, number, values)
+    else:
+        yield from _in_processes(plan, todo, workers)
+
+
+def _in_processes(plan: Plan, todo: Todo, workers: int) -> Iterator[Outcome]:
+    done: set[int] = set()
+    try:
+        with _pool(workers) as pool:
+            for one in _spread(pool, plan, todo, AHEAD * workers):
+                done.add(one.number)
+                yield one
+    except BrokenProcessPool:  # some process died: one at a time, so that only the guilty member is lost
+        for number, values in todo:
+            if number not in done:
+                yield _alone(plan, number, values)
+
+
+def _alone(plan: Plan, number: int, values: Mapping[str, Any]) -> Outcome:
+    try:
+        with _pool(1) as pool, main_left_alone():
+            return pool.submit(run_member, plan, number, values).result()
+    except BrokenProcessPool:
+        return Outcome(number, [], [], [], [], KILLED)
+
+
+def _pool(workers: int) -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))
+
+
+@contextmanager
+def main_left_alone() -> Iterator[None]:
+    """Started processes do not run the script again that began the sweep: its module has no file meanwhile."""
+    main = sys.modules["__main__"]
+    kept = {key: getattr(main, key) for key in ("__file__", "__spec__") if hasattr(main, key)}
+    try:
+        for key in kept:
+            setattr(main, key, None)
+        yield
+    finally:
+        for key, value in kept.items():
+            setattr(main, key, value)
+
+
+def _spread(executor: Executor, plan: Plan, todo: Todo, ahead: int) -> Iterator[Outcome]:
+    """Outcomes in the order in which they come; no more than `ahead` members wait at a time."""
+    waiting: set[Future[Outcome]] = set()
+    rest = iter(todo)
+    try:
+        while True:
+            for number, values in rest:
+                with main_left_alone():
+                    waiting.add(executor.submit(run_member, plan, number, values))
+                if len(waiting) >= ahead:
+                    break
+            if not waiting:
+                return
+            ready, waiting = wait(waiting, return_when=FIRST_COMPLETED)
+            for future in ready:
+                yield future.result()
+    finally:
+        for future in waiting:
+            future.cancel()
+
+
+def dask_executor(address: str) -> Executor:
+    """The executor of a Dask cluster by its scheduler's address.
+
+    Raises ImportError where Dask is not installed, ValueError for a scheduler that does not answer.
+    """
+    try:
+        from distributed import Client
+    except ImportError:
+        raise ImportError(
+            "a sweep on a cluster needs Dask; pip install femflex[dask], or leave --scheduler out to take this machine"
+        ) from None
+    try:
+        client = Client(address, timeout=10)
+    except (OSError, TimeoutError, ValueError) as error:
+        raise ValueError(f"the Dask scheduler at {address!r} does not answer: {error}") from None
+    return client.get_executor()

@@ -1,0 +1,101 @@
+"""Sweeps as pictures: scatter of outputs over inputs, and envelopes of histories."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.view.convergence import check_kind
+from femflex.view.plot import figure_of, finish, raised, saved
+from femflex.view.theme import theme_of
+from femflex.view.units import time_unit
+
+Array = NDArray[np.float64]
+
+MOST = 6  # rows and columns of a scatter matrix
+CELL = 2.2  # inches
+
+
+def plot_scatter(
+    inputs: Mapping[str, Array],
+    outputs: Mapping[str, Array],
+    units: Mapping[str, str],
+    path: str | Path,
+    theme: str = "light",
+    title: str = "Sweep",
+    dpi: int = 150,
+    force: bool = False,
+) -> Path:
+    """Path of a picture (.png or .svg) of outputs (n,) over inputs (n,), one pair of axes for each pair.
+
+    The last column is the distribution of each output. Raises ValueError without numbers to draw.
+    """
+    check_kind(path)
+    numeric = {name: values for name, values in inputs.items() if np.isfinite(values).any()}
+    if not numeric or not outputs:
+        raise ValueError("the sweep has no inputs that are numbers, or no outputs, so there is no scatter to draw")
+    from matplotlib.figure import Figure
+
+    colours = theme_of(theme)
+    columns, rows = list(numeric)[:MOST], list(outputs)[:MOST]
+    size = (CELL * (len(columns) + 1) + 1.0, CELL * len(rows) + 0.8)
+    figure = Figure(figsize=size, layout="constrained", facecolor=colours.background)
+    axes = figure.subplots(len(rows), len(columns) + 1, squeeze=False, sharex="col")
+    figure.suptitle(title, color=colours.text, fontsize=12, fontweight="bold")
+    for i, name in enumerate(rows):
+        for j, key in enumerate(columns):
+            axes[i, j].plot(numeric[key], outputs[name], ".", color=colours.lines[i % len(colours.lines)], markersize=4)
+            finish(axes[i, j], (), colours)
+        good = outputs[name][np.isfinite(outputs[name])]
+        axes[i, -1].hist(good, bins="auto", orientation="horizontal", color=colours.lines[i % len(colours.lines)])
+        finish(axes[i, -1], (), colours)
+        axes[i, 0].set_ylabel(_labelled(name, units))
+    for j, key in enumerate(columns):
+        axes[-1, j].set_xlabel(_labelled(key, units), fontsize=8)
+    axes[-1, -1].set_xlabel("runs", color=colours.text)
+    axes[-1, -1].xaxis.label.set_color(colours.text)
+    return saved(figure, path, dpi, force)
+
+
+def plot_envelopes(
+    time: Array,
+    histories: Mapping[str, Array],
+    bands: Mapping[str, Array],
+    percentiles: Array,
+    path: str | Path,
+    theme: str = "light",
+    title: str = "Sweep",
+    dpi: int = 150,
+    force: bool = False,
+) -> Path:
+    """Path of a picture (.png or .svg) of histories (n, n_t): percentiles (n_p, n_t), least and largest of all runs."""
+    check_kind(path)
+    if not histories:
+        raise ValueError("the sweep kept no histories, so there is no envelope to draw; name some in `histories`")
+    colours = theme_of(theme)
+    figure, axes = figure_of(len(histories), title, colours, sharex=True)
+    seconds, unit = time_unit(float(time[-1] - time[0]))
+    for k, (ax, (name, values)) in enumerate(zip(axes, histories.items(), strict=True)):
+        good, colour = values[~np.isnan(values).any(axis=1)], colours.lines[k % len(colours.lines)]
+        ax.fill_between(time / seconds, good.min(axis=0), good.max(axis=0), color=colour, alpha=0.15, label="all runs")
+        order = np.argsort(percentiles)
+        if len(order) > 1:
+            low, high = bands[name][order[0]], bands[name][order[-1]]
+            text = f"{percentiles[order[0]]:g} to {percentiles[order[-1]]:g} %"
+            ax.fill_between(time / seconds, low, high, color=colour, alpha=0.35, label=text)
+        middle = int(np.argmin(np.abs(percentiles - 50.0)))
+        ax.plot(time / seconds, bands[name][middle], color=colour, linewidth=1.2, label=f"{percentiles[middle]:g} %")
+        ax.set_ylabel(name.split("/")[-1])
+        ax.set_title(name, fontsize=9, color=colours.text, loc="left")
+        ax.margins(x=0)
+        finish(ax, [name], colours)
+    axes[-1].set_xlabel(f"time [{unit}]")
+    return saved(figure, path, dpi, force)
+
+
+def _labelled(name: str, units: Mapping[str, str]) -> str:
+    unit = units.get(name, "")
+    return f"{name} [{raised(unit)}]" if unit not in ("", "1") else name

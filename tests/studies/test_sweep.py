@@ -1,0 +1,199 @@
+"""Sweeps: designs, failing members, resumption, percentiles, pictures, and mistakes in their files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from scipy.stats import norm
+from typer.testing import CliRunner
+
+from femflex.case import CaseError
+from femflex.case.sweep import parse_sweep
+from femflex.cli.app import app
+from femflex.studies.sweep import open_sweep, sweep
+from femflex.studies.sweep.design import designed, unit_samples
+from femflex.studies.sweep.journal import journal_of
+
+SPUN = """
+title = "a wheel that is spun up"
+
+[run]
+duration = "2 s"
+samples = 11
+
+[bodies.wheel]
+kind = "rigid"
+mass = "3 kg"
+inertia = [2, 2, 2]
+
+[[joints]]
+kind = "revolute"
+child = "wheel"
+name = "axle"
+
+[[loads]]
+name = "motor"
+body = "wheel"
+torque = [0, 0, "4 N m"]
+"""
+STUDY = """
+case = "spun.toml"
+design = "latin_hypercube"
+members = 6
+seed = 4
+histories = ["bodies/wheel/rate:z"]
+
+[vary."bodies.wheel.inertia.2"]
+between = ["1 kg m^2", "3 kg m^2"]
+
+[vary."loads.0.torque.2"]
+normal = [4, 0.5]
+
+[outputs.speed]
+of = "value"
+channel = "bodies/wheel/rate"
+component = "z"
+"""
+
+
+@pytest.fixture
+def study(tmp_path):
+    """Writes the sweep with some of its text replaced."""
+    (tmp_path / "spun.toml").write_text(SPUN)
+
+    def write(*replaced: tuple[str, str]) -> Path:
+        text = STUDY
+        for old, new in replaced:
+            assert old in text, old
+            text = text.replace(old, new)
+        (tmp_path / "study.toml").write_text(text)
+        return tmp_path / "study.toml"
+
+    return write
+
+
+def test_every_member_is_the_closed_form_of_its_values(study, tmp_path):
+    seen = []
+    found = sweep(study(), tmp_path / "s.h5", workers=1, progress=seen.append)
+    speed = found.inputs["loads.0.torque.2"] * 2.0 / found.inputs["bodies.wheel.inertia.2"]
+    assert found.outputs["speed"] == pytest.approx(speed, rel=1e-9)
+    assert seen == [1, 2, 3, 4, 5, 6] and not any(found.problems)
+    assert found.units == {"bodies.wheel.inertia.2": "kg m^2", "loads.0.torque.2": "", "speed": "rad/s"}
+    assert found.of_outputs()["speed"] == pytest.approx(np.percentile(speed, [5, 50, 95]), rel=1e-9)
+    assert found.histories["bodies/wheel/rate:z"] == pytest.approx(np.outer(speed, found.time / 2.0), rel=1e-9)
+    read = open_sweep(tmp_path / "s.h5")
+    assert np.array_equal(read.outputs["speed"], found.outputs["speed"]) and read.units == found.units
+    with h5py.File(tmp_path / "s.h5") as file:
+        assert "percentiles_of_histories/bodies|wheel|rate:z" in file
+    assert not journal_of(tmp_path / "s.h5").exists()
+
+
+def test_a_sweep_that_was_killed_goes_on_to_the_same_bits(study, tmp_path):
+    whole = sweep(study(), tmp_path / "whole.h5", workers=1)
+
+    def killed(count):
+        if count == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sweep(study(), tmp_path / "s.h5", workers=1, progress=killed)
+    journal = journal_of(tmp_path / "s.h5")
+    with journal.open("a") as file:
+        file.write('{"number": 3, "outp')  # a line cut short
+    seen = []
+    again = sweep(study(), tmp_path / "s.h5", workers=1, resume=True, progress=seen.append)
+    assert seen == [4, 5, 6] and np.array_equal(again.outputs["speed"], whole.outputs["speed"])
+    assert np.array_equal(sweep(study(), tmp_path / "s.h5", resume=True).outputs["speed"], whole.outputs["speed"])
+    with pytest.raises(KeyboardInterrupt):
+        sweep(study(), tmp_path / "t.h5", workers=1, progress=killed)
+    with pytest.raises(ValueError, match=r"t\.h5\.journal is of another sweep"):
+        sweep(study(("seed = 4", "seed = 5")), tmp_path / "t.h5", workers=1, resume=True)
+
+
+@pytest.mark.slow
+def test_any_number_of_workers_gives_the_same_bits(study, tmp_path):
+    one = sweep(study(), tmp_path / "one.h5", workers=1)
+    two = sweep(study(), tmp_path / "two.h5", workers=2)
+    assert np.array_equal(one.outputs["speed"], two.outputs["speed"])
+    assert np.array_equal(one.histories["bodies/wheel/rate:z"], two.histories["bodies/wheel/rate:z"])
+
+
+def test_a_member_that_fails_is_kept_with_its_problem(study, tmp_path):
+    inertia = '"bodies.wheel.inertia.2"]\nbetween = ["1 kg m^2", "3 kg m^2"]'
+    grid = study(
+        ('"latin_hypercube"\nmembers = 6', '"grid"'),
+        (inertia, '"bodies.wheel.mass"]\nvalues = ["3 kg", "-1 kg"]'),
+        ("normal = [4, 0.5]", "values = [2, 4]"),
+    )
+    found = sweep(grid, tmp_path / "s.h5", workers=1)
+    assert [bool(text) for text in found.problems] == [False, False, True, True]
+    assert "bodies.wheel.mass" in found.problems[2] and np.isnan(found.outputs["speed"][2:]).all()
+    assert found.outputs["speed"][:2] == pytest.approx([2.0, 4.0], rel=1e-9)
+    none = grid.read_text().replace('["3 kg", "-1 kg"]', '["-1 kg"]')
+    grid.write_text(none)
+    with pytest.raises(ValueError, match="every member of the sweep failed; the first: "):
+        sweep(grid, tmp_path / "t.h5", workers=1)
+
+
+@pytest.mark.parametrize("design", ["random", "latin_hypercube", "sobol"])
+def test_scatters_have_their_distribution_and_repeat_by_their_seed(design):
+    text = f'case = "c.toml"\ndesign = "{design}"\nmembers = 512\nseed = 7\nhistories = ["q:1"]\n'
+    text += '[vary.a]\nbetween = [1, 3]\n[vary.b]\nnormal = ["10 m", "2 m"]\n'
+    table = parse_sweep(text)
+    rows = designed(table)
+    assert rows == designed(table) and rows != designed(parse_sweep(text.replace("seed = 7", "seed = 8")))
+    a, b = np.array([row["a"] for row in rows]), np.array([float(row["b"].split()[0]) for row in rows])
+    assert 1 <= a.min() and a.max() <= 3 and rows[0]["b"].endswith(" m")
+    assert [a.mean(), b.mean(), b.std()] == pytest.approx([2.0, 10.0, 2.0], rel=0.1)
+    assert np.abs(np.sort(norm.cdf(b, 10, 2)) - (np.arange(512) + 0.5) / 512).max() < 0.1
+    assert unit_samples(table).shape == (512, 2)
+
+
+def test_the_verb_prints_percentiles_and_draws(study, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    study()
+    run = CliRunner().invoke
+    found = run(app, ["sweep", "study.toml", "--workers", "1", "-o", "s.h5", "-o", "s.png"])
+    assert found.exit_code == 0 and "6, of which 0 failed" in found.output, found.output
+    assert (tmp_path / "s.png").stat().st_size > 10_000
+    found = run(app, ["sweep", "study.toml", "-o", "s.h5", "-o", "e.png", "--envelope", "--resume", "--json"])
+    assert json.loads(found.stdout)["runs"] == 6 and (tmp_path / "e.png").stat().st_size > 10_000
+    found = run(app, ["sweep", "study.toml", "-o", "s.h5"])
+    assert found.exit_code == 2 and "--force" in found.output
+    try:
+        import distributed  # noqa: F401
+    except ImportError:
+        found = run(app, ["sweep", "study.toml", "-o", "d.h5", "--scheduler", "tcp://nowhere:1"])
+        assert found.exit_code != 0 and "a sweep on a cluster needs Dask" in " ".join(found.output.split())
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("members = 6", "", "design = 'latin_hypercube' without members"),
+        ("between =", "values =", "needs between or normal for 'bodies.wheel.inertia.2'"),
+        ('"3 kg m^2"', '"3 kg"', "in two units"),
+        ('"1 kg m^2", "3', '"4 kg m^2", "3', "the second must be above the first"),
+        ("[4, 0.5]", "[4, 0]", "the standard deviation must be above 0"),
+        ("seed", "sead", "did you mean 'seed'?"),
+        ("bodies.wheel.inertia.2", "bodies.weel.inertia.2", "bodies has no 'weel'; did you mean 'wheel'?"),
+        ("spun.toml", "spin.toml", "there is no such case file"),
+    ],
+)
+def test_mistakes_in_the_file_are_answered(study, tmp_path, old, new, sentence):
+    with pytest.raises(CaseError) as caught:
+        sweep(study((old, new)), tmp_path / "s.h5", workers=1)
+    assert sentence in str(caught.value)
+
+
+def test_a_file_that_is_no_sweep_is_refused(tmp_path):
+    with h5py.File(tmp_path / "x.h5", "w") as file:
+        file["a"] = 1.0
+    with pytest.raises(ValueError, match="does not hold a sweep"):
+        open_sweep(tmp_path / "x.h5")
+    with pytest.raises(CaseError, match="there is no such file"):
+        sweep(tmp_path / "none.toml", tmp_path / "s.h5")
