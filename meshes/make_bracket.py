@@ -17,7 +17,7 @@ def bracket() -> Mesh:
     names = {"volume": "bracket", "left": "foot", "right": "head"}
     kept = {names[g]: cells for g, cells in solid.cell_groups.items() if g in names}
     solid = Mesh(solid.points, solid.cells, kept)
-    sheet = rectangle(2.0, 1.0, 8, 4, "quad").moved([0.3, -0.5, 0.0])
+    sheet = rectangle(2.0, 1.0, 8, 5, "quad").moved([0.3, -0.5, 0.0])
     names = {"surface": "panel", "left": "root", "right": "tip"}
     kept = {names[g]: cells for g, cells in sheet.cell_groups.items() if g in names}
     sheet = Mesh(sheet.points, sheet.cells, kept)

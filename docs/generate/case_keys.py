@@ -27,6 +27,14 @@ PARENTS = {
     "springs": "[[springs]]",
     "loads": "[[loads]]",
     "sights": "[[sights]]",
+    "signals": "[signals.NAME]",
+    "sensors": "[sensors.NAME]",
+    "controllers": "[controllers.NAME]",
+    "wheels": "[wheels.NAME]",
+    "gyros": "[gyros.NAME]",
+    "thrusters": "[thrusters.NAME]",
+    "tanks": "[tanks.NAME]",
+    "separations": "[separations.NAME]",
     "expect": "[expect] and [expect.NAME]",
 }
 SKIPPED = {"loops"}  # written like joints
@@ -69,17 +77,17 @@ def section(name: str, about: Schema, schema: Schema, depth: int = 3, single: bo
     text = f"{head}{cell(about.get('description', ''))}\n\n"
     text += keys_table(about.get("properties", {}), about.get("required", []), schema)
     extra = about.get("additionalProperties")
-    inner: dict[str, tuple[str, Schema]] = {}
+    inner: dict[int, tuple[str, str, Schema]] = {}  # a table once, though several keys hold it
     for key, entry in about.get("properties", {}).items():
         if key in ("laws", "options"):
             continue
-        if any(key == of.partition(".")[0] for of in SHARED):
-            continue
+        common = [schema["$defs"][name] for of, name in SHARED.items() if key == of.partition(".")[0]]
         for of, found in tables_of(entry, schema).items():
-            inner.setdefault(of, (key, found))
+            if not any(found is table for table in common):
+                inner.setdefault(id(found), (of, key, found))
     if isinstance(extra, dict):
-        inner |= {of: ("NAME", found) for of, found in tables_of(extra, schema).items()}
-    for of, (key, found) in inner.items():
+        inner |= {id(found): (of, "NAME", found) for of, found in tables_of(extra, schema).items()}
+    for of, key, found in inner.values():
         kind = f" ({of})" if is_kind(found) else ""
         text += section(f"{name}.{key}{kind}", found, schema, min(depth + 1, 5))
     text += "".join(

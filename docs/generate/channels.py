@@ -72,7 +72,10 @@ def model_of(path: Path) -> Any:
         system = femflex.build_system(femflex.read_case(path))
         if system.orbit is None:
             rows = nouns.velocity_rows("CONSTRAINT1", 1, _no_rows(len(system.velocity_names())))
-            more = {"effectors": (EFFECTOR, CONTROLLER), "varying": {"BODY5": VARIATION}}
+            more = {
+                "effectors": (*system.effectors, EFFECTOR, CONTROLLER),
+                "varying": {**system.varying, "BODY5": VARIATION},
+            }
             system = replace(system, constraints=(*system.constraints, rows), **more)
         return femflex.compile_system(system)
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from femflex.advice.bodies import KnownBodies
 from femflex.advice.limits import BENT, SWUNG
 from femflex.advice.remedies import division_remedy
+from femflex.system import LengthTable
 from femflex.warning import PhysicsWarning
 
 if TYPE_CHECKING:
@@ -27,13 +28,14 @@ class DeflectionWatch:
 
     name     of the body
     at       its first elastic coordinate in the state
-    size     diagonal of its box [m]
+    size     diagonal of its box [m], or the largest length of one that deploys
     remedy   what to do for a strain that holds farther than linear
     """
 
-    def __init__(self, name: str, at: int, body: FlexibleBody, remedy: str) -> None:
+    def __init__(self, name: str, at: int, body: FlexibleBody, remedy: str, longest: float = 0.0) -> None:
         self.name, self.at, self._body, self.remedy = name, at, body, remedy
-        self._places, self.size = _places(body)
+        self._places, size = _places(body)
+        self.size = max(size, longest)
         leading = self._places[: body.n_modes]
         self._largest = np.linalg.norm(leading, axis=2).max(axis=1)
         self._worst, self._delta = -1.0, np.zeros(body.n_modes)
@@ -89,9 +91,15 @@ def deflection_watches(model: Model, known: KnownBodies | None = None) -> list[D
         body = model.system.bodies[name]
         at += model.system.joint_of(name).n_q
         if body.n_modes:
-            out.append(DeflectionWatch(name, at, body, known.remedy(name)))
+            out.append(DeflectionWatch(name, at, body, known.remedy(name), _longest(model, name)))
         at += body.n_modes
     return out
+
+
+def _longest(model: Model, name: str) -> float:
+    """Largest length of a body that deploys [m]; 0 of others."""
+    table = model.system.varying[name].write if name in model.system.varying else None
+    return table.bounds[1] if isinstance(table, LengthTable) else 0.0
 
 
 def _places(body: FlexibleBody) -> tuple[Array, float]:

@@ -1,7 +1,8 @@
 """Watching the tension of tethers and membranes along a run: where and when they would go slack or wrinkle.
 
 The tension of an element is a linear function of displacement: sigma = sigma_0 + c.x + C eps(y) with x what loads bring
-about beyond the body's coordinates y. By reciprocity c.x = theta.F with K theta = c, less its part in the coordinates;
+about beyond the body's coordinates y. By reciprocity c.x = theta.F with K theta = c, less its part in the coordinates
+(but those that only follow bending, derivatives: of them and of the squares of bending little is left);
 theta is a displacement whose work is taken as that of a foreshortening (`femflex.advice.stiffening`): on the inertia of
 spin, on weight and gravity gradient, on loads and on what is attached. The initial tension goes with the loads f0 of
 the preload. Angular accelerations, and the vibration of other bodies, have no part in it.
@@ -11,7 +12,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,6 @@ from numpy.typing import NDArray
 from femflex.advice.bodies import KnownBodies
 from femflex.advice.stiffening import OmittedStiffness
 from femflex.body import FlexibleBody, Foreshortening
-from femflex.body.strain_field import StrainPart
 from femflex.dynamics import Model
 from femflex.fem.structure import Structure
 from femflex.fem.tables import of
@@ -67,7 +67,7 @@ class Slack:
     place: tuple[float, float, float]
 
 
-class Tension:
+class TensionWatch:
     """Watches the tension of tethers and membranes, row by row, and warns where it falls below zero."""
 
     def __init__(self, model: Model, known: KnownBodies | None = None) -> None:
@@ -92,7 +92,7 @@ class Tension:
         stress = one.rest + stress.reshape(len(stress), *one.rest.shape)
         delta = channels.get(f"bodies/{one.body}/delta")
         if delta is not None and body.n_modes:
-            stress = stress + _of_coordinates(body, one, delta)
+            stress = stress + _of_coordinates(body, one, delta[:, : body.n_modes])
         return lowest_principal(stress)
 
     def lowest(self) -> dict[tuple[str, str], Slack]:
@@ -177,7 +177,7 @@ def _functionals(structure: Structure, block: TensionStrain, elements: Index) ->
 
 def _inside(structure: Structure, modes: ModeSet, body: FlexibleBody, theta: Array) -> Array:
     """The part of displacements (n_dof, n) in the coordinates of a body, in the sense of its strain energy."""
-    follow = body.condensed
+    follow = body.strain_form != "linear"
     columns = [k for k, kind in enumerate(modes.kinds) if not (follow and kind == "derivative")]
     phi = modes.phi[:, columns]
     if not phi.shape[1]:
@@ -186,30 +186,16 @@ def _inside(structure: Structure, modes: ModeSet, body: FlexibleBody, theta: Arr
     return np.asarray(phi @ np.linalg.lstsq(phi.T @ K, K.T @ theta, rcond=None)[0])
 
 
-def _of_coordinates(body: FlexibleBody, one: Watched, y: Array) -> Array:
-    """Stress (t, k, s) of watched elements by the strain of a body's shapes at amplitudes y (t, n)."""
-    field = body.strain_field[one.part]
-    per = field.per
-    points = (one.elements[:, None] * per + np.arange(per)).ravel()
-    few = _points(field, points)
-    eps = few.strains(y)
-    weight = few.weight.reshape(-1, per)
+def _of_coordinates(body: FlexibleBody, one: Watched, delta: Array) -> Array:
+    """Stress (t, k, s) of watched elements by the linear strain of a body's coordinates delta (t, n)."""
+    part = body.strain_field[one.part]
+    points = (one.elements[:, None] * part.per + np.arange(part.per)).ravel()
+    n = body.n_modes
+    follows = [body.strain_form != "linear" and kind == "derivative" for kind in body.kinds[:n]]
+    y = np.where(follows, 0.0, delta)
+    rows = np.einsum("sg,pgn->psn", part.linear, part.rows[points][:, :, :n])
+    elastic = part.elastic if len(part.elastic) == 1 else part.elastic[points]
+    weight = part.weight[points].reshape(len(one.elements), part.per)
+    stress = np.matmul(elastic, rows).reshape(*weight.shape, -1, n)
     share = weight / weight.sum(axis=1, keepdims=True)
-    stress = np.matmul(few.elastic, eps[..., None])[..., 0]
-    return np.einsum("kp,tkps->tks", share, stress.reshape(len(eps), len(one.elements), per, -1))
-
-
-def _points(field: StrainPart, points: Index) -> StrainPart:
-    """The part at some of its points alone."""
-
-    def picked(table: Array) -> Array:
-        return table if len(table) == 1 else table[points]
-
-    return replace(
-        field,
-        places=field.places[points],
-        weight=field.weight[points],
-        rows=field.rows[points],
-        elastic=picked(field.elastic),
-        stress=picked(field.stress),
-    )
+    return np.asarray(np.einsum("kp,kpsn,tn->tks", share, stress, y, optimize=True))

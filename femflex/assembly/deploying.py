@@ -10,19 +10,20 @@ import numpy as np
 from femflex.assembly.orbits import build_orbit
 from femflex.body import FlexibleBody
 from femflex.case.case import Case
-from femflex.case.deploying import SHEETS, DeployingTable
+from femflex.case.deploying import SHEETS, DeployingTable, ReelTable
 from femflex.case.problems import CaseError, Problem
 from femflex.deployment import (
     DeployingBody,
     DeployingLine,
     DeployingStrip,
+    Reel,
     StringFunctions,
     StripFunctions,
     deploying_line,
     deploying_strip,
 )
 from femflex.reduction import BeamFunctions
-from femflex.system import System, Variation
+from femflex.system import Profile, System, Variation
 
 LINE_KEYS = ("EA", "EIy", "EIz", "GJ", "tension", "ry", "rz", "rotary_inertia", "root", "direction", "orientation")
 
@@ -32,7 +33,6 @@ def build_deploying(case: Case, name: str, table: DeployingTable, modes: int | N
 
     Raises CaseError where its length does not fit.
     """
-    assert table.length is not None and table.length.profile is not None
     orbit = build_orbit(case.orbit)
     options: dict[str, Any] = {
         "stock": table.stock,
@@ -45,12 +45,25 @@ def build_deploying(case: Case, name: str, table: DeployingTable, modes: int | N
         "orientations": {key: np.array(m.orientation) for key, m in table.markers.items() if m.orientation is not None},
     }
     try:
-        length = table.length.profile(case.path.parent)
+        length = _length(case, name, table)
         if table.family in SHEETS:
             return deploying_strip(_strip(table), _strip_functions(table, modes), length, **options)
         return deploying_line(_line(table), _line_functions(table, modes), length, **options)
     except (ValueError, OSError) as error:
         raise CaseError(case.path.name, [Problem(f"bodies.{name}", str(error))]) from error
+
+
+def _length(case: Case, name: str, table: DeployingTable) -> Profile | Reel:
+    if table.reel is not None:
+        return reel_of(name, table.reel)
+    assert table.length is not None and table.length.profile is not None
+    return table.length.profile(case.path.parent)
+
+
+def reel_of(name: str, table: ReelTable) -> Reel:
+    """The reel of that body."""
+    values = table.model_dump(exclude={"inertia"})
+    return Reel(f"{name}_reel", mass=table.inertia, **values)
 
 
 def deploying_bodies(case: Case) -> dict[str, DeployingBody]:
@@ -74,7 +87,20 @@ def with_deployment(case: Case, system: System) -> System:
         varying[name] = made.variation
         if table.initial is not None and table.initial.rates is None and name in system.delta0:
             ddelta[name] = made.resting_rates(system.delta0[name], table.rest)
-    return replace(system, varying={**system.varying, **varying}, ddelta0=ddelta) if varying else system
+    if not varying:
+        return system
+    tables = ((name, case.bodies[name]) for name in varying)
+    reels = [
+        reel_of(name, t.reel).effector(float(t.stock or np.inf))
+        for name, t in tables
+        if isinstance(t, DeployingTable) and t.reel is not None
+    ]
+    effectors = (*system.effectors, *reels)
+    try:
+        return replace(system, varying={**system.varying, **varying}, ddelta0=ddelta, effectors=effectors)
+    except ValueError as error:
+        problems = [Problem("", line) for line in str(error.args[0]).splitlines()]
+        raise CaseError(case.path.name, problems) from error
 
 
 def _modes_of(table: DeployingTable, body: FlexibleBody) -> int:

@@ -60,7 +60,10 @@ def build_solid_material(table: tables.Material) -> Material | Orthotropic:
 
 
 def build_section(
-    table: tables.Section, material: Material | Lamina | None, materials: Mapping[str, tables.Material]
+    table: tables.Section,
+    material: Material | Lamina | None,
+    materials: Mapping[str, tables.Material],
+    coupled: bool = False,
 ) -> tuple[Any, Material | None]:
     """The section a family takes, and the material it takes beside it (none for plates, whose section holds it).
 
@@ -72,11 +75,14 @@ def build_section(
             raise ValueError("a beam section takes an isotropic material; this one is orthotropic or a core")
         values = table.model_dump(exclude={"kind"}, exclude_none=True)
         return BEAM_SECTIONS[kind](**values), material
-    return _plate(table, material, materials), None
+    return _plate(table, material, materials, coupled), None
 
 
 def _plate(
-    table: tables.Section, material: Material | Lamina | None, materials: Mapping[str, tables.Material]
+    table: tables.Section,
+    material: Material | Lamina | None,
+    materials: Mapping[str, tables.Material],
+    coupled: bool,
 ) -> PlateSection:
     if isinstance(table, tables.Plate):
         if material is None:
@@ -85,7 +91,7 @@ def _plate(
     else:
         layers = table.plies if isinstance(table, tables.Layup) else [table.face, table.core, table.face]  # type: ignore[union-attr]
         plies = [_ply(layer, materials) for layer in layers]
-    section = layup(plies)
+    section = layup(plies, coupled)
     return section.loaded(table.extra_mass) if table.extra_mass else section  # type: ignore[union-attr]
 
 

@@ -13,7 +13,7 @@ from femflex.assembly.sections import build_material, build_section, build_solid
 from femflex.assembly.shared import shared_parts
 from femflex.case.body import FlexibleTable, MemberTable
 from femflex.case.case import Case
-from femflex.case.connection import DistributingTable, EquationTable, RigidTable
+from femflex.case.connection import DistributingInterfaceTable, EquationTable, RigidInterfaceTable
 from femflex.case.mesh_groups import file_mesh, mesh_problems
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.reduction import (
@@ -61,7 +61,7 @@ from femflex.reduction import (
     with_responses,
 )
 from femflex.reduction.preload.equilibrium import static_equilibrium
-from femflex.reduction.preload.loads import Preload, orbit, spin
+from femflex.reduction.preload.loads import Preload
 from femflex.reduction.wide_sheets import with_own_bends
 from femflex.warning import PhysicsWarning
 
@@ -128,10 +128,10 @@ def connections_of(table: FlexibleTable) -> list[Connection]:
     return [_connection(entry) for entry in table.connections]
 
 
-def _connection(table: RigidTable | DistributingTable | EquationTable) -> Connection:
+def _connection(table: RigidInterfaceTable | DistributingInterfaceTable | EquationTable) -> Connection:
     if isinstance(table, EquationTable):
         return Equation(tuple(Term(term.group, term.component, term.factor) for term in table.terms))
-    if isinstance(table, DistributingTable):
+    if isinstance(table, DistributingInterfaceTable):
         weights = None if table.weights is None else tuple(table.weights)
         return Distributing(table.group, table.reference_group, weights)
     return Rigid(table.group, table.reference_group, tuple(table.components), table.axes or GLOBAL)
@@ -145,14 +145,14 @@ def preload_of(case: Case, name: str, table: FlexibleTable) -> Preload | None:
         return None
     field = np.zeros((3, 3))
     if p.spin is not None:
-        field = np.asarray(spin(p.spin).gradient)
+        field = np.asarray(Preload.spin(p.spin).gradient)
     if p.orbit is not None:
         rate = p.orbit.rate
         if rate is None and (rate := mean_motion(case)) is None:
             where = f"bodies.{name}.preload.orbit"
             raise CaseError(case.path.name, [Problem(where, "found no rate, and the case has no [orbit]; give one")])
         try:
-            field = np.asarray(orbit(rate, p.orbit.vertical, p.orbit.normal).gradient)
+            field = np.asarray(Preload.orbit(rate, p.orbit.vertical, p.orbit.normal).gradient)
         except ValueError as error:
             raise CaseError(case.path.name, [Problem(f"bodies.{name}.preload.orbit", str(error))]) from None
     return Preload(p.acceleration, field, p.origin, p.forces, p.masses)
@@ -302,7 +302,8 @@ def _member(case: Case, name: str, table: MemberTable, left_out: Mapping[str, ob
         material = build_material(case.materials[table.material])
     if table.section is not None and not isinstance(material, Orthotropic):
         try:
-            section, material = build_section(case.sections[table.section], material, case.materials)
+            coupled = table.family == "shell"
+            section, material = build_section(case.sections[table.section], material, case.materials, coupled)
         except ValueError as error:
             raise CaseError(case.path.name, [Problem(f"sections.{table.section}", str(error))]) from None
     if isinstance(material, Lamina):

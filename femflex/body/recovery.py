@@ -95,7 +95,7 @@ def named(part: StrainPart, name: str, y: Array) -> Array | None:
 
 def quantities(parts: Sequence[StrainPart]) -> dict[str, str]:
     """Units of all quantities that the parts have, by name."""
-    found = {}
+    found: dict[str, str] = {}
     for part in parts:
         names, units = RESULTANTS[part.kind]
         found |= dict(zip(names[: len(part.names)], units, strict=False))
@@ -113,10 +113,8 @@ def peaks(parts: Sequence[StrainPart], y: Array, time: Array) -> list[Peak]:
             at = int(np.argmax(largest))
             key = part.kind, name
             if key not in best or largest[at] > abs(best[key].value):
-                x, *rest = part.places[at]
-                best[key] = Peak(
-                    *key, units[name], float(largest[at]), float(time[when[at]]), (float(x), *map(float, rest))
-                )  # type: ignore[arg-type]
+                x, y_, z = (float(value) for value in part.places[at])
+                best[key] = Peak(*key, units[name], float(largest[at]), float(time[when[at]]), (x, y_, z))
     return [best[key] for key in sorted(best, key=lambda key: (list(RESULTANTS).index(key[0]), key[1]))]
 
 

@@ -7,7 +7,7 @@ and goes with the body into body files and result files.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,6 +34,7 @@ ARRAYS = {  # name -> (description, units); those of rows hold for mass-normalis
     "quadratic": ("quadratic strain, eps = linear g + 1/2 g.quadratic g", "1"),
     "elastic": ("elastic matrix, of every point or of all", "N | N m | N m^2 | N/m | N/m^2"),
     "stress": ("initial stress, of every point or of all", "N | N m | N/m | N/m^2"),
+    "lever": ("polar radius of lines, half the thickness of plates, of every point or of all", "m"),
     "first": ("part of the amplitudes that is of first order in the energy", "1"),
 }
 
@@ -52,6 +53,7 @@ class StrainPart:
                             bodies, and shapes that follow), and products of two of the second are left out, as they
                             are of the energy
     nonlinear  whether the body's strain keeps the quadratic part; else it meets the initial stress alone
+    lever      (1|p,)       polar radius of a line's section, with which twist is carried; half a plate's thickness [m]
     per        points of each element, which follow each other; 1 where every point stands alone
 
     The strains are those of NAMES[kind], in this order; twist is the twist rate times the section's polar radius. Of
@@ -69,6 +71,7 @@ class StrainPart:
     first: Array
     nonlinear: bool
     per: int = 1
+    lever: Array = field(default_factory=lambda: np.zeros(1))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -133,7 +136,8 @@ def read_field(group: h5py.Group) -> tuple[StrainPart, ...]:
             nonlinear=bool(own.attrs["nonlinear"]),
             per=int(own.attrs.get("per", 1)),
             first=_first_order(own),
-            **{name: own[name][()] for name in ARRAYS if name != "first"},
+            lever=np.asarray(own["lever"][()], float) if "lever" in own else np.zeros(1),
+            **{name: own[name][()] for name in ARRAYS if name not in ("first", "lever")},
         )
         for own in numbered
     )

@@ -220,6 +220,11 @@ class FlexibleTable(BodyTable):
         if getattr(self.reduction, "responses", 0) and (several or self.strain != "nonlinear"):
             what = "a body cut into segments" if several else f"a body with strain = {self.strain!r}"
             refuse(f"found responses in the reduction of {what}; they are for strain = 'nonlinear' of a whole body")
+        if self.cut is not None and self.cut.family in TENSION:
+            refuse(
+                f"found segments in a member of the family {self.cut.family}, whose nodes have no rotation by which "
+                "segments could be welded; raise the number of modes, or make it several bodies on ball joints"
+            )
         if several and self.bushings:
             refuse("found bushings on a body cut into segments; leave them out, or join bodies by springs")
         if several and self.initial is not None:

@@ -30,7 +30,7 @@ class _Referenced(Table):
         return self.reference or f"{self.group} reference"
 
 
-class RigidTable(_Referenced):
+class RigidInterfaceTable(_Referenced):
     """The nodes of a group move with a reference node as one rigid piece (RBE2)."""
 
     kind: Literal["rigid"]
@@ -41,13 +41,13 @@ class RigidTable(_Referenced):
     """Axes of the components: three directions at right angles. Left out: those of the body."""
 
     @model_validator(mode="after")
-    def _has_reference(self) -> RigidTable:
+    def _has_reference(self) -> RigidInterfaceTable:
         if self.position is None:
             exactly_one(self, ("reference", "position"))
         return self
 
 
-class DistributingTable(_Referenced):
+class DistributingInterfaceTable(_Referenced):
     """A reference node follows the mean motion of a group and spreads its forces over it (RBE3)."""
 
     kind: Literal["distributing"]
@@ -56,7 +56,7 @@ class DistributingTable(_Referenced):
     """Weights of the nodes, in the order of their numbers. Left out: equal."""
 
     @model_validator(mode="after")
-    def _has_reference(self) -> DistributingTable:
+    def _has_reference(self) -> DistributingInterfaceTable:
         if self.position is None:
             exactly_one(self, ("reference", "position"))
         return self
@@ -82,7 +82,7 @@ class EquationTable(Table):
     """Terms that add up to zero. The first one's component follows the others."""
 
 
-Connection = Annotated[RigidTable | DistributingTable | EquationTable, Field(discriminator="kind")]
+Connection = Annotated[RigidInterfaceTable | DistributingInterfaceTable | EquationTable, Field(discriminator="kind")]
 
 
 class RegionTable(Table):

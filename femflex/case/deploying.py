@@ -53,6 +53,25 @@ class DeployingFunctionsTable(Table):
     for tethers and membranes whose tip is free."""
 
 
+class ReelTable(Table):
+    """A drum whose length is free: it pulls with tension + damping x speed + stiffness x (length - rest)."""
+
+    length: PositiveLength
+    """Deployed length at t = 0."""
+    speed: Annotated[float, Quantity("m/s")] = 0.0
+    """Rate of the deployed length at t = 0."""
+    tension: Annotated[float, Quantity("N")] = 0.0
+    """Constant pull of the drum; negative for a motor that pushes the member out."""
+    damping: Annotated[float, Quantity("N s/m", least=0.0)] = 0.0
+    """Brake: pull per rate of the length."""
+    stiffness: Annotated[float, Quantity("N/m", least=0.0)] = 0.0
+    """Pull per length beyond `rest`, as of a length controller."""
+    rest: Annotated[float, Quantity("m")] = 0.0
+    """Length at which `stiffness` does not pull."""
+    inertia: Annotated[float, Quantity("kg", least=0.0)] = 0.0
+    """Moment of inertia of the drum over its radius squared."""
+
+
 class DeployingTable(BodyTable):
     """A straight uniform member that grows out of its parent along a given length, with markers root and tip."""
 
@@ -61,9 +80,12 @@ class DeployingTable(BodyTable):
     family: Literal["beam", "tether", "plate", "membrane"]
     """Kind of the member: beam; tether (no bending stiffness); plate or membrane (rectangular, rolled out along one
     axis)."""
-    length: Annotated[Motion | None, MotionOf("m")]
+    length: Annotated[Motion | None, MotionOf("m")] = None
     """Deployed length: a value, or a profile over time such as { kind = "smooth_step", from = "5 m", to = "33 m", start
-    = 0, end = "500 s" }. It must stay above zero and below `stock`."""
+    = 0, end = "500 s" }. It must stay above zero and below `stock`. Left out: it is free, and `reel` acts on it."""
+    reel: ReelTable | None = None
+    """Drum that acts on a free length. Its tension and the state of its length are reported as effector
+    <body>_reel."""
     stock: PositiveLength | None = None
     """Length of the whole member, deployed and stowed; its mass is constant. Left out: the largest length of the
     run."""
@@ -130,8 +152,14 @@ class DeployingTable(BodyTable):
     @model_validator(mode="after")
     def _fits(self) -> DeployingTable:
         exactly_one(self, ("mass_per_length", "mass"))
-        if self.length is None or self.length.profile is None:
-            refuse("found length = 'free' or 'locked'; give a value or a profile over time")
+        if self.length is not None and self.length.profile is None:
+            refuse("found length = 'locked'; give a value or a profile over time")
+        if (self.length is None) == (self.reel is None):
+            refuse("found neither length nor reel, or both; give the length over time, or the reel of a free length")
+        if self.reel is not None and (self.stock is None or self.reel.length > self.stock):
+            refuse(
+                "found a reel without stock, or with less stock than its length; give the length of the whole member"
+            )
         if self.mass is not None and self.stock is None:
             refuse("found mass without stock; the mass is that of the whole stock, so give its length")
         sheet = self.family in SHEETS

@@ -244,10 +244,11 @@ class Sandwich(Table):
 
 
 class Layup(Table):
-    """A stack of plies from the bottom to the top, symmetric about its middle; the member needs no material."""
+    """A stack of plies from the bottom to the top; the member needs no material. For plates it is symmetric about its
+    middle."""
 
     kind: Literal["layup"]
-    """Selects this section: a symmetric stack of plies."""
+    """Selects this section: a stack of plies."""
     plies: Annotated[list[PlyTable], Field(min_length=1)]
     """Plies from the bottom to the top."""
     extra_mass: MassPerArea = 0.0

@@ -37,9 +37,9 @@ class SensorTable(Table):
     kind: Literal[
         "attitude", "rate", "displacement", "velocity", "acceleration", "pointing", "joint", "value", "strain"
     ]
-    """Measured quantity: attitude error against the reference (rotation vector where it is small), inertial rate,
-    displacement and velocity from another marker, acceleration behind a lag, angle of an axis to a direction,
-    coordinate of a joint, a signal, or a strain."""
+    """Measured quantity. attitude: error against the reference, the rotation vector where it is small. rate: inertial
+    rate. displacement and velocity: from another marker. acceleration: behind a lag. pointing: angle of an axis to a
+    direction. joint: coordinate and rate. value: a signal. strain: of a gauge."""
     body: str | None = None
     """Body that carries the sensor."""
     marker: str = "origin"

@@ -21,6 +21,7 @@ from femflex.cli import (
     render,
     run,
     schema,
+    stress,
     sweep,
     terms,
 )
@@ -58,6 +59,7 @@ for _verb in (
     body.body,
     render.render,
     plot.plot,
+    stress.stress,
     terms.terms,
     converge.converge,
     equilibrium.equilibrium,

@@ -42,7 +42,9 @@ def render(
     colour: Annotated[
         str,
         typer.Option(
-            "--colour", help="What colours bodies: displacement, energy, or strain:NAME such as strain:axial."
+            "--colour",
+            help="What colours bodies: displacement, energy, strain:NAME such as strain:axial, or stress:NAME such as "
+            "stress:von_mises.",
         ),
     ] = "displacement",
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",

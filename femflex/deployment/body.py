@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody
 from femflex.deployment.drawn import skin_of
 from femflex.deployment.line import DeployingLine, LineFunctions, LineShapes
-from femflex.deployment.parts import MemberShapes, Strain, member_parts, resting_rates
+from femflex.deployment.parts import MemberShapes, Strain, exit_marker, member_parts, resting_rates
 from femflex.deployment.reel import Reel
 from femflex.deployment.strip import DeployingStrip, StripFunctions, StripShapes
 from femflex.deployment.table import DeployingParts, variation_of
+from femflex.deployment.tapered import MaterialTaper, pieces_of, tapered_line
 from femflex.system import Profile, Variation
 from femflex.warning import PhysicsWarning
 
@@ -66,7 +67,8 @@ def deploying_line(
     """
     first = _first(length, options)
     made = _deployed(LineShapes(line, functions, first), length, options)
-    if options.get("strain") == "linear" and isinstance(length, Profile):
+    bends = made.shapes.slopes(np.linspace(0.0, 1.0, 9))[0].any()
+    if options.get("strain") == "linear" and bends and isinstance(length, Profile):
         _warn_of_linear_strain(line, length, options.get("until", 0.0))
     return made
 
@@ -76,6 +78,36 @@ def deploying_strip(
 ) -> DeployingBody:
     """A plate or membrane that rolls out along a profile of its length; as `deploying_line`."""
     return _deployed(StripShapes(strip, functions, _first(length, options)), length, options)
+
+
+def deploying_tapered_line(
+    line: DeployingLine,
+    taper: MaterialTaper,
+    functions: LineFunctions | None,
+    length: Profile,
+    **options: Unpack[Options],
+) -> DeployingBody:
+    """A beam or tether whose section and density vary along the material, out of a drum at its root.
+
+    taper: factors on its stiffness and mass per length, over the distance from the tip. As `deploying_line`; what the
+    table in the length is wrong by is `variation.write.error`.
+    """
+    if options.get("drum") == "tip":
+        raise ValueError("a member whose section varies deploys from a drum at its root; found drum = 'tip'")
+    least, most, first = length_range(length, options.get("until", 0.0))
+    stock = options.get("stock") or most
+    check_length(least, most, stock)
+    shapes = LineShapes(line, functions, options.get("reference") or first)
+    condensed = options.get("strain", "condensed") == "condensed"
+    made = tapered_line(shapes, taper, stock, condensed, options.get("damping", 0.0))
+    markers = {"tip": 1.0, **(options.get("markers") or {})}
+    pieces, error = pieces_of(made, (least, most), markers, exit_marker(made.shapes))
+    here = next((part for part in reversed(pieces) if part.origin <= first), pieces[0])
+    body = here.body(first, skin=skin_of(made.shapes, first, stock, False, options.get("drum_radius")))
+    variation = variation_of(
+        pieces, body, length, stock=stock, drum_radius=options.get("drum_radius"), bounds=(least, most), error=error
+    )
+    return DeployingBody(body, variation, here, made.shapes, (first, float(length(0.0)[1])))
 
 
 class Options(TypedDict, total=False):
@@ -136,10 +168,10 @@ def _deployed(shapes: MemberShapes, length: Profile | Reel, options: Options) ->
     body = parts.body(first, skin=skin_of(shapes, first, whole, at_tip, options.get("drum_radius")))
     more = {"stock": whole, "drum_radius": options.get("drum_radius"), "at_tip": at_tip, "bounds": (least, most)}
     if isinstance(length, Reel):
-        variation = variation_of(parts, body, length.state, drum_mass=length.mass, **more)
+        variation = variation_of([parts], body, length.state, drum_mass=length.mass, **more)
         return DeployingBody(body, variation, parts, shapes, (length.length, length.speed))
     start = (first, float(length(0.0)[1]))
-    return DeployingBody(body, variation_of(parts, body, length, **more), parts, shapes, start)
+    return DeployingBody(body, variation_of([parts], body, length, **more), parts, shapes, start)
 
 
 def length_range(length: Profile, until: float) -> tuple[float, float, float]:

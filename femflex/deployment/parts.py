@@ -14,7 +14,7 @@ from femflex.deployment.line import LineShapes
 from femflex.deployment.material import inertia_of
 from femflex.deployment.series import Series, added
 from femflex.deployment.strip import StripShapes
-from femflex.deployment.table import DeployingParts
+from femflex.deployment.table import DeployingParts, MarkerSeries
 from femflex.fem.eigen.canonical import canonical
 from femflex.fem.eigen.modes import dense_modes
 from femflex.reduction.beams.beam_functions import gauss, points_for
@@ -55,11 +55,20 @@ def member_parts(
         inertia=inertia_of(shapes.places(xi, weight), drum, shapes.member_mass, total, at_tip),
         V1=V1,
         damping=_damping(V1, n, damping),
-        markers={name: shapes.marker(where) for name, where in {"root": 0.0, "tip": 1.0, **(markers or {})}.items()},
+        markers={
+            "root": exit_marker(shapes),
+            **{k: shapes.marker(xi) for k, xi in {"tip": 1.0, **(markers or {})}.items()},
+        },
         slaves=np.zeros((0, n, n)) if followers is None else followers.slaves,
         kinds=("admissible",) * n + ("derivative",) * (shapes.n_shapes - n),
     )
     return parts, shapes
+
+
+def exit_marker(shapes: MemberShapes) -> MarkerSeries:
+    """The exit, which does not turn with the member: strings have a slope there."""
+    none = {0: np.zeros((3, shapes.n_shapes))}
+    return MarkerSeries({0: np.asarray(shapes.line.root, float)}, none, none, shapes.line.frame.T)
 
 
 def _columns(M: Array, V1: Series) -> tuple[Array, Series]:

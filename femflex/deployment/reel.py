@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +24,8 @@ class Reel:
     damping     brake [N s/m]
     stiffness   of a length controller [N/m];  rest  length at which it pulls with `tension` alone [m]
     mass        inertia of the drum over its radius squared [kg]
+
+    A run ends with an error where the length reaches zero or the stock.
     """
 
     name: str
@@ -44,9 +48,9 @@ class Reel:
         """Name of the state that is the length."""
         return f"{self.name}.length"
 
-    def effector(self) -> Effector:
-        """The effector of a system that has the length and its rate as states."""
-        law = np.array([self.tension, self.damping, self.stiffness, self.rest])
+    def effector(self, stock: float = math.inf) -> Effector:
+        """The effector of a system that has the length and its rate as states; stock: length of the whole member."""
+        law = np.array([self.tension, self.damping, self.stiffness, self.rest, min(stock, sys.float_info.max)])
         return Effector(
             self.name,
             reel_law,
@@ -63,5 +67,5 @@ def reel_law(seen, out):  # type: ignore[no-untyped-def]
     p, length, speed = seen.parameters, seen.z[0], seen.z[1]
     tension = p[0] + p[1] * speed + p[2] * (length - p[3])
     out.zdot[0] = speed
-    out.zdot[1] = -tension
+    out.zdot[1] = -tension if 0.0 < length <= p[4] else np.nan  # which ends the run
     out.channel[0] = tension

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -41,11 +41,11 @@ class MarkerSeries:
 
 @dataclass(frozen=True, eq=False)
 class DeployingParts:
-    """Everything of a deploying body as series in lambda = L / reference.
+    """Everything of a deploying body as series in lambda = (L - origin) / reference.
 
-    reference   L_0 [m]
+    reference   L_0 [m];  origin  0, but where it is a piece of a table in the length [m]
     inertia     moments and material flow
-    V1, damping, V2, V3   stiffness (n, n), damping (n, n), packed tensors of nonlinear strain (none: linear)
+    V1, damping  stiffness (n, n), damping (n, n)
     markers     name -> MarkerSeries
     slaves      (n_s, n, n) as of a FlexibleBody: constant
     kinds       per shape
@@ -58,8 +58,7 @@ class DeployingParts:
     markers: Mapping[str, MarkerSeries]
     slaves: Array
     kinds: tuple[str, ...]
-    V2: Series = field(default_factory=dict)
-    V3: Series = field(default_factory=dict)
+    origin: float = 0.0
 
     @property
     def n(self) -> int:
@@ -68,15 +67,14 @@ class DeployingParts:
 
     def body(self, length: float, **more: Any) -> FlexibleBody:
         """The body as it is at a length."""
-        ratio, i = length / self.reference, self.inertia
+        ratio, i = (length - self.origin) / self.reference, self.inertia
         V1 = at(self.V1, ratio)
-        packed = (at(series, ratio) if series else np.zeros(0) for series in (self.V2, self.V3))
         Me = np.einsum("kaka->k", at(i.second, ratio)[1:, :, 1:, :])[: self.n]
         omega = np.full(len(self.kinds), np.nan)
         omega[: self.n] = np.sqrt(np.maximum(np.diag(V1) / np.maximum(Me, 1e-300), 0.0))
         return FlexibleBody(
             moments=MassMoments(i.mass, at(i.first, ratio), at(i.second, ratio)),
-            strain=StrainTensors(V1, np.zeros(self.n), *packed),
+            strain=StrainTensors.linear(V1),
             damping=at(self.damping, ratio),
             markers={name: marker.marker(ratio) for name, marker in self.markers.items()},
             kinds=self.kinds,
@@ -91,34 +89,39 @@ class DeployingParts:
         parts = ["mass", "flow", "pickup"]
         parts += ["stiffness"] if self.n else []
         parts += ["damping"] if self.n and any(value.any() for value in self.damping.values()) else []
-        parts += ["strain"] if self.V3 else []
         return (*parts, *(f"marker/{name}" for name, marker in self.markers.items() if marker.moves))
 
 
-def variation_of(parts: DeployingParts, body: FlexibleBody, length: Profile | str, **more: Any) -> Variation:
-    """The Variation of a body, as `parts` says; more: fields of LengthTable.
+def variation_of(pieces: Sequence[DeployingParts], body: FlexibleBody, length: Profile | str, **more: Any) -> Variation:
+    """The Variation of a body that is as `pieces` say, one after another in the length; more: fields of LengthTable.
 
     length: profile of its length, or the name of the state that is its length.
     """
-    block = Block(body, parts.varies)
+    varies = pieces[0].varies
+    block = Block(body, varies)
+    table = LengthTable(
+        length,
+        [_terms(parts, block, body.n_shapes) for parts in pieces],
+        np.array([parts.origin for parts in pieces]),
+        np.array([parts.reference for parts in pieces]),
+        **more,
+    )
+    return Variation(table, varies)
+
+
+def _terms(parts: DeployingParts, block: Block, n_shapes: int) -> dict[tuple[int, int, int], Array]:
+    """Terms of the block of a body that is as `parts` says."""
     writer = _Writer(block, parts.reference)
-    _write_inertia(writer, parts.inertia, body.n_shapes)
-    if "stiffness" in parts.varies:
+    _write_inertia(writer, parts.inertia, n_shapes)
+    if block.stiffness >= 0:
         still = np.zeros(parts.n)
         writer.add(parts.V1, lambda out, V1: block.put_stiffness(out, V1, still))
         writer.add(derivative(parts.V1), lambda out, V1: block.put_stiffness(out, V1, still, True), rate=1)
-    if "damping" in parts.varies:
+    if block.damping >= 0:
         writer.add(parts.damping, block.put_damping)
-    if "strain" in parts.varies:
-        none = np.zeros(0)
-        writer.add(parts.V2, lambda out, V2: block.put_strain(out, V2, none))
-        writer.add(parts.V3, lambda out, V3: block.put_strain(out, none, V3))
-        writer.add(derivative(parts.V2), lambda out, V2: block.put_strain(out, V2, none, True), rate=1)
-        writer.add(derivative(parts.V3), lambda out, V3: block.put_strain(out, none, V3, True), rate=1)
     for name in block.markers:
         _write_marker(writer, name, parts.markers[name])
-    table = LengthTable(length, [writer.terms], np.zeros(1), np.array([parts.reference]), **more)
-    return Variation(table, parts.varies)
+    return writer.terms
 
 
 class _Writer:

@@ -159,7 +159,7 @@ class Adaptive(ABC):
                     if pace.hopeless(trials_of(resume), resume[head.T], span[0]):
                         status, resume[head.CAUSE] = head.STUCK, head.CREEPING
                     kept = count + written, resume.copy()
-            except KeyboardInterrupt:
+            except (KeyboardInterrupt, ValueError):  # the second of a controller whose answer is none
                 yield Block(todo[: kept[0]], rows[: kept[0]], kept[1])
                 raise
             yield Block(todo[: kept[0]], rows[: kept[0]], kept[1])

@@ -63,7 +63,7 @@ def eventful_blocks(method: Adaptive, model: Model, todo: Array, breaks: Array, 
                 if pace.hopeless(trials_of(resume), resume[head.T], stepper.end):
                     stuck, resume[head.CAUSE] = True, head.CREEPING
                 kept = len(rows), resume.copy()
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, ValueError):  # the second of a controller whose answer is none
             yield block(todo, rows[: kept[0]], kept[1], model.n_x)
             raise
         yield block(todo, rows, kept[1], model.n_x)

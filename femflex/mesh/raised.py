@@ -12,6 +12,7 @@ from femflex.mesh.mesh import Mesh
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+Keys = NDArray[np.uint64]
 Rows = Mapping[str, Index]  # cell type -> rows of the mesh's cells
 
 SECOND_ORDER = {
@@ -71,19 +72,25 @@ def raised(mesh: Mesh, rows: Rows, keep: Rows | None = None) -> Mesh:
 
 
 class _NewNodes:
-    """Nodes between corners, numbered by the sorted corners (k, MOST_PARENTS) they lie between, -1 where fewer."""
+    """Nodes between corners, found by a key: the sum, modulo 2^64, of random marks of the corners they lie between.
+
+    Two different places share a key with probability 2^-64.
+    """
 
     def __init__(self, mesh: Mesh) -> None:
         self._mesh = mesh
+        self._marks = np.random.default_rng(0).integers(1, 2**63, len(mesh.points), dtype=np.uint64)
+        self._n = self._first = len(mesh.points)
         self.points: list[Array] = []
-        self._number: dict[tuple[int, ...], int] = {}
+        self._parents: list[Index] = []
+        keys, numbers = [np.zeros(0, np.uint64)], [np.zeros(0, np.int64)]
         for kind, nodes in mesh.cells.items():
             cell = CELL_TYPES[kind]
             for column, parents in enumerate(cell.parents, cell.n_corners):
-                keys = _keys(nodes, parents)
-                self._number.update(zip(map(tuple, keys.tolist()), nodes[:, column].tolist(), strict=True))
-        self._n = self._first = len(mesh.points)
-        self._parents: list[Index] = []
+                keys.append(self._key(nodes, parents))
+                numbers.append(nodes[:, column])
+        self._keys, first = np.unique(np.concatenate(keys), return_index=True)
+        self._numbers = np.concatenate(numbers)[first]
 
     def wanted(self, kind: str, nodes: Index) -> None:
         """Number and place the nodes that cells (n, k) of the type get when they are raised."""
@@ -91,28 +98,30 @@ class _NewNodes:
         weights = cell.interpolation(target.nodes)
         for column in range(len(cell.nodes), len(target.nodes)):
             parents = target.parents[column - target.n_corners]
-            keys, first = np.unique(_keys(nodes, parents), axis=0, return_index=True)
-            fresh = np.array([tuple(key) not in self._number for key in keys.tolist()], bool)
-            keys, first = keys[fresh], first[fresh]
-            self._number.update(zip(map(tuple, keys.tolist()), range(self._n, self._n + len(keys)), strict=True))
+            keys, first = np.unique(self._key(nodes, parents), return_index=True)
+            fresh = ~np.isin(keys, self._keys)
+            keys, own = keys[fresh], nodes[first[fresh]]
+            self._keys = np.concatenate([self._keys, keys])
+            self._numbers = np.concatenate([self._numbers, self._n + np.arange(len(keys))])
+            order = np.argsort(self._keys)
+            self._keys, self._numbers = self._keys[order], self._numbers[order]
             self._n += len(keys)
-            self._parents.append(np.where(keys < 0, keys[:, -1:], keys))
-            x = self._mesh.points[nodes[first]]
-            self.points.append(np.einsum("k,nki->ni", weights[column], x))
+            corners = own[:, parents]
+            self._parents.append(np.pad(corners, [(0, 0), (0, MOST_PARENTS - len(parents))], mode="edge"))
+            self.points.append(np.einsum("k,nki->ni", weights[column], self._mesh.points[own]))
 
     def completed(self, kind: str, nodes: Index) -> Index:
         """Nodes of cells (n, k) of the type with those they got."""
         cell, target = CELL_TYPES[kind], CELL_TYPES[SECOND_ORDER[kind]]
         more = [
-            [self._number[tuple(key)] for key in _keys(nodes, target.parents[column - target.n_corners]).tolist()]
+            self._number(self._key(nodes, target.parents[column - target.n_corners]))
             for column in range(len(cell.nodes), len(target.nodes))
         ]
-        return np.concatenate([nodes, np.array(more, np.int64).reshape(len(more), len(nodes)).T], axis=1)
+        return np.column_stack([nodes, *more])
 
     def known(self, nodes: Index, parents: Index) -> NDArray[np.bool_]:
         """Which cells (n, k) have a new node between these corners."""
-        numbers = [self._number.get(tuple(key), -1) for key in _keys(nodes, parents).tolist()]
-        return np.array(numbers, np.int64) >= self._first
+        return self._number(self._key(nodes, parents)) >= self._first
 
     def grown(self, members: Index) -> Index:
         """A point group with the new nodes whose corners are all in it."""
@@ -121,11 +130,15 @@ class _NewNodes:
         parents = np.concatenate(self._parents)
         return np.concatenate([members, self._first + np.flatnonzero(inside[parents].all(axis=1))])
 
+    def _key(self, nodes: Index, parents: Index) -> Keys:
+        return np.asarray(self._marks[nodes[:, parents]].sum(axis=1, dtype=np.uint64))
 
-def _keys(nodes: Index, parents: Index) -> Index:
-    keys = np.full((len(nodes), MOST_PARENTS), -1, np.int64)
-    keys[:, MOST_PARENTS - len(parents) :] = np.sort(nodes[:, parents], axis=1)
-    return keys
+    def _number(self, keys: Keys) -> Index:
+        """Numbers of the nodes with these keys; -1 where there is none."""
+        if not len(self._keys):
+            return np.full(len(keys), -1, np.int64)
+        slot = np.minimum(np.searchsorted(self._keys, keys), len(self._keys) - 1)
+        return np.where(self._keys[slot] == keys, self._numbers[slot], -1)
 
 
 def _on_edges(mesh: Mesh, added: _NewNodes, chosen: Rows, keep: Rows) -> dict[str, Index]:

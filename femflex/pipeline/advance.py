@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from femflex.advice.stiffening import StiffeningWatch
-from femflex.advice.tension import Tension
+from femflex.advice.tension import TensionWatch
 from femflex.pipeline.guard import Runaway, Singularities, first_overflow, warn_of_passage
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def integrate(
 
     model, known = prepared.model.for_run(), prepared.decided.known
     runaway, singularities = Runaway(model, known, prepared.decided.notes), Singularities(model)
-    stiffening, tension = StiffeningWatch(model, known), Tension(model, known)
+    stiffening, tension = StiffeningWatch(model, known), TensionWatch(model, known)
     if model.constraints is not None:
         model.constraints.forget_passage()
     with _writer(prepared, Path(output), force, resume, lock) as (writer, state, written):

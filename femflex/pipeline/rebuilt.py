@@ -38,7 +38,7 @@ def rebuilt(run: Run, case: str | Path | None = None, varying: Mapping[str, Vari
     if not place.parent.is_dir():
         raise ValueError(
             f"{run.path} was made from {place}, and that folder is not here; say where the case file is now (--case), "
-            f"for the meshes beside it"
+            f"for the meshes in its folder"
         )
     read = parse_case(run.case_text, place)
     begun = inputs_of(run)

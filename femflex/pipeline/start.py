@@ -91,7 +91,8 @@ def placed(case: Case, system: System) -> System:
     except ValueError as error:
         problems = [Problem("initial.from", line) for line in str(error).splitlines()]
         raise CaseError(case.path.name, problems) from error
-    return started(system, np.concatenate([found.q, system.initial_state()[len(found.q) :]]))
+    at_rest = started(system, np.concatenate([found.q, system.initial_state()[len(found.q) :]]))
+    return replace(at_rest, z0=system.z0)  # states of effectors start as their tables say, such as a wheel's speed
 
 
 def _last_row(case: Case, system: System) -> Array:

@@ -27,6 +27,8 @@ from femflex.reduction.modes.modeset import ModeSet, rigid_set
 from femflex.reduction.modes.nodal import lumped, nodal, nodal_translations
 from femflex.reduction.modes.residuals import with_attachment
 from femflex.reduction.modes.vibration import cantilever_modes, free_free_modes, load_vectors
+from femflex.reduction.preload.equilibrium import static_equilibrium
+from femflex.reduction.preload.loads import Preload
 from femflex.reduction.reduce import reduce_structure
 from femflex.reduction.segments import chord_modes, reduce_segments
 from femflex.reduction.store import load_body, save_body
@@ -40,6 +42,7 @@ __all__ = [
     "EffectiveMass",
     "ModalDamping",
     "ModeSet",
+    "Preload",
     "RayleighDamping",
     "Stretching",
     "Taper",
@@ -77,6 +80,7 @@ __all__ = [
     "save_body",
     "slow_loads",
     "softest",
+    "static_equilibrium",
     "strain_tensors",
     "stretching",
     "warn_of_initial_stress",

@@ -80,7 +80,7 @@ def _one_axis(M: sparse.csr_array) -> sparse.csr_array:
     if abs(rest).max() > ISOTROPIC * abs(M).max():
         raise ValueError(
             "the mass matrix is not alike along the three axes, or couples them "
-            f"(differences up to {abs(rest).max():.3g} kg beside masses of {abs(M).max():.3g} kg); "
+            f"(differences up to {abs(rest).max():.3g} kg, with masses of {abs(M).max():.3g} kg); "
             "give a mass matrix of translations, dofs ordered 3 * node + axis."
         )
     return sparse.csr_array(Mn)

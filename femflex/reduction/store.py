@@ -7,6 +7,7 @@ and `units` each:
     markers/<name>/{position, phi, psi, orientation, axis, stretch}
     skin/{points, shapes}, skin/cells/<meshio cell name>         absent for a body that cannot be drawn
     ignored/{mass, at/<marker>}                                  where linear strain leaves it out
+    mass_points/{dm, rho, moved}                                 of bodies that gravity is integrated over
     strain_field/<k>/{places, weight, rows, linear, quadratic, elastic, stress, first}   see femflex.body.strain_field
 """
 
@@ -22,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody, Foreshortening, Marker, MassMoments, Skin, StrainTensors
+from femflex.body.mass_points import MassPoints
 from femflex.body.strain_field import read_field, write_field
 from femflex.reading import reading
 
@@ -48,8 +50,14 @@ FIELDS = {
     "psi": ("small rotation per elastic coordinate", "kg^-1/2 m^-1"),
     "orientation": ("turns marker components into body components", "1"),
     "axis": ("along the beam whose section it is, where psi holds its twist and the sines of its slopes; else 0", "1"),
-    "stretch": ("static displacement by stretch beside the shapes, per field z_a e_b of force per mass", "s^2 | s^2 m"),
+    "stretch": (
+        "static displacement by stretch in addition to the shapes, per field z_a e_b of force per mass",
+        "s^2 | s^2 m",
+    ),
     "points": ("undeformed points of the skin, body frame", "m"),
+    "dm": ("masses of points of mass", "kg"),
+    "rho": ("their undeformed places, body frame", "m"),
+    "moved": ("their displacement per shape: point, axis, shape", "kg^-1/2"),
     "shapes": ("displacement of the skin's points per elastic coordinate: shape, point, axis", "kg^-1/2"),
 }
 MARKER = ("position", "phi", "psi", "orientation", "axis", "stretch")
@@ -139,6 +147,11 @@ def _write(file: h5py.File, body: FlexibleBody) -> None:
         for name, theta in body.foreshortening.at.items():
             place = at.create_dataset(_escaped(name), data=theta)
             place.attrs["units"], place.attrs["description"] = "1/N", "theta at this marker"
+    if body.mass_points is not None:
+        points = file.create_group("mass_points")
+        _put(points, "dm", body.mass_points.dm)
+        _put(points, "rho", body.mass_points.rho)
+        _put(points, "moved", body.mass_points.phi)
     write_field(file, body.strain_field)
 
 
@@ -163,7 +176,12 @@ def _read(file: h5py.File) -> FlexibleBody:
         slaves=_get(file, "slaves") if "slaves" in file else np.zeros((0, 0, 0)),
         foreshortening=_foreshortening(file["ignored"]) if "ignored" in file else None,
         strain_field=read_field(file),
+        mass_points=_mass_points(file["mass_points"]) if "mass_points" in file else None,
     )
+
+
+def _mass_points(group: h5py.Group) -> MassPoints:
+    return MassPoints(_get(group, "dm"), _get(group, "rho"), _get(group, "moved"))
 
 
 def _foreshortening(group: h5py.Group) -> Foreshortening:

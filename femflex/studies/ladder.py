@@ -16,6 +16,7 @@ from femflex.assembly.structures import preload_of, structure_of
 from femflex.body import FlexibleBody
 from femflex.case import Case, CaseError
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
+from femflex.case.deploying import DeployingTable
 from femflex.case.measure import OF_BODY
 from femflex.case.reduction import Stretchable
 from femflex.case.run import StudyTable
@@ -224,9 +225,9 @@ def _own_count(case: Case, table: BodyTable) -> int | None:
         if table.cut is not None or table.reduction is None:
             return None
         return table.reduction.modes if table.reduction.method in VARIED else None  # type: ignore[union-attr]
-    if isinstance(table, AnalyticTable):
+    if isinstance(table, AnalyticTable | DeployingTable):
         f = table.functions
-        return max(f.y, f.z, f.axial, f.torsion) or None
+        return (f and max(f.y, f.z, f.axial, f.torsion)) or None
     if isinstance(table, FileTable):
         return table.modes or load_body(case.beside(table.file)).n_modes or None
     return None

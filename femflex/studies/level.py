@@ -5,11 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
+from femflex.case.deploying import DeployingTable
 
 
 def with_level(table: BodyTable, over: str, level: int) -> BodyTable:
     """The table with so many modes or segments, or refined so often more."""
-    if isinstance(table, AnalyticTable):
+    if isinstance(table, AnalyticTable | DeployingTable):
+        assert table.functions is not None
         given = {key: level for key in ("y", "z", "axial", "torsion") if getattr(table.functions, key)}
         return table.model_copy(update={"functions": table.functions.model_copy(update=given)})
     if isinstance(table, FileTable):

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
 from femflex.body.mass_points import points_of_moments
+from femflex.system.length_table import LengthTable
 from femflex.system.system import System
 
 Array = NDArray[np.float64]
@@ -46,7 +47,8 @@ def reach(system: System) -> Reach | None:
     sizes: dict[str, float] = {}
     for name in system.order:
         parent = system.joint_of(name).parent
-        sizes[name] = (0.0 if parent is None else sizes[parent]) + extent(system.bodies[name])
+        own = max(extent(system.bodies[name]), longest(system, name))
+        sizes[name] = (0.0 if parent is None else sizes[parent]) + own
     radius = system.orbit.semi_major_axis * (1.0 - system.orbit.eccentricity)
     return Reach(max(sizes.values()), radius)
 
@@ -61,9 +63,27 @@ def extent(body: FlexibleBody) -> float:
     return float(np.linalg.norm(np.array(points), axis=1).max(initial=0.0))
 
 
+def longest(system: System, name: str) -> float:
+    """Largest length of a body that deploys [m]; 0 of others, and where its length is free."""
+    table = system.varying[name].write if name in system.varying else None
+    return table.bounds[1] if isinstance(table, LengthTable) else 0.0
+
+
 def is_integrated(system: System) -> bool:
-    """Whether a system's central attraction is integrated over points of mass."""
+    """Whether a system's central attraction is integrated over points of mass.
+
+    Bodies whose mass varies with time have none that move with it: beside them it is not, and ValueError is raised
+    where it is asked for.
+    """
     found = reach(system)
     if found is None or system.environment.attraction == "gradient":
+        return False
+    moving = sorted(name for name, variation in system.varying.items() if "mass" in variation.acting)
+    if moving:
+        if system.environment.attraction == "exact":
+            raise ValueError(
+                f"attraction is 'exact', and the mass of the bodies {moving} varies with time, so that their points of "
+                "mass are not known; give attraction = 'gradient'"
+            )
         return False
     return system.environment.attraction == "exact" or found.ratio > LARGE

@@ -281,11 +281,19 @@ class System(Summarised):
                 f"mass arrives on body {growing[0]!r}, and the system is in an orbit, whose gravity on arriving mass "
                 "is not counted in the balance of energy; leave 'growth' out of its variation, or give no orbit"
             )
+        moving = [name for name, variation in known.items() if "mass" in variation.acting]
+        if moving and self.environment.attraction == "exact":
+            unknown.append(
+                f"attraction 'exact' is integrated over points of mass that stay on their bodies, and the mass of body "
+                f"{moving[0]!r} moves; take attraction = 'gradient'"
+            )
         unknown += self._length_problems(known)
         return unknown + [text for name, v in known.items() for text in v.problems(name, self.bodies[name])]
 
     def _length_problems(self, varying: Mapping[str, Variation]) -> list[str]:
         """Sentences on lengths that are states."""
+        if self._tree_problems():  # without a tree the states have no order
+            return []
         states = [name for name, _ in self.state_names()]
         out = []
         for name, variation in varying.items():

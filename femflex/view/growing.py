@@ -19,7 +19,7 @@ def grown(skin: Skin) -> Skin:
     """The skin with its growth as the last shape; itself where it does not grow."""
     if skin.growth is None:
         return skin
-    return Skin(skin.points, skin.cells, np.concatenate([skin.shapes, skin.growth[None]]))
+    return Skin(skin.points, skin.cells, np.concatenate([skin.shapes, skin.growth[None]]), skin.growth)
 
 
 def growing(run: Run, names: list[str]) -> list[str]:
@@ -33,3 +33,12 @@ def grown_coordinates(run: Run, name: str, length: Array, delta: Array, scale: f
     follows = np.array([kind == "derivative" for kind in run.bodies()[name].kinds], np.bool_)
     delta = np.where(follows, delta / ratio[:, None], delta)
     return np.concatenate([delta, ((ratio - 1.0) / scale)[:, None]], axis=1)
+
+
+def lengths_line(lengths: dict[str, float]) -> str:
+    """The deployed lengths of bodies as a line below the clock; nothing where none deploys."""
+    if not lengths:
+        return ""
+    least, most = (f"{value:.4g}" for value in (min(lengths.values()), max(lengths.values())))
+    who = ", ".join(lengths) if len(lengths) < 3 else f"{len(lengths)} members"
+    return f"\n{who}: {least} m" if least == most else f"\n{who}: {least} to {most} m"

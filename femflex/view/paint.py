@@ -8,9 +8,12 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
 from femflex.body import Skin
+from femflex.body.recovery import RESULTANTS, VON_MISES, named, quantities
 from femflex.body.strain_field import NAMES, StrainPart
 from femflex.results import Run, RunBody
 from femflex.view.extent import some_rows
@@ -23,7 +26,13 @@ Index = NDArray[np.int64]
 UNITS = {"line": "J/m", "plate": "J/m²", "solid": "J/m³"}
 EVERY = "every"  # kind of a quantity that members of all kinds have: energy density as a part of its kind's largest
 MOST_VALUES = 4e7  # strains that are evaluated to find the range of a run
+STRAY = 0.1  # of the points of a piece of skin
 NEGATIVE = 1e-3  # of the largest; an energy density below minus this is drawn on a signed bar
+
+
+def _stress_unit(name: str) -> str:
+    units = {key: unit for names, own in RESULTANTS.values() for key, unit in zip(names, own, strict=True)}
+    return units.get(name, "Pa")
 
 
 class Paint(Protocol):
@@ -37,6 +46,7 @@ class Paint(Protocol):
 class Quantity:
     """One strain of members of a kind, by its number, or their energy density (number None).
 
+    stress   name of a section force or stress (`femflex.body.recovery`) in place of a strain
     largest  where members of several kinds are coloured together, whose densities have several units: the largest of
              each kind, in per cent of which its members are coloured
     """
@@ -44,10 +54,13 @@ class Quantity:
     kind: str
     number: int | None
     largest: Mapping[str, float] | None = None
+    stress: str = ""
 
     @property
     def unit(self) -> str:
         """Its SI unit."""
+        if self.stress:
+            return _stress_unit(self.stress)
         if self.number is None:
             return UNITS.get(self.kind, "%")
         return "1/m" if self.name.startswith("curvature") else "1"
@@ -60,6 +73,8 @@ class Quantity:
     @property
     def title(self) -> str:
         """What stands above the bar."""
+        if self.stress:
+            return self.stress.replace("_", "\n", 1) + ("\nstress" if self.stress == VON_MISES else "")
         if self.kind == EVERY:
             return "strain energy,\nof the largest\nof its kind"
         first, _, rest = self.name.partition(" " if self.number is None else "_")
@@ -68,12 +83,18 @@ class Quantity:
 
     def of(self, part: StrainPart, y: Array) -> Array:
         """Its values (t, p) at the points of a part, amplitudes (t, n)."""
+        if self.stress:
+            found = named(part, self.stress, y)
+            assert found is not None
+            return found
         if self.number is not None:
             return part.strains(y)[:, :, self.number]
         return part.energy(y) * (100.0 / self.largest[part.kind] if self.largest else 1.0)
 
     def held(self, part: StrainPart) -> bool:
         """Whether a part has it."""
+        if self.stress:
+            return self.stress in quantities([part])
         return self.kind == EVERY or (part.kind == self.kind and (self.number is None or self.number < len(part.names)))
 
 
@@ -92,7 +113,7 @@ class BodyPaint:
     def of(cls, quantity: Quantity, field: tuple[StrainPart, ...], skin: Skin) -> BodyPaint:
         """The paint of a skin; every point of it takes its colour from the member with the nearest point."""
         distance = np.array([cKDTree(part.places).query(skin.points)[0] for part in field])
-        owner = np.argmin(distance, axis=0)
+        owner = np.argmin(_among_own(distance, skin), axis=0)
         taken = [k for k, part in enumerate(field) if quantity.held(part)]
         own = {k: np.flatnonzero(owner == k) for k in taken}
         parts = tuple((on_skin(field[k], skin.points[rows]), rows) for k, rows in own.items() if len(rows))
@@ -106,11 +127,27 @@ class BodyPaint:
         return found
 
 
+def _among_own(distance: Array, skin: Skin) -> Array:
+    """Distances (parts, n_skin) without those of parts that lie on a connected piece of the skin by chance alone.
+
+    A part that is nearest at fewer than STRAY of a piece's points is of another member that meets it there.
+    """
+    n = len(skin.points)
+    pairs = [np.stack([c.ravel(), np.roll(c, 1, axis=1).ravel()]) for c in skin.cells.values()]
+    a, b = np.concatenate([np.zeros((2, 0), np.int64), *pairs], axis=1)
+    _, piece = csgraph.connected_components(sparse.coo_array((np.ones(len(a)), (a, b)), shape=(n, n)), directed=False)
+    nearest = np.argmin(distance, axis=0)
+    count = np.zeros((len(distance), piece.max(initial=0) + 1))
+    np.add.at(count, (nearest, piece), 1.0)
+    share = count / np.maximum(count.sum(axis=0), 1.0)
+    return np.where(share[:, piece] < STRAY, np.inf, distance)
+
+
 def painted(run: Run, bodies: Mapping[str, RunBody], colour: str) -> tuple[dict[str, BodyPaint], Bar | None]:
     """Paints by body, and the bar over the range of the whole run; nothing for "displacement".
 
-    colour: "energy", "energy:<kind>" or "strain:<name>". "energy" of several kinds of members is in per cent of the
-    largest of each kind.
+    colour: "energy", "energy:<kind>", "strain:<name>" or "stress:<name>". "energy" of several kinds of members
+    is in per cent of the largest of each kind.
 
     Raises ValueError for a name that is not known or that no body has, and for a file without strain fields.
     """
@@ -124,12 +161,13 @@ def painted(run: Run, bodies: Mapping[str, RunBody], colour: str) -> tuple[dict[
         for name, field in fields.items()
         if (skin := bodies[name].skin) is not None and any(quantity.held(part) for part in field)
     }
-    if quantity.kind == EVERY:
+    if quantity.kind == EVERY and not quantity.stress:
         kinds = {part.kind for paint in paints.values() for part, _ in paint.parts}
         quantity = replace(quantity, largest={kind: _largest(run, paints, kind) for kind in kinds})
         paints = {name: replace(paint, quantity=quantity) for name, paint in paints.items()}
     low, high = _range(run, paints)
-    signed = quantity.number is not None or low < -NEGATIVE * high
+    signed = (quantity.number is not None or bool(quantity.stress)) and quantity.stress != VON_MISES
+    signed = signed or low < -NEGATIVE * high
     return paints, strain_bar(max(high, -low), quantity.unit, signed, quantity.title)
 
 
@@ -147,11 +185,12 @@ def chosen(colour: str, parts: list[StrainPart], where: str) -> Quantity:
         for number, name in enumerate(NAMES[kind])
         if any(part.kind == kind and number < len(part.names) for part in parts)
     }
-    known = {**energies, **strains}
+    stresses = {f"stress:{name}": Quantity(EVERY, None, stress=name) for name in quantities(parts)}
+    known = {**energies, **strains, **stresses}
     if colour in known:
         return known[colour]
     every = ["energy", *(f"strain:{name}" for names in NAMES.values() for name in names)]
-    if not parts and (colour in every or colour.startswith("energy:")):
+    if not parts and (colour in every or colour.startswith(("energy:", "stress:"))):
         raise ValueError(
             f"colour {colour!r} needs the strain of flexible bodies, and {where} holds none: it was made by an earlier "
             "femflex, or of matrices without elements. Make it again with `femflex run` or `femflex body`, or colour "

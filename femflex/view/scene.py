@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from femflex.results import Run
 from femflex.view.actors import BodyActor, SightActor, TraceActor
 from femflex.view.extent import some_rows
+from femflex.view.growing import lengths_line
 from femflex.view.look import Look
 from femflex.view.motion import Motion, motion
 from femflex.view.overlay import BAR_HEIGHT, CORNER, CornerTriad, add_colour_bar, add_text, matrix, triad_actor
@@ -63,7 +64,7 @@ class Scene:
             sight.show(*(values[k] for values in moving.sights[name]))
         if self._corner is not None:
             self._corner.show(moving.reference[k])
-        lengths = "".join(f"\n{name} {length[k]:.4g} m" for name, length in moving.lengths.items())
+        lengths = lengths_line({name: float(length[k]) for name, length in moving.lengths.items()})
         self._clock.SetInput(f"t = {clock(t, plan.span[1] - plan.span[0])}{lengths}")
 
     def image(self) -> Image:

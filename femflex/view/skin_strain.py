@@ -37,6 +37,7 @@ def on_skin(part: StrainPart, points: Array) -> StrainPart:
         rows=(means @ part.rows.reshape(p, -1)).reshape(-1, *shape).astype(np.float32),
         elastic=_carried(means, part.elastic),
         stress=_carried(means, part.stress),
+        lever=_carried(means, part.lever),
         per=1,
     )
 

@@ -33,23 +33,35 @@ MERGE = 1e-7  # of the size: points nearer than this that move alike are one
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Points that move with the elastic coordinates: at rest (n_p, 3) [m], shapes (n, n_p, 3), numbers on the skin."""
+    """Points that move with the elastic coordinates: at rest (n_p, 3) [m], shapes (n, n_p, 3), numbers on the skin.
+
+    grows: whether the last shape is the growth of a body that deploys, which is no displacement.
+    """
 
     rest: Single
     shapes: Single
     numbers: Index
+    grows: bool = False
 
     @classmethod
     def of(cls, skin: Skin, numbers: Index) -> Points:
         """Those points of a skin."""
-        return cls(skin.points[numbers].astype(np.float32), skin.shapes[:, numbers].astype(np.float32), numbers)
+        return cls(
+            skin.points[numbers].astype(np.float32),
+            skin.shapes[:, numbers].astype(np.float32),
+            numbers,
+            skin.growth is not None,
+        )
 
     def moved(self, delta: Array, scale: float = 1.0) -> tuple[Single, Single]:
         """Points (n_p, 3) at elastic coordinates (n,), magnified, and the true length of their displacement (n_p,)."""
         if not delta.any():
             return self.rest, np.zeros(len(self.rest), np.float32)
         u = (delta.astype(np.float32) @ self.shapes.reshape(len(delta), -1)).reshape(-1, 3)
-        return self.rest + np.float32(scale) * u, np.sqrt(np.einsum("pi,pi->p", u, u))
+        moved = self.rest + np.float32(scale) * u
+        if self.grows:
+            u = u - np.float32(delta[-1]) * self.shapes[-1]
+        return moved, np.sqrt(np.einsum("pi,pi->p", u, u))
 
 
 @dataclass(frozen=True, eq=False)

@@ -73,7 +73,7 @@ def strain_bar(largest: float, unit: str, signed: bool, title: str) -> Bar:
     """
     largest = max(largest, ROUNDING)
     factor, shown = (1e6, "µε") if unit == "1" else (1.0, unit) if largest >= 0.05 else (1e3, "1/km")
-    if unit.startswith("J"):
+    if unit.startswith(("J", "Pa", "N")):
         one, prefix = next(step for step in PREFIXES if largest >= step[0])
         factor, shown = 1.0 / one, prefix + unit
     top, parts = round_above(largest * factor)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from femflex.advice.bodies import KnownBodies
-from femflex.advice.tension import Tension
+from femflex.advice.tension import TensionWatch
 from femflex.body import rigid_body
 from femflex.dynamics import compile_system
 from femflex.fem import Member, build_structure
@@ -13,7 +13,7 @@ from femflex.mesh import line
 from femflex.reduction import cantilever_modes, reduce_structure, with_derivatives
 from femflex.reduction.origin import Meshed, Origin
 from femflex.reduction.preload.equilibrium import static_equilibrium
-from femflex.reduction.preload.loads import spin, weight
+from femflex.reduction.preload.loads import Preload
 from femflex.system import Environment, Frame, System, spherical, weld
 from femflex.warning import PhysicsWarning
 
@@ -35,7 +35,7 @@ def cord(preload, strain):
 def seen(system, known):
     """Tension of the watched elements (k,) at the start, their places, and the watch."""
     model = compile_system(system)
-    watch = Tension(model, known)
+    watch = TensionWatch(model, known)
     channels = model.observe(np.zeros(1), model.x0[None])
     watch.watch(np.zeros(1), channels)
     (one,) = watch._watched
@@ -45,7 +45,7 @@ def seen(system, known):
 @pytest.mark.parametrize("strain", ["linear", "condensed"])
 @pytest.mark.parametrize("rate", [2.0, 3.0])
 def test_it_follows_the_spin_and_what_is_attached(strain, rate):
-    body, known = cord(spin([0, 0, 2.0]).under(masses={"end": END}), strain)
+    body, known = cord(Preload.spin([0, 0, 2.0], masses={"end": END}), strain)
     ball = rigid_body(END, np.eye(3))
     joints = (weld("cord", child_marker="start"), spherical("ball", parent="cord", parent_marker="end"))
     frame = Frame("spinning", np.array([0, 0, rate]))
@@ -58,7 +58,7 @@ def test_it_follows_the_spin_and_what_is_attached(strain, rate):
 @pytest.mark.parametrize("strain", ["linear", "condensed"])
 def test_slackness_is_told_with_time_place_and_depth(strain):
     """Hung under 9.81 m/s^2, then pushed up by 2 m/s^2 instead."""
-    body, known = cord(weight([9.81, 0, 0]), strain)
+    body, known = cord(Preload.weight([9.81, 0, 0]), strain)
     for g, slack in ((9.81, False), (-2.0, True)):
         system = System(
             {"cord": body}, (weld("cord", child_marker="start"),), environment=Environment(np.array([g, 0, 0]))

@@ -132,6 +132,14 @@ def test_terms_and_modes_of_a_case_with_wheels(write_case, femflex, tmp_path):
     assert code == 0, said
 
 
+def test_a_wheel_keeps_its_speed_in_a_craft_that_starts_in_equilibrium(write_case, craft, tmp_path):
+    text = craft[: craft.index("[[loads]]")].replace('rates = ["2 deg/s", 0, 0.01]', "")
+    text = text.replace('initial = { marker = "tip", displacement = [0, "10 mm", 0] }', "")
+    case = write_case(text + '[initial]\nfrom = "equilibrium"\n' + WHEEL + "initial_speed = 50\n")
+    with package.run(case, tmp_path / "run.h5") as run:
+        assert run["effectors/w/speed"] == pytest.approx(50.0, rel=1e-9)
+
+
 def test_a_joint_that_is_released_by_a_spring(tmp_path):
     """Locked until 2 s, then pushed off: what the run says, and momentum."""
     text = (

@@ -75,3 +75,33 @@ def cosine_ramp(start, end, rate):
 
 
 __all__ = ["CLAMPED_FREE", "Polynomial", "basis", "beam_from_a_wall", "cosine_ramp", "solution"]
+
+
+def rod_from_a_wall(length, start, times, stiffness, inertia, count=10):
+    """I D^2 y = S y_xx on a travelling member, y = 0 at x = 0 and y_x = 0 at x = L: twist, or transverse of a string.
+
+    Stretch has the inertia force I dU/dt besides.
+    """
+
+    def spatial(xi, L, U, A, y, y1, y2, y4):
+        return -stiffness / (inertia * L**2) * y2
+
+    return solution(basis([(0, 0), (1, 1)], count), spatial, length, start, times)
+
+
+def stretch_from_a_wall(length, start, times, EA, m, count=10):
+    """m' (D^2 u + dU/dt) = EA u_xx: axial displacement of a member that is pushed out."""
+
+    def spatial(xi, L, U, A, y, y1, y2, y4):
+        return -EA / (m * L**2) * y2 + A
+
+    return solution(basis([(0, 0), (1, 1)], count), spatial, length, start, times)
+
+
+def string_between_supports(length, start, times, tension, m, count=10):
+    """m' D^2 w = (N w_x)_x, N = T - m' A (L - x), w = 0 at x = 0 and at x = L, where T is held."""
+
+    def spatial(xi, L, U, A, y, y1, y2, y4):
+        return -(tension / (m * L**2) - A / L * (1 - xi)) * y2 - A / L * y1
+
+    return solution(basis([(0, 0), (1, 0)], count), spatial, length, start, times)

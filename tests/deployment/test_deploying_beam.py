@@ -21,7 +21,7 @@ MOTIONS = {
     "fast": (Profile.polynomial(1.0, 1.0), 8, 1e-4),
     "retraction": (Profile.polynomial(2.5, -0.3), 4, 5e-5),
     "ramp": (Profile.smooth_step(0.5, 4.0, 1.0, 2.0), 4, 1e-4),
-    "sine": (Profile.sine(0.3, 2.0, 0.0, 1.5), 4, 1e-4),
+    "sine": (Profile.sine(0.3, 2.0, 0.0, 1.5), 6, 1e-4),
 }
 
 

@@ -111,3 +111,24 @@ def test_pictures_of_the_gallery_are_made(tmp_path: Path, monkeypatch: pytest.Mo
     pictures.main(["chaplygin_sleigh"])
     assert len(pictures.drawn("chaplygin_sleigh")) >= 3
     assert not list((TOP / "cases").glob(".*"))
+
+
+AVOIDED = (
+    "told",
+    "beside",
+    "foreseen",
+    "burden",
+    "burdens",
+    "hangs",
+    "run away",
+    "runs away",
+    "press along",
+    "play out",
+)
+
+
+def test_messages_are_on_one_page_in_the_terms_of_the_field(generated: Callable[[str], str]):
+    page = generated("messages")
+    assert "the motion diverges" in page and page.count("\n## ") > 150
+    lines = [line for line in page.splitlines() if line.startswith("| ") and "femflex.warning" not in line]
+    assert not [line for line in lines if any(re.search(rf"\b{word}\b", line) for word in AVOIDED)]

@@ -16,6 +16,7 @@ from femflex.system import (
     Latch,
     Supply,
     System,
+    Variation,
     free,
     pulse_train,
     separation_spring,
@@ -207,3 +208,10 @@ def test_bad_tanks_and_latches_are_refused():
         tank_variation(rigid_body(5.0, np.eye(3)), {"tank": ("origin", 7.0, 0.0)})
     with pytest.raises(ValueError, match="let it start there, at rest"):
         turns("hub", slides=np.eye(3), latches=(Latch(0, 1.0, opens=2.0),))
+
+
+def test_a_body_with_an_unknown_word_for_its_writer_is_refused():
+    body = rigid_body(5.0, np.eye(3))
+    varying = {"hub": Variation("tank", ("mass",))}
+    with pytest.raises(ValueError, match="femflex has no function 'tank' that writes a varying body; it has tanks"):
+        compile_system(System({"hub": body}, (free("hub"),), varying=varying))

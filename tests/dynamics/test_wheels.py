@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 
+import numba
 import numpy as np
 import pytest
 from random_systems import random_body
@@ -11,9 +12,11 @@ from scipy.special import fresnel
 from femflex.body import Marker
 from femflex.body.rigid import rigid_body
 from femflex.dynamics import compile_system
+from femflex.dynamics.effectors.built_in import MODULES, built_in
 from femflex.dynamics.equilibria.linearised import linearised
 from femflex.dynamics.equilibria.system_modes import system_modes
 from femflex.integrate import Dop853
+from femflex.kernel_cache import cache_folders
 from femflex.system import (
     Effector,
     System,
@@ -291,3 +294,16 @@ def test_a_wheel_inside_a_loop_of_a_controller_is_left_in_it():
 
     system = System({"hub": hub()}, (free("hub"),), effectors=(wheel, hold))
     assert with_coasting_rotors(system) is system
+
+
+@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="the compiler is off")
+def test_functions_that_femflex_brings_are_compiled_once_and_kept_on_disk():
+    """One for all effectors of a kind, of any size."""
+    for word, module in MODULES.items():
+        address = built_in(word).address
+        assert address and built_in(word).address == address
+        name = f"femflex.dynamics.effectors.built_in.{module}.{word}-"
+        files = [file.name for folder in cache_folders() if folder.is_dir() for file in folder.iterdir()]
+        assert any(file.startswith(name) for file in files)
+    with pytest.raises(KeyError, match="it has wheel, rotor, gimbals"):
+        built_in("sail")

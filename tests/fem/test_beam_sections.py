@@ -52,9 +52,8 @@ def test_frequencies_of_a_thick_beam_are_timoshenkos():
         EA=1e6, EIy=1e6 / 12, EIz=1e6 / 12, GJ=1e5, mass_per_length=1.0, GAy=5 / 6 * 0.5e6, GAz=5 / 6 * 0.5e6
     )
     s = build_structure(bar(6, (5.0, 0, 0)), [Member("line", "beam", section, None, {"shear": True, "order": 4})])
-    exact = timoshenko_cantilever(5.0, 1e6 / 12, 5 / 6 * 0.5e6, 1.0, 1 / 12) / 2 / np.pi
-    found = np.sort(frequencies(s, s.clamped_dofs("start"), 2))
-    found = found / (2 * np.pi) if found[0] > 2 * exact else found
+    exact = timoshenko_cantilever(5.0, 1e6 / 12, 5 / 6 * 0.5e6, 1.0, 1 / 12)
+    found = frequencies(s, s.clamped_dofs("start"), 2)
     assert found[0] == pytest.approx(exact, rel=1e-6)
 
 

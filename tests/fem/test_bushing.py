@@ -20,7 +20,7 @@ def two_beams(gap, *bushings, masses=()):
     cells, groups = {"line": np.array([[0, 1], [2, 3]])}, {"first": {"line": [0]}, "second": {"line": [1]}}
     named = {"root": [0], "a": [1], "b": [2], "tip": [3], "both": [1, 2]}
     mesh = Mesh(points, cells, groups, named)
-    return build_structure(mesh, [Member(g, *BEAM) for g in groups], masses, None, bushings)
+    return build_structure(mesh, [Member(g, *BEAM) for g in groups], masses, bushings=bushings)
 
 
 def node_rows(structure, group):

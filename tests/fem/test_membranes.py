@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from numpy.polynomial import legendre
+from scipy.linalg import eigh, null_space
 from scipy.special import jn_zeros
 
 from femflex.fem import Material, Member, build_structure
@@ -116,12 +118,24 @@ def arched_square(n, radius):
 CORNERS = {f"{b}_{a}": ("x", "y", "z") for a in ("left", "right") for b in ("bottom", "top")}
 
 
-def with_cables(mesh, tension, N=20.0, cable=1.0):
+def with_cables(mesh, tension, N=20.0, cable=1.0, EA=2e5):
     """A sheet under N and cables along its sides, of this part of the tension."""
     members = [Member("surface", "membrane", 1e-4, FILM, {"prestress": N})]
-    cord = CableSection(2e5, 1e-3)
+    cord = CableSection(EA, 1e-3)
     members += [Member(side, "tether", cord, None, {"prestress": cable * tension}) for side in SIDES]
     return build_structure(mesh, members)
+
+
+@pytest.mark.parametrize("cell", ["triangle", "triangle6"])
+def test_edge_cables_add_no_degrees_of_freedom_and_fit_refined_meshes(cell):
+    mesh = rectangle(2.0, 1.0, 4, 2, cell).refined()
+    film = Member("surface", "membrane", 1e-4, FILM, {"prestress": 20.0})
+    cables = [Member(side, "tether", CableSection(1e5, 1e-3), None, {"prestress": 5.0}) for side in SIDES]
+    alone, with_them = (build_structure(mesh, members) for members in ([film], [film, *cables]))
+    assert with_them.n_dof == alone.n_dof
+    assert sum(block.dm.sum() for block in with_them.inertia) == pytest.approx(0.14 * 2 + 6 * 1e-3)
+    fixed = [cantilever_modes(one, SIDES, 2).omega for one in (alone, with_them)]
+    assert fixed[1] == pytest.approx(fixed[0], rel=1e-12)  # its edges do not move
 
 
 def test_edge_cables_bear_a_sheet_under_uniform_tension_on_arcs():
@@ -147,6 +161,59 @@ def test_slacker_cables_and_a_tighter_sheet_share_what_they_have():
     assert 0.0 < lost[0] < 0.02 * N * R
     free = np.setdiff1d(np.arange(found.n_dof), found.held_dofs(CORNERS))
     assert np.abs(found.f0[free]).max() < 1e-9 * np.abs(found.f0).max()
+
+
+def test_forces_at_the_corners_tighten_the_sheet_and_its_cables():
+    """Made under half the tension, pulled by what the whole one needs: all of it is twice as large on arcs of the same
+    radius, where cables stretch as the sheet does, T / EA = N (1 - nu) / E h."""
+    R, N = 5.05, 20.0
+    corners = {name: ("z",) for name in CORNERS} | {"bottom_left": ("x", "y", "z"), "bottom_right": ("y", "z")}
+    half = with_cables(arched_square(6, R), N * R / 2, N / 2, EA=R * 3e9 * 1e-4 / 0.7)
+    pull = -(half.translation @ half.f0).reshape(-1, 3)
+    forces = {name: -2 * pull[half.mesh.group_points(name)[0]] for name in CORNERS}
+    found = static_equilibrium(half, corners, Preload(forces=forces))
+    sheet, *cables = found.strain
+    assert sheet.smoothed_stress() == pytest.approx(np.broadcast_to([N, N, 0], sheet.stress.shape), abs=0.03 * N)
+    for block in cables:
+        assert block.smoothed_stress().mean() == pytest.approx(N * R, rel=5e-3)
+
+
+def ritz(R, N, T, film, cord, degree=10, count=5):
+    """Frequencies of the arched square by polynomials in x and y that are zero at its corners."""
+    g, w = legendre.leggauss(40)
+    rows = [legendre.legder(np.eye(degree + 1)[k]) for k in range(degree + 1)]
+    D = np.array([np.pad(row, (0, degree + 1 - len(row))) for row in rows])
+
+    def products(x, y):
+        a, b = legendre.legvander(x, degree), legendre.legvander(y, degree)
+        pairs = (a, b), (a @ D.T, b), (a, b @ D.T)
+        return [(p[:, :, None] * q[:, None, :]).reshape(len(x), -1) for p, q in pairs]
+
+    def sag(s):
+        return np.sqrt(R**2 - s**2) - np.sqrt(R**2 - 1.0), -s / np.sqrt(R**2 - s**2)
+
+    x, y = (a.ravel() for a in np.meshgrid(g, g))
+    (sx, dx), (sy, dy) = sag(x), sag(y)
+    area = np.outer(w, w).ravel() * ((1 - sy) * (1 - sx) - (x * dy) * (y * dx))
+    V, Vx, Vy = products(x * (1 - sy), y * (1 - sx))
+    K, M = N * ((Vx.T * area) @ Vx + (Vy.T * area) @ Vy), film * (V.T * area) @ V
+    depth, slope = sag(g)
+    ds = np.hypot(1.0, slope)
+    for sign in (1.0, -1.0):
+        V, Vx, Vy = products(sign * (1 - depth), g)
+        both = [(V, (-sign * slope * Vx.T + Vy.T).T)]
+        V, Vx, Vy = products(g, sign * (1 - depth))
+        both.append((V, (Vx.T - sign * slope * Vy.T).T))
+        for V, along in both:
+            K, M = K + T * (along.T * (w / ds)) @ along, M + cord * (V.T * (w * ds)) @ V
+    Z = null_space(products(np.array([1, 1, -1, -1.0]), np.array([1, -1, 1, -1.0]))[0])
+    return np.sqrt(eigh(Z.T @ K @ Z, Z.T @ M @ Z, eigvals_only=True)[:count])
+
+
+def test_a_membrane_with_edge_cables_vibrates_as_by_ritz():
+    R, N = 5.05, 20.0
+    found = cantilever_modes(static_equilibrium(with_cables(arched_square(12, R), N * R), CORNERS), CORNERS, 5)
+    assert found.omega == pytest.approx(ritz(R, N, N * R, 1400 * 1e-4, 1e-3), rel=5e-4)
 
 
 def test_wrinkles_are_reported():

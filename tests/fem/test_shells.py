@@ -8,6 +8,7 @@ from plate_models import frequencies, random_rotation
 from scipy.sparse.linalg import spsolve
 from shell_problems import (
     curved_beam,
+    edge_weights,
     hemisphere,
     pinched_cylinder,
     raasch_hook,
@@ -18,7 +19,7 @@ from shell_problems import (
 )
 
 from femflex.fem import Material, Member, build_structure
-from femflex.fem.sections.laminates import isotropic
+from femflex.fem.sections.laminates import Lamina, Ply, isotropic, layup
 from femflex.mesh import Mesh, line, rectangle
 from femflex.warning import PhysicsWarning
 
@@ -240,7 +241,6 @@ def test_a_strip_bent_far_by_a_tip_moment_keeps_its_length(cell, n):
     EI = 70e9 * b * h**3 / 12
     P = 0.35 * EI / L**2
     free = np.setdiff1d(np.arange(s.n_dof), s.clamped_dofs("left"))
-    from shell_problems import edge_weights
 
     F = np.zeros((len(s.mesh.points), 3))
     for node, part in edge_weights(s.mesh, "right").items():
@@ -286,3 +286,93 @@ def test_mistakes_are_refused_in_words():
 def test_a_mesh_of_three_node_triangles_is_told_of_the_plate_family():
     with pytest.warns(PhysicsWarning, match="family = 'plate'"):
         shell(rectangle(1.0, 1.0, 2, 2, "triangle"))
+
+
+FIBRE = Lamina(140e9, 10e9, 5e9, 0.3, 1600.0, 5e9, 3.5e9)
+
+
+def cylindrical(section, n=16, width=0.05) -> tuple[np.ndarray, np.ndarray]:
+    """Tip displacement (3,) of a strip of length 1 under a force per width at its end, per newton per metre; and D."""
+    s = build_structure(rectangle(1.0, width, n, 1, "quad9"), [Member("surface", "shell", section)])
+    everything = {"surface": ("y", "rx", "rz"), "left": ("x", "y", "z", "rx", "ry", "rz")}
+    held = s.held_dofs(everything)
+    free = np.setdiff1d(np.arange(s.n_dof), held)
+    F = np.zeros((len(s.mesh.points), 3))
+    for node, part in edge_weights(s.mesh, "right").items():
+        F[node, 2] = part * width
+    x = np.zeros(s.n_dof)
+    x[free] = spsolve(s.K[free][:, free].tocsc(), (s.translation.T @ F.ravel())[free])
+    return (s.translation @ x).reshape(-1, 3)[s.mesh.group_points("right")].mean(axis=0)
+
+
+def test_an_unsymmetric_laminate_bends_and_shortens_as_theory_says():
+    """0/90 in cylindrical bending: D_eff = D11 - B11^2 / A11; u = -B11 / A11 times the end slope."""
+    section = layup([Ply(FIBRE, 0.002, 0.0), Ply(FIBRE, 0.002, np.pi / 2)], coupled=True)
+    assert abs(section.B[0, 0]) > 0 and section.coupled
+    A, B, D = section.A[0, 0], section.B[0, 0], section.D[0, 0]
+    effective = D - B * B / A
+    u = cylindrical(section)
+    assert u[2] == pytest.approx(1 / 3 / effective + 1 / section.S[0, 0], rel=1e-3)
+    assert u[0] == pytest.approx(B / A * 0.5 / effective, rel=1e-3)  # e = -B/A kappa, kappa = -w''
+
+
+def test_an_offset_sheet_is_stiffer_about_its_nodes_and_weighs_the_same():
+    sheet = isotropic(0.01, Material(70e9, 0.3, 2700.0))
+    moved = sheet.shifted(0.02)
+    np.testing.assert_allclose(cylindrical(moved)[2], cylindrical(sheet)[2], rtol=1e-9)  # about its own middle still
+    assert cylindrical(moved)[0] == pytest.approx(0.02 * 0.5 / sheet.D[0, 0], rel=1e-3)
+    same = shell(rectangle(1.0, 1.0, 2, 2, "quad"), 0.01, METAL, offset=0.02)
+    other = build_structure(rectangle(1.0, 1.0, 2, 2, "quad"), [Member("surface", "shell", moved)])
+    np.testing.assert_allclose(same.K.toarray(), other.K.toarray(), rtol=1e-12, atol=1e-6)
+    rho = np.concatenate([block.rho.reshape(-1, 3) for block in same.inertia])
+    dm = np.concatenate([block.dm.ravel() for block in same.inertia])
+    assert dm.sum() == pytest.approx(27.0) and dm @ rho[:, 2] / dm.sum() == pytest.approx(0.02)
+    turn = same.translation.T @ np.cross([1.0, 0, 0], same.mesh.points).ravel()
+    turn = turn + same.rotation.T @ np.tile([1.0, 0, 0], len(same.mesh.points))
+    assert turn @ same.M @ turn == pytest.approx(dm @ (rho[:, 1] ** 2 + rho[:, 2] ** 2), rel=1e-9)
+
+
+def test_plates_refuse_coupled_sections():
+    section = isotropic(0.01, METAL).shifted(0.02)
+    with pytest.raises(ValueError, match="use the family shell"):
+        build_structure(rectangle(1.0, 1.0, 1, 1), [Member("surface", "plate", section)])
+    with pytest.raises(ValueError, match="give one length"):
+        shell(rectangle(1.0, 1.0, 1, 1, "quad"), offset="up")
+
+
+def navier(a, h, lamina, plies, q=1.0) -> float:
+    """Centre deflection under q sin sin of a simply supported square cross-ply plate, first-order shear theory."""
+    section = layup(plies)
+    p = np.pi / a
+    D, S = section.D, section.S
+    # w, psi_x, psi_y amplitudes
+    K = np.array([
+        [S[0, 0] * p**2 + S[1, 1] * p**2, S[0, 0] * p, S[1, 1] * p],
+        [S[0, 0] * p, D[0, 0] * p**2 + D[2, 2] * p**2 + S[0, 0], (D[0, 1] + D[2, 2]) * p**2],
+        [S[1, 1] * p, (D[0, 1] + D[2, 2]) * p**2, D[1, 1] * p**2 + D[2, 2] * p**2 + S[1, 1]],
+    ])  # fmt: skip
+    return float(np.linalg.solve(K, [q, 0, 0])[0])
+
+
+@pytest.mark.parametrize("slenderness", [10, 100])
+def test_a_cross_ply_plate_against_naviers_solution(slenderness):
+    a, h = 1.0, 1.0 / slenderness
+    plies = [Ply(FIBRE, h / 3, angle) for angle in (0.0, np.pi / 2, 0.0)]
+    s = build_structure(rectangle(a, a, 8, 8, "quad9"), [Member("surface", "shell", layup(plies))])
+    supports = {
+        "left": ("y", "z", "rx"),
+        "right": ("y", "z", "rx"),
+        "bottom": ("x", "z", "ry"),
+        "top": ("x", "z", "ry"),
+    }
+    held = s.held_dofs(supports)
+    x, y, _ = s.mesh.points.T
+    load = np.zeros((len(x), 3))
+    load[:, 2] = np.sin(np.pi * x) * np.sin(np.pi * y)
+    mass = sum(block.dm.sum() for block in s.inertia)
+    f = s.M @ (s.translation.T @ load.ravel()) / mass  # the load, spread as the shape functions are
+    free = np.setdiff1d(np.arange(s.n_dof), held)
+    u = np.zeros(s.n_dof)
+    u[free] = spsolve(s.K[free][:, free].tocsc(), f[free])
+    w = (s.translation @ u).reshape(-1, 3)[s.mesh.nearest_point([0.5, 0.5, 0]), 2]
+    assert w == pytest.approx(navier(a, h, FIBRE, plies), rel=3e-3)

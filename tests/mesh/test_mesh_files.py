@@ -75,7 +75,7 @@ def test_every_script_makes_the_files_beside_it(script, tmp_path):
 def test_a_missing_file_is_answered_with_its_neighbours(tmp_path):
     with pytest.raises(
         ValueError,
-        match=r"bom.msh does not exist; .*meshes holds \[.*'boom.msh', 'link.msh', 'panel.msh', .*'slab.msh'.*\]",
+        match=r"bom.msh does not exist; .*meshes holds \[.*'boom.msh', .*'link.msh', 'panel.msh', .*'slab.msh'.*\]",
     ):
         read_mesh(MESHES / "bom.msh")
     with pytest.raises(ValueError, match=r"boom.stp: .stp is not a known mesh format; known are .*\.msh \(Gmsh .msh\)"):

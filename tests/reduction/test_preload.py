@@ -1,6 +1,7 @@
 """Static equilibria of tethers and membranes, and their vibration about these: chains, spun cables, orbits."""
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from femflex.fem.sections import CableSection, Circle
 from femflex.mesh import line
 from femflex.reduction import cantilever_modes, reduce_structure, relaxed, with_derivatives
 from femflex.reduction.preload.equilibrium import static_equilibrium
-from femflex.reduction.preload.loads import Preload, loads_on, orbit, spin, weight
+from femflex.reduction.preload.loads import Preload, loads_on
 from femflex.system import Frame, System, weld
 from femflex.warning import PhysicsWarning
 
@@ -38,7 +39,7 @@ def tension(structure):
 
 
 def test_a_hanging_chain_has_the_frequencies_of_bessel_functions():
-    chain = static_equilibrium(cord([0, 0, -3.0], 10), PIN, weight([0, 0, -G]))
+    chain = static_equilibrium(cord([0, 0, -3.0], 10), PIN, Preload.weight([0, 0, -G]))
     found = cantilever_modes(chain, PIN, 8).omega
     assert found == pytest.approx(np.repeat(jn_zeros(0, 4), 2) / 2 * np.sqrt(G / 3), rel=1e-6)
     x, T = tension(chain)
@@ -47,7 +48,7 @@ def test_a_hanging_chain_has_the_frequencies_of_bessel_functions():
 
 def spun(strain, rate=2.0, found_at=2.0):
     """Frequencies of a spun cable over its spin, lag and flap together."""
-    cable = static_equilibrium(cord([3.0, 0, 0], 8, CableSection(1e8, 0.3)), PIN, spin([0, 0, found_at]))
+    cable = static_equilibrium(cord([3.0, 0, 0], 8, CableSection(1e8, 0.3)), PIN, Preload.spin([0, 0, found_at]))
     modes = cantilever_modes(cable, PIN, 6)
     modes = modes if strain == "linear" else with_derivatives(cable, modes, 8)
     body = reduce_structure(cable, modes, strain=strain, turning=())
@@ -70,11 +71,25 @@ def test_a_condensed_cable_takes_its_tension_from_the_spin_that_acts():
     assert spun("condensed", rate=3.0) == pytest.approx(np.sort([*FLAP, *LAG]), rel=1e-6)
 
 
+def test_a_string_between_fixed_ends_hardens_as_by_kirchhoff():
+    """Its mean stretch (pi a / L)^2 / 4 in a sine of amplitude a stores EA L / 2 times the square of that."""
+    EA, T = 1e7, 50.0
+    string = cord([3.0, 0, 0], 8, CableSection(EA, 0.3), prestress=T)
+    modes = with_derivatives(string, cantilever_modes(string, PINS, 2))
+    body = reduce_structure(string, modes, {"middle": "line"}, strain="condensed", turning=())
+    d = np.array([0.002, 0.0])
+    middle = string.mesh.points[:, 0] == 1.5
+    a = np.linalg.norm((string.translation @ modes.phi[:, 0]).reshape(-1, 3)[middle]) * d[0]
+    energy = T * np.pi**2 * a**2 / 12 + EA * 3 / 2 * ((np.pi * a / 3) ** 2 / 4) ** 2
+    assert energy > 1.01 * T * np.pi**2 * a**2 / 12
+    assert body.strain.energy(d) == pytest.approx(energy, rel=1e-5)  # T / EA
+
+
 def test_a_slack_cable_finds_its_catenary():
     half, arc, EA, q = 4.0, 5.0, 1e6, 2.0 * G
     mesh = line([[-half, 0, 0], [0, 0, -np.sqrt(arc**2 - half**2)], [half, 0, 0]], 24)
     structure = build_structure(mesh, [Member("line", "tether", CableSection(EA, 2.0))])
-    found = static_equilibrium(structure, PINS, weight([0, 0, -G]))
+    found = static_equilibrium(structure, PINS, Preload.weight([0, 0, -G]))
 
     def x_at(s, H):  # Irvine, Cable Structures (1981): elastic catenary, from the lowest point
         return H / q * np.arcsinh(q * s / H) + H * s / EA
@@ -96,7 +111,7 @@ def vertical(length, tip, mass=0.005):
     """A tether up from the orbit point, in its equilibrium, and its loads."""
     masses = [PointMass("end", tip)] if tip else []
     tether = cord([0, length, 0], 12, CableSection(1e9, mass), masses)
-    load = orbit(N, [0, 1, 0], [1, 0, 0])
+    load = Preload.orbit(N, [0, 1, 0], [1, 0, 0])
     found = static_equilibrium(tether, PIN, load)
     return found, loads_on(found, load).S
 
@@ -148,12 +163,13 @@ def test_a_vertical_tether_in_orbit_has_the_tension_and_the_frequencies_of_row_I
 
 
 def test_masses_and_forces_at_groups_pull_as_those_of_the_body_do():
-    load = orbit(N, [0, 1, 0], [1, 0, 0])
+    load = Preload.orbit(N, [0, 1, 0], [1, 0, 0])
     carried, _ = vertical(2000.0, 3.0)
-    told = static_equilibrium(cord([0, 2000.0, 0], 12, CableSection(1e9, 0.005)), PIN, load.under(masses={"end": 3.0}))
+    plain = cord([0, 2000.0, 0], 12, CableSection(1e9, 0.005))
+    told = static_equilibrium(plain, PIN, replace(load, masses={"end": 3.0}))
     assert tension(told)[1] == pytest.approx(tension(carried)[1], rel=1e-9)
-    pulled = load.under(forces={"end": [0, 3 * N**2 * 3.0 * 2000.0, 0]})
-    pulled = static_equilibrium(cord([0, 2000.0, 0], 12, CableSection(1e9, 0.005)), PIN, pulled)
+    pulled = replace(load, forces={"end": [0, 3 * N**2 * 3.0 * 2000.0, 0]})
+    pulled = static_equilibrium(plain, PIN, pulled)
     assert tension(pulled)[1] == pytest.approx(tension(carried)[1], rel=1e-6)
 
 
@@ -170,7 +186,7 @@ def test_slack_is_reported_with_where_and_how_far():
     """Hung between two points below each other, at its natural length: the lower part would be pushed."""
     rope = cord([0, 0, -10.0], 10, CableSection(1e5, 1.0), prestress=20.0)
     with pytest.warns(PhysicsWarning, match=r"slack over 29.*at \(0, 0, -9.\d+\), below zero") as found:
-        static_equilibrium(rope, PINS, weight([0, 0, -G]))
+        static_equilibrium(rope, PINS, Preload.weight([0, 0, -G]))
     assert any("falls to -28" in str(one.message) for one in found)
 
 

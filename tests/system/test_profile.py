@@ -93,6 +93,7 @@ def test_a_sum_is_the_sum():
         (lambda: Profile.spline(range(4), range(5)), "as many values as times"),
         (lambda: Profile.spline(range(4), range(4), 4), "degree 3 or 5"),
         (lambda: Profile.smooth_step(2, 1, 0, 1), "from 2 s to 1 s must end after it starts"),
+        (lambda: Profile.trapezoid(0, 2, 0, 1, 1.5), "a ramp is longer than zero, and at most half of the time"),
         (lambda: Profile([0, 1], [[0, 1], [0, 1]]), r"s of a profile jumps from 1 to 0 at t = 1 s"),
         (lambda: Profile([0, 1], [[0, 1], [1, 2]]), r"its rate of a profile jumps from 1 to 2 at t = 1 s"),
         (lambda: Profile([1, 0], [[0], [0]]), "knots of a profile must ascend"),
@@ -103,3 +104,13 @@ def test_a_sum_is_the_sum():
 def test_what_is_no_motion_is_refused(make, text):
     with pytest.raises(ValueError, match=text):
         make()
+
+
+def test_a_trapezoid_has_a_constant_rate_between_its_ramps():
+    profile = Profile.trapezoid(1.0, 5.0, 2.0, 8.0, 1.0)
+    s, rate, acceleration = profile(np.array([0.5, 1.5, 3.0, 4.5, 6.0]))
+    assert s == pytest.approx([2.0, 2.25, 5.0, 7.75, 8.0])
+    assert rate == pytest.approx([0.0, 1.0, 2.0, 1.0, 0.0])
+    assert acceleration == pytest.approx([0.0, 2.0, 0.0, -2.0, 0.0])
+    assert list(profile.breaks) == [1.0, 2.0, 4.0, 5.0]
+    assert Profile.trapezoid(0.0, 2.0, 0.0, 1.0, 1.0)(1.0)[0] == pytest.approx(0.5)  # no constant part

@@ -188,12 +188,24 @@ def test_modes_are_coloured_by_strain(tmp_path):
 
 
 def test_a_name_that_is_not_known_meets_those_that_are(swinging):
-    known = "displacement, energy, strain:axial, strain:curvature_z, strain:curvature_y, strain:twist"
+    known = "displacement, energy, strain:axial, strain:curvature_z, strain:curvature_y, strain:twist, "
+    known += "stress:axial_force, stress:moment_z, stress:moment_y, stress:torque"
     with pytest.raises(ValueError, match=f"'strain:kink' is not known for beam.h5; known are {known}[.]"):
         planned(swinging, Look(colour="strain:kink"))
     parts = list(plate_and_beam().strain_field)
     with pytest.raises(ValueError, match=r"'heat' is not known for b; .*energy, energy:line, energy:plate"):
         chosen("heat", parts, "b")
+
+
+def test_bodies_are_coloured_by_stress_and_a_member_that_touches_another_keeps_its_own():
+    body = plate_and_beam()
+    quantity = chosen("stress:von_mises", list(body.strain_field), "b")
+    paint = BodyPaint.of(quantity, body.strain_field, body.skin)
+    values = paint.values(np.array([1.0, 0.0, 0.0]))
+    assert quantity.unit == "Pa" and np.isnan(values[paint.bare]).all() and (values[~paint.bare] >= 0).all()
+    moments = chosen("stress:moment_y", list(body.strain_field), "b")
+    other = BodyPaint.of(moments, body.strain_field, body.skin)
+    assert (other.bare == ~paint.bare).all()  # a point is of one member
 
 
 def test_energy_of_several_kinds_is_in_per_cent_of_the_largest_of_each():

@@ -21,6 +21,7 @@ from femflex.dynamics.equilibria.small_motions import SmallMotions, growth_thres
 from femflex.dynamics.equilibria.stable_state import LEVEL, stable_state_below
 from femflex.dynamics.equilibria.states import moving_states
 from femflex.dynamics.equilibria.steady import Steady, steady
+from femflex.dynamics.lowering.layout import body_records
 from femflex.dynamics.model import Model, compile_system
 from femflex.system import System
 
@@ -168,6 +169,9 @@ def _nearest(problem: Steady, begun: Array) -> Equilibrium:
         if found.balanced:
             q, share = found.q, wanted
             step *= 2.0 if found.iterations <= 6 else 1.0
+        elif first and (again := _about_preload(problem, q)) is not None:
+            count += again.iterations
+            found, q, share = again, again.q, 1.0
         elif first:  # not at once: from the unloaded state, in steps
             rest = balance(problem, q, 0.0)
             count += rest.iterations
@@ -184,6 +188,18 @@ def _nearest(problem: Steady, begun: Array) -> Equilibrium:
                 raise _failed(problem, q, share, count, found)
         first = False
     return _told(problem, found, count)
+
+
+def _about_preload(problem: Steady, q: Array) -> Balance | None:
+    """The balance from undeformed bodies where some have a preload, without which they would be slack; else None."""
+    model = problem.full
+    if not any(body.strain.f0.any() for body in model.system.bodies.values()):
+        return None
+    start = q.copy()
+    for record in body_records(model.table)[1:]:
+        start[int(record["qe"]) : int(record["qe"]) + int(record["n"])] = 0.0
+    found = balance(problem, start, 1.0)
+    return found if found.balanced else None
 
 
 def _beyond(problem: Steady, unstable: Equilibrium, begun: Array) -> Equilibrium:

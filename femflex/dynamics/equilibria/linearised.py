@@ -73,7 +73,7 @@ def linearised(model: Model, t: float, x: Array, udot: Array | None = None) -> L
     refuse_rolling(model.system, "linear equations")
     if model.system.loops and (u.any() or accelerations.any()):
         raise ValueError(
-            f"the loops {[loop.label for loop in model.system.loops]} are in motion, and linear equations beside loops "
+            f"the loops {[loop.label for loop in model.system.loops]} are in motion, and linear equations of loops "
             "are those about rest; take a state of rest, or let the base frame spin ([attitude] frame = 'spinning')"
         )
     n = model.n_u

@@ -101,14 +101,14 @@ def see_marker(
     b, m, seen = body_of(table, p["body"]), e["n_markers"], e["seen"]
     w = b["work"]
     C_iN, omega = load9(work, w + W_CIN), load3(work, w + W_OMEGA)
-    r, C_iM, v, T = load3(pool, p["place"]), load9(pool, p["place"] + 3), ZERO, UNIT
+    r, C_iM, v = load3(pool, p["place"]), load9(pool, p["place"] + 3), ZERO
     rate = omega
     if p["bends"]:
         moved, v, bend, T, turning, _, _ = markers_motion(pool, p["place"], p["shape"], p["spin"], p["bends"], b, work)
         r, C_iM, rate = add(r, moved), product(bend, C_iM), add(omega, turning)
+        store9(work, p["motion"] + 3, T)
     v = add(load3(work, w + W_VEL), add(cross(omega, r), v))
     store3(work, p["motion"], r)
-    store9(work, p["motion"] + 3, T)
     store3(work, seen + 3 * k, sub(add(load3(work, w + W_POS), turn_back(C_iN, r)), shift))
     store9(work, seen + 3 * m + 9 * k, product(transpose(C_iN), C_iM))
     store3(work, seen + 12 * m + 3 * k, sub(turn_back(C_iN, v), drift))
@@ -167,7 +167,9 @@ def apply(t: float, q: Array, u: Array, at: int, first: int, last: int, table: T
             b = body_of(table, p["body"])
             C_iN = load9(work, b["work"] + W_CIN)
             force, torque = turn(C_iN, load3(work, out + 3 * k)), turn(C_iN, load3(work, out + 3 * m + 3 * k))
-            r, T = load3(work, p["motion"]), load9(work, p["motion"] + 3)
+            r, T = load3(work, p["motion"]), UNIT
+            if p["bends"]:
+                T = load9(work, p["motion"] + 3)
             push(b, force, torque, r, T, p["bends"], p["shape"], p["spin"], pool, work)
         for k in range(e["n_freedoms"]):
             handle = handle_at(table, e["freedoms"] + N_HANDLE * k)

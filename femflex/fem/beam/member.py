@@ -112,8 +112,9 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     strain = beam_strain(elements, member, degree, options, corners, stiffness)
     shear = () if stiffness is None else (shear_strain(strain, elements, member, degree, stiffness),)
     axis = elements.places(stations(elements, member, degree)[0], np.zeros((*strain.weight.shape, 1, 3)))[:, :, 0]
-    places = StrainPlaces("line", axis)
-    skin = partial(swept_outline, elements, member.section)
+    places = StrainPlaces("line", axis, lever=np.sqrt(r.polar2))
+    centre = np.zeros(2) if options["offset"] is None else np.asarray(options["offset"], float)
+    skin = partial(swept_outline, elements, member.section, centre)
     return Contribution((blocks,), (strain,), skin, (places,), late=lambda: shear)
 
 

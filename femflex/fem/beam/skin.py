@@ -17,17 +17,18 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-def swept_outline(elements: BeamElements, section: Section) -> SkinPart:
+def swept_outline(elements: BeamElements, section: Section, centre: Array) -> SkinPart:
     """Surface of a member's elements: quads between order + 2 stations per element, triangles over its ends.
 
-    Points move with their section, u + theta x offset; a bent element is drawn bent.
+    centre (2,): y and z of the outline's origin from the node line. Points move with their section, u + theta x
+    offset; a bent element is drawn bent.
     """
     n_stations = elements.order.bending + 2
     xi = np.linspace(0.0, 1.0, n_stations)
     outline = section.outline(elements.arc.at(xi), elements.arc.whole[:, None])
     n_elements, _, n_corners, _ = outline.points.shape
     number = np.arange(n_elements * n_stations * n_corners).reshape(n_elements, n_stations, n_corners)
-    offsets = np.concatenate([np.zeros((*outline.points.shape[:3], 1)), outline.points], axis=-1)
+    offsets = np.concatenate([np.zeros((*outline.points.shape[:3], 1)), outline.points + centre], axis=-1)
     motion = elements.motion(xi, offsets).reshape(number.size * 3, -1)
     rows, local = np.nonzero(motion)
     element = rows // (3 * n_stations * n_corners)

@@ -21,15 +21,19 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-def member_section(member: Member) -> PlateSection:
+def member_section(member: Member, coupled: bool = False) -> PlateSection:
     """The member's plate section: given whole, or a thickness [m] that with the member's material makes a plain sheet.
 
-    Raises ValueError when it is neither.
+    coupled: whether the family takes sections that couple membrane and bending. Raises ValueError when it is neither.
     """
     section, material, where = member.section, member.material, f"{member.family} on group {member.group!r}"
     if isinstance(section, PlateSection):
         if material is not None:
             raise ValueError(f"{where} has a material and a section with its own material; leave one out")
+        if section.coupled and not coupled:
+            raise ValueError(
+                f"{where} has a section that couples membrane and bending, or lies off its nodes; use the family shell"
+            )
         return section
     if isinstance(section, int | float | np.floating) and not isinstance(section, bool):
         if not isinstance(material, Material):

@@ -92,7 +92,7 @@ def plate_bfs(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         inertia=(PlateInertia(dm, rho, dof_map, axes, heights, place, partial(of, rows.swapaxes(1, 2).copy())),),
         strain=(strain,),
         skin=partial(plate_skin, mesh.points, corners, axes, section.thickness, dof_map),
-        places=(StrainPlaces("plate", middle, _places(mesh.points[corners], _TIED[0])),),
+        places=(StrainPlaces("plate", middle, _places(mesh.points[corners], _TIED[0]), section.thickness / 2),),
     )
 
 

@@ -90,7 +90,7 @@ def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         inertia=(triangle_inertia(x, axes, section, fields, dof_map),),
         strain=(strain,),
         skin=partial(plate_skin, mesh.points, corners, axes, section.thickness, dof_map),
-        places=(StrainPlaces("plate", np.matmul(area_points(LINEAR)[0], x)),),
+        places=(StrainPlaces("plate", np.matmul(area_points(LINEAR)[0], x), lever=section.thickness / 2),),
     )
 
 

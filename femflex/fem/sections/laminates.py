@@ -1,13 +1,14 @@
 """Plate sections: what a lay-up through the thickness resists per unit width, and what it weighs per unit area.
 
 Every section is a stack of plies; a plain sheet is one ply, a sandwich is three. Strains vary linearly through the
-thickness, eps(z) = eps_0 + z kappa, stresses are plane in each ply, and the middle plane couples nothing (B = 0).
+thickness, eps(z) = eps_0 + z kappa, and stresses are plane in each ply. Plates take sections that couple nothing
+(B = 0); shells take any, also off the surface of their nodes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,6 +108,8 @@ class PlateSection:
     A          (3, 3)  membrane forces from strains (xx, yy, xy) [N/m]
     D          (3, 3)  moments from curvatures (xx, yy, xy) [N m]
     S          (2, 2)  shear forces from mean shear strains (xz, yz) [N/m]
+    B          (3, 3)  moments from membrane strains, forces from curvatures [N]; zero where nothing couples
+    centre     ()      height of the mass centre above the surface of the nodes [m]; rotary is about it
     """
 
     thickness: float
@@ -115,12 +118,14 @@ class PlateSection:
     A: Array
     D: Array
     S: Array
+    B: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    centre: float = 0.0
 
     def __post_init__(self) -> None:
         _require("thickness", self.thickness, "plate section", positive=True)
         _require("mass per area", self.mass, "plate section", positive=False)
         _require("rotary inertia per area", self.rotary, "plate section", positive=False)
-        for name, size in (("A", 3), ("D", 3), ("S", 2)):
+        for name, size in (("A", 3), ("D", 3), ("S", 2), ("B", 3)):
             matrix = np.asarray(getattr(self, name), float)
             object.__setattr__(self, name, matrix)
             if matrix.shape != (size, size) or not np.isfinite(matrix).all():
@@ -129,7 +134,17 @@ class PlateSection:
                 )
             if not np.allclose(matrix, matrix.T, rtol=1e-9, atol=1e-12 * np.abs(matrix).max()):
                 raise ValueError(f"{name} of a plate section is not symmetric: {matrix.tolist()}")
-            _require_positive_definite(name, matrix)
+            if name != "B":
+                _require_positive_definite(name, matrix)
+        if not np.isfinite(self.centre):
+            raise ValueError(f"centre of a plate section is {self.centre} m; it must be finite")
+        if self.coupled:
+            _require_positive_definite("[A B; B D]", np.block([[self.A, self.B], [self.B, self.D]]))
+
+    @property
+    def coupled(self) -> bool:
+        """Whether membrane and bending couple, or the mass lies off the surface of the nodes."""
+        return bool(np.any(self.B)) or self.centre != 0.0
 
     def stiffness(self, angles: Array) -> tuple[Array, Array, Array]:
         """A, D (k, 3, 3) and S (k, 2, 2) in axes from which the section's x axis is turned by angles (k,) [rad]."""
@@ -140,16 +155,23 @@ class PlateSection:
     def turned(self, angle: float) -> PlateSection:
         """The section with its x axis turned by angle [rad] towards y in the plate."""
         A, D, S = self.stiffness(np.array([angle]))
-        return replace(self, A=A[0], D=D[0], S=S[0])
+        R = strain_rotation(angle)
+        return replace(self, A=A[0], D=D[0], S=S[0], B=R.T @ self.B @ R)
 
     def loaded(self, mass: float) -> PlateSection:
-        """The section with more mass per unit area [kg/m^2] that is no structure, on the middle plane."""
+        """The section with more mass per unit area [kg/m^2] that is no structure, at the height of its mass centre."""
         _require("non-structural mass per area", mass, "plate section", positive=False)
         return replace(self, mass=self.mass + mass)
 
+    def shifted(self, offset: float) -> PlateSection:
+        """The section moved by offset [m] along the normal, off the surface of the nodes: strains there are those of
+        the nodes' surface and offset times the curvatures."""
+        B = self.B + offset * self.A
+        return replace(self, B=B, D=self.D + 2 * offset * self.B + offset**2 * self.A, centre=self.centre + offset)
 
-def layup(plies: Iterable[Ply]) -> PlateSection:
-    """Section of a stack of plies, from the bottom (-z) to the top; it must be symmetric about its middle plane.
+
+def layup(plies: Iterable[Ply], coupled: bool = False) -> PlateSection:
+    """Section of a stack of plies, from the bottom (-z) to the top; symmetric about its middle plane, or coupled.
 
     A = sum Q t, D = sum Q (z_top^3 - z_bottom^3) / 3 (classical lamination theory). Shear: the energy of the shear
     stresses that equilibrium gives to bending, S^-1 = int f^T G^-1 f dz with f from F(z) = int Q z dz D^-1 (Rolfes &
@@ -166,18 +188,21 @@ def layup(plies: Iterable[Ply]) -> PlateSection:
     moments = [np.diff(z**power) / power for power in (1, 2, 3)]
     A, B, D = (np.einsum("p,pij->ij", moment, Q) for moment in moments)
     uneven = float(rho @ moments[1]) / max(float(rho @ moments[0]) * (z[-1] - z[0]), np.finfo(float).tiny)
-    if (
+    even = not (
         np.abs(B).max() > COUPLING_TOLERANCE * np.sqrt(np.abs(A).max() * np.abs(D).max())
         or abs(uneven) > COUPLING_TOLERANCE
-    ):
+    )
+    if not even and not coupled:
         raise ValueError(
             f"the lay-up of {len(stack)} plies is not symmetric about its middle plane: its membrane-bending coupling "
-            f"B is up to {np.abs(B).max():.3g} N and its mass centre lies {uneven * (z[-1] - z[0]):.3g} m off; only "
-            "symmetric lay-ups are offered, so mirror the plies"
+            f"B is up to {np.abs(B).max():.3g} N and its mass centre lies {uneven * (z[-1] - z[0]):.3g} m off; plates "
+            "take symmetric lay-ups, so mirror the plies, or use the family shell (in Python: layup(..., coupled=True))"
         )
     _require_positive_definite("D", D)
-    S = _shear_stiffness(stack, z, Q, D)
-    return PlateSection(float(z[-1] - z[0]), float(rho @ moments[0]), float(rho @ moments[2]), A, D, S)
+    B, centre = (np.zeros((3, 3)), 0.0) if even else (B, uneven * float(z[-1] - z[0]))
+    S = _shear_stiffness(stack, z, Q, A, B, D)
+    mass = float(rho @ moments[0])
+    return PlateSection(float(z[-1] - z[0]), mass, float(rho @ moments[2]) - mass * centre**2, A, D, S, B, centre)
 
 
 def isotropic(thickness: float, material: Material) -> PlateSection:
@@ -211,18 +236,20 @@ def _rotation(angle: Array | float) -> Array:
     return np.moveaxis(np.array([[c, s], [-s, c]]), (0, 1), (-2, -1))
 
 
-def _shear_stiffness(stack: list[Ply], z: Array, Q: Array, D: Array) -> Array:
-    """S (2, 2) of `layup`."""
-    inverse = np.linalg.inv(D)
-    flexibility, below = np.zeros((2, 2)), np.zeros((3, 3))  # below: int Q z dz from the bottom to this ply
+def _shear_stiffness(stack: list[Ply], z: Array, Q: Array, A: Array, B: Array, D: Array) -> Array:
+    """S (2, 2) of `layup`; bending moments alone strain by (b + z d) M, b = -A^-1 B d."""
+    inverse = np.linalg.inv(D - B @ np.linalg.solve(A, B))
+    flexibility = np.zeros((2, 2))
+    stretch = -np.linalg.solve(A, B) @ inverse if B.any() else np.zeros((3, 3))
+    below = np.zeros((3, 3))  # int Q (b + z d) dz from the bottom to this ply
     for ply, bottom, top, stiffness in zip(stack, z[:-1], z[1:], Q, strict=True):
         G = ply.lamina.transverse_shear(ply.angle)
         for at, weight in zip(*_GAUSS, strict=True):
             height = (bottom + top) / 2 + at * (top - bottom) / 2
-            F = (below + stiffness * (height**2 - bottom**2) / 2) @ inverse
+            F = below + stiffness @ (stretch * (height - bottom) + inverse * (height**2 - bottom**2) / 2)
             f = np.array([[F[0, 0], F[2, 1]], [F[2, 0], F[1, 1]]])
             flexibility += weight * (top - bottom) / 2 * f.T @ np.linalg.solve(G, f)
-        below = below + stiffness * (top**2 - bottom**2) / 2
+        below = below + stiffness @ (stretch * (top - bottom) + inverse * (top**2 - bottom**2) / 2)
     return np.asarray(np.linalg.inv(flexibility))
 
 

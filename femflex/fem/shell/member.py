@@ -39,11 +39,12 @@ Index = NDArray[np.int64]
 CELLS = ("triangle", "triangle6", "quad", "quad9")
 FLAT_AREA = 1e-10  # of the longest side squared: area below which an element has none
 WARPED = 15.0  # [deg] between the normals at two corners of a four-node element, from which a warning says so
-FOLDED = 75.0  # [deg] from which such an element is refused
+FOLDED = 120.0  # [deg] from which such an element is refused: its nodes go across
 CONSTANT_SHARE = 0.2  # of the area in three-node triangles, whose membrane strain is constant, that passes unsaid
 FOLD_ANGLE = 20.0  # [deg]
 OPTIONS: Options = {
     **PLATE_OPTIONS,
+    "offset": Option(0.0, "height of the section's middle above the nodes, along the elements' normals", "m"),
     "fold_angle": Option(
         float(np.radians(FOLD_ANGLE)), "angle between neighbouring elements above which their edge is a fold", "rad"
     ),
@@ -70,6 +71,7 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     options   axis            (3,) direction in the mesh's axes of the section's x axis, laid into the surface
               prestress       (Nx, Ny, Nxy) initial membrane forces in the section's axes [N/m]
               thermal_strain  free strain, a number or (xx, yy, xy) in the section's axes
+              offset          height of the section's middle above the nodes, along the elements' normals [m]
               fold_angle      angle between neighbouring elements above which their common edge is a fold [rad]
 
     Nodes have three translations and the rotations across their director; rotation about it too at folds, branches and
@@ -81,7 +83,7 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     few among quadrilaterals do, a mesh of them is better served by the `plate` family.
     """
     options, where = member_options(member), f"shell on group {member.group!r}"
-    section = member_section(member)
+    section = _shifted(member_section(member, coupled=True), options["offset"], where)
     cells = member_cells(mesh, member, CELLS)
     for name, nodes in cells.items():
         _check_shapes(name, mesh.points[nodes], where)
@@ -119,7 +121,7 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         inertia.append(_inertia(geometry, section, dofs))
         cell = CELL_TYPES[name]
         at, few = (np.matmul(cell.interpolation(rule[0]), x) for rule in (_full(name), _few(name)))
-        places.append(StrainPlaces("plate", at, few if cell.order == 2 else None))
+        places.append(StrainPlaces("plate", at, few if cell.order == 2 else None, section.thickness / 2))
         late.append(partial(_drilling, geometry, dofs, numbering, float(section.A[2, 2])))
 
     def drilled() -> tuple[StrainBlock, ...]:
@@ -135,10 +137,17 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
 
 
 def elastic_matrix(section: PlateSection) -> Array:
-    """diag(A, D, S) (1, 1, 8, 8) over membrane strains, curvatures and shears, in the section's axes."""
+    """[A B; B D] and S (1, 1, 8, 8) over membrane strains, curvatures and shears, in the section's axes."""
     C = np.zeros((1, 1, 8, 8))
     C[0, 0, :3, :3], C[0, 0, 3:6, 3:6], C[0, 0, 6:, 6:] = section.A, section.D, section.S
+    C[0, 0, :3, 3:6] = C[0, 0, 3:6, :3] = section.B
     return C
+
+
+def _shifted(section: PlateSection, offset: float, where: str) -> PlateSection:
+    if isinstance(offset, bool) or not isinstance(offset, int | float | np.floating) or not np.isfinite(offset):
+        raise ValueError(f"{where} has offset {offset!r}; give one length in metres")
+    return section.shifted(float(offset)) if offset else section
 
 
 def _full(name: str) -> tuple[Array, Array]:
@@ -161,7 +170,7 @@ def _inertia(geometry: ShellGeometry, section: PlateSection, dofs: Index) -> She
     points, weight = _triangle(4) if "triangle" in geometry.cell else quadrature("quad", 3)
     N = CELL_TYPES[geometry.cell].interpolation(points)
     radius = np.sqrt(section.rotary / section.mass) if section.mass > 0 else 0.0
-    heights = np.array([radius, -radius]) if radius > 0 else np.zeros(1)
+    heights = section.centre + (np.array([radius, -radius]) if radius > 0 else np.zeros(1))
     middle = np.matmul(N, geometry.x)
     rho = np.concatenate([middle + z * np.matmul(N, geometry.V) for z in heights], axis=1)
     dm = areas(geometry, points)[0] * weight * section.mass / len(heights)
@@ -193,6 +202,7 @@ def _initial_stress(section: PlateSection, options: dict[str, Any], where: str) 
             raise ValueError(f"{where} has {name} {options[name]!r}; give three finite numbers, xx, yy and xy")
     stress = np.zeros((1, 1, 8))
     stress[0, 0, :3] = force - section.A @ strain
+    stress[0, 0, 3:6] = -section.B @ strain
     return stress
 
 

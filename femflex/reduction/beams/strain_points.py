@@ -48,6 +48,9 @@ def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool)
         own = gradients if whole else seen.linear_map @ gradients
         rows[chunk] = own if shares is None else np.einsum("ekq,eqgn->ekgn", shares[chunk], own)
     weight = points.weight
+    lever = np.broadcast_to(places.lever, (e, q)) if np.ndim(places.lever) else np.full((1, 1), places.lever)
+    if shares is not None and lever.size > 1:
+        lever = np.einsum("ekq,eq->ek", shares, lever)
     if shares is not None:
         x, weight = shares @ x, np.repeat(weight.sum(axis=1, keepdims=True) / kept, kept, axis=1)
     return StrainPart(
@@ -62,6 +65,7 @@ def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool)
         first=np.eye(raw.shape[1]),
         nonlinear=nonlinear,
         per=kept,
+        lever=lever.ravel(),
     )
 
 

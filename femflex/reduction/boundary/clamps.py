@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Groups = str | Sequence[str] | Supports  # names; or name -> components held, e.g. ("x", "y", "z"), or a Support
 
+SHOWN = 5  # parts that share no node, besides the largest, that a message lists
+
 
 def names(groups: Groups) -> tuple[str, ...]:
     """Names of the groups."""
@@ -51,7 +53,9 @@ def refuse_unheld(structure: Structure, held: Index, clamp: tuple[str, ...], loo
     else:
         what = f"{n_null} motion{'s' * (n_null > 1)} without stiffness, of which {n_rigid} are rigid"
         why = (
-            f"falls into {parts} parts that share no node" if parts > 1 else f"is a mechanism{_told(structure, loose)}"
+            f"falls into {len(parts)} parts that share no node{_smaller(parts)}"
+            if len(parts) > 1
+            else f"is a mechanism{_told(structure, loose)}"
         )
         hint = f"It {why}: join the parts or brace it, or clamp more of its groups, {others}."
     raise ValueError(f"the structure, {where}, has {what}. {hint}")
@@ -77,8 +81,17 @@ def _told(structure: Structure, loose: Array) -> str:
     )
 
 
-def _parts(structure: Structure) -> int:
-    """Number of parts that share no node: nodes are joined by the dofs they share and by stiffness between dofs."""
+def _smaller(parts: list[tuple[int, Array]]) -> str:
+    """How many nodes the parts but the largest have, and where they lie: the first SHOWN of them."""
+    found = sorted(parts, key=lambda part: -part[0])[1:]
+    listed = [f"{n} nodes about ({', '.join(f'{x:.4g}' for x in at)})" for n, at in found[:SHOWN]]
+    more = f" and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
+    return f" (besides the largest: {'; '.join(listed)}{more})"
+
+
+def _parts(structure: Structure) -> list[tuple[int, Array]]:
+    """Parts that share no node, as their numbers of nodes and centres (3,): nodes are joined by the dofs they share and
+    by stiffness between dofs."""
     rows = sparse.vstack([structure.translation, structure.rotation]).tocoo()
     node = rows.coords[0] // 3 % len(structure.mesh.points)
     incidence = sparse.coo_array(
@@ -86,4 +99,6 @@ def _parts(structure: Structure) -> int:
     )
     joined = (incidence @ abs(structure.K) @ incidence.T).tocsr()
     used = np.unique(node)
-    return int(csgraph.connected_components(joined[used][:, used], directed=False)[0])
+    count, part = csgraph.connected_components(joined[used][:, used], directed=False)
+    points = structure.mesh.points[used]
+    return [(int(np.sum(part == k)), points[part == k].mean(axis=0)) for k in range(count)]

@@ -60,7 +60,13 @@ def static_equilibrium(structure: Structure, clamp: Groups, preload: Preload | N
 
 def is_preloaded(structure: Structure, held: Index) -> bool:
     """Whether loads outside balance the elastic force of a structure in its `static_equilibrium`."""
-    return ("preloaded", held.tobytes()) in structure.known
+    return is_known(structure, "preloaded", held)
+
+
+def is_known(structure: Structure, what: str, held: Index) -> bool:
+    """Whether it is known of a structure with these dofs held, or some of them: "at rest", "preloaded"."""
+    keys = [key[1] for key in structure.known if key[0] == what]
+    return any(np.isin(np.frombuffer(key, np.int64), held).all() for key in keys)
 
 
 def equilibrium(structure: Structure, held: Index, loads: Loads) -> Array:

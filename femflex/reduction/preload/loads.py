@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Preload:
-    """Forces g + A (r - origin) per mass and dead forces, in the axes of the mesh; see `weight`, `spin` and `orbit`.
+    """Forces g + A (r - origin) per mass and dead forces, in the axes of the mesh; see its class methods.
 
     acceleration  (3,)    g [m/s^2], as gravity: the direction in which bodies fall
     gradient      (3, 3)  A [1/s^2]
@@ -42,31 +42,27 @@ class Preload:
                 raise ValueError(f"{name} of a preload is {value.tolist()}; give finite numbers of shape {shape}")
             object.__setattr__(self, name, value)
 
-    def under(self, **more: Any) -> Preload:
-        """A copy with other forces or masses."""
-        return replace(self, **more)
+    @classmethod
+    def weight(cls, acceleration: ArrayLike, **more: Any) -> Preload:
+        """Uniform gravity g (3,) [m/s^2], and forces or masses."""
+        return cls(acceleration=acceleration, **more)
 
+    @classmethod
+    def spin(cls, rate: ArrayLike, **more: Any) -> Preload:
+        """Centrifugal field of a steady rate Om (3,) [rad/s] about an axis through the origin: |Om|^2 1 - Om Om^T."""
+        w = np.asarray(rate, float)
+        return cls(gradient=w @ w * np.eye(3) - np.outer(w, w), **more)
 
-def weight(acceleration: ArrayLike) -> Preload:
-    """Uniform gravity g (3,) [m/s^2]."""
-    return Preload(acceleration=acceleration)
+    @classmethod
+    def orbit(cls, rate: float, vertical: ArrayLike, normal: ArrayLike, **more: Any) -> Preload:
+        """Gravity gradient and centrifugal field at rest in the frame of a circular orbit: n^2 (3 v v^T - h h^T).
 
-
-def spin(rate: ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Preload:
-    """Centrifugal field of a steady rate Om (3,) [rad/s] about an axis through the origin: A = |Om|^2 1 - Om Om^T."""
-    w = np.asarray(rate, float)
-    return Preload(gradient=w @ w * np.eye(3) - np.outer(w, w), origin=origin)
-
-
-def orbit(rate: float, vertical: ArrayLike, normal: ArrayLike, origin: ArrayLike = (0.0, 0.0, 0.0)) -> Preload:
-    """Gravity gradient and centrifugal field at rest in the frame of a circular orbit: A = n^2 (3 v v^T - h h^T).
-
-    rate n [rad/s]; vertical v and orbit normal h (3,), at right angles; origin: the point that moves on the orbit
-    """
-    v, h = (np.asarray(d, float) / np.linalg.norm(d) for d in (vertical, normal))
-    if abs(v @ h) > 1e-6:
-        raise ValueError(f"vertical {v.tolist()} and orbit normal {h.tolist()} are not at right angles")
-    return Preload(gradient=rate**2 * (3 * np.outer(v, v) - np.outer(h, h)), origin=origin)
+        rate n [rad/s]; vertical v and orbit normal h (3,), at right angles; the origin moves on the orbit.
+        """
+        v, h = (np.asarray(d, float) / np.linalg.norm(d) for d in (vertical, normal))
+        if abs(v @ h) > 1e-6:
+            raise ValueError(f"vertical {v.tolist()} and orbit normal {h.tolist()} are not at right angles")
+        return cls(gradient=rate**2 * (3 * np.outer(v, v) - np.outer(h, h)), **more)
 
 
 @dataclass(frozen=True, eq=False)

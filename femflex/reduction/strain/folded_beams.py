@@ -13,6 +13,7 @@ import warnings
 
 from femflex.fem.beam.corners import corner_nodes
 from femflex.fem.structure import Structure
+from femflex.fem.tension.strain import TensionStrain
 from femflex.warning import PhysicsWarning
 
 SLENDER = 300.0  # length of all beams over the radius of gyration
@@ -41,7 +42,7 @@ def beam_slenderness(structure: Structure) -> float:
     """Length of all beams over the least radius of gyration in bending, sqrt(EI / EA)."""
     length, least = 0.0, math.inf
     for block, places in zip(structure.strain, structure.places, strict=True):
-        if places is not None and places.kind == "line":
+        if places is not None and places.kind == "line" and not isinstance(block, TensionStrain):
             part = block.sampled(slice(None))
             length += float(part.weight.sum())
             EA, EI = part.elastic[..., 0, 0], (part.elastic[..., 1, 1], part.elastic[..., 2, 2])

@@ -39,7 +39,8 @@ def warn_of_in_plane_turns(structure: Structure, modes: ModeSet) -> None:
     warnings.warn(
         "plates turn in their own planes (webs of boxes, walls of tubes), and their nonlinear strain has no squares of "
         f"these turns: of the stiffness that loads and spin add or take, about these parts are missing: {text} (limit "
-        f"{DOUBTFUL:.0%}; a box column buckles at twice its load). Use beams or solids, or segments with linear strain",
+        f"{DOUBTFUL:.0%}; a box column buckles at twice its load). Use shells, beams or solids, or segments with "
+        "linear strain",
         PhysicsWarning,
         stacklevel=3,
     )

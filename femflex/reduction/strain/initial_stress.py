@@ -13,7 +13,7 @@ from femflex.fem.structure import Structure
 from femflex.reduction.boundary.clamps import Groups, held_dofs
 from femflex.reduction.boundary.supported import unstressed
 from femflex.reduction.modes.modeset import ModeSet
-from femflex.reduction.preload.equilibrium import static_equilibrium
+from femflex.reduction.preload.equilibrium import is_known, static_equilibrium
 from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
@@ -33,7 +33,7 @@ def relaxed(structure: Structure, clamp: Groups = ()) -> Structure:
     tethers or membranes get their `static_equilibrium`.
     """
     held = held_dofs(structure, clamp)
-    if ("at rest", held.tobytes()) in structure.known:
+    if is_known(structure, "at rest", held):
         return structure
     if tension_blocks(structure):
         return static_equilibrium(structure, clamp)
@@ -62,7 +62,7 @@ def warn_if_slack(structure: Structure, modes: ModeSet) -> None:
     """Warn when supports do not hold the initial stress, so that linear strain keeps stiffness that would go."""
     if not (structure.stressed and structure.f0.any() and modes.n_modes):
         return
-    if ("at rest", modes.held.tobytes()) in structure.known:
+    if is_known(structure, "at rest", modes.held):
         return
     if tension_blocks(structure):
         _warn_if_unbalanced(structure, modes.held)

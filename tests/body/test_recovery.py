@@ -1,0 +1,90 @@
+"""Section forces and stresses from strain fields: statics of bars, sheets and blocks under known loads."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.sparse.linalg import spsolve
+
+from femflex.body.recovery import at_points, largest_over_time, named, peaks, quantities, von_mises
+from femflex.fem import Material, Member, build_structure
+from femflex.fem.sections import Rectangle
+from femflex.fem.sections.laminates import Lamina, Ply, sandwich
+from femflex.mesh import box, line, rectangle
+from femflex.reduction.beams.strain_points import strain_field
+
+METAL = Material(70e9, 0.3, 2700.0)
+
+
+def field(structure, force, held, group, nonlinear=False):
+    """Strain parts over the one shape that a force (3,), shared by the nodes of a group, makes; amplitude 1."""
+    nodes = structure.mesh.group_points(group)
+    F = np.zeros((len(structure.mesh.points), 3))
+    F[nodes] = np.asarray(force) / len(nodes)
+    free = np.setdiff1d(np.arange(structure.n_dof), structure.clamped_dofs(held))
+    x = np.zeros((structure.n_dof, 1))
+    x[free, 0] = spsolve(structure.K[free][:, free].tocsc(), (structure.translation.T @ F.ravel())[free])
+    return strain_field(structure, x, nonlinear)
+
+
+def test_moments_axial_force_and_torque_of_a_bar():
+    """Force (2, 3, 5) at the end of a bar and an arm of 0.1: M = F (L - x), N, T = 0.1 times a force across."""
+    mesh = line(np.array([[0, 0, 0], [1.0, 0, 0], [1.0, 0.1, 0]]), 2)
+    s = build_structure(mesh, [Member("line", "beam", Rectangle(0.02, 0.03), METAL)])
+    parts = field(s, (2.0, 3.0, 5.0), "start", "end")
+    y = np.array([[0.0], [1.0], [-2.0]])
+    found = {name: at_points(parts, name, [0.3, 0, 0], y) for name in quantities(parts)}
+    x = found["axial_force"][1][0, 0]
+    for name, value in {
+        "axial_force": 2.0,
+        "moment_z": 3.0 * (1 - x) - 2.0 * 0.1,
+        "moment_y": -5.0 * (1 - x),
+        "torque": 0.1 * 5.0,
+    }.items():
+        np.testing.assert_allclose(found[name][0][:, 0], [0.0, value, -2 * value], rtol=2e-3, err_msg=name)
+    top = {peak.name: peak for peak in peaks(parts, y, np.array([0.0, 1.0, 2.0]))}
+    assert top["moment_y"].time == 2.0 and top["moment_y"].place[0] < 0.05
+    assert top["moment_y"].value == pytest.approx(2 * 5 * (1 - top["moment_y"].place[0]), rel=2e-3)
+    assert von_mises(parts[0], y) is None and "von_mises" not in quantities(parts)
+
+
+@pytest.mark.parametrize(("family", "cell", "rel"), [("shell", "quad9", 0.01), ("plate", "triangle", 0.03)])
+def test_a_sheet_bent_and_pulled(family, cell, rel):
+    """A strip with nu = 0 under a pull N and a tip force: n = N / b, m = F (L - x) / b, stress n / h + 6 m / h^2."""
+    h, b = 0.01, 0.2
+    s = build_structure(
+        rectangle(1.0, b, 10, 2, cell), [Member("surface", family, h, Material(70e9, 0.0, 1.0), {"axis": (1, 0, 0)})]
+    )
+    parts = field(s, (50.0, 0, 2.0), "left", "right")
+    at = [0.5, 0.1, 0.0]
+    n, where = at_points(parts, "force_xx", at, np.ones((1, 1)))
+    m, _ = at_points(parts, "moment_xx", at, np.ones((1, 1)))
+    stress, _ = at_points(parts, "von_mises", at, np.ones((1, 1)))
+    x = where[0, 0]
+    assert n[0, 0] == pytest.approx(50 / b, rel=0.03)
+    assert abs(m[0, 0]) == pytest.approx(2.0 * (1 - x) / b, rel=rel)
+    assert stress[0, 0] == pytest.approx(abs(n[0, 0]) / h + 6 * abs(m[0, 0]) / h**2, rel=0.02)
+
+
+def test_a_block_pulled_has_the_stress_of_force_over_area():
+    s = build_structure(box(1.0, 0.2, 0.1, 4, 2, 1, "tetra10"), [Member("volume", "solid", material=METAL)])
+    # a stretch and its contraction, exactly
+    u = s.mesh.points * [1.0, -0.3, -0.3] * 1e-3
+    parts = strain_field(s, (s.translation.T @ u.ravel())[:, None], False)
+    for name, value in {"xx": 70e6, "yy": 0.0, "xy": 0.0, "von_mises": 70e6}.items():
+        found = named(parts[0], name, np.array([[1.0]]))
+        np.testing.assert_allclose(found, value, atol=70.0)
+    np.testing.assert_allclose(largest_over_time(parts[0], "xx", np.array([[1.0], [-3.0]])), 210e6, rtol=1e-5)
+    assert largest_over_time(parts[0], "moment_y", np.array([[1.0]])) is None
+
+
+def test_a_sandwich_has_forces_and_no_stress_of_one_sheet():
+    face = Ply(Lamina.isotropic(METAL), 0.0005)
+    s = build_structure(
+        rectangle(1.0, 0.5, 2, 1, "quad"),
+        [Member("surface", "shell", sandwich(face, 0.02, Lamina.core(50.0, 1e8)))],
+    )
+    parts = field(s, (0, 0, 1.0), "left", "right")
+    assert "moment_xx" in quantities(parts) and "von_mises" not in quantities(parts)
+    with pytest.raises(ValueError, match="'von_mises' is not known of this body; it has force_xx"):
+        at_points(parts, "von_mises", [0, 0, 0], np.ones((1, 1)))

@@ -1,0 +1,126 @@
+"""Twist, stretch, tethers, membranes and plates that deploy, each against an answer from outside."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from members import TIP, solved, wall_beam
+from pde import rod_from_a_wall, stretch_from_a_wall, string_between_supports
+
+from femflex.deployment import (
+    DeployingLine,
+    DeployingStrip,
+    StringFunctions,
+    StripFunctions,
+    deploying_line,
+    deploying_strip,
+)
+from femflex.reduction import BeamFunctions
+from femflex.system import Profile, System, weld
+
+RAMP = Profile.smooth_step(0.5, 4.0, 1.0, 2.0)
+TIMES = np.linspace(0, 5, 26)
+
+
+def on_a_wall(made, delta):
+    """A member fixed at its root, with initial coordinates."""
+    delta = np.concatenate([delta, np.zeros(made.body.n_modes - len(delta))])
+    return System({"it": made.body}, (weld("it", child_marker="root"),), varying={"it": made.variation},
+                  delta0={"it": delta})  # fmt: skip
+
+
+def amplitudes(made, states, row, xi):
+    """Displacement in a field at xi over time."""
+    return states[:, : made.shapes.n] @ made.shapes.fields(np.array([xi]), 0)[0, row]
+
+
+def test_twist_follows_the_travelling_shaft():
+    line = DeployingLine(mass_per_length=2.0, EIy=1.0, EIz=1.0, GJ=0.3, ry=0.3, rz=0.2)
+    made = deploying_line(line, BeamFunctions(torsion=6), RAMP, until=5.0, strain="linear")
+    _, states, _ = solved(on_a_wall(made, [1e-2]), TIMES)
+    start = made.shapes.fields(np.linspace(0, 1, 50), 0)[:, 3, 0] * 1e-2
+    exact = rod_from_a_wall(
+        RAMP, (lambda xi: np.interp(xi, np.linspace(0, 1, 50), start) * 0 + made.shapes.fields(xi, 0)[:, 3, 0] * 1e-2,
+               np.zeros_like), TIMES, 0.3, 2.0 * (0.3**2 + 0.2**2))(1.0)  # fmt: skip
+    found = amplitudes(made, states, 3, 1.0)
+    assert np.abs(found - exact).max() < 1e-3 * np.abs(exact).max()
+
+
+def test_stretch_follows_the_travelling_rod():
+    line = DeployingLine(mass_per_length=2.0, EA=3.0, EIy=1.0, EIz=1.0)
+    made = deploying_line(line, BeamFunctions(axial=8), RAMP, until=5.0)
+    _, states, seen = solved(on_a_wall(made, []), TIMES)
+    exact = stretch_from_a_wall(RAMP, (np.zeros_like, np.zeros_like), TIMES, 3.0, 2.0)(1.0)
+    found = amplitudes(made, states, 0, 1.0)
+    assert np.abs(exact).max() > 0.05
+    assert np.abs(found - exact).max() < 2e-3 * np.abs(exact).max()
+    assert seen["markers/it.tip/position"][:, 0] == pytest.approx(RAMP(TIMES)[0] + found, abs=1e-12)
+
+
+@pytest.mark.parametrize("family", ["polynomial", "characteristic"])
+def test_a_tensioned_membrane_follows_the_travelling_string(family):
+    """Held at its tip; one function across the width is a string."""
+    m, T, width = 0.4, 5.0, 0.8
+    strip = DeployingStrip(mass_per_area=m / width, width=width, tension=T)
+    functions = StripFunctions(StringFunctions(z=6, tip="held", family=family))
+    made = deploying_strip(strip, functions, RAMP, until=5.0)
+    shape = lambda xi: TIP * np.sin(np.pi * xi)  # noqa: E731
+    xi, w = (np.polynomial.legendre.leggauss(40)[0] + 1) / 2, np.polynomial.legendre.leggauss(40)[1] / 2
+    B = made.shapes.deflections(xi, np.zeros(1))[:, 0]
+    delta = np.linalg.solve((B.T * w) @ B, (B.T * w) @ shape(xi))
+    _, states, _ = solved(on_a_wall(made, delta), TIMES)
+    exact = string_between_supports(RAMP, (shape, np.zeros_like), TIMES, T, m)(0.5)
+    found = states[:, :6] @ made.shapes.deflections(np.array([0.5]), np.zeros(1))[0, 0]
+    assert np.abs(found - exact).max() < 1e-3 * TIP
+
+
+def test_a_plate_without_poissons_ratio_is_a_beam():
+    b, D, m = 0.5, 2.0, 1.0
+    plate = DeployingStrip(mass_per_area=m / b, width=b, bending=D / b)
+    made = deploying_strip(plate, StripFunctions(BeamFunctions(z=3)), RAMP, until=5.0)
+    line = DeployingLine(mass_per_length=m, EIy=D, EIz=D)
+    beam = deploying_line(line, BeamFunctions(z=3), RAMP, until=5.0)
+    delta = [0.02, 0.005]
+    found = solved(on_a_wall(made, delta), TIMES)[2]["markers/it.tip/position"]
+    exact = solved(on_a_wall(beam, delta), TIMES)[2]["markers/it.tip/position"]
+    assert found == pytest.approx(exact, abs=1e-6 * np.abs(exact[:, 2]).max())
+
+
+def test_plates_twist_too_and_their_frequency_falls_as_the_length_grows():
+    """First twist of a long strip with nu = 0.3: (pi / 2 L) sqrt(GJ / J_p) with GJ = 2 (1 - nu) D b, slightly above."""
+    b, D, mass, nu, L = 0.2, 1.5, 3.0, 0.3, 4.0
+    plate = DeployingStrip(mass_per_area=mass, width=b, bending=D, poisson=nu)
+    made = deploying_strip(plate, StripFunctions(BeamFunctions(z=6), 3), Profile.constant(L))
+    twist = np.sqrt(2 * (1 - nu) * D * b / (mass * b**3 / 12)) * np.pi / (2 * L)
+    omega = made.body.omega[: made.shapes.n]
+    nearest = omega[np.argmin(np.abs(omega - twist))]
+    assert nearest == pytest.approx(twist, rel=0.05)
+
+
+def test_a_tip_body_is_carried_and_loads_the_member():
+    """A payload on the tip: the drum pushes both, and the payload moves with the tip."""
+    from femflex.body import rigid_body
+
+    system = wall_beam(RAMP, functions=BeamFunctions(y=5, tip=True))
+    payload = rigid_body(3.0, 0.1 * np.eye(3))
+    bodies = {**system.bodies, "payload": payload}
+    system = replace(system, bodies=bodies, joints=(*system.joints, weld("payload", "beam", parent_marker="tip")))
+    times = np.linspace(0, 5, 11)
+    _, _, seen = solved(system, times)
+    assert seen["bodies/payload/position"] == pytest.approx(seen["markers/beam.tip/position"], abs=1e-12)
+    L, U, A = RAMP(times)
+    exact = 3.0 * A + L * A + U * U  # straight to second order in the deflection
+    assert seen["bodies/beam/drum_force"] == pytest.approx(exact, abs=1e-4)
+    drum = seen["bodies/beam/drum_force"] * U
+    assert drum == pytest.approx(seen["bodies/beam/drum_power"], abs=1e-12)
+
+
+def test_what_is_wrong_with_a_strip_is_said():
+    with pytest.raises(ValueError, match="a deploying membrane has no tension, so it has no stiffness; give tension"):
+        DeployingStrip(mass_per_area=1.0, width=1.0)
+    with pytest.raises(ValueError, match="string functions were requested in numbers"):
+        StringFunctions()
+    with pytest.raises(ValueError, match=r"the tip of a string is 'glued'; it is one of \['free', 'held'\]"):
+        StringFunctions(y=1, tip="glued")
+    with pytest.raises(ValueError, match="3 damping ratios were given for 2 coordinates"):
+        wall_beam(RAMP, 2, damping=[0.1, 0.1, 0.1])

@@ -1,0 +1,71 @@
+"""Section and density that vary along the material: tables in the length."""
+
+import numpy as np
+import pytest
+from members import UNIT, hub_with_arms, solved
+
+from femflex.deployment import DeployingLine, MaterialTaper, deploying_line, deploying_tapered_line
+from femflex.dynamics import compile_system
+from femflex.reduction import BeamFunctions
+from femflex.system import Profile, System, weld
+
+RAMP = Profile.smooth_step(0.0, 3.0, 1.0, 2.0)
+
+
+def test_a_table_without_taper_is_the_uniform_member():
+    functions = BeamFunctions(y=2, z=1)
+    table = deploying_tapered_line(UNIT, MaterialTaper(), functions, RAMP, until=3.0, stock=3.0)
+    exact = deploying_line(UNIT, functions, RAMP, until=3.0, stock=3.0)
+    assert table.variation.write.error < 1e-8
+    assert len(table.variation.write.pieces) > 1
+    rates = []
+    for made in (table, exact):
+        n = made.body.n_modes
+        system = System({"b": made.body}, (weld("b", child_marker="root"),), varying={"b": made.variation})
+        model = compile_system(system)
+        x = np.concatenate([0.03 * np.array([1.0, 0.5, -0.3])[:n], 0.1 * np.ones(n)])
+        tip = made.body.marker("tip").phi[:, :n]
+        rate = model.state_rate(1.3, x)
+        seen = model.observe(np.array([1.3]), x[None])
+        rates.append((np.abs(tip @ x[:n]), np.abs(rate[n:]), seen["bodies/b/drum_force"][0]))
+    for found, wanted in zip(*rates, strict=True):
+        assert found == pytest.approx(wanted, rel=1e-5, abs=1e-6)
+
+
+def test_spin_falls_as_a_tapered_arm_comes_out():
+    """Heavy near the tip: I omega = H with int m'(sigma) x^2 dx by quadrature; the drum's force from momentum."""
+    m, stock = 0.8, 4.0
+    taper = MaterialTaper(mass=lambda s: 1.0 + 2.0 * np.exp(-s))
+    made = deploying_tapered_line(DeployingLine(mass_per_length=m), taper, None, RAMP, until=3.0, stock=stock)
+    system = System({"b": made.body}, (weld("b"),), varying={"b": made.variation})
+    model = compile_system(system)
+    for t in (0.7, 1.5, 2.2):
+        L, U, A = (float(v) for v in RAMP(t))
+        x, w = (np.polynomial.legendre.leggauss(40)[0] + 1) / 2, np.polynomial.legendre.leggauss(40)[1] / 2
+        mass = m * L * (w @ taper.mass(L * x))
+        seen = model.observe(np.array([t]), np.zeros((1, 0)))
+        flux = m * float(taper.mass(np.array([L]))[0]) * U**2
+        assert seen["bodies/b/drum_force"][0] == pytest.approx(mass * A + flux, rel=1e-6)
+        assert seen["bodies/b/exit_flux"][0] == pytest.approx(flux, rel=1e-6)
+    total = m * stock * (w @ taper.mass(stock * x))
+    assert made.body.moments.mass == pytest.approx(total, rel=1e-9)
+
+
+def test_a_free_hub_with_a_tapered_beam_keeps_its_momentum():
+    line = DeployingLine(mass_per_length=0.3, EIy=2.0, EIz=2.0, root=(0.5, 0, 0), direction=(1, 0.4, 0))
+    taper = MaterialTaper(mass=lambda s: 1 + 0.5 * s, bending=lambda s: 1 + s**2)
+    made = deploying_tapered_line(line, taper, BeamFunctions(y=1, z=1), RAMP, until=3.0, stock=3.0)
+    plain = hub_with_arms({"a": (line, BeamFunctions(y=1, z=1), RAMP, {"stock": 3.0})}, (0.1, 0.2, 0.3), 3.0)
+    from dataclasses import replace
+
+    system = replace(plain, bodies={**plain.bodies, "a": made.body}, varying={"a": made.variation})
+    _, _, seen = solved(system, np.linspace(0, 3, 7), 1e-11)
+    H = seen["monitors/angular_momentum"]
+    assert np.abs(H - H[0]).max() < 1e-7 * np.linalg.norm(H[0])  # of the table
+
+
+def test_what_is_wrong_with_a_taper_is_said():
+    with pytest.raises(ValueError, match=r"the density of a deploying member falls to -1 of its mass_per_length"):
+        deploying_tapered_line(UNIT, MaterialTaper(mass=lambda s: 1 - s), None, RAMP, until=3.0, stock=2.0)
+    with pytest.raises(ValueError, match="deploys from a drum at its root; found drum = 'tip'"):
+        deploying_tapered_line(UNIT, MaterialTaper(), None, RAMP, until=3.0, stock=2.0, drum="tip")
