@@ -1,0 +1,165 @@
+"""Stability of periodic motions: the monodromy matrix on the tangent space, and its Floquet multipliers.
+
+A small departure (dxi, du, dz) from a motion of period T comes back as Phi (dxi, du, dz); the motion is stable where no
+eigenvalue of Phi lies outside of the unit circle. dxi are increments of the coordinates, so that quaternions keep their
+length and either sign is the same attitude, and angles count modulo 2 pi. Phi comes from central differences of motions
+that begin a little apart, in both directions. Multipliers at 1 of drift and of the motion's own phase are double: they
+split by the root of the error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics import compile_system
+from femflex.dynamics.equilibria.linearised import advanced, held_freedoms, usual_sizes
+from femflex.dynamics.equilibria.states import moving_states
+from femflex.dynamics.model import Model
+from femflex.system import System
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+STEP = 1e-4  # of a usual size: errors of differences 1e-8, of the integration RTOL / STEP
+RTOL = 1e-11  # of the integration
+CLOSED = 1e-6  # largest gap of a motion that counts as periodic, in usual sizes
+TRIES, SHOT = 12, 1e-9  # steps of Newton's method, and the gap in usual sizes at which it ends
+FREE = 1e-7  # of the largest singular value of 1 - Phi: directions along which the motion may begin anywhere
+OUTSIDE = 1e-6  # beyond the unit circle from which on a multiplier grows
+
+
+@dataclass(frozen=True, eq=False)
+class Floquet:
+    """Multipliers (n,) by falling size of the motion of a period [s] that begins at x (n_x,).
+
+    monodromy  (n, n);  names (n,) of the departures;  gap  largest departure of the motion from itself after a period
+    """
+
+    multipliers: Complex
+    monodromy: Array
+    names: tuple[str, ...]
+    period: float
+    x: Array
+    gap: float
+
+    @property
+    def stable(self) -> bool:
+        """Whether no multiplier lies outside of the unit circle."""
+        return bool(np.abs(self.multipliers).max(initial=0.0) <= 1.0 + OUTSIDE)
+
+
+def floquet(system: System, period: float, state: Array | None = None) -> Floquet:
+    """The Floquet multipliers of the motion of a system that begins at a state (n_x,), its initial one when left out.
+
+    Raises ValueError for a motion that is not periodic, for loops, and for sampled controllers.
+    """
+    if not period > 0:
+        raise ValueError(f"the period is {period} s; it must be above 0")
+    if system.loops or system.constraints or system.controllers:
+        raise ValueError(
+            "Floquet multipliers are those of systems without loops, rolling and sampled controllers; open the loops, "
+            "or leave the controllers out"
+        )
+    model = compile_system(system)
+    x = model.x0 if state is None else np.asarray(state, float)
+    places = departures(model)
+    names = tuple(name for _, name in places)
+    sizes = departure_sizes(model, [place for place, _ in places], period)
+    end = moved(model, x, period)
+    gap = float(np.abs(departure(model, x, end, places) / sizes).max(initial=0.0))
+    if gap > CLOSED:
+        worst = names[int(np.argmax(np.abs(departure(model, x, end, places) / sizes)))]
+        raise ValueError(
+            f"the motion is not periodic: after {period:.9g} s {worst} differs by {gap:.3g} of its usual size from its "
+            "start. Check the period, or start on the periodic motion"
+        )
+    Phi = monodromy(model, x, period, places, sizes)
+    values = np.asarray(np.linalg.eigvals(Phi / sizes[:, None] * sizes), complex)
+    return Floquet(values[np.argsort(-np.abs(values), kind="stable")], Phi, names, period, x, gap)
+
+
+def monodromy(model: Model, x: Array, period: float, places: list[tuple[int, str]], sizes: Array) -> Array:
+    """Phi (n, n): departures after a period by those at the start x (n_x,)."""
+    columns = []
+    for k, size in enumerate(sizes):
+        h = STEP * size * np.eye(len(sizes))[k]
+        ends = [moved(model, displaced(model, x, sign * h, places), period) for sign in (1.0, -1.0)]
+        there = [departure(model, x, one, places) for one in ends]
+        columns.append((there[0] - there[1]) / (2 * STEP * size))
+    return np.column_stack([np.zeros((len(sizes), 0)), *columns])
+
+
+def periodic_state(system: System, period: float, state: Array | None = None) -> Array:
+    """The state (n_x,) near one, the initial one when left out, whose motion has a period [s]: by shooting.
+
+    Newton's method on the gap, in the least step where the motion may begin anywhere. Raises ValueError where it finds
+    none.
+    """
+    model = compile_system(system)
+    x = model.x0 if state is None else np.asarray(state, float)
+    places = departures(model)
+    sizes = departure_sizes(model, [place for place, _ in places], period)
+    for _ in range(TRIES):
+        gap = departure(model, x, moved(model, x, period), places)
+        if np.abs(gap / sizes).max(initial=0.0) <= SHOT:
+            return x
+        Phi = monodromy(model, x, period, places, sizes) / sizes[:, None] * sizes
+        step = np.linalg.lstsq(np.eye(len(sizes)) - Phi, gap / sizes, rcond=FREE)[0]
+        x = displaced(model, x, step * sizes, places)
+    raise ValueError(
+        f"no motion of the period {period:.9g} s was found near the start; after {TRIES} steps of Newton's method "
+        f"{np.abs(gap / sizes).max():.3g} of the usual sizes is left. Begin nearer to it, or check the period"
+    )
+
+
+def departures(model: Model) -> list[tuple[int, str]]:
+    """Place and name of every departure: free coordinates (from 0), their rates (from n_u), states (from 2 n_u)."""
+    free, n = np.flatnonzero(~held_freedoms(model)), model.n_u
+    rates = [name for name, _ in model.system.velocity_names()]
+    states = [name for name, _ in model.system.state_names()]
+    own = [(int(k), rates[k].removesuffix("_rate").replace(".omega_", ".turn_")) for k in free]
+    own += [(n + int(k), rates[k]) for k in free]
+    return own + [(2 * n + k, states[k]) for k in moving_states(model.system)]
+
+
+def departure_sizes(model: Model, places: list[int], period: float) -> Array:
+    """Usual sizes of the departures (n,): a rate moves its coordinate by its usual size in a period."""
+    sizes = usual_sizes(model)
+    return np.concatenate([sizes, sizes / period, model.system.state_sizes()])[places]
+
+
+def displaced(model: Model, x: Array, by: Array, places: list[tuple[int, str]]) -> Array:
+    """The state (n_x,) with departures (n,) from x."""
+    n, full = model.n_u, np.zeros(2 * model.n_u + model.n_z)
+    full[[place for place, _ in places]] = by
+    q, u, z = model.parts(x)
+    return np.concatenate([advanced(model, q, full[:n]), u + full[n : 2 * n], z + full[2 * n :]])
+
+
+def departure(model: Model, x: Array, y: Array, places: list[tuple[int, str]]) -> Array:
+    """Departures (n,) of the state y from x, to first order; angles modulo 2 pi, quaternions of either sign."""
+    n = model.n_u
+    (q, u, z), (p, v, w) = model.parts(x), model.parts(y)
+    change = p - q
+    for first in model.renormalise:
+        four = slice(int(first), int(first) + 4)
+        if p[four] @ q[four] < 0:
+            change[four] = -p[four] - q[four]
+    for k, (name, unit) in enumerate(model.system.coordinate_names()):
+        if unit == "rad" and name:
+            change[k] -= 2 * np.pi * np.round(change[k] / (2 * np.pi))
+    h = 1e-6
+    along = [(advanced(model, q, h * e) - advanced(model, q, -h * e)) / (2 * h) for e in np.eye(n)]
+    increments = np.linalg.lstsq(np.column_stack(along), change, rcond=None)[0] if n else np.zeros(0)
+    return np.concatenate([increments, v - u, w - z])[[place for place, _ in places]]
+
+
+def moved(model: Model, x: Array, period: float) -> Array:
+    """The state (n_x,) after a period."""
+    from femflex.integrate import Dop853
+
+    last = Dop853(rtol=RTOL).solve(model, np.array([0.0, period]), x)
+    return np.asarray(last.states[-1])
