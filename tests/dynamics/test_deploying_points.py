@@ -1,13 +1,9 @@
 """Members that deploy from a flexible parent, with payloads on their tips, against Kane's equations of points."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.append(str(Path(__file__).parents[1] / "dynamics"))
 from pointwise import Jet, Tree, equations, partial_velocities
 from random_systems import random_body, random_state
 from test_equations import elastic_forces
