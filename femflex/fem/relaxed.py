@@ -25,6 +25,7 @@ class RelaxedStrain:
 
     block: Any  # a StrainBlock that is a dataclass with the field stress
     x: Array
+    least: float = 0.0  # see `settled_stress`
 
     @property
     def dofs(self) -> Index:
@@ -44,7 +45,7 @@ class RelaxedStrain:
     @property
     def stress(self) -> Array:
         """See StrainBlock."""
-        return settled_stress(self.block, self.x)
+        return settled_stress(self.block, self.x, self.least)
 
     @property
     def linear_map(self) -> Array:
@@ -67,11 +68,11 @@ class RelaxedStrain:
     def sampled(self, elements: slice) -> StrainBlock:
         """See StrainBlock."""
         part = self.block.sampled(elements)
-        return replace(part, stress=settled_stress(part, self.x))
+        return replace(part, stress=settled_stress(part, self.x, self.least))
 
     def nonlinear(self, elements: slice, stress: StressAt | None = None) -> tuple[StrainBlock, ...]:
         """See StrainBlock."""
-        return tuple(self.block.nonlinear(elements, stress or partial(settled_stress, x=self.x)))
+        return tuple(self.block.nonlinear(elements, stress or partial(settled_stress, x=self.x, least=self.least)))
 
     def stiffness(self) -> Array:
         """See StrainBlock."""
@@ -82,17 +83,31 @@ class RelaxedStrain:
         return self.block.parts()
 
 
-def settled_stress(block: StrainBlock, x: Array) -> Array:
-    """Initial stress and that of the linear strain of x (n_raw,), (e, q, s); what is but rounding of it is none."""
+def settled_stress(block: StrainBlock, x: Array, least: float = 0.0) -> Array:
+    """Initial stress and that of the linear strain of x (n_raw,), (e, q, s); what is but rounding of it is none.
+
+    least: `magnitude` of the structure's initial stress, for blocks that have none of their own.
+    """
     strain = block.linear_map @ block.gradients(x[:, None], slice(None))
     stress = block.stress + np.matmul(block.elastic, strain)[..., 0]
-    unit = np.sqrt(np.abs(np.diagonal(block.elastic, axis1=2, axis2=3)))  # stresses over it compare by their energy
-    return np.where(np.abs(stress) > DUST * unit * np.abs(block.stress / unit).max(), stress, 0.0)
+    return np.where(np.abs(stress) > DUST * _unit(block) * (magnitude(block) or least), stress, 0.0)
+
+
+def magnitude(block: StrainBlock) -> float:
+    """The largest initial stress of a block, by the root of its energy."""
+    unit, stress = np.broadcast_arrays(_unit(block), block.stress)
+    return float(np.divide(np.abs(stress), unit, out=np.zeros(stress.shape), where=unit > 0).max(initial=0.0))
+
+
+def _unit(block: StrainBlock) -> Array:
+    """Roots of the stiffnesses (e|1, q|1, s): stresses over them compare by their energy."""
+    return np.sqrt(np.abs(np.diagonal(block.elastic, axis1=2, axis2=3)))
 
 
 def settled(structure: Structure, x: Array) -> Structure:
     """The structure with the stress of a small displacement x (n_dof,) added to its initial one; the mesh stays."""
     raw = structure.T @ x
-    strain = tuple(RelaxedStrain(block, raw) for block in structure.strain)
+    least = max(magnitude(block) for block in structure.strain)
+    strain = tuple(RelaxedStrain(block, raw, least) for block in structure.strain)
     K, f0 = with_initial_stress(structure.K0, strain, structure.T)
     return replace(structure, strain=strain, K=K, f0=f0)

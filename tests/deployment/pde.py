@@ -4,7 +4,6 @@ Nothing here comes from femflex. At a material point, xi = x / L, D = d/dt + c d
 """
 
 import numpy as np
-from numpy.polynomial import Polynomial
 from numpy.polynomial.legendre import Legendre
 from scipy.integrate import solve_ivp
 
@@ -59,22 +58,6 @@ def beam_from_a_wall(length, start, times, EI=1.0, m=1.0, count=12):
         return EI / (m * L**4) * y4 + A / L * (1 - xi) * y2 - A / L * y1  # D^2 holds A w_x
 
     return solution(basis(CLAMPED_FREE, count), spatial, length, start, times)
-
-
-def cosine_ramp(start, end, rate):
-    """L, U, A of a length that grows from L = 1 with a rate that rises smoothly to `rate` and falls back to zero."""
-    span = end - start
-
-    def length(t):
-        s = np.clip((t - start) / span, 0, 1)
-        two_pi = 2 * np.pi
-        grown = rate * span * (s / 2 - np.sin(two_pi * s) / (2 * two_pi))
-        return 1 + grown, rate * (1 - np.cos(two_pi * s)) / 2, rate * np.pi / span * np.sin(two_pi * s)
-
-    return length
-
-
-__all__ = ["CLAMPED_FREE", "Polynomial", "basis", "beam_from_a_wall", "cosine_ramp", "solution"]
 
 
 def rod_from_a_wall(length, start, times, stiffness, inertia, count=10):

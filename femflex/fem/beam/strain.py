@@ -184,6 +184,9 @@ def beam_strain(
     G = np.concatenate([first, second, turned], axis=2)
     stress = np.zeros((*weight.shape, 4))
     stress[:, :, 0] = options["prestress"] - r.EA * options["thermal_strain"]
+    if options["offset"] is not None:  # it acts at the centroid: eps + z kappa_y - y kappa_z
+        y, z = options["offset"]
+        stress[:, :, 1], stress[:, :, 2] = -y * stress[:, :, 0], z * stress[:, :, 0]
     found = fourth_order(r.EIy, r.EIz, r.polar2, bool(options["far_bends"]))
     fourth = np.broadcast_to(found, (*weight.shape, len(FOURTH)))
     linear, quadratic = strain_maps()
