@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from femflex.studies.linear.linear_model import LinearModel, linear_model
 from femflex.studies.linear.poles import Pole, poles_of
+from femflex.studies.linear.root_locus import RootLocus, root_locus
 from femflex.studies.linear.saved import save_model
 from femflex.studies.linear.space import StateSpace
 from femflex.studies.linear.truncated import Truncated, balanced_truncation, modal_truncation
@@ -12,12 +13,14 @@ from femflex.studies.linear.zeros import transmission_zeros
 __all__ = [
     "LinearModel",
     "Pole",
+    "RootLocus",
     "StateSpace",
     "Truncated",
     "balanced_truncation",
     "linear_model",
     "modal_truncation",
     "poles_of",
+    "root_locus",
     "save_model",
     "transmission_zeros",
 ]

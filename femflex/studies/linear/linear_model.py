@@ -111,7 +111,7 @@ def linear_model(
             raise ValueError(f"the state has the shape {x.shape}; expected ({model.n_x},), as a row of a run")
     chosen = inputs_of(model.system, wanted)
     if any(one.kind == "motion" for one in chosen) and model.constraints is not None:
-        raise ValueError("beside loops a specified motion cannot be an input of a linear model yet; take loads")
+        raise ValueError("with loops a specified motion cannot be an input of a linear model; take loads")
     return _Builder(model, x, t, chosen, outputs).built(about, left_out)
 
 

@@ -93,12 +93,12 @@ def _spread(executor: Executor, plan: Plan, todo: Todo, ahead: int) -> Iterator[
 def dask_executor(address: str) -> Executor:
     """The executor of a Dask cluster by its scheduler's address.
 
-    Raises ImportError where Dask is not installed, ValueError for a scheduler that does not answer.
+    Raises ValueError where Dask is not installed, and for a scheduler that does not answer.
     """
     try:
         from distributed import Client
     except ImportError:
-        raise ImportError(
+        raise ValueError(
             "a sweep on a cluster needs Dask; pip install femflex[dask], or leave --scheduler out to take this machine"
         ) from None
     try:

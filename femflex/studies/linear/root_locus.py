@@ -1,0 +1,47 @@
+"""Poles of the linear model of a case over one of its values: the root locus."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from femflex.case import Case
+from femflex.pipeline.balanced import decided_at_rest
+from femflex.studies.linear.linear_model import linear_model
+
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class RootLocus:
+    """Poles (n_values, n) [1/s] of a case whose value at a key path takes each of `values`; a column is one branch."""
+
+    path: str
+    values: tuple[Any, ...]
+    poles: Complex
+
+
+def root_locus(case: Case, path: str, values: Sequence[Any]) -> RootLocus:
+    """The poles of a case about its equilibrium over the values at a key path, such as "joints.0.damping".
+
+    Branches go from value to value by the least change of all poles together. Raises CaseError for a path or a value
+    that the case does not take, ValueError where the number of states changes, and as `femflex.equilibrium`.
+    """
+    rows: list[Complex] = []
+    for value in values:
+        model = linear_model(decided_at_rest(case.with_values({path: value})).system, [], [])
+        found = model.eigenvalues()
+        if rows and len(found) != len(rows[-1]):
+            raise ValueError(
+                f"the model has {len(found)} states at {path} = {value} and {len(rows[-1])} before; a root locus "
+                "needs a value that changes none of them"
+            )
+        if rows:
+            found = found[linear_sum_assignment(np.abs(rows[-1][:, None] - found[None]))[1]]
+        rows.append(found)
+    return RootLocus(path, tuple(values), np.array(rows, complex).reshape(len(rows), -1))
