@@ -20,9 +20,7 @@ def new(
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing case.")] = False,
 ) -> None:
     """Write a commented case to start from, and the schema by which editors complete and check its keys."""
-    import json
-
-    from femflex.case.schema import json_schema
+    from femflex.case.schema import schema_text
     from femflex.case.starting_case import starting_case
     from femflex.results.place import check_place
     from femflex.view.output import placed
@@ -43,7 +41,7 @@ def new(
     print(f"case        {target}")
     if not schema.exists():
         with placed(schema) as part:
-            part.write_text(json.dumps(json_schema(), separators=(",", ":")) + "\n", encoding="utf-8")
+            part.write_text(schema_text(), encoding="utf-8")
         print(f"schema      {schema}, for editors")
     for note in notes:
         print(f"look at     {note}")

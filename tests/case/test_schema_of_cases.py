@@ -9,7 +9,7 @@ import jsonschema
 import pytest
 
 from femflex.case import CaseError, read_case
-from femflex.case.schema import json_schema
+from femflex.case.schema import json_schema, schema_text
 
 CASES = sorted((Path(__file__).resolve().parents[2] / "cases").glob("*.toml"))
 
@@ -74,3 +74,11 @@ def test_a_missing_key_is_told_with_its_meaning(write_case, craft):
     path = write_case(craft.replace("mass = 200\n", ""))
     with pytest.raises(CaseError, match=r"mass: this key is missing \(total mass\)"):
         read_case(path)
+
+
+def test_shipped_cases_begin_with_the_schema_that_stands_next_to_them():
+    """Made by `femflex.case.schema.schema_text`; an editor completes and checks the keys of a case by it."""
+    folder = Path(__file__).resolve().parents[2] / "cases"
+    assert (folder / "case.schema.json").read_text(encoding="utf-8") == schema_text(), "run python cases/make_schema.py"
+    for path in folder.glob("*.toml"):
+        assert path.read_text(encoding="utf-8").startswith("#:schema case.schema.json\n"), path.name
