@@ -72,8 +72,10 @@ def longest(system: System, name: str) -> float:
 def is_integrated(system: System) -> bool:
     """Whether a system's central attraction is integrated over points of mass.
 
-    Bodies whose mass varies with time have none that move with it: beside them it is not, and ValueError is raised
-    where it is asked for.
+    Automatically it is for craft beyond LARGE whose flexible bodies have points of mass, as those of meshes do. With
+    "exact" bodies without points have six from their moments, which do not follow their shapes: energy is then kept to
+    the second order alone. Bodies whose mass varies with time have no points that move with it: with them it is not,
+    and ValueError is raised where it is requested.
     """
     found = reach(system)
     if found is None or system.environment.attraction == "gradient":
@@ -86,4 +88,8 @@ def is_integrated(system: System) -> bool:
                 "mass are not known; give attraction = 'gradient'"
             )
         return False
-    return system.environment.attraction == "exact" or found.ratio > LARGE
+    if system.environment.attraction == "exact":
+        return True
+    # six points stand for the moments of a body without points of mass; they do not follow its shapes
+    known = all(body.mass_points is not None for body in system.bodies.values() if body.n_modes)
+    return known and found.ratio > LARGE

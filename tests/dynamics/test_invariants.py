@@ -9,7 +9,7 @@ from scipy.special import ellipj
 from femflex.body import FlexibleBody, Marker, MassMoments, StrainTensors, rigid_body
 from femflex.dynamics import compile_system
 from femflex.integrate.dop853 import Dop853
-from femflex.system import Frame, Orbit, System, free, revolute, spherical, weld
+from femflex.system import Environment, Frame, Orbit, System, free, revolute, spherical, weld
 
 TIGHT = Dop853(rtol=1e-12, atol=1e-13)
 
@@ -140,7 +140,8 @@ def test_free_orbit_of_a_rigid_body_keeps_the_energy_of_the_second_order_potenti
     orbit, J, mass = strong_orbit(), np.diag([3.0, 5.0, 6.0]), 2.0
     body = rigid_body(mass, J)
     joint = free("body", u0=[0.02, -0.1, 0.05, 0.3, 0.5, -0.2])
-    model = compile_system(System({"body": body}, (joint,), orbit=orbit))
+    by_gradient = Environment(attraction="gradient")
+    model = compile_system(System({"body": body}, (joint,), orbit=orbit, environment=by_gradient))
     times = np.linspace(0.0, 20.0, 21)
     states = TIGHT.solve(model, times, model.x0).states
     out = model.observe(times, states)
