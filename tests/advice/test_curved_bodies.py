@@ -103,7 +103,7 @@ def test_an_arch_that_its_load_may_snap_gets_responses_to_that_load(arch):
     # the lowest modes sway sideways, and a push on the crown moves neither of them
     assert body.kinds[:11] == ("vibration",) * 2 + ("unanswered attachment",) + ("response",) * 8
     assert "it is curved (rise 0.03 m), load 'push' (600 N at t" in body.note and ") is 3.9" in body.note
-    assert "its static responses to z at 'CROWN', up to 0.09 m" in body.note
+    assert "are static responses to z at 'CROWN', up to a deflection of 0.09 m" in body.note
     assert not warned
     same = noted_body(arch(), "arch")  # what `femflex modes` shows
     assert same.kinds == body.kinds and same.note == body.note
@@ -132,7 +132,7 @@ def test_the_advice_that_a_curved_body_gets_can_be_followed(arch):
     own = 'modes = 1, loads = { CROWN = ["z"] }, responses = 8, deflection = "9 cm"'
     body, _ = told(arch(("modes = 2", own), ("damping =", 'strain = "nonlinear"\ndamping =')))
     assert body.kinds.count("response") == 8
-    assert "its responses hold what their own loads do" in body.note and "'auto' would hold those too" in body.note
+    assert "its static responses represent their own loads" in body.note and "'auto' represents those too" in body.note
 
 
 def test_an_arch_that_stands_and_is_carried_off_by_its_load_is_not_told_of_spin(arch, tmp_path):

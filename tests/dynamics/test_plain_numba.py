@@ -33,7 +33,11 @@ def rates():
 
 @pytest.mark.slow
 def test_plain_numba_gives_the_same_rates(tmp_path):
-    environment = {**os.environ, "FEMFLEX_PLAIN_NUMBA": "1", "PYTHONPATH": str(TOP)}
+    environment = {
+        **os.environ,
+        "FEMFLEX_PLAIN_NUMBA": "1",
+        "PYTHONPATH": os.pathsep.join([str(TOP), str(TOP / "tests")]),
+    }
     command = [sys.executable, "-c", SCRIPT, str(Path(__file__).parent), str(tmp_path / "rates.npy")]
     subprocess.run(command, env=environment, check=True, timeout=600)
     expected = rates()

@@ -438,7 +438,7 @@ def answers():
 def test_plain_python_gives_the_same_numbers(tmp_path):
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "OPENBLAS_NUM_THREADS": "1"}
     root = Path(__file__).parents[2]
-    environment["PYTHONPATH"] = os.pathsep.join([str(root), environment.get("PYTHONPATH", "")])
+    environment["PYTHONPATH"] = os.pathsep.join([str(root), str(root / "tests"), environment.get("PYTHONPATH", "")])
     command = [sys.executable, "-c", SCRIPT, str(Path(__file__).parent), str(tmp_path / "plain.npz")]
     subprocess.run(command, env=environment, check=True, timeout=300)
     plain, compiled = np.load(tmp_path / "plain.npz"), answers()
