@@ -63,8 +63,8 @@ def _can_be_static(f: FunctionsTable) -> bool:
 def _added(counts: dict[str, int]) -> str:
     n = sum((STATIC if key in "yz" else 1) for key, count in counts.items() if count)
     return (
-        f"{n} static shapes for its spin in addition to its functions (spin = false in its functions would "
-        "leave them out)"
+        f"{n} static shapes of what acts on it (its spin) in addition to its functions (spin = false in its functions "
+        "would leave them out)"
     )
 
 
