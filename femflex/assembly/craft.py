@@ -13,7 +13,7 @@ from femflex.case import controller as tables
 from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.sensor import SensorTable
-from femflex.case.thruster import ThrusterTable
+from femflex.case.thruster import TankTable, ThrusterTable
 from femflex.case.wheel import GyroTable, WheelTable
 from femflex.system import (
     Controller,
@@ -56,49 +56,42 @@ def build_craft(case: Case, parts: Mapping[str, Part]) -> Craft:
     problems: list[Problem] = []
     bodies = dict(parts)
 
-    def made(where: str, make: Callable[[], Any]) -> Any:
+    def made(where: str, make: Callable[..., Any], *given: Any) -> Any:
         try:
-            return make()
+            return make(*given)
         except (ValueError, KeyError) as error:
             problems.append(Problem(where, str(error.args[0])))
             return None
 
     effectors: list[Acting | None] = []
     for name, s in case.signals.items():
-        effectors.append(made(f"signals.{name}", lambda: signal(name, s.times, s.values, s.kind, s.unit)))  # noqa: B023
+        effectors.append(made(f"signals.{name}", signal, name, s.times, s.values, s.kind, s.unit))
     for name, sensor in case.sensors.items():
-        effectors += made(f"sensors.{name}", lambda: build_sensor(name, sensor, bodies)) or ()  # noqa: B023
+        effectors += made(f"sensors.{name}", build_sensor, name, sensor, bodies) or ()
     for name, table in case.controllers.items():
-        effectors.append(made(f"controllers.{name}", lambda: build_controller(case, name, table)))  # noqa: B023
+        effectors.append(made(f"controllers.{name}", build_controller, case, name, table))
     for name, wheel in case.wheels.items():
-        one = made(f"wheels.{name}", lambda: build_wheel(name, wheel))  # noqa: B023
+        one = made(f"wheels.{name}", build_wheel, name, wheel)
         effectors.append(one)
         if one is not None and wheel.body in bodies:
-            carried = made(f"wheels.{name}", lambda: carrying(bodies[wheel.body], wheel, one))  # noqa: B023
+            carried = made(f"wheels.{name}", carrying, bodies[wheel.body], wheel, one)
             bodies[wheel.body] = carried or bodies[wheel.body]
     for name, gyro in case.gyros.items():
-        effectors.append(made(f"gyros.{name}", lambda: build_gyro(name, gyro)))  # noqa: B023
+        effectors.append(made(f"gyros.{name}", build_gyro, name, gyro))
     for name, jet in case.thrusters.items():
-        effectors.append(made(f"thrusters.{name}", lambda: build_thruster(case, name, jet)))  # noqa: B023
+        effectors.append(made(f"thrusters.{name}", build_thruster, case, name, jet))
     for name, held in case.tanks.items():
         users = [key for key, jet in case.thrusters.items() if jet.tank == name]
-        effectors.append(made(f"tanks.{name}", lambda: tank(name, held.propellant, users)))  # noqa: B023
+        effectors.append(made(f"tanks.{name}", tank, name, held.propellant, users))
         if held.mass_in_body == "added" and held.body in bodies:
-            own = held.propellant * held.gyration**2 * np.eye(3)
-            more = made(
-                f"tanks.{name}",
-                lambda: with_attached(whole(bodies[held.body]), held.marker, held.propellant, own),  # noqa: B023
-            )
-            bodies[held.body] = more or bodies[held.body]
+            bodies[held.body] = made(f"tanks.{name}", filled, bodies[held.body], held) or bodies[held.body]
     for name, spring in case.separations.items():
         ends = ((spring.parent, spring.parent_marker), (spring.body, spring.marker))
-        effectors.append(
-            made(f"separations.{name}", lambda: separation_spring(name, ends, spring.stiffness, spring.length))  # noqa: B023
-        )
+        effectors.append(made(f"separations.{name}", separation_spring, name, ends, spring.stiffness, spring.length))
     varying = {}
     for body in dict.fromkeys(held.body for held in case.tanks.values() if held.body in bodies):
         tanks = {k: (t.marker, t.propellant, t.gyration) for k, t in case.tanks.items() if t.body == body}
-        varying[body] = made("tanks", lambda: tank_variation(whole(bodies[body]), tanks))  # noqa: B023
+        varying[body] = made("tanks", emptied, bodies[body], tanks)
     if problems:
         raise CaseError(case.path.name, problems)
     return Craft(tuple(e for e in effectors if e is not None), bodies, varying)
@@ -131,6 +124,17 @@ def carrying(part: Part, table: WheelTable, wheel: Effector) -> FlexibleBody:
     if table.inertia_in_body == "contained":
         return without_axial_inertia(whole(part), wheel)
     return with_wheel(whole(part), wheel, table.mass or 0.0, table.transverse_inertia or 0.0)
+
+
+def filled(part: Part, table: TankTable) -> FlexibleBody:
+    """The body that carries a tank, with its propellant. Raises ValueError."""
+    own = table.propellant * table.gyration**2 * np.eye(3)
+    return with_attached(whole(part), table.marker, table.propellant, own)
+
+
+def emptied(part: Part, tanks: Mapping[str, tuple[str, float, float]]) -> Variation:
+    """How the mass of a body falls as its tanks empty: marker, propellant, gyration of each. Raises ValueError."""
+    return tank_variation(whole(part), tanks)
 
 
 def build_gyro(name: str, table: GyroTable) -> Effector:

@@ -111,7 +111,7 @@ def listed(text: str | None) -> list[str] | None:
 def written(
     small: StateSpace, files: dict[str, Path], title: str, how: tuple[str, bool, bool]
 ) -> list[tuple[str, Path]]:
-    """Write what is asked for: kind and path of each file."""
+    """Write the requested files: kind and path of each."""
     from femflex.studies.linear import save_model
     from femflex.studies.linear.grid import response_grid
     from femflex.view.bode import plot_bode, plot_nichols

@@ -160,12 +160,12 @@ def tank_lines(run: Run) -> list[str]:
     for path in sorted(name for name in run if name.startswith("effectors/") and name.endswith("/emptied")):
         name, at = path.split("/")[1], float(run[path][-1])
         left = float(run[f"effectors/{name}/mass"][-1])
-        told = (
+        state = (
             f"was empty at t = {at:.9g} s; its thrusters gave no thrust from then on"
             if at >= 0
             else f"holds {left:.6g} kg"
         )
-        out.append(f"tank        {name} {told}")
+        out.append(f"tank        {name} {state}")
     return out
 
 

@@ -213,7 +213,7 @@ def test_a_balanced_truncation_keeps_its_bound_and_the_rigid_motion():
     assert modal.frequency_response(low) == pytest.approx(model.frequency_response(low), rel=1e-4)
     with pytest.raises(ValueError, match=r"keeps none of the poles|keeps all of the poles"):
         modal_truncation(model, 1e9)
-    with pytest.raises(ValueError, match=r"to 99 states was asked for; .* Take a number from 1 to"):
+    with pytest.raises(ValueError, match=r"to 99 states was requested; .* Take a number from 1 to"):
         balanced_truncation(model, 99)
 
 

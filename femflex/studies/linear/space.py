@@ -86,7 +86,7 @@ class StateSpace:
 
 
 def chosen(wanted: Sequence[str] | None, known: Sequence[tuple[str, str]], what: str) -> list[int]:
-    """Places of names among (name, unit) pairs; all of them where none are asked for."""
+    """Places of names among (name, unit) pairs; all of them where none are requested."""
     names = [name for name, _ in known]
     if wanted is None:
         return list(range(len(names)))

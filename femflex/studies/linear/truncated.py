@@ -69,7 +69,7 @@ def balanced_truncation(model: StateSpace, order: int) -> Truncated:
     most = int((sigma > LEAST * sigma.max(initial=0.0)).sum())
     if not 1 <= order <= most:
         raise ValueError(
-            f"a balanced truncation to {order} states was asked for; inputs move and outputs see {most}, and "
+            f"a balanced truncation to {order} states was requested; inputs move and outputs see {most}, and "
             f"{len(rigid.A)} more are rigid-body motion. Take a number from 1 to {most}"
         )
     T, S = right[:, :order], left[:, :order].T
