@@ -23,7 +23,7 @@ STRETCHABLE = ("cantilever", "free_free", "craig_bampton")
 
 
 class ImbalanceTable(Table):
-    """Imbalance of a rotor about its z axis, beside mass, inertia and centre of the balanced one."""
+    """Imbalance of a rotor about its z axis, in addition to mass, inertia and centre of the balanced one."""
 
     static: Annotated[float, Quantity("kg m")] = 0.0
     """Static imbalance: the centre of mass moves by static / mass along x."""
@@ -283,8 +283,8 @@ class AnalyticTable(BodyTable):
     functions: FunctionsTable
     """Number and kind of admissible functions."""
     strain: Strain | None = None
-    """Strain energy, as for meshed bodies. nonlinear needs axial functions, beside which the rest of the stretch
-    follows; condensed has its own."""
+    """Strain energy, as for meshed bodies. nonlinear needs axial functions; condensed adds
+    its own dependent ones."""
     damping: DampingTable | None = None
     """Structural damping. Left out: none."""
 

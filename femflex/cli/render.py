@@ -101,7 +101,7 @@ def render(
 
 
 def place_of_camera(run: Run, camera: str | None, view: tuple[float, ...] | None) -> dict[str, Any]:
-    """Camera, view and fit as asked for, or where nothing is asked as the case of the run has its own pictures."""
+    """Camera, view and fit of the options, or else those of the pictures of the run's case."""
     if camera is not None or view is not None:
         return {"camera": camera or "auto", "view": view}
     from femflex.case.run import PicturesTable

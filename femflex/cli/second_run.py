@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def second_output(case: Case, output: Path) -> Path | None:
-    """Where the second run goes, None when none is asked for."""
+    """Where the second run goes, None without one."""
     wanted = case.pictures is not None and case.pictures.without
     return output.with_name(f"{output.stem}_without{output.suffix}") if wanted else None
 
@@ -33,7 +33,7 @@ def check_left_out(prepared: Prepared) -> None:
 
 @contextmanager
 def second_run(case: Case, output: Path, force: bool) -> Iterator[Run | None]:
-    """The second run, open for reading; one that runs away is kept as far as it got, and that is said."""
+    """The second run, open for reading; one that diverges is kept up to there, with a report."""
     path = second_output(case, output)
     if path is None or case.pictures is None:
         yield None

@@ -120,7 +120,7 @@ class Options(TypedDict, total=False):
     damping      fraction of critical damping, one or one for each coordinate
     drum         "root" (the default): material is drawn out of the parent; "tip": it is laid out from the tip
     drum_radius  [m], for the torque of the drum
-    markers      name -> distance from the exit over the length, beside "root" and "tip"
+    markers      name -> distance from the exit over the length, in addition to "root" and "tip"
     orientations marker -> its axes C_BM (3, 3). Left out: those of the member
     """
 

@@ -38,7 +38,7 @@ Index = NDArray[np.int64]
 class Member:
     """A mesh group that becomes structure: the family of its elements, their section, material and options.
 
-    Which sections, materials and options a family takes is said in its own docstring (`femflex.fem.FAMILIES`).
+    Which sections, materials and options a family takes is stated in its own docstring (`femflex.fem.FAMILIES`).
     """
 
     group: str
@@ -113,7 +113,7 @@ class Structure:
 
     @cached_property
     def skin(self) -> StructureSkin | None:
-        """The drawn surface of all members, made when it is first asked for; None when no member has one."""
+        """The drawn surface of all members, made at the first request; None when no member has one."""
         return _merged_skin([part() for part in self.skin_parts], self.T)
 
     @property

@@ -26,7 +26,7 @@ def read_mesh(path: str | Path, groups: Mapping[str, str] | None = None) -> Mesh
     """Mesh of a file, by its suffix: .msh, .bdf/.nas/.dat, .inp, .vtu, .vtk or .med.
 
     groups renames, {wanted name: name in the file}; for Nastran the file's names are "PID 1", "SET 4" and the like.
-    Elements and points without meaning are left out and said; the mesh is checked (see check.py).
+    Elements and points without meaning are left out and reported; the mesh is checked (see check.py).
     """
     path = Path(path)
     kind = format_of(path)

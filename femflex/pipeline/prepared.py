@@ -29,7 +29,7 @@ class Prepared:
     """A run before its first step: case, system, compiled model, integrator and why it was chosen, output times [s].
 
     decided: the case with what it left open written out, and the advice that this follows.
-    given: names of effectors and controllers beside those of the case.
+    given: names of effectors and controllers in addition to those of the case.
     """
 
     case: Case
@@ -76,7 +76,7 @@ def prepare(
 
     output: the result file, when it is to be checked before anything is built that it can be written, or resumed
     without: names of what is switched off (see `femflex.dynamics.terms.without`)
-    effectors: effectors and controllers beside those of the case
+    effectors: effectors and controllers in addition to those of the case
     varying: body name -> Variation, how its properties depend on time
 
     Raises as `femflex.run` does for what can be reported before the first step.

@@ -31,7 +31,7 @@ class Convergence:
     levels, counts (n,)
     values  (n,)  the quantity
     changes (n,)  from the level before, nan first
-    errors  (n,)  estimated, absolute; nan where nothing can be said
+    errors  (n,)  estimated, absolute; nan where none can be estimated
     trend         law by which the errors fall, limit and its uncertainty
     tolerance     largest error relative to `scale` that counts as converged
     own           level at which the case itself stands, None where its bodies differ

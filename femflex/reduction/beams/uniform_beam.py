@@ -106,7 +106,7 @@ class BeamFunctions:
     ends                   supports of root and tip, of "free", "pinned", "clamped", in the body frame
     followers              axial polynomials that follow bending, after all others (beam_body, strain "condensed")
     static                 the last two of y and z, and the last of axial and torsion, are the static shapes of an
-                           accelerated root (characteristic, "clamped-free"): converges far faster beside a light hub
+                           accelerated root (characteristic, "clamped-free"): converges far faster with a light hub
     tip                    the last two of y and z, and the last of axial and torsion, are the static shapes of a force
                            and a moment at the tip, after those of `static` (likewise): for what the beam carries there
     """
@@ -184,13 +184,13 @@ class BeamFunctions:
         return found
 
     def _beside(self) -> tuple[int, int, int, int]:
-        """How many of a field's functions are static shapes beside its own, where it has any."""
+        """How many of a field's functions are static shapes in addition to its own, where it has any."""
         kinds = int(self.static) + int(self.tip)
         return 2 * kinds, 2 * kinds, kinds, kinds
 
     @property
     def added(self) -> NDArray[np.bool_]:
-        """(own,): which of the functions are static shapes that stand beside the others."""
+        """(own,): which of the functions are added static shapes."""
         counts = (self.y, self.z, self.axial, self.torsion)
         return np.concatenate([np.arange(n) >= n - beside for n, beside in zip(counts, self._beside(), strict=True)])
 

@@ -74,7 +74,7 @@ def effective_mass(body: FlexibleBody, about: Array | None = None) -> EffectiveM
 def mac(phi: Array, psi: Array, M: sparse.csr_array | None = None) -> Array:
     """Modal assurance criterion (n, m), (phi^T M psi)^2 / (phi^T M phi)(psi^T M psi), of shapes in columns.
 
-    Zero beside a shape that moves nothing.
+    Zero for a shape that moves nothing.
     """
     M_phi, M_psi = (phi, psi) if M is None else (M @ phi, M @ psi)
     size = np.outer(np.einsum("in,in->n", phi, M_phi), np.einsum("in,in->n", psi, M_psi))

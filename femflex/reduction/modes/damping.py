@@ -20,18 +20,18 @@ class Damping(Protocol):
     def matrix(
         self, Me: Array, V1: Array, added: ArrayLike | None = None, unanswered: ArrayLike | None = None
     ) -> Array:
-        """Damping matrix (n, n). added (n,): which shapes only stand beside the vibration modes; none if left out.
+        """Damping matrix (n, n). added (n,): which shapes are added to the vibration modes; none if left out.
 
         unanswered (n,): which of these answer loads that move no mode of the set.
         """
 
 
 UNANSWERED = "unanswered attachment"  # answer to loads that move no mode of the set
-ADDED = ("attachment", UNANSWERED, "response", "third derivative")  # kinds of shapes that stand beside vibration modes
+ADDED = ("attachment", UNANSWERED, "response", "third derivative")  # kinds of shapes that are added to vibration modes
 
 
 def is_added(kinds: Sequence[str]) -> NDArray[np.bool_]:
-    """(n,): which of the shapes only stand beside the vibration modes of a set."""
+    """(n,): which of the shapes are added to the vibration modes of a set."""
     return np.array([kind in ADDED for kind in kinds], bool)
 
 
