@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 from femflex.mesh.numbers import Numbers
 
@@ -34,7 +35,7 @@ def read_deck(path: Path) -> Deck:
     text = [line.split("$")[0].expandtabs(8).rstrip() for line in lines]
     begin = next((k for k, line in enumerate(text) if re.match(r"\s*BEGIN\s+BULK", line, re.I)), None)
     rest = _case_control(text if begin is None else text[:begin], deck)
-    deck.cards = list(_cards(rest if begin is None else text[begin + 1 :]))
+    deck.cards = _cards(rest if begin is None else text[begin + 1 :])
     return deck
 
 
@@ -103,34 +104,63 @@ def _case_control(lines: list[str], deck: Deck) -> list[str]:
     return rest
 
 
-def _cards(lines: list[str]) -> Iterator[tuple[str, list[str]]]:
-    name, fields = "", list[str]()
-    for line in lines:
-        if not line.strip():
+def _cards(lines: list[str]) -> list[tuple[str, list[str]]]:
+    """Cards with their fields; a continuation goes to the card whose last line ended in its mark, wherever that is."""
+    cards: list[tuple[str, list[str]]] = []
+    marked: dict[str, int] = {}  # mark at the end of a line -> card that it continues
+    waiting: list[_Line] = []  # continuations of a mark that no line before them had
+    last = ""
+    end = next((k for k, text in enumerate(lines) if re.match(r"\s*ENDDATA", text, re.I)), len(lines))
+    every = [_fields(text) for text in lines[:end] if text.strip()]
+    marks = {line.mark for line in every if line.mark}
+    for line in every:
+        mark = line.first.lstrip("+*").strip()
+        if line.first and line.first[0] not in "+*":
+            cards.append((line.first.rstrip("*").strip().upper(), line.fields))
+        elif mark and mark != last and mark in marked:
+            cards[marked[mark]][1].extend(line.fields)
+            marked |= {line.mark: marked[mark]} if line.mark else {}
             continue
-        if re.match(r"\s*ENDDATA", line, re.I):
-            break
-        first, data = _fields(line)
-        if first == "" or first[0] in "+*":  # continuation
-            fields += data
+        elif mark and mark != last and mark in marks:
+            waiting.append(line)
             continue
-        if name:
-            yield name, fields
-        name, fields = first.rstrip("*").upper(), data
-    if name:
-        yield name, fields
+        elif cards:
+            cards[-1][1].extend(line.fields)
+        last = line.mark
+        if last:
+            marked[last] = len(cards) - 1
+    while waiting:  # the card came later, or the line before
+        found = next((line for line in waiting if line.first.lstrip("+*").strip() in marked), waiting[0])
+        waiting.remove(found)
+        card = marked.get(found.first.lstrip("+*").strip())
+        if card is not None:
+            cards[card][1].extend(found.fields)
+            marked |= {found.mark: card} if found.mark else {}
+    return cards
 
 
-def _fields(line: str) -> tuple[str, list[str]]:
-    """First field and the data fields of one line, padded to a full line: 8 of them, 4 when large."""
+class _Line(NamedTuple):
+    """First field, data fields padded to a full line (8, or 4 when large), and the mark at the end without + and *."""
+
+    first: str
+    fields: list[str]
+    mark: str
+
+
+def _fields(line: str) -> _Line:
+    """One line, free or in columns; a free line may have more than nine fields, its continuations then in it."""
     if "," in line:
         words = [word.strip() for word in line.split(",")]
         first, words = words[0], words[1:]
         size = 4 if "*" in first else 8
-        if len(words) == size + 1 and (words[-1] == "" or words[-1][0] in "+*"):
-            words = words[:-1]  # mark of the continuation
-    else:
-        first, large = line[:8].strip(), "*" in line[:8]
-        size, width = (4, WIDTH[True]) if large else (8, WIDTH[False])
-        words = [line[8 + k * width : 8 + (k + 1) * width].strip() for k in range(size)]
-    return first, words + [""] * (size - len(words))
+        fields, mark = list[str](), ""
+        while words:
+            part, rest = words[:size], words[size:]
+            fields += part + [""] * (size - len(part))
+            mark = rest[0].lstrip("+*").strip() if rest else ""
+            words = rest[1:]
+        return _Line(first, fields or [""] * size, mark)
+    first, large = line[:8].strip(), "*" in line[:8]
+    size, width = (4, WIDTH[True]) if large else (8, WIDTH[False])
+    words = [line[8 + k * width : 8 + (k + 1) * width].strip() for k in range(size)]
+    return _Line(first, words, line[72:80].strip().lstrip("+*").strip())
