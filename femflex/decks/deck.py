@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 from femflex.decks.findings import UnusedCard
 from femflex.decks.units import Units
-from femflex.fem import Bushing, Member, PointMass, Structure, Support, build_structure
+from femflex.fem import Bushing, Member, PointMass, ScalarSpring, Structure, Support, build_structure
 from femflex.fem.connections.connection import Connection
 from femflex.mesh import Mesh
 
@@ -41,7 +41,7 @@ class Deck:
     members: tuple[Member, ...]
     point_masses: tuple[PointMass, ...] = ()
     connections: tuple[Connection, ...] = ()
-    bushings: tuple[Bushing, ...] = ()
+    bushings: tuple[Bushing | ScalarSpring, ...] = ()
     supports: Mapping[str, Held] = field(default_factory=dict)
     default_supports: tuple[str, ...] = ()
     points_of_ids: Mapping[int, int] = field(default_factory=dict)
