@@ -55,7 +55,7 @@ class Deck:
 
 
 def read_deck(path: Path) -> Deck:
-    """Deck of a file; without BEGIN BULK all of it is bulk data. Raises ValueError where a file to include is missing."""
+    """Deck of a file; without BEGIN BULK all of it is bulk data. Raises ValueError where one to include is missing."""
     lines = list(_lines(path, path, 0))
     deck = Deck()
     for line in lines:

@@ -8,8 +8,8 @@ from femflex.decks.nastran.read import read
 from femflex.decks.register import DeckReader, register
 
 CARDS = re.compile(
-    r"^\s*(SOL[ ,=]|CEND\b|BEGIN\s+BULK|GRID[*, \t]|INCLUDE\s|NASTRAN\s|MAT1[*, ]|CORD2R|PARAM[ ,]|C(QUAD4|TRIA3|BAR|TETRA|HEXA)[*, ]"
-    r"|P(SHELL|SOLID|COMP|BAR|BARL|BEAM|BUSH)[*, ])",
+    r"^\s*(SOL[ ,=]|CEND\b|BEGIN\s+BULK|GRID[*, \t]|INCLUDE\s|NASTRAN\s|MAT1[*, ]|CORD2R|PARAM[ ,]"
+    r"|C(QUAD4|TRIA3|BAR|TETRA|HEXA)[*, ]|P(SHELL|SOLID|COMP|BAR|BARL|BEAM|BUSH)[*, ])",
     re.I | re.M,
 )
 

@@ -1,4 +1,4 @@
-"""Properties of bars and beams: PBAR, PBARL, PBEAM, PBEAML, PBCOMP not; in SI, at one or more stations."""
+"""Properties of bars and beams: PBAR, PBARL, PBEAM and PBEAML; in SI, at one or more stations."""
 
 from __future__ import annotations
 
@@ -60,6 +60,7 @@ class BarProperties:
     def __init__(self, bulk: Bulk, materials: Materials) -> None:
         self._bulk, self._materials = bulk, materials
         self._known: dict[int, BarProperty | None] = {}
+        self._foreign: dict[int, Card] = {}
         self.default = next(iter(bulk.each("BAROR")), None)
         for name, read in (
             ("PBAR", self._pbar),
@@ -69,8 +70,8 @@ class BarProperties:
         ):
             bulk.trying(lambda card, read=read: self._add(card, read), name)  # type: ignore[misc]
         for card in bulk.each("PBCOMP", "PBEND", "PBMSECT", "PBRSECT", use=False):
-            bulk.found.problem(f"{card} is not understood; give PBAR, PBARL, PBEAM or PBEAML instead", card.place)
-            self._known[card.integer(0)] = None
+            if card.is_integer(0):
+                self._foreign[card.integer(0)] = card
 
     def _add(self, card: Card, read: object) -> None:
         number = card.integer(0)
@@ -99,13 +100,14 @@ class BarProperties:
 
         Raises ValueError where the deck has none.
         """
+        if number in self._foreign and number not in self._known:
+            raise ValueError(
+                f"names {self._foreign[number]}, which is not understood; give PBAR, PBARL, PBEAM or PBEAML instead"
+            )
         if number not in self._known:
             known = ", ".join(map(str, sorted(self._known)[:12])) or "none"
             raise ValueError(f"names property {number}, which is not in the deck; of bars and beams it has {known}")
         return self._known[number]
-
-    def __contains__(self, number: int) -> bool:
-        return number in self._known
 
     def _lengths(self) -> tuple[float, float, float]:
         u = self._bulk.units

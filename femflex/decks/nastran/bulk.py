@@ -53,12 +53,12 @@ class Bulk:
                     self.found.use(name)
                 yield card
 
-    def trying(self, action: Callable[[Card], None], *names: str, use: bool = True) -> None:
+    def trying(self, action: Callable[[Card], object], *names: str, use: bool = True) -> None:
         """Do something with each card of these names; a ValueError becomes a problem at the card's place."""
         for card in self.each(*names, use=use):
             self.attempt(card, lambda card=card: action(card))  # type: ignore[misc]
 
-    def attempt(self, card: Card, action: Callable[[], None]) -> None:
+    def attempt(self, card: Card, action: Callable[[], object]) -> None:
         """Do something for a card; a ValueError becomes a problem at the card's place."""
         try:
             action()
@@ -88,8 +88,8 @@ def bulk_of(raw: RawDeck, units: Units, overrides: Mapping[str, Mapping[str, Any
         bulk.cards.setdefault(name, []).append(Card(name, one.fields, Place(one.file, one.line)))
     for card in bulk.cards.get("PARAM", ()):
         bulk.parameters[card.word(0)] = card
-    if (card := bulk.parameters.get("WTMASS")) is not None:
-        bulk.attempt(card, lambda: setattr(bulk, "wtmass", card.real(1)))
+    if (wtmass := bulk.parameters.get("WTMASS")) is not None:
+        bulk.attempt(wtmass, lambda: setattr(bulk, "wtmass", wtmass.real(1)))
     _control(bulk)
     return bulk
 

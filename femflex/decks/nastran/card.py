@@ -1,4 +1,4 @@
-"""A card of bulk data with its fields as numbers and words; a wrong one raises FieldError with card, field and value."""
+"""A card of bulk data with its fields as numbers and words; a wrong one raises FieldError with the place and value."""
 
 from __future__ import annotations
 

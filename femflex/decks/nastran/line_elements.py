@@ -121,7 +121,7 @@ def _add_bar(
 
 
 def _orientation(model: NastranModel, card: Card, first: int, axes: Array, default: Card | None, frames: str) -> Array:
-    """The orientation vector in basic components: to a grid, or by components. Raises ValueError where there is none."""
+    """The orientation vector in basic components, to a grid or as given. Raises ValueError where there is none."""
     own = default if default is not None and not any(card.has(k) for k in (4, 5, 6)) else card
     if own.is_integer(4) and not own.has(5) and not own.has(6):
         grid = own.integer(4)
@@ -287,7 +287,7 @@ def _add_rod(model: NastranModel, card: Card, ends: list[int], rod: Rod, name: s
     section = CableSection(rod.EA, max(rod.mass, LIGHT * rod.EA))
     rows = [model.row(g) for g in ends]
     model.build.cell(
-        "line", rows, key, name, "tether", section, None, {"order": 1}, model.bulk.names_of(int(name[4:] or 0))
+        "line", rows, key, name, "rod", section, None, {}, model.bulk.names_of(int(name[4:] or 0))
         if name.startswith("pid_") else (), card.integer(0),
     )  # fmt: skip
     model.moving.update(ends)

@@ -58,6 +58,14 @@ class NastranModel:
             self.build.point_group(self.row(grid), name)
         return name
 
+    def new_name(self, name: str) -> str:
+        """The name, or one like it that no group has yet."""
+        k, found = 1, name
+        while found in self.build.point_groups:
+            k += 1
+            found = f"{name} ({k})"
+        return found
+
     def depend(self, grid: int, components: tuple[int, ...], card: Card) -> bool:
         """Say that components (1 to 6) of a grid follow others; a problem where they do already."""
         fine = True

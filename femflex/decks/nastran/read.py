@@ -67,11 +67,13 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         mesh = upright(mesh, path.name) if mesh.cells else mesh
-    return Deck(
+    deck = Deck(
         path.name, "Nastran", mesh, (*model.build.members(), *_node_members(model)), tuple(model.point_masses),
         tuple(model.connections), tuple(model.bushings), supports, default, dict(model.build.row_of), units,
         dict(sorted(bulk.found.used.items())), bulk.found.left_out, tuple(bulk.found.notes),
     )  # fmt: skip
+    asked = bulk.parameters.get("AUTOSPC")
+    return deck if asked is not None and asked.word(1) == "NO" else deck.with_unresisted_held()
 
 
 def _lone_grids(model: NastranModel) -> None:

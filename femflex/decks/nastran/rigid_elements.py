@@ -62,13 +62,13 @@ def _rbe2(model: NastranModel, card: Card) -> None:
         axes = np.eye(3) if full else model.grids.axes(g)
         by_axes.setdefault(direction_key(axes.ravel()), []).append(g)
     for k, (axes_key, own) in enumerate(by_axes.items()):
-        name = f"rbe2_{card.integer(0)}" + (f" part {k + 1}" if len(by_axes) > 1 else "")
+        name = model.new_name(f"rbe2_{card.integer(0)}" + (f" part {k + 1}" if len(by_axes) > 1 else ""))
         model.build.point_groups[name] = [model.row(g) for g in own]
         rows = np.array(axes_key).reshape(3, 3)
         model.connections.append(Rigid(name, model.group(centre), words, tuple(map(tuple, rows.tolist()))))
-    model.moving.update([centre, *grids])
+    model.turning.update(g for g in grids if g not in model.moving)
     model.turning.add(centre)
-    model.turning.update(g for g in grids if set(components) & {4, 5, 6} or g not in model.moving)
+    model.moving.update([centre, *grids])
 
 
 def _rigid_rows(model: NastranModel, grid: int, components: tuple[int, ...], origin: Array) -> Array:
@@ -149,11 +149,11 @@ def _rbar(model: NastranModel, card: Card) -> None:
         other = b if lead == a else a
         components = next(c for g, c in dependent if g == other)
         if components == everything and model.depend(other, components, card):
-            name = f"rbar_{card.integer(0)}"
+            name = model.new_name(f"rbar_{card.integer(0)}")
             model.build.point_groups[name] = [model.row(other)]
             model.connections.append(Rigid(name, model.group(lead)))
+            model.turning.update(g for g in (lead, other) if g == lead or g not in model.moving)
             model.moving.update([a, b])
-            model.turning.update([a, b])
             return
         if components == everything:
             return
@@ -214,7 +214,8 @@ def _rbe3(model: NastranModel, card: Card) -> None:
     """
     centre, components = card.integer(2), card.components(3)
     groups: list[tuple[float, tuple[int, ...], list[int]]] = []
-    k, weight, own, grids = 4, None, (), list[int]()
+    own: tuple[int, ...] = ()
+    k, weight, grids = 4, None, list[int]()
     words = [word.strip().upper() for word in card.fields]
     while k < len(words):
         word = words[k]
@@ -252,7 +253,7 @@ def _rbe3(model: NastranModel, card: Card) -> None:
         r = x - w @ x / w.sum()
         spread = np.linalg.svd(r, compute_uv=False)
         if len(spread) > 1 and spread[1] > 1e-6 * spread[0]:
-            name = f"rbe3_{card.integer(0)}"
+            name = model.new_name(f"rbe3_{card.integer(0)}")
             order = np.argsort([model.row(g) for g in leaders])
             model.build.point_groups[name] = [model.row(g) for g in leaders]
             model.connections.append(Distributing(name, model.group(centre), tuple(float(v) for v in w[order])))
@@ -263,14 +264,14 @@ def _rbe3(model: NastranModel, card: Card) -> None:
     x = np.array([model.grids[g].position for g in leaders]) - origin
     mean = float(np.linalg.norm(x, axis=1).mean()) or 1.0
     rows, factors, picks = [], [], []
-    for weight, own, grids in groups:
+    for factor, own, grids in groups:
         for g in grids:
             axes, start = model.grids.axes(g), 6 * leaders.index(g)
             for row, c in zip(_rigid_rows(model, g, own, origin), own, strict=True):
                 pick = np.zeros(6 * len(leaders))
                 pick[start + (3 if c > 3 else 0) : start + (6 if c > 3 else 3)] = axes[(c - 1) % 3]
                 rows.append(row)
-                factors.append(weight * (mean**2 if c > 3 else 1.0))
+                factors.append(factor * (mean**2 if c > 3 else 1.0))
                 picks.append(pick)
     R, W, P = np.array(rows), np.array(factors), np.array(picks)
     scale = np.array([1.0, 1, 1, 1 / mean, 1 / mean, 1 / mean])
@@ -328,17 +329,17 @@ def _mpc(model: NastranModel, card: Card) -> None:
         return
     if any(c == 0 for _, c, _ in terms):
         raise ValueError(f"{card} names a grid point without a component")
-    (grid, c, first), *others = terms
+    (grid, own, first), *others = terms
     if first == 0:
         raise ValueError(f"{card} has factor 0 at its first term, the one that depends")
-    if not model.depend(grid, (c,), card):
+    if not model.depend(grid, (own,), card):
         return
     u = model.bulk.units
     leaders = list(dict.fromkeys(g for g, _, _ in others)) or [grid]
     matrix = np.zeros((1, 6 * len(leaders)))
     for g, k, factor in others:
         # a factor between a displacement and a rotation has the deck's unit of length
-        unit = u.length ** ((1 if c <= 3 else 0) - (1 if k <= 3 else 0))
+        unit = u.length ** ((1 if own <= 3 else 0) - (1 if k <= 3 else 0))
         start = 6 * leaders.index(g) + (3 if k > 3 else 0)
         matrix[0, start : start + 3] -= factor / first * unit * model.grids.axes(g)[(k - 1) % 3]
-    _following(model, card, grid, (c,), leaders, matrix)
+    _following(model, card, grid, (own,), leaders, matrix)

@@ -1,4 +1,4 @@
-"""Shell elements: CQUAD4, CQUADR, CQUAD8, CTRIA3, CTRIAR, CTRIA6 and CSHEAR with thickness, offset and material axes."""
+"""Shells: CQUAD4, CQUADR, CQUAD8, CTRIA3, CTRIAR, CTRIA6 and CSHEAR with thickness, offset and material axes."""
 
 from __future__ import annotations
 
@@ -130,7 +130,11 @@ def _axis(model: NastranModel, card: Card, kind: Kind, x: Array, normal: Array) 
         system = model.systems(card.integer(kind.theta))
         axis = system.axes_at(x.mean(axis=0))[0]
         if np.linalg.norm(np.cross(axis, normal)) < 1e-3:
-            raise ValueError(f"{card}: the x axis of its material coordinate system stands on the element")
+            model.bulk.found.unused(
+                f"{card.name} MCID", "the x axis of the material system stands on the element; its y axis is used",
+                card.place,
+            )  # fmt: skip
+            axis = system.axes_at(x.mean(axis=0))[1]
         flat = axis - (axis @ normal) * normal
         return axis if system.kind == "R" else np.asarray(flat / np.linalg.norm(flat))
     angle = math.radians(card.real(kind.theta, 0.0)) if kind.theta >= 0 else 0.0

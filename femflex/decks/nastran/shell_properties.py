@@ -42,7 +42,7 @@ class ShellProperty:
             return self.section
         if self.scaled is None:
             return self.section
-        return self.scaled(thickness)  # type: ignore[operator,no-any-return]
+        return self.scaled(thickness)  # type: ignore[operator]
 
 
 class ShellProperties:
@@ -80,7 +80,7 @@ class ShellProperties:
 
     def _pshell(self, card: Card) -> ShellProperty:
         number, u = card.integer(0), self._bulk.units
-        mids = [card.integer(k, 0) for k in (1, 3, 5, 9)]
+        mids = [card.integer(k, 0) for k in (1, 3, 5, 10)]
         for k in (0, 1, 2):
             if mids[k] == -1:
                 raise ValueError(f"{card} asks for plane strain (MID2 = -1), which shells here do not have")
@@ -183,7 +183,7 @@ class ShellProperties:
         number = card.integer(0)
         values = {"thickness": card.real(2) * self._bulk.units.length}
         t = self._bulk.override(self._names(number), values, str(card))["thickness"]
-        E, G, rho = self._materials(card.integer(1)).bar()
+        _, G, rho = self._materials(card.integer(1)).bar()
         if not t > 0 or not G > 0:
             raise ValueError(f"{card} has thickness {t:.6g} m and G {G:.6g} Pa; both must be positive")
         if card.real(4, 0.0) or card.real(5, 0.0):

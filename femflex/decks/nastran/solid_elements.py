@@ -28,7 +28,7 @@ BRICK: Edges = (
 
 @dataclass(frozen=True)
 class Kind:
-    """A solid: corners, cell of first and second order, edges in Nastran's order, and VTK's order of its middle nodes."""
+    """A solid: corners, cell of first and second order, edges in Nastran's order, VTK's order of its middle nodes."""
 
     corners: int
     first: str
@@ -59,30 +59,41 @@ def read_solid_elements(model: NastranModel) -> None:
     """Add the solids of a deck to the model."""
     bulk = model.bulk
     known: dict[int, Solid | None] = {}
+    foreign: dict[int, Card] = {}  # properties that are not understood
 
     def add(card: Card) -> None:
         number = card.integer(0)
         known.setdefault(number, None)
+        if card.word(6) == "PFLUID" or card.integer(1) in fluids:
+            foreign[number] = card
+            known.pop(number)
+            return
         material = model.materials(card.integer(1))
         material.solid()
-        if card.word(6) == "PFLUID":
-            bulk.found.unused("PSOLID PFLUID", "its fluid elements are taken as solids of the material", card.place)
         known[number] = Solid(card, material, card.integer(2, 0))
 
+    fluids = {card.integer(0) for card in bulk.cards.get("MAT10", ()) if card.is_integer(0)}
     bulk.trying(add, "PSOLID")
     for card in bulk.each("PCOMPS", "PCOMPLS", "PLSOLID", use=False):
-        bulk.found.problem(f"{card} is not understood; give PSOLID instead", card.place)
-        known.setdefault(card.integer(0), None)
+        if card.is_integer(0):
+            foreign[card.integer(0)] = card
     for name, kind in KINDS.items():
-        bulk.trying(lambda card, kind=kind: _solid(model, card, kind, known), name)  # type: ignore[misc]
+        bulk.trying(lambda card, kind=kind: _solid(model, card, kind, known, foreign), name)  # type: ignore[misc]
 
 
-def _solid(model: NastranModel, card: Card, kind: Kind, known: dict[int, Solid | None]) -> None:
+def _solid(
+    model: NastranModel, card: Card, kind: Kind, known: dict[int, Solid | None], foreign: dict[int, Card]
+) -> None:
     number, pid = card.integer(0), card.integer(1, card.integer(0))
     corners = [card.integer(2 + k) for k in range(kind.corners)]
     middles = [card.integer(2 + kind.corners + k, 0) for k in range(len(kind.edges))]
     if not model.grids.require(corners + [g for g in middles if g], card):
         return
+    if pid in foreign and pid not in known:
+        if foreign[pid].name == "PSOLID":
+            model.bulk.found.unused(f"{card.name} of fluids", "the fluid is left out", card.place)
+            return
+        raise ValueError(f"{card} names {foreign[pid]}, which is not understood; give PSOLID instead")
     if pid not in known:
         raise ValueError(
             f"{card} names property {pid}, which is not in the deck; of solids it has {sorted(known)[:12]}"

@@ -59,11 +59,12 @@ def _celas(model: NastranModel, card: Card, values: dict[int, float]) -> None:
     unit = u.moment if all(turns) else u.spring if not any(turns) else u.force
     model.bulk.found.use(card.name)
     terms = []
-    for sign, (grid, (c,)) in zip((1.0, -1.0), ends, strict=False):
-        row = sign * model.grids.axes(grid)[(c - 1) % 3]
-        terms.append((model.group(grid), "rotation" if c > 3 else "translation", tuple(float(v) for v in row)))
+    for sign, (grid, named) in zip((1.0, -1.0), ends, strict=False):
+        (one,) = named
+        row = sign * model.grids.axes(grid)[(one - 1) % 3]
+        terms.append((model.group(grid), "rotation" if one > 3 else "translation", tuple(float(v) for v in row)))
         model.wanted.add(grid)
-        if c > 3:
+        if one > 3:
             model.wanted_turning.add(grid)
     model.springs.append((ScalarSpring(tuple(terms), k * unit), [g for g, _ in ends], max(turns), card))  # type: ignore[arg-type]
 

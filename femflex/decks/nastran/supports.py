@@ -60,7 +60,7 @@ def read_supports(model: NastranModel) -> tuple[dict[str, Held], tuple[str, ...]
     chosen = bulk.chosen.get("SPC")
     for card in bulk.each("SPCADD"):
         if card.is_integer(0):
-            bulk.attempt(card, lambda card=card: added.setdefault(card.integer(0), numbers_of(card, 1)) and None)  # type: ignore[misc,func-returns-value]
+            bulk.attempt(card, lambda card=card: added.setdefault(card.integer(0), numbers_of(card, 1)))  # type: ignore[misc]
     in_force = set(added.get(chosen, [chosen])) if chosen is not None else set[int]()
     bulk.trying(spc, "SPC")
     bulk.trying(spc1, "SPC1")
