@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 from femflex.mesh.numbers import Numbers
 
@@ -59,13 +60,13 @@ def read_deck(path: Path) -> Deck:
     lines = list(_lines(path, path, 0))
     deck = Deck()
     for line in lines:
-        if line.text.lstrip().startswith("$"):
+        if line.text.startswith("$"):
             _comment(line.text, deck)
     text = [Line(_plain(line.text), line.file, line.number) for line in lines]
     begin = next((k for k, line in enumerate(text) if re.match(r"\s*BEGIN(\s+BULK|\s*$)", line.text, re.I)), None)
     rest = _case_control(text if begin is None else text[:begin], deck)
     deck.control = [] if begin is None else rest
-    deck.raw = list(_cards(rest if begin is None else text[begin + 1 :]))
+    deck.raw = _cards(rest if begin is None else text[begin + 1 :])
     return deck
 
 
@@ -171,69 +172,63 @@ def _case_control(lines: list[Line], deck: Deck) -> list[Line]:
     return rest
 
 
-def _cards(lines: list[Line]) -> Iterator[RawCard]:
-    """Cards of bulk data; a continuation belongs to the line before it, or where the marks say so, to the card whose
-    line ends with its mark."""
+def _cards(lines: list[Line]) -> list[RawCard]:
+    """Cards with their fields; a continuation goes to the card whose last line ended in its mark, wherever that is."""
     cards: list[RawCard] = []
-    ends: dict[str, RawCard] = {}  # mark at the end of the last line of a card -> the card
-    last: RawCard | None = None
-    mark = ""
-    apart: list[tuple[str, list[str], str, RawCard | None]] = []  # lines with another mark than the line before
-    for line in lines:
-        if not line.text.strip():
+    marked: dict[str, int] = {}  # mark at the end of a line -> card that it continues
+    waiting: list[_Fields] = []  # continuations of a mark that no line before them had
+    last = ""
+    end = next((k for k, line in enumerate(lines) if re.match(r"\s*ENDDATA", line.text, re.I)), len(lines))
+    every = [(line, _fields(line.text)) for line in lines[:end] if line.text.strip()]
+    marks = {found.mark for _, found in every if found.mark}
+    for line, found in every:
+        mark = found.first.lstrip("+*").strip()
+        if found.first and found.first[0] not in "+*":
+            cards.append(RawCard(found.first.rstrip("*").strip().upper(), found.fields, line.file, line.number))
+        elif mark and mark != last and mark in marked:
+            cards[marked[mark]].fields.extend(found.fields)
+            marked |= {found.mark: marked[mark]} if found.mark else {}
             continue
-        if re.match(r"\s*ENDDATA", line.text, re.I):
-            break
-        first, data, end = _fields(line.text)
-        if first != "" and first[0] not in "+*":
-            last = RawCard(first.rstrip("*").strip().upper(), data, line.file, line.number)
-            cards.append(last)
-            mark = end
-            if end:
-                ends[end] = last
+        elif mark and mark != last and mark in marks:
+            waiting.append(found)
             continue
-        own = first.strip("+*").upper()
-        if own and mark and own != mark:
-            apart.append((own, data, end, last))
-        elif last is not None:
-            ends.pop(mark, None)
-            last.fields.extend(data)
-            mark = end
-            if end:
-                ends[end] = last
-    for _ in range(len(apart) + 1):  # chains of such lines, in any order
-        left = []
-        for own, data, end, before in apart:
-            card = ends.pop(own, None)
-            if card is None:
-                left.append((own, data, end, before))
-                continue
-            card.fields.extend(data)
-            if end:
-                ends[end] = card
-        done, apart = len(left) == len(apart), left
-        if done:
-            break
-    for _, data, _, before in apart:  # no line ends with their mark: of the card before them
-        if before is not None:
-            before.fields.extend(data)
-    yield from cards
+        elif cards:
+            cards[-1].fields.extend(found.fields)
+        last = found.mark
+        if last:
+            marked[last] = len(cards) - 1
+    while waiting:  # the card came later, or the line before
+        found = next((one for one in waiting if one.first.lstrip("+*").strip() in marked), waiting[0])
+        waiting.remove(found)
+        card = marked.get(found.first.lstrip("+*").strip())
+        if card is not None:
+            cards[card].fields.extend(found.fields)
+            marked |= {found.mark: card} if found.mark else {}
+    return cards
 
 
-def _fields(line: str) -> tuple[str, list[str], str]:
-    """First field, the data fields of one line padded to a full line (8 of them, 4 when large), and its end mark."""
-    end = ""
+class _Fields(NamedTuple):
+    """First field, data fields padded to a full line (8, or 4 when large), and the mark at the end without + and *."""
+
+    first: str
+    fields: list[str]
+    mark: str
+
+
+def _fields(line: str) -> _Fields:
+    """One line, free or in columns; a free line may have more than nine fields, its continuations then in it."""
     if "," in line:
         words = [word.strip() for word in line.split(",")]
         first, words = words[0], words[1:]
         size = 4 if "*" in first else 8
-        if len(words) == size + 1:
-            end = words.pop()  # mark of the continuation
-        elif words and words[-1][:1] == "+" and not re.search(r"\d", words[-1]):
-            end = words.pop()
-    else:
-        first, large = line[:8].strip(), "*" in line[:8]
-        size, width = (4, WIDTH[True]) if large else (8, WIDTH[False])
-        words = [line[8 + k * width : 8 + (k + 1) * width].strip() for k in range(size)]
-        end = line[72:80].strip()
-    return first, words + [""] * (size - len(words)), end.strip("+*").upper()
+        fields, mark = list[str](), ""
+        while words:
+            part, rest = words[:size], words[size:]
+            fields += part + [""] * (size - len(part))
+            mark = rest[0].lstrip("+*").strip() if rest else ""
+            words = rest[1:]
+        return _Fields(first, fields or [""] * size, mark)
+    first, large = line[:8].strip(), "*" in line[:8]
+    size, width = (4, WIDTH[True]) if large else (8, WIDTH[False])
+    words = [line[8 + k * width : 8 + (k + 1) * width].strip() for k in range(size)]
+    return _Fields(first, words, line[72:80].strip().lstrip("+*").strip())
