@@ -162,20 +162,45 @@ def at_points(parts: Sequence[StrainPart], name: str, points: ArrayLike, y: Arra
 
     Raises ValueError with the names known when no part has it.
     """
-    own = [part for part in parts if name in quantities([part])]
-    if not own:
-        raise ValueError(f"quantity {name!r} is not known of this body; it has {', '.join(quantities(parts))}")
-    values, places = [], []
-    for point in np.asarray(points, float).reshape(-1, 3):
-        distance = [np.linalg.norm(part.places - point, axis=1) for part in own]
-        k = int(np.argmin([d.min() for d in distance]))
-        at, per = int(np.argmin(distance[k])), own[k].per
+    found = [NearestPoint.of(parts, name, point) for point in np.asarray(points, float).reshape(-1, 3)]
+    return np.stack([point.values(y) for point in found], axis=1), np.stack([point.place for point in found])
+
+
+@dataclass(frozen=True, eq=False)
+class NearestPoint:
+    """A quantity at one strain point: the part of its element alone, and the number of the point in it."""
+
+    name: str
+    part: StrainPart
+    number: int
+
+    @classmethod
+    def of(cls, parts: Sequence[StrainPart], name: str, point: ArrayLike) -> NearestPoint:
+        """The point nearest to a place (3,) of those that have the quantity; ValueError when none has it."""
+        own = [part for part in parts if name in quantities([part])]
+        if not own:
+            raise ValueError(f"quantity {name!r} is not known of this body; it has {', '.join(quantities(parts))}")
+        away = [np.linalg.norm(part.places - np.asarray(point, float), axis=1) for part in own]
+        k = int(np.argmin([each.min() for each in away]))
+        at, per = int(np.argmin(away[k])), own[k].per
         element = at // per
-        found = named(_over(own[k], np.arange(element * per, (element + 1) * per)), name, y)
+        return cls(name, _over(own[k], np.arange(element * per, (element + 1) * per)), at % per)
+
+    @property
+    def place(self) -> Array:
+        """Where it lies (3,) [m, body frame]."""
+        return np.asarray(self.part.places[self.number])
+
+    @property
+    def unit(self) -> str:
+        """Unit of the quantity."""
+        return quantities([self.part])[self.name]
+
+    def values(self, y: Array) -> Array:
+        """The quantity along time (t,) at amplitudes y (t, n)."""
+        found = named(self.part, self.name, y)
         assert found is not None
-        values.append(found[:, at % per])
-        places.append(own[k].places[at])
-    return np.stack(values, axis=1), np.stack(places)
+        return np.asarray(found[:, self.number])
 
 
 def _over(part: StrainPart, points: Index) -> StrainPart:

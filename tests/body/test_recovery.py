@@ -56,7 +56,9 @@ def test_moments_axial_force_and_torque_of_a_bar():
 @pytest.mark.parametrize("order", [3, 5])
 def test_shear_forces_of_a_bar_in_many_elements_and_in_means(order, monkeypatch):
     """Its own weight q per length: V = q (L - x), linear in every element of order 5, constant in those of order 3."""
-    s = build_structure(line([[0, 0, 0], [2.0, 0, 0]], 8), [Member("line", "beam", Rectangle(0.02, 0.03), METAL, {"order": order})])
+    s = build_structure(
+        line([[0, 0, 0], [2.0, 0, 0]], 8), [Member("line", "beam", Rectangle(0.02, 0.03), METAL, {"order": order})]
+    )
     q = 9.81 * METAL.density * 0.02 * 0.03
     free = np.setdiff1d(np.arange(s.n_dof), s.clamped_dofs("start"))
     f = s.M @ s.translation.T @ np.tile([0, 9.81, 9.81], len(s.mesh.points))

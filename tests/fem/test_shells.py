@@ -147,9 +147,9 @@ def test_macneal_and_harders_problems(name, cell):
 def test_a_curved_beam_bends_and_twists_out_of_its_plane_as_castigliano_says():
     """Quarter ring under a unit force at its end: deflection, and the twist there that makes the inner edge go less.
 
-    w = R^3 [(pi / 4) / E I + (3 pi / 4 - 2) / G J], twist R^2 [(pi / 4) / E I - (1 - pi / 4) / G J], with the torsion constant
-    J of a rectangle twice as wide as high, 0.2287 b h^3. Elements twist so only with two of them over the width: shear
-    forces of plates leave their free edges over h / sqrt(10). The clamp holds the end's warping, 0.4 % of it.
+    w = R^3 [(pi / 4) / E I + (3 pi / 4 - 2) / G J], twist R^2 [(pi / 4) / E I - (1 - pi / 4) / G J], with the torsion
+    constant J of a rectangle twice as wide as high, 0.2287 b h^3. Elements twist so only with two of them over the
+    width: shear forces of plates leave their free edges over h / sqrt(10). The clamp holds the end's warping, 0.4 %.
     """
     R, EI, GJ = 4.22, 1e7 * 0.2 * 0.1**3 / 12, 4e6 * 0.2287 * 0.2 * 0.1**3
     w = R**3 * ((np.pi / 4) / EI + (3 * np.pi / 4 - 2) / GJ)
