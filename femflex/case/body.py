@@ -56,6 +56,8 @@ class RigidTable(BodyTable):
             refuse(
                 "found initial on a rigid body, which has no elastic coordinates; joints and [attitude] set its motion"
             )
+        if self.recovery:
+            refuse("found recovery on a rigid body, which has no stress; take it out")
         for name, marker in self.markers.items():
             if marker.group is not None:
                 refuse(f"found group in marker {name!r} of a rigid body, which has no mesh; give position")
