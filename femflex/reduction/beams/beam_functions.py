@@ -6,6 +6,7 @@ Every set is a function (xi, derivative) -> (len(xi), n), orthonormal over 0 <= 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from math import comb
 from typing import Protocol
 
@@ -43,10 +44,13 @@ def ends_of(ends: str) -> tuple[str, str]:
     return root, tip
 
 
+@cache
 def gauss(n: int) -> tuple[Array, Array]:
-    """Gauss–Legendre points and weights (n,) on the unit interval."""
+    """Gauss–Legendre points and weights (n,) on the unit interval, read-only."""
     x, w = np.polynomial.legendre.leggauss(n)
-    return np.asarray((x + 1) / 2, float), np.asarray(w / 2, float)
+    points, weights = np.asarray((x + 1) / 2, float), np.asarray(w / 2, float)
+    points.flags.writeable = weights.flags.writeable = False
+    return points, weights
 
 
 # --- characteristic functions ---------------------------------------------------------------------------------------
@@ -68,6 +72,7 @@ def bending_roots(ends: str, n: int) -> Array:
     return np.array([_root(lambda b: np.cos(b) - _sech(b), j * np.pi, (j + 1) * np.pi) for j in k])
 
 
+@cache
 def bending_characteristic(ends: str, n: int) -> FunctionSet:
     """Vibration shapes of a uniform Euler–Bernoulli beam, stable at any order.
 
@@ -90,6 +95,7 @@ def bending_characteristic(ends: str, n: int) -> FunctionSet:
     return _normalised(functions, points_for(n))
 
 
+@cache
 def axial_characteristic(ends: str, n: int) -> FunctionSet:
     """Vibration shapes of a uniform bar or shaft: sines and cosines; pinned and clamped ends hold it alike."""
     root, tip = (support != "free" for support in ends_of(ends))
