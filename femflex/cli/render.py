@@ -59,7 +59,7 @@ def render(
         ),
     ] = None,
     size: Annotated[str, typer.Option("--size", help="Width and height in pixels.")] = "1280x720",
-    edges: Annotated[str, typer.Option("--edges", help="sharp, mesh or none.")] = "sharp",
+    edges: Annotated[str, typer.Option("--edges", help="auto, sharp, mesh or none.")] = "auto",
     no_triads: Annotated[bool, typer.Option("--no-triads", help="Leave out the axes of bodies and frame.")] = False,
     trace: Annotated[
         list[str] | None, typer.Option("--trace", help="Marker BODY.MARKER whose path is drawn; may be repeated.")

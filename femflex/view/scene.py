@@ -124,7 +124,7 @@ class Scene:
         theme, renderer, plan, (width, height) = look.colours, self._plotter.renderer, self._plan, size
         add_length_scale(renderer, plan.view.pixels(1), theme, size)
         title = self._run.title if look.title is None else look.title
-        fitting = 0.6 * width / (0.66 * max(1, len(title)))  # left of the clock
+        fitting = 0.78 * width / (0.66 * max(1, len(title)))  # left of the clock
         add_text(renderer, title, (0.02, 0.965), min(height / 30, fitting), theme.text, bold=True)
         if plan.bar is not None:
             shown = "deformation true to scale" if plan.scale == 1.0 else f"deformation × {plan.scale:g}"

@@ -29,7 +29,7 @@ CORNERS = {
 }
 FEATURE_ANGLE = np.deg2rad(50.0)  # sharper edges are drawn and split the shading; tubes have at least 8 sides
 SEEN = 4.0  # pixels; bodies less broad are drawn with thick lines
-APART = 7.0  # pixels between mesh lines that are drawn; nearer ones would darken the surface
+APART = 4.0  # pixels between mesh lines that are drawn; nearer ones would darken the surface
 SLENDER = 0.4  # second over first extent of a part below which it has an axis
 MERGE = 1e-7  # of the size: points nearer than this that move alike are one
 
