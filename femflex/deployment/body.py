@@ -48,7 +48,7 @@ class DeployingBody(NamedTuple):
     start: tuple[float, float]
 
     def resting_rates(self, delta: Array, rest: str = "place") -> Array:
-        """Rates (n,) of coordinates delta (n,) at t = 0 for a deflection that rests at a fixed "place" of the length.
+        """Rates (n,) [unit of delta/s] of coordinates delta (n,) at t = 0 for a deflection at rest at a "place" of the length.
 
         rest: "material" for points of the material at rest, "coordinates" for none.
         """

@@ -133,11 +133,11 @@ class Structure:
         return self.T.shape[1]
 
     def clamped_dofs(self, group: str, components: Sequence[str] | Support = COMPONENTS) -> Index:
-        """Independent dofs (k,), ascending, that are zero where the group's nodes have a support; see `held_dofs`."""
+        """Numbers of the independent dofs (k,), ascending, zero where the group's nodes are supported; see `held_dofs`."""
         return self.held_dofs({group: components})
 
     def held_dofs(self, supports: Supports) -> Index:
-        """Independent dofs (k,), ascending, that are zero under the supports.
+        """Numbers of the independent dofs (k,), ascending, that are zero under the supports.
 
         supports: group -> components of "x", "y", "z", "rx", "ry", "rz" (global axes), all six for a clamp, the first
         three for a ball joint; or a Support with axes of its own. They act on the nodes, and on all that lies between

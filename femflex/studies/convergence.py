@@ -62,7 +62,7 @@ class Convergence:
 
     @property
     def changes(self) -> Array:
-        """Change from the level before, (n,), nan first."""
+        """Change from the level before (n,), in the unit of the quantity, nan first."""
         return np.concatenate([[np.nan], np.diff(self.values)])
 
     @property
@@ -100,7 +100,7 @@ class Convergence:
 
     @property
     def x(self) -> Array:
-        """What the law is in, (n,): elastic coordinates, segments, or cells along an edge of the case's own."""
+        """Resolution (n,) [1]: elastic coordinates, segments, or cells along an edge of the case's own."""
         return resolution(self.over, self.levels, self.counts)
 
     @property

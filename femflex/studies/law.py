@@ -25,7 +25,7 @@ class Law:
     reference: float
 
     def error(self, x: ArrayLike) -> Array:
-        """The error at x, (...,)."""
+        """The error at x (...,), in the unit of the quantity."""
         return np.asarray(self.size * shape(self.kind, self.rate, np.asarray(x, float), self.reference))
 
     def reaches(self, error: float) -> float:

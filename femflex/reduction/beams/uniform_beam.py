@@ -171,7 +171,7 @@ class BeamFunctions:
         return replace(self, followers=n + 4 if self.family == "polynomial" else n + 14)
 
     def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
-        """Derivative by x of u, v, w, theta (len(xi), 4, count) at x = xi length."""
+        """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1], per coordinate."""
         found = np.zeros((len(xi), 4, self.count))
         at = 0
         for row, n, bends in ((1, self.y, True), (2, self.z, True), (0, self.axial, False), (3, self.torsion, False)):
@@ -197,7 +197,7 @@ class BeamFunctions:
 
     @property
     def alone(self) -> NDArray[np.bool_]:
-        """(own,): which of these bend or twist the beam in a way in which it has no other functions."""
+        """(n,): which of these bend or twist the beam in a way in which it has no other functions."""
         counts = (self.y, self.z, 0, self.torsion)
         only = [n <= beside for n, beside in zip(counts, self._beside(), strict=True)]
         return self.added & np.repeat([*only[:2], False, only[3]], (self.y, self.z, self.axial, self.torsion))
