@@ -25,8 +25,9 @@ length = { kind = "polynomial", coefficients = [1.0, 0.0, -0.5] }
 mass_per_length = 0.1
 stock = 1.0
 [[joints]]
-kind = "weld"
+kind = "revolute"
 child = "wire"
+axis = [0, 0, 1]
 """
 
 
@@ -48,7 +49,7 @@ def test_the_reach_of_a_free_length_is_said_at_the_end(tmp_path):
 title = "let out"
 source = "numbers of no meaning"
 [run]
-duration = "200 s"
+duration = "250 s"
 output_step = "100 s"
 [orbit]
 kind = "specified"
@@ -78,7 +79,7 @@ parent = "craft"
     with open_run(tmp_path / "run.h5") as done:
         length = float(done["bodies/tether/length"].max())
         (line,) = reach_lines(done, build_system(case))
-    assert length > 1000.0
+    assert length > 1050.0
     assert f"the craft reached {length:.4g} m" in line or "the craft reached" in line
     assert f"{1.5 * length / 7e6:.2%}"[:4] in line
     assert np.isfinite(length)
