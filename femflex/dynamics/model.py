@@ -128,7 +128,7 @@ class Model(Summarised):
         """The state (n_x,) at coordinates q (n_q,) without velocities, its z as at the start."""
         return np.concatenate([q, np.zeros(self.n_u), self.parts(self.x0)[2]])
 
-    @property
+    @cached_property
     def second_order(self) -> SecondOrderCalls:
         """The calls of implicit integrators, compiled when first asked for."""
         if self.constraints is None:
@@ -137,14 +137,14 @@ class Model(Summarised):
 
         return ConstrainedCalls(self.n_q, self.n_u, self.n_z, self.reduced)
 
-    @property
+    @cached_property
     def tree(self) -> SecondOrderCalls:
         """The calls of implicit integrators on the tree, without the forces of constraints."""
         from femflex.dynamics.calls import SecondOrderCalls
 
         return SecondOrderCalls(self.n_q, self.n_u, self.n_z, self.reduced, tuple(free_lengths(self.system)))
 
-    @property
+    @cached_property
     def reduced(self) -> bool:
         """Whether the compiled equations leave terms out (see `dynamics.terms.without`)."""
         return any(name in SWITCHED for name in self.omitted)
