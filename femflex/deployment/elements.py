@@ -99,7 +99,7 @@ class ElementFunctions:
         return found
 
     def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
-        """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1], per coordinate."""
+        """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1]."""
         found, first = np.zeros((len(xi), 4, self.count)), 0
         rows = {"y": 1, "z": 2, "axial": 0, "torsion": 3}
         for name, _, bends in self._fields():

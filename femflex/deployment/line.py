@@ -32,7 +32,7 @@ class LineFunctions(Protocol):
         """The largest number of functions of one field."""
 
     def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
-        """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1], per coordinate."""
+        """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1]."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class StringFunctions:
         return max(self.y, self.z, self.axial) + 1
 
     def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
-        """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1], per coordinate."""
+        """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1]."""
         found, first = np.zeros((len(xi), 4, self.count)), 0
         for row, n in ((1, self.y), (2, self.z), (0, self.axial)):
             if n:

@@ -133,7 +133,7 @@ class Structure:
         return self.T.shape[1]
 
     def clamped_dofs(self, group: str, components: Sequence[str] | Support = COMPONENTS) -> Index:
-        """Numbers of the independent dofs (k,), ascending, zero where the group's nodes are supported; see `held_dofs`."""
+        """Numbers of independent dofs (k,), ascending, zero where the group's nodes are supported; see `held_dofs`."""
         return self.held_dofs({group: components})
 
     def held_dofs(self, supports: Supports) -> Index:

@@ -45,7 +45,7 @@ def extrapolated(x: ArrayLike, values: ArrayLike, order: float) -> float:
 
 
 def mesh_trend(x: ArrayLike, values: ArrayLike, noise: ArrayLike = 0.0) -> Trend:
-    """The trend of values (n,), in any unit, at ascending cells per length x (n,); noise (n,): rounding error, if known."""
+    """The trend of values (n,), in any unit, at ascending cells per length x (n,); noise (n,): rounding, if known."""
     x, v = np.asarray(x, float), np.asarray(values, float)
     noise = np.broadcast_to(np.asarray(noise, float), v.shape)
     if len(v) < 2:

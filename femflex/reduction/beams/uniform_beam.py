@@ -171,7 +171,7 @@ class BeamFunctions:
         return replace(self, followers=n + 4 if self.family == "polynomial" else n + 14)
 
     def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
-        """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1], per coordinate."""
+        """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1]."""
         found = np.zeros((len(xi), 4, self.count))
         at = 0
         for row, n, bends in ((1, self.y, True), (2, self.z, True), (0, self.axial, False), (3, self.torsion, False)):

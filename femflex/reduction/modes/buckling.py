@@ -28,7 +28,7 @@ SMALL = 400  # dofs up to which a dense solution is cheaper
 
 
 def critical_factor(structure: Structure, held: Index, enough: float = FAR) -> float:
-    """Factor [1] on the initial stress at which the structure buckles with dofs `held` (k,) fixed; inf if it never does.
+    """Factor [1] on the initial stress at which the structure buckles with dofs `held` (k,) fixed; inf if never.
 
     Also inf beyond `enough`, and where the stress buckles a structure that without it has no stiffness against some
     motion (a mechanism). Least lambda > 0 with det(K0 + lambda K_sigma) = 0.
