@@ -222,7 +222,7 @@ def build_structure(
 def with_initial_stress(
     K0: sparse.csr_array, strain: Sequence[StrainBlock], T: sparse.csr_array
 ) -> tuple[sparse.csr_array, Array]:
-    """K0 with the stiffness of initial stress added, and the force (n_dof,) which that leaves unbalanced."""
+    """K0 with the stiffness of initial stress added, and the force (n_dof,) [N, N m] which that leaves unbalanced."""
     if not any(block.stress.any() for block in strain):
         return K0, np.zeros(T.shape[1])
     elastic = InternalForce(strain, T)

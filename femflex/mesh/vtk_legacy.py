@@ -33,7 +33,7 @@ def is_binary(data: bytes) -> bool:
 
 
 def cell_types(geometry: bytes) -> NDArray[np.int64]:
-    """VTK's type number of every cell."""
+    """VTK's type number (n_cells,) of every cell."""
     found = re.search(rb"\nCELL_TYPES\s+(\d+)\s*?\n", geometry, re.I)
     if not found:
         return np.empty(0, np.int64)

@@ -51,7 +51,7 @@ class Distribution(Protocol):
     def exact(self) -> bool: ...
 
     def moments(self, phi: Array) -> MassMoments:
-        """Mass moments over the shapes phi (n_dof, n)."""
+        """Mass moments, units as there, over the shapes phi (n_dof, n)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,7 @@ class NodalMass:
         return self.rest <= EXACT
 
     def moments(self, phi: Array) -> MassMoments:
-        """See Distribution; the sum of this file's heading."""
+        """See Distribution, with its shapes and units; the sum of this file's heading."""
         n, k = len(self.points), phi.shape[1]
         moved, theta = ((rows @ phi).reshape(n, 3, k) for rows in self.rows)
         a = np.concatenate([self.points[:, :, None], moved], axis=2)  # node, axis, 1 + k
@@ -109,7 +109,7 @@ class PointMasses:
     exact: bool = False
 
     def moments(self, phi: Array) -> MassMoments:
-        """See Distribution."""
+        """See Distribution, with its shapes and units."""
         return point_moments(self.dm, self.rho, (self.rows @ phi).reshape(len(self.dm), 3, phi.shape[1]))
 
 
@@ -121,7 +121,7 @@ class KnownMoments:
     exact: bool = True
 
     def moments(self, phi: Array) -> MassMoments:
-        """See Distribution."""
+        """See Distribution, with its shapes and units."""
         k = phi.shape[1]
         X = np.zeros((len(phi) + 1, k + 1))
         X[0, 0], X[1:, 1:] = 1.0, phi
@@ -145,7 +145,7 @@ class MatrixMoments:
 
 
 def matrix_moments(structure: GivenStructure, phi: Array, distribution: Distribution | None = None) -> MatrixMoments:
-    """Mass moments of shapes phi (n_dof, n) of given matrices.
+    """Mass moments (units of `MassMoments`) of shapes phi (n_dof, n) of given matrices.
 
     distribution: of models whose dofs are not those of all nodes; left out, that of the nodes. Of reduced models it
     misses most of some shapes: then the symmetric part of int rho phi_k dm counts as zero, and int phi_k phi_l dm as

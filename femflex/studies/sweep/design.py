@@ -35,7 +35,7 @@ def designed(table: SweepTable) -> list[dict[str, Any]]:
 
 
 def unit_samples(table: SweepTable) -> Array:
-    """Samples (members, n) between 0 and 1."""
+    """Samples (members, n) [1] between 0 and 1."""
     from scipy.stats import qmc
 
     n, k = table.members or 0, len(table.vary)
