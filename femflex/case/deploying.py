@@ -61,16 +61,16 @@ class DeployingFunctionsTable(Table):
 class TaperTable(Table):
     """Section and density that vary along the material: factors at points, straight between them."""
 
-    along: Annotated[tuple[float, ...], Quantity("m", least=0.0)]
+    along: Annotated[tuple[float, ...], Quantity("m", (None,), least=0.0)]
     """Distances of the points from the end that comes out first: the tip where the drum is at the root, the root where
     it is at the tip. Ascending, at least two; the factors stay constant beyond the last one."""
-    mass: Annotated[tuple[float, ...] | None, Quantity(above=0.0)] = None
+    mass: Annotated[tuple[float, ...] | None, Quantity("", (None,), above=0.0)] = None
     """Factors on the mass per length. Left out: 1."""
-    bending: Annotated[tuple[float, ...] | None, Quantity(least=0.0)] = None
+    bending: Annotated[tuple[float, ...] | None, Quantity("", (None,), least=0.0)] = None
     """Factors on EIy and EIz. Left out: 1."""
-    axial: Annotated[tuple[float, ...] | None, Quantity(least=0.0)] = None
+    axial: Annotated[tuple[float, ...] | None, Quantity("", (None,), least=0.0)] = None
     """Factors on EA. Left out: 1."""
-    torsion: Annotated[tuple[float, ...] | None, Quantity(least=0.0)] = None
+    torsion: Annotated[tuple[float, ...] | None, Quantity("", (None,), least=0.0)] = None
     """Factors on GJ. Left out: 1."""
 
     def factors(self) -> dict[str, tuple[float, ...]]:

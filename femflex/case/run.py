@@ -126,12 +126,16 @@ class PicturesTable(Table):
     without: list[str] = Field(default_factory=list)
     """Terms that a second run omits, as in `run --without`, such as "nonlinear_strain". Its curves are dashed in the
     same plots; its result file has "_without" in its name."""
+    linearised: StrictBool = False
+    """Solve the linear equations too, as `run --linearised`. Its curves are dashed in the same plots; its result file
+    has "_linearised" in its name."""
     traces: list[str] = Field(default_factory=list)
     """Markers ("body.marker") and contact points ("constraints/NAME") whose paths are drawn."""
     scale: Annotated[float | str, _Scale()] = 1.0
     """Factor on deformations: 1 is true, "auto" makes them visible; the picture states it."""
     colour: str = "displacement"
-    """Quantity that colours bodies: displacement, energy, or strain:NAME such as strain:axial."""
+    """Quantity that colours bodies: displacement, energy, strain:NAME such as strain:axial, stress:NAME such as
+    stress:von_mises, or peak:NAME, the largest stress over the run."""
     theme: Literal["light", "dark"] = "light"
     """Colours of background and text."""
     camera: str = "auto"
@@ -146,6 +150,12 @@ class PicturesTable(Table):
     """Edges drawn: sharp ones, all mesh edges, or none."""
     size: tuple[Pixels, Pixels] = (1280, 720)
     """Width and height of pictures in pixels."""
+
+    @model_validator(mode="after")
+    def _one_second_run(self) -> PicturesTable:
+        if self.without and self.linearised:
+            refuse("found without and linearised; the plots hold one second run, so give one of them")
+        return self
 
 
 class StudyTable(Table):

@@ -16,10 +16,11 @@ from femflex.deployment.drawn import skin_of
 from femflex.deployment.line import DeployingLine, LineFunctions, LineShapes
 from femflex.deployment.parts import Strain, exit_marker, member_parts, resting_rates
 from femflex.deployment.reel import Reel
+from femflex.deployment.sections import sections_of
 from femflex.deployment.shapes import MemberShapes
 from femflex.deployment.strip import DeployingStrip, StripFunctions, StripShapes
 from femflex.deployment.table import DeployingParts, variation_of
-from femflex.deployment.tapered import MaterialTaper, pieces_of, tapered_line
+from femflex.deployment.tapered import MaterialTaper, one, pieces_of, tapered_line
 from femflex.system import Profile, Variation
 from femflex.warning import PhysicsWarning
 
@@ -106,7 +107,12 @@ def deploying_tapered_line(
     pieces = [_with_axes(part, options) for part in pieces]
     here = next((part for part in reversed(pieces) if part.origin <= first), pieces[0])
     body = here.body(first, skin=skin_of(made.shapes, first, stock, at_tip, radius))
+    sections = sections_of(
+        made.shapes, stock, at_tip, options.get("markers") or {},
+        lambda sigma: line.mass_per_length * taper.mass(sigma), taper.bending,
+    )  # fmt: skip
     more = {"stock": stock, "drum_radius": radius, "at_tip": at_tip, "bounds": (least, most), "error": error}
+    more["sections"] = sections
     variation = variation_of(pieces, body, length, **more)
     return DeployingBody(body, variation, here, made.shapes, (first, float(length(0.0)[1])))
 
@@ -159,6 +165,8 @@ def _deployed(shapes: MemberShapes, length: Profile | Reel, options: Options) ->
     parts = _with_axes(parts, options)
     body = parts.body(first, skin=skin_of(shapes, first, whole, at_tip, options.get("drum_radius")))
     more = {"stock": whole, "drum_radius": options.get("drum_radius"), "at_tip": at_tip, "bounds": (least, most)}
+    density = shapes.member_mass / shapes.reference
+    more["sections"] = sections_of(shapes, whole, at_tip, markers, lambda sigma: density * one(sigma), one)
     if isinstance(length, Reel):
         variation = variation_of([parts], body, length.state, drum_mass=length.mass, **more)
         return DeployingBody(body, variation, parts, shapes, (length.length, length.speed))

@@ -212,7 +212,7 @@ class LineShapes(MemberShapes):
 
     def displacements(self, xi: Array, offsets: Array, derivative: int) -> Series:
         """Shapes of the columns at offsets (m, 3), member axes, or their derivative by xi: p -> (k, m, 3, n)."""
-        u, v, w, theta = (self.fields(xi, derivative)[:, None, i] for i in range(4))  # k 1 n
+        u, v, w, theta = self.fields(xi, derivative).transpose(1, 0, 2)[:, :, None]  # k 1 n
         steep = self.fields(xi, derivative + 1)[:, None] / self.reference
         dv, dw = steep[:, :, 1], steep[:, :, 2]
         x, y, z = (offsets[:, i, None] for i in range(3))

@@ -149,7 +149,7 @@ class MemberShapes(ABC):
         """
         k, m, n = len(xi), len(offsets), self.n
         out: Series = {p: np.zeros((k, m, 3, 1 + self.n_shapes)) for p in (1, 0, -1)}
-        out[1][:, :, 0, 0] = self.reference * (xi[:, None] if derivative == 0 else 1.0)
+        out[1][:, :, 0, 0] = self.reference * (xi[:, None] if derivative == 0 else float(derivative == 1))
         if derivative == 0:
             out[0][:, :, :, 0] = offsets
         for p, part in self.displacements(xi, offsets, derivative).items():

@@ -106,7 +106,7 @@ def test_included_files_are_read(tmp_path):
     with pytest.warns(PhysicsWarning, match="CONM2"):
         assert len(read_mesh(path).cells["quad"]) == 2
     (tmp_path / "grids.bdf").unlink()
-    with pytest.raises(ValueError, match=r"grids.bdf is included in a Nastran deck but does not exist"):
+    with pytest.raises(ValueError, match=r"panel.bdf:12: the file 'grids.bdf' that is included does not exist"):
         read_mesh(path)
 
 
