@@ -126,6 +126,9 @@ class PicturesTable(Table):
     without: list[str] = Field(default_factory=list)
     """Terms that a second run omits, as in `run --without`, such as "nonlinear_strain". Its curves are dashed in the
     same plots; its result file has "_without" in its name."""
+    linearised: StrictBool = False
+    """Solve the linear equations too, as `run --linearised`. Its curves are dashed in the same plots; its result file
+    has "_linearised" in its name."""
     traces: list[str] = Field(default_factory=list)
     """Markers ("body.marker") and contact points ("constraints/NAME") whose paths are drawn."""
     scale: Annotated[float | str, _Scale()] = 1.0
@@ -147,6 +150,12 @@ class PicturesTable(Table):
     """Edges drawn: sharp ones, all mesh edges, or none."""
     size: tuple[Pixels, Pixels] = (1280, 720)
     """Width and height of pictures in pixels."""
+
+    @model_validator(mode="after")
+    def _one_second_run(self) -> PicturesTable:
+        if self.without and self.linearised:
+            refuse("found without and linearised; the plots hold one second run, so give one of them")
+        return self
 
 
 class StudyTable(Table):

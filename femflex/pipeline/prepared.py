@@ -79,6 +79,7 @@ def prepare(
     without: Sequence[str] = (),
     effectors: Sequence[Effector | Controller] = (),
     varying: Mapping[str, Variation] | None = None,
+    linearised: bool = False,
 ) -> Prepared:
     """The run of a case up to its first step, with these bodies or with its own; nothing is written.
 
@@ -86,6 +87,7 @@ def prepare(
     without: names of what is switched off (see `femflex.dynamics.terms.without`)
     effectors: effectors and controllers beside those of the case
     varying: body name -> Variation, how its properties depend on time
+    linearised: the motion of the linear equations (see `femflex.pipeline.linear_motion`)
 
     Raises as `femflex.run` does for what can be reported before the first step.
     """
@@ -101,6 +103,8 @@ def prepare(
     case = case if isinstance(case, Case) else read_case(case)
     if resume and output is None:
         raise ValueError("a run is resumed from its file; say which one (`output`)")
+    if resume and linearised:
+        raise ValueError("found resume and linearised; a linearised run is not resumed, so run it anew")
     if output is not None:
         with wrong_names_first(case, without):
             check_output(case, Path(output), force, resume)
@@ -122,11 +126,19 @@ def prepare(
     if output is not None and resume:
         check_same_times(times, Path(output))
         begun = integrator_of(Path(output))
-    integrator, reason = chosen_integrator(case, model, times, begun)
+    integrator, reason = _linear(model) if linearised else chosen_integrator(case, model, times, begun)
     check_periods(system, float(times[-1] - times[0]))
     reasons = " ".join([reason, *sampling(system)])
     names = tuple(effector.name for effector in effectors)
     return Prepared(case, system, model, integrator, reasons, times, found, names)
+
+
+def _linear(model: Model) -> tuple[Integrator, str]:
+    """The linearised motion in place of an integrator. Raises ValueError for what has none."""
+    from femflex.pipeline.linear_motion import LinearMotion, check
+
+    check(model.system)
+    return LinearMotion(), "none: linear equations about the equilibrium, by matrix exponentials"
 
 
 def check_periods(system: System, duration: float) -> None:

@@ -149,6 +149,11 @@ class Run:
         return tuple(filter(None, str(self.attributes.get("without", "")).split(", ")))
 
     @property
+    def linearised(self) -> bool:
+        """Whether the run solved the linear equations (`run --linearised`)."""
+        return str(self.attributes["integrator"]) == "linearised"
+
+    @property
     def complete(self) -> bool:
         """Whether the run reached its end."""
         return bool(self.attributes["complete"])

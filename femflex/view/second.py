@@ -20,6 +20,8 @@ INSTEAD = {"nonlinear strain": "linear strain"}  # what is left where something 
 def title_of(run: Run) -> str:
     """Title of a run, with what was switched off in it."""
     left_out = _left_out(run)
+    if run.linearised:
+        return f"{run.title} (linearised)"
     return f"{run.title} (without {', '.join(left_out)})" if left_out else run.title
 
 
@@ -27,12 +29,14 @@ def apart(run: Run, other: Run) -> str:
     """What a run is beside another, in words: its title, what it leaves out, or the name of its file."""
     if run.title != other.title:
         return title_of(run)
-    return run.path.name if _left_out(run) == _left_out(other) else what_is_left(run)
+    same = _left_out(run) == _left_out(other) and run.linearised == other.linearised
+    return run.path.name if same else what_is_left(run)
 
 
 def what_is_left(run: Run) -> str:
     """What a run leaves out, in words, or what is left instead."""
     said = [INSTEAD.get(name, f"without {name}") for name in _left_out(run)]
+    said += ["linearised"] * run.linearised
     return ", ".join(said) or "in full"
 
 

@@ -136,6 +136,7 @@ PROBLEMS = {
 }
 
 
+@pytest.mark.sampled(14)
 @pytest.mark.parametrize("cell", ["quad", "quad9", "triangle6"])
 @pytest.mark.parametrize("name", PROBLEMS)
 @pytest.mark.filterwarnings("ignore:shell on group .* warped by more than")
