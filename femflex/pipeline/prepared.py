@@ -130,9 +130,7 @@ def prepare(
     check_periods(system, float(times[-1] - times[0]))
     reasons = " ".join([reason, *sampling(system)])
     names = tuple(effector.name for effector in effectors)
-    prepared = Prepared(case, system, model, integrator, reasons, times, found, names)
-    _ = prepared.recovered  # its errors come before the run
-    return prepared
+    return Prepared(case, system, model, integrator, reasons, times, found, names)
 
 
 def _linear(model: Model) -> tuple[Integrator, str]:
