@@ -24,9 +24,14 @@ def info(file: Annotated[Path, typer.Argument(help="Mesh, body, case or run file
             if _starts_as_hdf5(file) and file.suffix != ".med"
             else _case(file)
             if file.suffix == ".toml"
+            else _matrices(file)
+            if file.suffix.lower() in MATRICES
             else _mesh(file)
         )
     print(text)
+
+
+MATRICES = (".npz", ".mat", ".op4", ".op2", ".pch", ".dmig", ".asm", ".mtx", ".sti", ".mas", ".dof")  # suffixes
 
 
 def _starts_as_hdf5(file: Path) -> bool:
@@ -62,7 +67,9 @@ def _hdf5(file: Path) -> str:
 
         with open_run(file) as run:
             return repr(run)
-    raise ValueError(f"{file} is an HDF5 file, but neither a run nor a body of femflex")
+    if not kind:
+        return _matrices(file)
+    raise ValueError(f"{file} is an HDF5 file, but neither a run nor a body of femflex, nor one of matrices")
 
 
 def body_text(file: Path, body: object) -> str:
@@ -110,6 +117,12 @@ def _case(file: Path) -> str:
     lines += [f"load    {load.name} on {load.body}.{load.marker}" for load in case.loads]
     lines += [f"expects {name}" for name in case.expect.answers]
     return "\n".join(lines)
+
+
+def _matrices(file: Path) -> str:
+    from femflex.matrices.describe import describe_matrices
+
+    return describe_matrices(file)
 
 
 def _mesh(file: Path) -> str:
