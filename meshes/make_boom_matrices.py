@@ -22,7 +22,8 @@ def element(h):
         at = np.ix_([first, first + 6], [first, first + 6])
         K[at], M[at] = stiffness / h * pair, MASS * inertia * h * share
     k = np.array([[12, 6 * h, -12, 6 * h], [0, 4 * h**2, -6 * h, 2 * h**2], [0, 0, 12, -6 * h], [0, 0, 0, 4 * h**2]])
-    m = np.array([[156, 22 * h, 54, -13 * h], [0, 4 * h**2, 13 * h, -3 * h**2], [0, 0, 156, -22 * h], [0, 0, 0, 4 * h**2]])
+    b, d = 22 * h, 13 * h
+    m = np.array([[156, b, 54, -d], [0, 4 * h**2, d, -3 * h**2], [0, 0, 156, -b], [0, 0, 0, 4 * h**2]])
     k, m = (a + np.triu(a, 1).T for a in (k, m))
     for dofs, sign in (([1, 5, 7, 11], 1), ([2, 4, 8, 10], -1)):  # dz/dx is -ry
         s = np.diag([1, sign, 1, sign])
