@@ -54,9 +54,9 @@ from femflex.warning import PhysicsWarning
 
 @dataclass(frozen=True, eq=False)
 class BuiltBody:
-    """A body as its table says it, its origin, and what is to be said of how it was made.
+    """A body as its table says it, its origin, and notes on how it was made.
 
-    origin: None of a body cut into segments; notes: what is in its set beside what the table says.
+    origin: None of a body cut into segments; notes: what is in its set in addition to the table.
     """
 
     part: Part
@@ -227,9 +227,10 @@ def _meshed(
 
 
 def _warn_of_stiffness(name: str, structure: Structure, modeset: ModeSet, body: FlexibleBody) -> None:
-    """Warn of a set that was asked for as it is and cannot stretch."""
+    """Warn of a set that was requested unchanged and cannot stretch."""
     if lack := lack_of_stretch(structure, modeset, body.strain):
-        text = f"bodies.{name}: {lack}; it is taken as it is, as derivatives = 'none' asks, and bends far too little"
+        kept = "derivatives = 'none' is set, so it is used unchanged, and its deflections are far too small"
+        text = f"bodies.{name}: {lack}; {kept}"
         warnings.warn(text, PhysicsWarning, stacklevel=2)
 
 

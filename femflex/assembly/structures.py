@@ -185,7 +185,7 @@ def build_modes(
 ) -> tuple[Structure, ModeSet]:
     """The structure a body's reduction works on and its mode set, of `modes` modes instead of the case's if given.
 
-    acting: what acts on it; those static shapes of that are added to a cantilever set that are slow beside it.
+    acting: its loads; their static shapes that are slow compared with a cantilever set are added to it.
     preload: steady loads of its own equilibrium.
     Initial stress is first let go where the clamps do not hold it (`relaxed`); doubts of it are reported for the body
     of that name.
@@ -223,7 +223,7 @@ def build_modes(
 def with_static_derivatives(
     structure: Structure, modes: ModeSet, keep: int | str, deflection: float | None, where: str
 ) -> ModeSet:
-    """The set with so many static derivatives; warns where it has fewer of them than are asked for."""
+    """The set with so many static derivatives; warns where it has fewer of them than requested."""
     found = with_derivatives(structure, modes, keep, deflection)
     kept = found.n_modes - modes.n_modes
     if isinstance(keep, int) and kept < keep:

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import difflib
 import re
+import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from femflex.decks.findings import UnusedCard
+from femflex.decks.singular import unresisted
 from femflex.decks.units import Units
-from femflex.fem import Bushing, Member, PointMass, Structure, Support, build_structure
+from femflex.fem import Bushing, Member, PointMass, ScalarSpring, Structure, Support, build_structure
 from femflex.fem.connections.connection import Connection
+from femflex.fem.support import GLOBAL
 from femflex.mesh import Mesh
 
 Held = Mapping[str, Support]  # group -> its support
@@ -41,7 +46,7 @@ class Deck:
     members: tuple[Member, ...]
     point_masses: tuple[PointMass, ...] = ()
     connections: tuple[Connection, ...] = ()
-    bushings: tuple[Bushing, ...] = ()
+    bushings: tuple[Bushing | ScalarSpring, ...] = ()
     supports: Mapping[str, Held] = field(default_factory=dict)
     default_supports: tuple[str, ...] = ()
     points_of_ids: Mapping[int, int] = field(default_factory=dict)
@@ -83,6 +88,44 @@ class Deck:
                 )
             added[name] = [self.points_of_ids[number]]
         return replace(self, mesh=self.mesh.with_groups(points=added)) if added else self
+
+    def with_unresisted_held(self) -> Deck:
+        """The deck with a set of supports "autospc", in force, of the components that nothing resists at nodes.
+
+        The deck itself where there are none, or where it cannot become a structure, which is said when it shall.
+        """
+        held = self.held()
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                structure = self.structure(held)
+        except ValueError:
+            return self
+        loose = unresisted(structure, np.array(sorted(self.points_of_ids.values()), np.int64))
+        fixed = {
+            (int(node), component)
+            for group, support in held.items()
+            if support.axes == GLOBAL
+            for node in self.mesh.group_points(group)
+            for component in support.components
+        }
+        groups, own = {}, {}
+        for k, (nodes, support) in enumerate(loose):
+            if support.axes == GLOBAL:
+                nodes = nodes[[any((int(n), c) not in fixed for c in support.components) for n in nodes]]
+            if len(nodes):
+                groups[f"autospc {k + 1}"], own[f"autospc {k + 1}"] = nodes, support
+        if not own:
+            return self
+        count = sum(len(support.components) * len(groups[name]) for name, support in own.items())
+        text = f"{count} components of nodes, which nothing resists, are held (AUTOSPC; set of supports 'autospc')"
+        return replace(
+            self,
+            mesh=self.mesh.with_groups(points=groups),
+            supports={**self.supports, "autospc": own},
+            default_supports=(*self.default_supports, "autospc"),
+            notes=(*self.notes, text),
+        )
 
     def structure(self, clamp: Mapping[str, Support] | None = None) -> Structure:
         """The Structure of the deck; its dofs lie along the axes of `clamp`, the supports in force where None."""

@@ -16,11 +16,12 @@ from scipy import sparse
 from femflex.fem.assembly.conditions import conditions
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.assembly.support_dofs import held_columns
-from femflex.fem.bushing import Bushing, bushing_part
+from femflex.fem.bushing import Bushing
 from femflex.fem.connections.connection import Connection
 from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces, prepared
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.point_mass import PointMass, point_mass_block
+from femflex.fem.scalar_spring import ScalarSpring
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.fem.support import COMPONENTS, Support, Supports, as_support
 from femflex.fem.tables import InertiaBlock, StrainBlock, mass_and_stiffness
@@ -38,7 +39,7 @@ Index = NDArray[np.int64]
 class Member:
     """A mesh group that becomes structure: the family of its elements, their section, material and options.
 
-    Which sections, materials and options a family takes is said in its own docstring (`femflex.fem.FAMILIES`).
+    Which sections, materials and options a family takes is stated in its own docstring (`femflex.fem.FAMILIES`).
     """
 
     group: str
@@ -113,7 +114,7 @@ class Structure:
 
     @cached_property
     def skin(self) -> StructureSkin | None:
-        """The drawn surface of all members, made when it is first asked for; None when no member has one."""
+        """The drawn surface of all members, made at the first request; None when no member has one."""
         return _merged_skin([part() for part in self.skin_parts], self.T)
 
     @property
@@ -132,11 +133,11 @@ class Structure:
         return self.T.shape[1]
 
     def clamped_dofs(self, group: str, components: Sequence[str] | Support = COMPONENTS) -> Index:
-        """Independent dofs (k,), ascending, that are zero where the group's nodes have a support; see `held_dofs`."""
+        """Numbers of independent dofs (k,), ascending, zero where the group's nodes are supported; see `held_dofs`."""
         return self.held_dofs({group: components})
 
     def held_dofs(self, supports: Supports) -> Index:
-        """Independent dofs (k,), ascending, that are zero under the supports.
+        """Numbers of the independent dofs (k,), ascending, that are zero under the supports.
 
         supports: group -> components of "x", "y", "z", "rx", "ry", "rz" (global axes), all six for a clamp, the first
         three for a ball joint; or a Support with axes of its own. They act on the nodes, and on all that lies between
@@ -170,7 +171,7 @@ def build_structure(
     point_masses: Sequence[PointMass] = (),
     supports: Supports | None = None,
     connections: Sequence[Connection] = (),
-    bushings: Sequence[Bushing] = (),
+    bushings: Sequence[Bushing | ScalarSpring] = (),
 ) -> Structure:
     """The Structure of a mesh with these members, concentrated masses, connections, springs and bushings.
 
@@ -190,7 +191,7 @@ def build_structure(
     parts = [contribution(mesh, member, numbering) for member in members]
     for connection in connections:
         numbering.connect(connection.dependences(mesh, numbering))
-    parts += [bushing_part(mesh, bushing, numbering) for bushing in bushings]
+    parts += [bushing.part(mesh, numbering) for bushing in bushings]
     inertia = tuple(block for part in parts for block in part.inertia)
     inertia += tuple(point_mass_block(mesh, point_mass, numbering) for point_mass in point_masses)
     late = tuple(block for part in parts if part.late is not None for block in part.late())

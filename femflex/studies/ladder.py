@@ -49,7 +49,7 @@ class Built:
 
     @property
     def added(self) -> int:
-        """How many of the coordinates of all bodies are static shapes beside modes."""
+        """How many of the coordinates of all bodies are static shapes in addition to modes."""
         return sum(int(is_added(getattr(body, "kinds", ())).sum()) for body in self.bodies.values())
 
     @property

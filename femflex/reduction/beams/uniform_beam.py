@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -106,7 +107,7 @@ class BeamFunctions:
     ends                   supports of root and tip, of "free", "pinned", "clamped", in the body frame
     followers              axial polynomials that follow bending, after all others (beam_body, strain "condensed")
     static                 the last two of y and z, and the last of axial and torsion, are the static shapes of an
-                           accelerated root (characteristic, "clamped-free"): converges far faster beside a light hub
+                           accelerated root (characteristic, "clamped-free"): converges far faster with a light hub
     tip                    the last two of y and z, and the last of axial and torsion, are the static shapes of a force
                            and a moment at the tip, after those of `static` (likewise): for what the beam carries there
     """
@@ -170,50 +171,53 @@ class BeamFunctions:
         return replace(self, followers=n + 4 if self.family == "polynomial" else n + 14)
 
     def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
-        """Derivative by x of u, v, w, theta (len(xi), 4, count) at x = xi length."""
+        """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1]."""
         found = np.zeros((len(xi), 4, self.count))
         at = 0
         for row, n, bends in ((1, self.y, True), (2, self.z, True), (0, self.axial, False), (3, self.torsion, False)):
             if n:
-                functions = self._bending(n) if bends else self._axial(n)
+                functions = (_bending if bends else _axial)(self.family, self.ends, self.static, self.tip, n)
                 found[:, row, at : at + n] = functions(xi, derivative) / length**derivative
             at += n
         if self.followers:
-            functions = self._polynomials(self.followers)
+            functions = _axial("polynomial", self.ends, False, False, self.followers)
             found[:, 0, at:] = functions(xi, derivative) / length**derivative
         return found
 
     def _beside(self) -> tuple[int, int, int, int]:
-        """How many of a field's functions are static shapes beside its own, where it has any."""
+        """How many of a field's functions are static shapes in addition to its own, where it has any."""
         kinds = int(self.static) + int(self.tip)
         return 2 * kinds, 2 * kinds, kinds, kinds
 
     @property
     def added(self) -> NDArray[np.bool_]:
-        """(own,): which of the functions are static shapes that stand beside the others."""
+        """(own,): which of the functions are added static shapes."""
         counts = (self.y, self.z, self.axial, self.torsion)
         return np.concatenate([np.arange(n) >= n - beside for n, beside in zip(counts, self._beside(), strict=True)])
 
     @property
     def alone(self) -> NDArray[np.bool_]:
-        """(own,): which of these bend or twist the beam in a way in which it has no other functions."""
+        """(n,): which of these bend or twist the beam in a way in which it has no other functions."""
         counts = (self.y, self.z, 0, self.torsion)
         only = [n <= beside for n, beside in zip(counts, self._beside(), strict=True)]
         return self.added & np.repeat([*only[:2], False, only[3]], (self.y, self.z, self.axial, self.torsion))
 
-    def _bending(self, n: int) -> FunctionSet:
-        if self.family == "polynomial":
-            root, tip = (BENDING_ORDER[support] for support in ends_of(self.ends))
-            return polynomials(root, tip, n)
-        beside = (*STATIC_BENDING * self.static, *TIP_BENDING * self.tip)
-        return with_static(bending_characteristic(self.ends, n - len(beside)), beside, n)
 
-    def _axial(self, n: int) -> FunctionSet:
-        if self.family == "polynomial":
-            return self._polynomials(n)
-        beside = (*STATIC_AXIAL * self.static, *TIP_AXIAL * self.tip)
-        return with_static(axial_characteristic(self.ends, n - len(beside)), beside, n)
+@lru_cache(maxsize=256)
+def _bending(family: str, ends: str, static: bool, tip: bool, n: int) -> FunctionSet:
+    """The n functions of v or w."""
+    if family == "polynomial":
+        root, end = (BENDING_ORDER[support] for support in ends_of(ends))
+        return polynomials(root, end, n)
+    added = (*STATIC_BENDING * static, *TIP_BENDING * tip)
+    return with_static(bending_characteristic(ends, n - len(added)), added, n)
 
-    def _polynomials(self, n: int) -> FunctionSet:
-        root, tip = (min(BENDING_ORDER[support], 1) for support in ends_of(self.ends))
-        return polynomials(root, tip, n, rigid=1)
+
+@lru_cache(maxsize=256)
+def _axial(family: str, ends: str, static: bool, tip: bool, n: int) -> FunctionSet:
+    """The n functions of u or theta."""
+    if family == "polynomial":
+        root, end = (min(BENDING_ORDER[support], 1) for support in ends_of(ends))
+        return polynomials(root, end, n, rigid=1)
+    added = (*STATIC_AXIAL * static, *TIP_AXIAL * tip)
+    return with_static(axial_characteristic(ends, n - len(added)), added, n)
