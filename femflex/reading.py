@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dis
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -25,6 +26,8 @@ def reading(path: Path, kind: str, advice: str) -> Iterator[None]:
             f"{path.name} could not be read as {kind}: it asks for more memory than is free, or than a file of "
             f"{path.stat().st_size} bytes can need. {advice}"
         ) from None
+    except Warning:  # of femflex, where the caller turns warnings into errors
+        raise
     except Exception as error:
         if isinstance(error, OSError) and error.errno is not None and error.filename is not None:
             raise
@@ -34,14 +37,16 @@ def reading(path: Path, kind: str, advice: str) -> Iterator[None]:
 
 
 def what_is_wrong(error: BaseException) -> str:
-    """What an error says of a file, in words of femflex alone: libraries speak of their own insides."""
+    """What an error says of a file, in words of femflex alone: libraries and Python speak of their own insides."""
     trace = error.__traceback__
     while trace is not None and trace.tb_next is not None:
         trace = trace.tb_next
-    module = "" if trace is None else str(trace.tb_frame.f_globals.get("__name__", ""))
     number = NO_NUMBER.search(str(error))
     if number:
         return f"it has {number[1]} where a number belongs"
-    if isinstance(error, ValueError | RuntimeError) and module.startswith("femflex.") and error.args:
-        return " ".join(str(error.args[0]).split())[:300].rstrip(". ")
+    if trace is not None and isinstance(error, ValueError | RuntimeError) and error.args:
+        code = trace.tb_frame.f_code.co_code
+        raised = dis.opname[code[trace.tb_lasti]] == "RAISE_VARARGS"  # not by Python itself, as in unpacking
+        if raised and str(trace.tb_frame.f_globals.get("__name__", "")).startswith("femflex."):
+            return " ".join(str(error.args[0]).split())[:300].rstrip(". ")
     return "its contents are not those of this format"

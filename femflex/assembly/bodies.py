@@ -12,6 +12,7 @@ from femflex.assembly.acting_loads import acting_loads, added_shapes_text
 from femflex.assembly.deploying import build_deploying
 from femflex.assembly.extents import warn_of_doubtful_extents
 from femflex.assembly.functions import functions_of
+from femflex.assembly.matrices import build_matrix_body
 from femflex.assembly.open_choices import bound_to_linear, open_choices, remedy_of
 from femflex.assembly.rigid_skins import rigid_skin
 from femflex.assembly.segments import build_segments
@@ -23,6 +24,7 @@ from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
 from femflex.case.case import Case
 from femflex.case.deploying import DeployingTable
 from femflex.case.load import LoadTable
+from femflex.case.matrices import MatricesTable
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.reduction import DampingTable, Stretchable
 from femflex.case.support import SkewSupport
@@ -160,6 +162,9 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
         return _analytic(case, name, table, modes)
     if isinstance(table, FileTable):
         return _from_file(case, name, table, modes), None, ()
+    if isinstance(table, MatricesTable):
+        made = build_matrix_body(case, table, modes, _damping(table.damping), turning_markers(case, name))
+        return made.body, None, made.notes
     assert isinstance(table, FlexibleTable)
     given = structure_of(case, name, table, refine)
     added = acting_loads(case, name, table, marker_groups(table))

@@ -16,11 +16,14 @@ from femflex.deployment import (
     DeployingBody,
     DeployingLine,
     DeployingStrip,
+    ElementFunctions,
+    MaterialTaper,
     Reel,
     StringFunctions,
     StripFunctions,
     deploying_line,
     deploying_strip,
+    deploying_tapered_line,
 )
 from femflex.reduction import BeamFunctions
 from femflex.system import Profile, System, Variation
@@ -48,7 +51,12 @@ def build_deploying(case: Case, name: str, table: DeployingTable, modes: int | N
         length = _length(case, name, table)
         if table.family in SHEETS:
             return deploying_strip(_strip(table), _strip_functions(table, modes), length, **options)
-        return deploying_line(_line(table), _line_functions(table, modes), length, **options)
+        line, functions = _line(table), _line_functions(table, modes)
+        if table.taper is not None:
+            assert isinstance(length, Profile)
+            taper = MaterialTaper.table(table.taper.along, **table.taper.factors())
+            return deploying_tapered_line(line, taper, functions, length, **options)
+        return deploying_line(line, functions, length, **options)
     except (ValueError, OSError) as error:
         raise CaseError(case.path.name, [Problem(f"bodies.{name}", str(error))]) from error
 
@@ -122,12 +130,17 @@ def _line(table: DeployingTable) -> DeployingLine:
     return DeployingLine(mass_per_length=_mass_per_length(table), **given)
 
 
-def _line_functions(table: DeployingTable, modes: int | None) -> BeamFunctions | StringFunctions | None:
+LineFunctions = BeamFunctions | StringFunctions | ElementFunctions
+
+
+def _line_functions(table: DeployingTable, modes: int | None) -> LineFunctions | None:
     f = table.functions
     if f is None:
         return None
     counts = {key: getattr(f, key) for key in ("y", "z", "axial", "torsion")}
     counts = {key: modes if count and modes is not None else count for key, count in counts.items()}
+    if f.family == "elements":
+        return _elements(table, **counts)
     if table.family == "beam":
         return BeamFunctions(**counts, family=f.family or "characteristic", static=f.static, tip=f.tip)
     del counts["torsion"]
@@ -154,7 +167,16 @@ def _strip_functions(table: DeployingTable, modes: int | None) -> StripFunctions
     if f is None:
         return None
     n = f.z if modes is None else modes
+    if f.family == "elements":
+        return StripFunctions(_elements(table, z=n), f.across)
     if table.family == "plate":
         return StripFunctions(BeamFunctions(z=n, family=f.family or "characteristic"), f.across)
     along = StringFunctions(z=n, tip=table.tip, family=f.family or "polynomial", straight=f.straight)
     return StripFunctions(along, f.across)
+
+
+def _elements(table: DeployingTable, **counts: int) -> ElementFunctions:
+    assert table.functions is not None
+    elements = table.functions.elements or max(8, 2 * max(counts.values()))
+    string = table.family in ("tether", "membrane")
+    return ElementFunctions(**counts, elements=elements, string=string, held=table.tip == "held")

@@ -7,6 +7,7 @@ from typing import Any
 
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, Strain
 from femflex.case.case import Case
+from femflex.case.matrices import MatricesTable
 from femflex.case.reduction import CantileverTable, Stretchable
 from femflex.reduction.origin import LeftOpen
 
@@ -69,6 +70,8 @@ def remedy_of(table: BodyTable) -> str:
     """What to do for a strain that knows what pulls along a body."""
     if isinstance(table, FileTable):
         return f"make {table.file} anew (femflex body) from a case that gives it strain = 'condensed'"
+    if isinstance(table, MatricesTable):
+        return "matrices hold linear strain alone: make the body of elements, with strain = 'condensed'"
     r = getattr(table, "reduction", None)
     if isinstance(r, Stretchable) and r.derivatives in ("none", 0):
         return f"drop derivatives = {r.derivatives!r} and give it strain = 'condensed'"

@@ -200,7 +200,7 @@ def build_modes(
         meant = any(member.options.get("prestress") for member in table.members)
         warn_of_initial_stress(f"bodies.{name}", given, structure, meant)
     if isinstance(r, Stretchable):
-        found = _vibrating(structure, r, modes, acting or ActingLoads())
+        found = vibrating(structure, r, modes, acting or ActingLoads())
         if r.third_derivatives or bends_far(table):
             found = with_own_bends(structure, found, r.third_derivatives, r.deflection)
         if r.derivatives not in (None, "none", 0):
@@ -243,7 +243,7 @@ def bends_far(table: FlexibleTable) -> bool:
     return table.strain in ("nonlinear", "condensed") and keep not in ("none", 0)
 
 
-def _vibrating(structure: Structure, r: Stretchable, modes: int | None, acting: ActingLoads) -> ModeSet:
+def vibrating(structure: Structure, r: Stretchable, modes: int | None, acting: ActingLoads) -> ModeSet:
     """The set of a reduction that keeps a number of modes, before its derivatives."""
     assert isinstance(r, CantileverTable | FreeFreeTable | CraigBamptonTable)
     n = r.modes if modes is None else modes

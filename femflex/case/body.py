@@ -11,6 +11,7 @@ from femflex.case.body_base import BodyTable as BodyTable
 from femflex.case.connection import Connection, RegionTable
 from femflex.case.deploying import DeployingTable
 from femflex.case.inertia import InertiaMatrix
+from femflex.case.matrices import MatricesTable
 from femflex.case.options import add_options, read_options
 from femflex.case.preload import PreloadTable
 from femflex.case.reduction import DampingTable, FunctionsTable, Reduction
@@ -56,6 +57,8 @@ class RigidTable(BodyTable):
             refuse(
                 "found initial on a rigid body, which has no elastic coordinates; joints and [attitude] set its motion"
             )
+        if self.recovery:
+            refuse("found recovery on a rigid body, which has no stress; take it out")
         for name, marker in self.markers.items():
             if marker.group is not None:
                 refuse(f"found group in marker {name!r} of a rigid body, which has no mesh; give position")
@@ -311,4 +314,7 @@ class FileTable(BodyTable):
     """Structural damping. Left out: that of the file."""
 
 
-Body = Annotated[RigidTable | FlexibleTable | AnalyticTable | FileTable | DeployingTable, Field(discriminator="kind")]
+Body = Annotated[
+    RigidTable | FlexibleTable | AnalyticTable | FileTable | MatricesTable | DeployingTable,
+    Field(discriminator="kind"),
+]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import Field, StrictBool, model_validator
@@ -41,9 +42,13 @@ class DeployingFunctionsTable(Table):
     """Number of functions for the twist angle. Only for beams."""
     across: Annotated[int, Count(1)] = 1
     """Number of functions across the width, Legendre polynomials: 1, 2 with twist. Only for plates and membranes."""
-    family: Literal["characteristic", "polynomial"] | None = None
-    """Functions: "characteristic", the vibration modes of a uniform member; "polynomial". Left out: characteristic of
-    beams and plates, polynomial of tethers and membranes."""
+    family: Literal["characteristic", "polynomial", "elements"] | None = None
+    """Functions: "characteristic", the vibration modes of a uniform member; "polynomial"; "elements", the vibration
+    modes of finite elements over the scaled length, with the member's own taper and tension. Left out: characteristic
+    of beams and plates, polynomial of tethers and membranes."""
+    elements: Annotated[int | None, Count(1)] = None
+    """Number of finite elements of equal length, for family = "elements". Left out: twice the largest number of modes,
+    at least 8."""
     static: StrictBool = False
     """The last functions are the static shapes of an accelerated root. Only for beams."""
     tip: StrictBool = False
@@ -51,6 +56,38 @@ class DeployingFunctionsTable(Table):
     straight: StrictBool = True
     """The straight rotation about the exit is one of the functions. Set it false where a joint rotates the member. Only
     for tethers and membranes whose tip is free."""
+
+
+class TaperTable(Table):
+    """Section and density that vary along the material: factors at points, straight between them."""
+
+    along: Annotated[tuple[float, ...], Quantity("m", (None,), least=0.0)]
+    """Distances of the points from the end that comes out first: the tip where the drum is at the root, the root where
+    it is at the tip. Ascending, at least two; the factors stay constant beyond the last one."""
+    mass: Annotated[tuple[float, ...] | None, Quantity("", (None,), above=0.0)] = None
+    """Factors on the mass per length. Left out: 1."""
+    bending: Annotated[tuple[float, ...] | None, Quantity("", (None,), least=0.0)] = None
+    """Factors on EIy and EIz. Left out: 1."""
+    axial: Annotated[tuple[float, ...] | None, Quantity("", (None,), least=0.0)] = None
+    """Factors on EA. Left out: 1."""
+    torsion: Annotated[tuple[float, ...] | None, Quantity("", (None,), least=0.0)] = None
+    """Factors on GJ. Left out: 1."""
+
+    def factors(self) -> dict[str, tuple[float, ...]]:
+        """The factors that are given."""
+        found = {key: getattr(self, key) for key in ("mass", "bending", "axial", "torsion")}
+        return {key: values for key, values in found.items() if values is not None}
+
+    @model_validator(mode="after")
+    def _fits(self) -> TaperTable:
+        if len(self.along) < 2 or any(a >= b for a, b in pairwise(self.along)):
+            refuse(f"found along = {list(self.along)}; give at least two distances, ascending")
+        if not self.factors():
+            refuse("found a taper without factors; give mass, bending, axial or torsion")
+        for key, values in self.factors().items():
+            if len(values) != len(self.along):
+                refuse(f"found {len(values)} factors in {key} at {len(self.along)} points; give one at each")
+        return self
 
 
 class ReelTable(Table):
@@ -116,6 +153,9 @@ class DeployingTable(BodyTable):
     """Radius of gyration of the section's mass about z: root of int y^2 dm over the mass."""
     rotary_inertia: StrictBool = False
     """Rotary inertia of the sections in bending."""
+    taper: TaperTable | None = None
+    """Section and density that vary along the material. Only for beams and tethers with a given length. Left out:
+    uniform."""
     width: PositiveLength | None = None
     """Width of a plate or membrane."""
     bending_stiffness: Annotated[float, Quantity("N m", least=0.0)] = 0.0
@@ -174,6 +214,13 @@ class DeployingTable(BodyTable):
         f = self.functions
         if f is not None and (given := [key for key in UNUSED[self.family] if getattr(f, key) != _default(f, key)]):
             refuse(f"found functions.{given[0]}, which a {self.family} does not use; leave it out")
+        if f is not None and f.elements is not None and f.family != "elements":
+            refuse('found functions.elements without family = "elements"; give both, or leave elements out')
+        if f is not None and f.family == "elements" and (f.static or f.tip or not f.straight):
+            refuse("found functions.static, tip or straight with finite elements, which do not have them; leave it out")
+        if self.taper is not None and (sheet or self.reel is not None):
+            what = f"a {self.family}" if sheet else "a free length"
+            refuse(f"found taper with {what}; it is for beams and tethers with a given length")
         for key, needed in (("axial", "EA"), ("torsion", "GJ")):
             if f is not None and getattr(f, key) and not getattr(self, needed):
                 refuse(f"found {key} functions without {needed}; give {needed}")

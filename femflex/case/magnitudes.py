@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from femflex.case.body import AnalyticTable, FileTable, FlexibleTable, RigidTable
 from femflex.case.case import Case
+from femflex.case.matrices import MatricesTable
 from femflex.case.section import Core, Isotropic, Layup, Orthotropic, Sandwich
 from femflex.warning import PhysicsWarning
 
@@ -82,9 +83,8 @@ def _sections(case: Case) -> Iterator[str]:
 
 def _bodies(case: Case) -> Iterator[str]:
     for name, body in case.bodies.items():
-        damping = (
-            getattr(body, "damping", None) if isinstance(body, FlexibleTable | AnalyticTable | FileTable) else None
-        )
+        elastic = FlexibleTable | AnalyticTable | FileTable | MatricesTable
+        damping = getattr(body, "damping", None) if isinstance(body, elastic) else None
         ratios = () if damping is None or damping.ratio is None else damping.ratio
         largest = max(ratios, default=0.0) if isinstance(ratios, tuple) else ratios
         if largest > DAMPED:

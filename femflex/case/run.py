@@ -134,7 +134,8 @@ class PicturesTable(Table):
     scale: Annotated[float | str, _Scale()] = 1.0
     """Factor on deformations: 1 is true, "auto" makes them visible; the picture states it."""
     colour: str = "displacement"
-    """Quantity that colours bodies: displacement, energy, or strain:NAME such as strain:axial."""
+    """Quantity that colours bodies: displacement, energy, strain:NAME such as strain:axial, stress:NAME such as
+    stress:von_mises, or peak:NAME, the largest stress over the run."""
     theme: Literal["light", "dark"] = "light"
     """Colours of background and text."""
     camera: str = "auto"

@@ -12,7 +12,9 @@ from femflex.cli.advice_lines import print_notes
 from femflex.cli.tables import print_json, print_table
 
 if TYPE_CHECKING:
-    from femflex.studies import Convergence, StrainStudy
+    from femflex.studies import Convergence, FunctionStudy, StrainStudy
+
+    Finding = Convergence | StrainStudy | FunctionStudy
 
 
 @dataclass(frozen=True)
@@ -43,12 +45,13 @@ class StudyOutputs:
         if not self.as_json:
             print_notes(notes)
 
-    def say(self, found: Convergence | StrainStudy) -> None:
+    def say(self, found: Finding) -> None:
         """Print one study as it is done."""
         if not self.as_json:
-            print_forms(found) if found.over == "strain" else print_study(found)  # type: ignore[arg-type]
+            printers = {"strain": print_forms, "functions": print_kinds}
+            printers.get(found.over, print_study)(found)  # type: ignore[operator]
 
-    def tell(self, findings: list[Convergence | StrainStudy], notes: Mapping[str, str], complete: bool) -> None:
+    def tell(self, findings: list[Finding], notes: Mapping[str, str], complete: bool) -> None:
         """Print what they come to together, with the notes on bodies as JSON too, and draw them if asked for."""
         from femflex.studies import choice, choice_text
 
@@ -83,6 +86,19 @@ def print_forms(found: StrainStudy) -> None:
         )
     heads = ["strain", "coordinates", "vibration", "derivatives", "following", "value", "difference", "seconds", ""]
     print_table(heads, rows)
+    print(fill(f"verdict     {found.verdict}", 110, subsequent_indent=" " * 12))
+
+
+def print_kinds(found: FunctionStudy) -> None:
+    """Print the comparison of types of functions."""
+    print(f"{found.title} [{found.unit}]" if found.unit not in ("", "1") else found.title)
+    rows = []
+    for kind, study in found.with_values:
+        off = found.differences(study) if found.reference is not None else study.values * 0.0
+        for k, level in enumerate(study.levels):
+            mark = "<-" if found.chosen == (kind, int(level)) else ""
+            rows.append([kind, str(level), str(study.counts[k]), f"{study.values[k]:.12g}", f"{off[k]:.2e}", mark])
+    print_table(["functions", "a field", "coordinates", "value", "difference", ""], rows)
     print(fill(f"verdict     {found.verdict}", 110, subsequent_indent=" " * 12))
 
 

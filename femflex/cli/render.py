@@ -43,8 +43,8 @@ def render(
         str,
         typer.Option(
             "--colour",
-            help="What colours bodies: displacement, energy, strain:NAME such as strain:axial, or stress:NAME such as "
-            "stress:von_mises.",
+            help="What colours bodies: displacement, energy, strain:NAME such as strain:axial, stress:NAME such as "
+            "stress:von_mises, or peak:NAME, the largest stress over the run.",
         ),
     ] = "displacement",
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",

@@ -1,6 +1,7 @@
 """Members that grow and shrink: bodies whose properties follow from a deployed length (THEORY section 6)."""
 
 from femflex.deployment.body import DeployingBody, deploying_line, deploying_strip, deploying_tapered_line
+from femflex.deployment.elements import ElementFunctions
 from femflex.deployment.line import DeployingLine, StringFunctions
 from femflex.deployment.reel import Reel
 from femflex.deployment.strip import DeployingStrip, StripFunctions
@@ -10,6 +11,7 @@ __all__ = [
     "DeployingBody",
     "DeployingLine",
     "DeployingStrip",
+    "ElementFunctions",
     "MaterialTaper",
     "Reel",
     "StringFunctions",

@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 from femflex.body import FlexibleBody
 from femflex.deployment.drawn import skin_of
 from femflex.deployment.line import DeployingLine, LineFunctions, LineShapes
-from femflex.deployment.parts import MemberShapes, Strain, exit_marker, member_parts, resting_rates
+from femflex.deployment.parts import Strain, exit_marker, member_parts, resting_rates
 from femflex.deployment.reel import Reel
+from femflex.deployment.sections import sections_of
+from femflex.deployment.shapes import MemberShapes
 from femflex.deployment.strip import DeployingStrip, StripFunctions, StripShapes
 from femflex.deployment.table import DeployingParts, variation_of
-from femflex.deployment.tapered import MaterialTaper, pieces_of, tapered_line
+from femflex.deployment.tapered import MaterialTaper, one, pieces_of, tapered_line
 from femflex.system import Profile, Variation
 from femflex.warning import PhysicsWarning
 
@@ -66,7 +68,7 @@ def deploying_line(
     Raises ValueError for a length that reaches zero or exceeds the stock.
     """
     first = _first(length, options)
-    made = _deployed(LineShapes(line, functions, first), length, options)
+    made = _deployed(LineShapes(functions, first, line=line), length, options)
     bends = made.shapes.slopes(np.linspace(0.0, 1.0, 9))[0].any()
     if options.get("strain") == "linear" and bends and isinstance(length, Profile):
         _warn_of_linear_strain(line, length, options.get("until", 0.0))
@@ -77,7 +79,7 @@ def deploying_strip(
     strip: DeployingStrip, functions: StripFunctions | None, length: Profile | Reel, **options: Unpack[Options]
 ) -> DeployingBody:
     """A plate or membrane that rolls out along a profile of its length; as `deploying_line`."""
-    return _deployed(StripShapes(strip, functions, _first(length, options)), length, options)
+    return _deployed(StripShapes(functions, _first(length, options), strip=strip), length, options)
 
 
 def deploying_tapered_line(
@@ -87,26 +89,31 @@ def deploying_tapered_line(
     length: Profile,
     **options: Unpack[Options],
 ) -> DeployingBody:
-    """A beam or tether whose section and density vary along the material, out of a drum at its root.
+    """A beam or tether whose section and density vary along the material.
 
-    taper: factors on its stiffness and mass per length, over the distance from the tip. As `deploying_line`; what the
-    table in the length is wrong by is `variation.write.error`.
+    taper: factors on its stiffness and mass per length, over the distance from the end that comes out first. As
+    `deploying_line`; the relative error of the table in the length is `variation.write.error`.
     """
-    if options.get("drum") == "tip":
-        raise ValueError("a member whose section varies deploys from a drum at its root; found drum = 'tip'")
     least, most, first = length_range(length, options.get("until", 0.0))
+    at_tip, radius = options.get("drum") == "tip", options.get("drum_radius")
     stock = options.get("stock") or most
     check_length(least, most, stock)
-    shapes = LineShapes(line, functions, options.get("reference") or first)
+    shapes = LineShapes(functions, options.get("reference") or first, line=line)
     condensed = options.get("strain", "condensed") == "condensed"
-    made = tapered_line(shapes, taper, stock, condensed, options.get("damping", 0.0))
+    made = tapered_line(shapes, taper, stock, condensed, options.get("damping", 0.0), at_tip)
+    check_markers(options.get("markers") or {})
     markers = {"tip": 1.0, **(options.get("markers") or {})}
     pieces, error = pieces_of(made, (least, most), markers, exit_marker(made.shapes))
+    pieces = [_with_axes(part, options) for part in pieces]
     here = next((part for part in reversed(pieces) if part.origin <= first), pieces[0])
-    body = here.body(first, skin=skin_of(made.shapes, first, stock, False, options.get("drum_radius")))
-    variation = variation_of(
-        pieces, body, length, stock=stock, drum_radius=options.get("drum_radius"), bounds=(least, most), error=error
-    )
+    body = here.body(first, skin=skin_of(made.shapes, first, stock, at_tip, radius))
+    sections = sections_of(
+        made.shapes, stock, at_tip, options.get("markers") or {},
+        lambda sigma: line.mass_per_length * taper.mass(sigma), taper.bending,
+    )  # fmt: skip
+    more = {"stock": stock, "drum_radius": radius, "at_tip": at_tip, "bounds": (least, most), "error": error}
+    more["sections"] = sections
+    variation = variation_of(pieces, body, length, **more)
     return DeployingBody(body, variation, here, made.shapes, (first, float(length(0.0)[1])))
 
 
@@ -151,27 +158,39 @@ def _deployed(shapes: MemberShapes, length: Profile | Reel, options: Options) ->
     stock, at_tip, markers = options.get("stock"), options.get("drum") == "tip", options.get("markers") or {}
     whole = max(most, first) if stock is None else stock
     check_length(least, most, whole)
+    check_markers(markers)
+    total = shapes.member_mass / shapes.reference * whole
+    strain, damping = options.get("strain", "condensed"), options.get("damping", 0.0)
+    parts, shapes = member_parts(shapes, total, strain, damping, at_tip, markers)
+    parts = _with_axes(parts, options)
+    body = parts.body(first, skin=skin_of(shapes, first, whole, at_tip, options.get("drum_radius")))
+    more = {"stock": whole, "drum_radius": options.get("drum_radius"), "at_tip": at_tip, "bounds": (least, most)}
+    density = shapes.member_mass / shapes.reference
+    more["sections"] = sections_of(shapes, whole, at_tip, markers, lambda sigma: density * one(sigma), one)
+    if isinstance(length, Reel):
+        variation = variation_of([parts], body, length.state, drum_mass=length.mass, **more)
+        return DeployingBody(body, variation, parts, shapes, (length.length, length.speed))
+    start = (first, float(length(0.0)[1]))
+    return DeployingBody(body, variation_of([parts], body, length, **more), parts, shapes, start)
+
+
+def _with_axes(parts: DeployingParts, options: Options) -> DeployingParts:
+    """The parts whose markers have the axes that the options give them."""
+    given = options.get("orientations") or {}
+    turned = {
+        name: replace(marker, orientation=given.get(name, marker.orientation)) for name, marker in parts.markers.items()
+    }
+    return replace(parts, markers=turned)
+
+
+def check_markers(markers: Mapping[str, float]) -> None:
+    """Raise ValueError for a marker that is not on the deployed part."""
     for name, xi in markers.items():
         if not 0.0 <= xi <= 1.0:
             raise ValueError(
                 f"marker {name!r} stands at {xi:g} times the deployed length, which is still stowed or beyond the tip; "
                 "give a number from 0 (exit) to 1 (tip)"
             )
-    total = shapes.member_mass / shapes.reference * whole
-    strain, damping = options.get("strain", "condensed"), options.get("damping", 0.0)
-    parts, shapes = member_parts(shapes, total, strain, damping, at_tip, markers)
-    turned = {
-        name: replace(marker, orientation=options.get("orientations", {}).get(name, marker.orientation))
-        for name, marker in parts.markers.items()
-    }
-    parts = replace(parts, markers=turned)
-    body = parts.body(first, skin=skin_of(shapes, first, whole, at_tip, options.get("drum_radius")))
-    more = {"stock": whole, "drum_radius": options.get("drum_radius"), "at_tip": at_tip, "bounds": (least, most)}
-    if isinstance(length, Reel):
-        variation = variation_of([parts], body, length.state, drum_mass=length.mass, **more)
-        return DeployingBody(body, variation, parts, shapes, (length.length, length.speed))
-    start = (first, float(length(0.0)[1]))
-    return DeployingBody(body, variation_of([parts], body, length, **more), parts, shapes, start)
 
 
 def length_range(length: Profile, until: float) -> tuple[float, float, float]:

@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.body import Skin
-from femflex.deployment.line import LineShapes, grid
 from femflex.deployment.series import Series, at, derivative
-from femflex.deployment.strip import StripShapes
+from femflex.deployment.shapes import MemberShapes, grid
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -18,7 +17,7 @@ LEAST = 0.3  # radius of an empty drum over that of a full one
 COIL = 0.02  # radius of a full drum over the stock, where it is not given
 
 
-def skin_of(shapes: LineShapes | StripShapes, length: float, stock: float, at_tip: bool, radius: float | None) -> Skin:
+def skin_of(shapes: MemberShapes, length: float, stock: float, at_tip: bool, radius: float | None) -> Skin:
     """The skin at a length, with its growth; radius: of the full drum [m], None: by the stock."""
     series, cells = shapes.drawn_series()
     coil, coil_cells = _coil(shapes, stock, at_tip, radius)
@@ -44,13 +43,10 @@ def _shifted(cells: Index | None, first: int) -> Index | None:
     return None if cells is None else cells + first
 
 
-def _coil(
-    shapes: LineShapes | StripShapes, stock: float, at_tip: bool, radius: float | None
-) -> tuple[Series, dict[str, Index]]:
+def _coil(shapes: MemberShapes, stock: float, at_tip: bool, radius: float | None) -> tuple[Series, dict[str, Index]]:
     """A drum across the member, behind the exit or ahead of the tip, whose radius falls with the stowed length."""
-    line = shapes.line
     full = radius or max(COIL * stock, 3.0 * shapes.thickness)
-    width = shapes.strip.width / 2 if isinstance(shapes, StripShapes) else full
+    width = shapes.half_width or full
     angle = np.arange(SIDES) * 2 * np.pi / SIDES
     turn = np.stack([np.cos(angle), 0 * angle, np.sin(angle)], axis=1)
     per_length = (1.0 - LEAST) * full / stock * shapes.reference  # loss of radius per lambda
@@ -68,6 +64,6 @@ def _coil(
             part[:, :, 0] += marker.position[p]
             part[:, :, 1:] += marker.phi[p]
         local = place if p == 0 else shrink if p == 1 else np.zeros_like(place)
-        part[:, :, 0] += local @ line.frame
+        part[:, :, 0] += local @ shapes.axes.frame
         out[p] = part
     return out, {"quad": grid(2, SIDES, closed=True)}

@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from femflex.deployment.foreshortening import Followers
-from femflex.deployment.material import Places
 from femflex.deployment.series import Series
-from femflex.deployment.table import MarkerSeries
+from femflex.deployment.shapes import Drawing, MemberShapes, clean, grid
 from femflex.fem.line.chain import element_frames
 from femflex.fem.line.section_points import section_points
 from femflex.reduction.beams.beam_functions import axial_characteristic, polynomials
 
 Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+
 SIDES = 12  # of the tube that is drawn
-ROUNDING = 1e-13  # of the largest value of a function, below which it vanishes
 STRING_ENDS = {"free": 0, "held": 1}
 
 
@@ -146,31 +142,36 @@ class DeployingLine:
         return section_points(np.array(self.rz**2), np.array(self.ry**2), self.rotary_inertia)
 
 
-def clean(function: Callable[[Array], Array], xi: Array) -> Array:
-    """Values at xi without rounding: a clamped end does not move at all."""
-    found, size = function(xi), np.abs(function(np.linspace(0.0, 1.0, 33))).max(initial=0.0)
-    return np.where(np.abs(found) > ROUNDING * size, found, 0.0)
-
-
 @dataclass(frozen=True, eq=False)
-class LineShapes:
-    """The shapes of a deploying line: columns X over its functions, then what follows them."""
+class LineShapes(MemberShapes):
+    """The shapes of a deploying line."""
 
-    line: DeployingLine
-    functions: LineFunctions | None
-    reference: float
-    X: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    followers: Followers | None = None
+    line: DeployingLine = field(kw_only=True)
 
     @property
-    def n(self) -> int:
-        """Number of coordinates."""
-        return int(self.X.shape[1])
+    def axes(self) -> DeployingLine:
+        """The line itself."""
+        return self.line
 
     @property
-    def n_shapes(self) -> int:
-        """Number of shapes."""
-        return self.n + (0 if self.followers is None else self.followers.n)
+    def member_mass(self) -> float:
+        """Mass of the reference length [kg]."""
+        return self.line.mass_per_length * self.reference
+
+    @property
+    def section(self) -> tuple[Array, Array]:
+        """Offsets (m, 3) of points of a section, member axes, and their shares of its mass (m,)."""
+        return self.line.sections
+
+    @property
+    def thickness(self) -> float:
+        """Radius of the tube that is drawn [m]; 0 for a line."""
+        return self.line.radius or 0.0
+
+    @property
+    def half_width(self) -> None:
+        """None: its drum is as wide as thick."""
+        return None
 
     def fields(self, xi: Array, derivative: int) -> Array:
         """Derivative by xi of u, v, w, theta of the coordinates (len(xi), 4, n)."""
@@ -179,19 +180,14 @@ class LineShapes:
         functions = self.functions
         return clean(lambda x: functions.fields(x, 1.0, derivative) @ self.X, xi)
 
-    @property
-    def most(self) -> int:
-        """The largest number of functions of one field."""
-        return 0 if self.functions is None else self.functions.most
-
-    @property
-    def member_mass(self) -> float:
-        """Mass of the reference length [kg]."""
-        return self.line.mass_per_length * self.reference
-
     def slopes(self, xi: Array) -> tuple[Array, Array]:
         """Slopes by xi of v and w (len(xi), 2, n), and how much of each counts (2,)."""
         return self.fields(xi, 1)[:, 1:3], np.ones(2)
+
+    def turns(self, xi: Array) -> Array:
+        """Twist, -dw/dx and dv/dx of the columns at xi and the reference length (k, 3, n)."""
+        value, slope = self.fields(xi, 0), self.fields(xi, 1) / self.reference
+        return np.stack([value[:, 3], -slope[:, 2], slope[:, 1]], axis=1)
 
     def matrices(self, xi: Array, weight: Array) -> tuple[Array, Series]:
         """Mass matrix at the reference length and V1 as a series in lambda, over the functions."""
@@ -214,75 +210,24 @@ class LineShapes:
         }
         return M, V1
 
-    def places(self, xi: Array, weight: Array) -> Places:
-        """Points of sections at xi (k,), which take the part weight (k,) of the mass."""
-        offsets, share = self.line.sections
-        parts = (self._series(xi, offsets, derivative) for derivative in range(2))
-        at = np.repeat(xi, len(offsets))
-        return Places(at, np.outer(weight, share).ravel(), *parts)
-
-    def _series(self, xi: Array, offsets: Array, derivative: int) -> Series:
-        """Position and shapes, body frame, of points at offsets (m, 3), or their derivative by xi."""
-        line, k, m, n = self.line, len(xi), len(offsets), self.n
-        u, v, w, theta = (self.fields(xi, derivative)[:, None, i] for i in range(4))  # k 1 n
+    def displacements(self, xi: Array, offsets: Array, derivative: int) -> Series:
+        """Shapes of the columns at offsets (m, 3), member axes, or their derivative by xi: p -> (k, m, 3, n)."""
+        u, v, w, theta = self.fields(xi, derivative).transpose(1, 0, 2)[:, :, None]  # k 1 n
         steep = self.fields(xi, derivative + 1)[:, None] / self.reference
         dv, dw = steep[:, :, 1], steep[:, :, 2]
         x, y, z = (offsets[:, i, None] for i in range(3))
-        none = np.zeros((k, m, n))
-        out: Series = {p: np.zeros((k, m, 3, 1 + self.n_shapes)) for p in (1, 0, -1)}
-        out[1][:, :, 0, 0] = self.reference * (xi[:, None] if derivative == 0 else 1.0)
-        if derivative == 0:
-            out[0][:, :, :, 0] = offsets
-        out[0][:, :, :, 1 : 1 + n] = np.stack([none + u, none + v - z * theta, none + w + y * theta], axis=2)
-        out[-1][:, :, :, 1 : 1 + n] = np.stack([none - y * dv - z * dw, none + x * dv, none + x * dw], axis=2)
-        if self.followers is not None:
-            out[-1][:, :, 0, 1 + n :] = self.followers.values(xi, derivative)[:, None] / self.reference
-        turned = {p: np.einsum("ba,kmbA->kmaA", line.frame, part).reshape(k * m, 3, -1) for p, part in out.items()}
-        if derivative == 0:
-            turned[0][:, :, 0] += np.asarray(line.root, float)
-        return turned
+        none = np.zeros((len(xi), len(offsets), self.n))
+        return {
+            0: np.stack([none + u, none + v - z * theta, none + w + y * theta], axis=2),
+            -1: np.stack([none - y * dv - z * dw, none + x * dv, none + x * dw], axis=2),
+        }
 
-    def marker(self, xi: float) -> MarkerSeries:
-        """The section at xi."""
-        line, where = self.line, np.array([xi])
-        centre = self._series(where, np.zeros((1, 3)), 0)
-        value, slope = self.fields(where, 0)[0], self.fields(where, 1)[0] / self.reference
-        turn = np.zeros((2, 3, self.n_shapes))
-        turn[0, 0, : self.n] = value[3]
-        turn[1, 1, : self.n], turn[1, 2, : self.n] = -slope[2], slope[1]
-        twist, bend = line.frame.T @ turn[0], line.frame.T @ turn[1]
-        return MarkerSeries(
-            position={p: part[0, :, 0] for p, part in centre.items()},
-            phi={p: part[0, :, 1:] for p, part in centre.items()},
-            psi={0: twist, -1: bend},
-            orientation=line.frame.T,
-            axis=line.frame[0] if self.followers is not None else np.zeros(3),
-        )
-
-    @property
-    def drawn(self) -> tuple[Array, Array, dict[str, Index]]:
-        """What is drawn: xi (k,), offsets (m, 3) of the points of a section, and cells over points (k, m)."""
+    def drawing(self) -> Drawing:
+        """A line, or a tube of the line's radius."""
         xi = np.linspace(0.0, 1.0, 1 + 4 * max(5, self.most))
         if self.line.radius is None:
-            return xi, np.zeros((1, 3)), {"line": np.stack([np.arange(len(xi) - 1), np.arange(1, len(xi))], axis=1)}
+            lines = np.stack([np.arange(len(xi) - 1), np.arange(1, len(xi))], axis=1)
+            return Drawing(xi, np.zeros((1, 3)), {"line": lines})
         angle = np.arange(SIDES) * 2 * np.pi / SIDES
         offsets = self.line.radius * np.stack([0 * angle, np.cos(angle), np.sin(angle)], axis=1)
-        return xi, offsets, {"quad": grid(len(xi), SIDES, closed=True)}
-
-    def drawn_series(self) -> tuple[Series, dict[str, Index]]:
-        """Points and shapes of what is drawn of the deployed part, and its cells."""
-        xi, offsets, cells = self.drawn
-        return self._series(xi, offsets, 0), cells
-
-    @property
-    def thickness(self) -> float:
-        """Radius of what is drawn [m]; 0 for a line."""
-        return self.line.radius or 0.0
-
-
-def grid(n: int, m: int, closed: bool) -> Index:
-    """Quadrilaterals between neighbours of points (n, m); closed: the last of each row is beside the first."""
-    at, side = np.meshgrid(np.arange(n - 1), np.arange(m if closed else m - 1), indexing="ij")
-    ring = np.stack([at, at + 1, at + 1, at], axis=-1) * m
-    around = np.stack([side, side, (side + 1) % m, (side + 1) % m], axis=-1)
-    return np.asarray((ring + around).reshape(-1, 4), np.int64)
+        return Drawing(xi, offsets, {"quad": grid(len(xi), SIDES, closed=True)})

@@ -10,18 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.deployment.foreshortening import followers_of
-from femflex.deployment.line import LineShapes
 from femflex.deployment.material import inertia_of
 from femflex.deployment.series import Series, added
-from femflex.deployment.strip import StripShapes
+from femflex.deployment.shapes import MemberShapes, ShapeFunctions
 from femflex.deployment.table import DeployingParts, MarkerSeries
 from femflex.fem.eigen.canonical import canonical
 from femflex.fem.eigen.modes import dense_modes
-from femflex.reduction.beams.beam_functions import gauss, points_for
 
 Array = NDArray[np.float64]
 Strain = Literal["linear", "condensed"]
-MemberShapes = LineShapes | StripShapes
 
 
 def member_parts(
@@ -41,13 +38,11 @@ def member_parts(
     damping     fraction of critical damping of each coordinate at every length
     markers     name -> xi, beside "root" and "tip"
     """
-    xi, weight = gauss(points_for(shapes.most))
+    xi, weight = shapes.quadrature
     V1: Series = {0: np.zeros((0, 0))}
     if shapes.functions is not None:
-        X, V1 = _columns(*shapes.matrices(xi, weight))
-        shapes = replace(shapes, X=X)
-        if strain == "condensed":
-            shapes = replace(shapes, followers=followers_of(*shapes.slopes(xi), xi, weight))
+        X, V1 = _columns(shapes.functions, *shapes.matrices(xi, weight))
+        shapes = with_columns(shapes, X, strain == "condensed")
     drum = shapes.places(np.array([1.0 if at_tip else 0.0]), np.ones(1))
     n, followers = shapes.n, shapes.followers
     parts = DeployingParts(
@@ -68,18 +63,49 @@ def member_parts(
 def exit_marker(shapes: MemberShapes) -> MarkerSeries:
     """The exit, which does not turn with the member: strings have a slope there."""
     none = {0: np.zeros((3, shapes.n_shapes))}
-    return MarkerSeries({0: np.asarray(shapes.line.root, float)}, none, none, shapes.line.frame.T)
+    return MarkerSeries({0: np.asarray(shapes.axes.root, float)}, none, none, shapes.axes.frame.T)
 
 
-def _columns(M: Array, V1: Series) -> tuple[Array, Series]:
-    """Columns X over the functions, orthonormal over the mass at the reference length, and V1 over them."""
-    K = sum(V1.values(), np.zeros_like(M))
-    if np.linalg.matrix_rank(K) == len(K):
-        eigenvalues, modes = dense_modes(K, M)
-        X = canonical(eigenvalues, modes)
-    else:
-        X = np.linalg.inv(np.linalg.cholesky(M)).T
-    return X, added(*({p: X.T @ part @ X} for p, part in V1.items() if part.any())) or {0: np.zeros_like(M)}
+def with_columns(shapes: MemberShapes, X: Array, condensed: bool) -> MemberShapes:
+    """The shapes with their columns, and with those slaved to them if the strain is condensed."""
+    shapes = replace(shapes, X=X)
+    if not condensed:
+        return shapes
+    xi, weight = shapes.quadrature
+    return replace(shapes, followers=followers_of(*shapes.slopes(xi), weight, shapes.knots))
+
+
+def columns_of(functions: ShapeFunctions, M: Array, K: Array) -> Array:
+    """Columns over the functions (functions, n), orthonormal over the mass matrix M: vibration modes if K allows.
+
+    Of elements, the requested number of modes of each field is kept.
+
+    Raises ValueError for elements of a member that has no stiffness of its own.
+    """
+    blocks = getattr(functions, "blocks", None)
+    regular = np.linalg.matrix_rank(K) == len(K)
+    if blocks is None:
+        return canonical(*dense_modes(K, M)) if regular else np.linalg.inv(np.linalg.cholesky(M)).T
+    if not regular:
+        raise ValueError(
+            "elements were requested for a member without stiffness across itself; give it a tension, or take "
+            "polynomial functions"
+        )
+    columns, omega2 = [], []
+    for at, kept in blocks:
+        found, modes = dense_modes(K[np.ix_(at, at)], M[np.ix_(at, at)])
+        X = np.zeros((len(K), kept))
+        X[at] = canonical(found, modes)[:, :kept]
+        columns.append(X)
+        omega2.append(found[:kept])
+    return np.concatenate(columns, axis=1)[:, np.argsort(np.concatenate(omega2), kind="stable")]
+
+
+def _columns(functions: ShapeFunctions, M: Array, V1: Series) -> tuple[Array, Series]:
+    """Columns over the functions, and V1 over them."""
+    X = columns_of(functions, M, sum(V1.values(), np.zeros_like(M)))
+    none = np.zeros((X.shape[1], X.shape[1]))
+    return X, added(*({p: X.T @ part @ X} for p, part in V1.items() if part.any())) or {0: none}
 
 
 def _damping(V1: Series, n: int, ratio: float | Sequence[float]) -> Series:
@@ -95,7 +121,7 @@ def resting_rates(shapes: MemberShapes, length: float, rate: float, delta: Array
     """Rates (n,) of coordinates delta (n,) at which the deflection rests at "place", or that of "material" points."""
     if rest == "coordinates" or not shapes.n:
         return np.zeros(shapes.n)
-    xi, weight = gauss(points_for(shapes.most))
+    xi, weight = shapes.quadrature
     places = shapes.places(xi, weight)
     along = places.xi if rest == "place" else places.xi - 1.0
     now = slice(1, 1 + shapes.n)

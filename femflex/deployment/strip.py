@@ -9,14 +9,11 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
-from femflex.deployment.foreshortening import Followers
-from femflex.deployment.line import DeployingLine, clean, grid
-from femflex.deployment.material import Places
+from femflex.deployment.line import DeployingLine
 from femflex.deployment.series import Series
-from femflex.deployment.table import MarkerSeries
+from femflex.deployment.shapes import Drawing, MemberShapes, clean, grid
 
 Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 class AlongFunctions(Protocol):
@@ -101,6 +98,18 @@ class StripFunctions:
         """The largest number of functions along."""
         return self.along.most
 
+    @property
+    def knots(self) -> Array:
+        """Inner ends of elements along, if it has any."""
+        return np.asarray(getattr(self.along, "knots", ()), float)
+
+    @property
+    def blocks(self) -> list[tuple[NDArray[np.intp], int]] | None:
+        """All functions of elements, and how many of their modes are kept; None for admissible functions."""
+        if not hasattr(self.along, "blocks"):
+            return None
+        return [(np.arange(self.count), self.along.most * self.across)]
+
     def deflections(self, xi: Array, eta: Array, derivative: int = 0, crosswise: int = 0) -> Array:
         """Derivatives by xi and by eta = 2 y / b of w at (xi, eta), (len(xi), len(eta), count)."""
         X = self.along.fields(xi, 1.0, derivative)[:, 2]
@@ -113,51 +122,60 @@ ETA, ETA_WEIGHT = np.polynomial.legendre.leggauss(12)  # points across, 2 y / b
 
 
 @dataclass(frozen=True, eq=False)
-class StripShapes:
-    """The shapes of a deploying strip: columns X over its functions, then what follows them.
+class StripShapes(MemberShapes):
+    """The shapes of a deploying strip.
 
     In its plane the strip is rigid across: the mean over the width of w_x^2 draws it in.
     """
 
-    strip: DeployingStrip
-    functions: StripFunctions | None
-    reference: float
-    X: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    followers: Followers | None = None
+    strip: DeployingStrip = field(kw_only=True)
 
     @property
-    def n(self) -> int:
-        """Number of coordinates."""
-        return int(self.X.shape[1])
-
-    @property
-    def n_shapes(self) -> int:
-        """Number of shapes."""
-        return self.n + (0 if self.followers is None else self.followers.n)
-
-    @property
-    def most(self) -> int:
-        """The largest number of functions along."""
-        return 0 if self.functions is None else self.functions.most
+    def axes(self) -> DeployingLine:
+        """The line along its middle."""
+        return self.strip.line
 
     @property
     def member_mass(self) -> float:
         """Mass of the reference length [kg]."""
         return self.strip.mass_per_area * self.strip.width * self.reference
 
+    @property
+    def section(self) -> tuple[Array, Array]:
+        """Offsets (m, 3) of points across, member axes, and their shares of the mass (m,)."""
+        return self._across(ETA), ETA_WEIGHT / 2
+
+    @property
+    def thickness(self) -> float:
+        """Thickness of what is drawn [m]: none."""
+        return 0.0
+
+    @property
+    def half_width(self) -> float:
+        """Half of its width [m]."""
+        return self.strip.width / 2
+
+    def _across(self, eta: Array) -> Array:
+        """Offsets (m, 3), member axes, of points at eta = 2 y / b."""
+        return np.outer(eta, [0.0, self.strip.width / 2, 0.0])
+
     def deflections(self, xi: Array, eta: Array, derivative: int = 0, crosswise: int = 0) -> Array:
         """Derivatives by xi and by eta = 2 y / b of w of the coordinates, (len(xi), len(eta), n)."""
         if self.functions is None:
             return np.zeros((len(xi), len(eta), 0))
-        return clean(lambda x: self._raw(x, eta, derivative, crosswise), xi)
-
-    def _raw(self, xi: Array, eta: Array, derivative: int, crosswise: int) -> Array:
-        assert self.functions is not None
-        return np.asarray(self.functions.deflections(xi, eta, derivative, crosswise) @ self.X)
+        functions = self.functions
+        return clean(lambda x: np.asarray(functions.deflections(x, eta, derivative, crosswise) @ self.X), xi)
 
     def slopes(self, xi: Array) -> tuple[Array, Array]:
         """Slopes by xi of w at points across (len(xi), m, n), and how much of each counts (m,)."""
         return self.deflections(xi, ETA, 1), ETA_WEIGHT / 2
+
+    def turns(self, xi: Array) -> Array:
+        """Twist, -dw/dx and dv/dx of the columns in the middle, at the reference length (k, 3, n)."""
+        middle = np.zeros(1)
+        twist = self.deflections(xi, middle, 0, 1)[:, 0] * 2.0 / self.strip.width
+        bend = -self.deflections(xi, middle, 1)[:, 0] / self.reference
+        return np.stack([twist, bend, np.zeros_like(bend)], axis=1)
 
     def matrices(self, xi: Array, weight: Array) -> tuple[Array, Series]:
         """Mass matrix at the reference length and V1 as a series in lambda, over the functions."""
@@ -181,52 +199,13 @@ class StripShapes:
         }
         return s.mass_per_area * integral(flat, flat), V1
 
-    def places(self, xi: Array, weight: Array) -> Places:
-        """Points across the strip at xi (k,), which take the part weight (k,) of the mass."""
-        parts = (self.series(xi, ETA, derivative) for derivative in range(2))
-        return Places(np.repeat(xi, len(ETA)), np.outer(weight, ETA_WEIGHT / 2).ravel(), *parts)
+    def displacements(self, xi: Array, offsets: Array, derivative: int) -> Series:
+        """Shapes of the columns at offsets (m, 3), member axes, or their derivative by xi: p -> (k, m, 3, n)."""
+        out = np.zeros((len(xi), len(offsets), 3, self.n))
+        out[:, :, 2] = self.deflections(xi, offsets[:, 1] * (2.0 / self.strip.width), derivative)
+        return {0: out}
 
-    def series(self, xi: Array, eta: Array, derivative: int) -> Series:
-        """Position and shapes, body frame, at (xi, eta), or their derivative by xi: p -> (k m, 3, 1 + n_shapes)."""
-        line, k, m, n = self.line, len(xi), len(eta), self.n
-        out: Series = {p: np.zeros((k, m, 3, 1 + self.n_shapes)) for p in (1, 0, -1)}
-        out[1][:, :, 0, 0] = self.reference * (xi[:, None] if derivative == 0 else 1.0)
-        if derivative == 0:
-            out[0][:, :, 1, 0] = self.strip.width / 2 * eta
-        out[0][:, :, 2, 1 : 1 + n] = self.deflections(xi, eta, derivative)
-        if self.followers is not None:
-            out[-1][:, :, 0, 1 + n :] = self.followers.values(xi, derivative)[:, None] / self.reference
-        turned = {p: np.einsum("ba,kmbA->kmaA", line.frame, part).reshape(k * m, 3, -1) for p, part in out.items()}
-        if derivative == 0:
-            turned[0][:, :, 0] += np.asarray(line.root, float)
-        return turned
-
-    def marker(self, xi: float) -> MarkerSeries:
-        """The middle of the section at xi."""
-        line, where, middle = self.line, np.array([xi]), np.zeros(1)
-        centre = self.series(where, middle, 0)
-        turn = np.zeros((2, 3, self.n_shapes))
-        turn[0, 0, : self.n] = self.deflections(where, middle, 0, 1)[0, 0] * 2.0 / self.strip.width
-        turn[1, 1, : self.n] = -self.deflections(where, middle, 1)[0, 0] / self.reference
-        return MarkerSeries(
-            position={p: part[0, :, 0] for p, part in centre.items()},
-            phi={p: part[0, :, 1:] for p, part in centre.items()},
-            psi={0: line.frame.T @ turn[0], -1: line.frame.T @ turn[1]},
-            orientation=line.frame.T,
-            axis=line.frame[0] if self.followers is not None else np.zeros(3),
-        )
-
-    def drawn_series(self) -> tuple[Series, dict[str, Index]]:
-        """Points and shapes of what is drawn of the deployed part, and its cells."""
+    def drawing(self) -> Drawing:
+        """The sheet."""
         xi, eta = np.linspace(0.0, 1.0, 1 + 4 * max(5, self.most)), np.linspace(-1.0, 1.0, 5)
-        return self.series(xi, eta, 0), {"quad": grid(len(xi), len(eta), closed=False)}
-
-    @property
-    def line(self) -> DeployingLine:
-        """The line along its middle."""
-        return self.strip.line
-
-    @property
-    def thickness(self) -> float:
-        """Thickness of what is drawn [m]: none."""
-        return 0.0
+        return Drawing(xi, self._across(eta), {"quad": grid(len(xi), len(eta), closed=False)})

@@ -1,28 +1,28 @@
 """Deploying lines whose section and density vary along the material: polynomials in the length, piece by piece.
 
-A material point keeps its distance sigma = L - x from the tip, so what it is made of is a function of sigma. Integrals
-over the deployed part then are no powers of the length any more. They are computed at Chebyshev points of each piece of
-the length and interpolated; the number of pieces is doubled until the error between the points is small, and stated.
+A material point keeps its distance sigma from the end that came out first: sigma = L - x from the tip where the drum is
+at the root, sigma = x from the root where it is at the tip. What it is made of is a function of sigma. Integrals over
+the deployed part then are no powers of the length any more. They are computed at Chebyshev points of each piece of the
+length and interpolated; the number of pieces is doubled until the error between the points is small, and stated.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.deployment.foreshortening import followers_of
+from femflex.deployment.intervals import gauss_between
 from femflex.deployment.line import LineShapes
-from femflex.deployment.material import Inertia, Places
-from femflex.deployment.series import Series, at
+from femflex.deployment.material import Inertia
+from femflex.deployment.parts import columns_of, with_columns
+from femflex.deployment.series import Series, added, at, scaled
 from femflex.deployment.table import DeployingParts, MarkerSeries
-from femflex.fem.eigen.canonical import canonical
-from femflex.fem.eigen.modes import dense_modes
-from femflex.reduction.beams.beam_functions import gauss, points_for
+from femflex.reduction.beams.beam_functions import points_for
 
 Array = NDArray[np.float64]
 
@@ -38,15 +38,39 @@ def one(sigma: Array) -> Array:
 
 @dataclass(frozen=True)
 class MaterialTaper:
-    """Factors (k,) on a line's mass per length, bending, axial and torsional stiffness, at sigma [m] from the tip.
+    """Factors (k,) on a line's mass per length, bending, axial and torsional stiffness, at sigma [m].
 
-    They are smooth; a step in a section wants a member of its own on the tip.
+    sigma is the distance from the end that came out first: the tip if the drum is at the root. Between `knots` [m] the
+    factors are smooth, and at them they do not jump: a step in a section wants a member of its own on the tip.
     """
 
     mass: Callable[[Array], Array] = one
     bending: Callable[[Array], Array] = one
     axial: Callable[[Array], Array] = one
     torsion: Callable[[Array], Array] = one
+    knots: tuple[float, ...] = ()
+
+    @classmethod
+    def table(cls, sigma: Sequence[float], **factors: Sequence[float]) -> MaterialTaper:
+        """Factors that are straight between points sigma [m] and constant beyond them; those left out are 1.
+
+        Raises ValueError for points that do not ascend, or other numbers of factors.
+        """
+        points = np.asarray(sigma, float)
+        if len(points) < 2 or np.any(np.diff(points) <= 0.0) or points[0] < 0.0:
+            raise ValueError(
+                f"the points of a taper are {list(sigma)}; give at least two distances from the end that comes out "
+                "first, ascending from zero or more"
+            )
+        for name, values in factors.items():
+            if len(values) != len(points):
+                raise ValueError(f"{len(values)} factors on {name} are given at {len(points)} points; give one at each")
+        made = {name: partial(_straight, points, np.asarray(values, float)) for name, values in factors.items()}
+        return cls(**made, knots=tuple(float(x) for x in points if x > 0.0))  # type: ignore[arg-type]
+
+
+def _straight(points: Array, values: Array, sigma: Array) -> Array:
+    return np.interp(sigma, points, values)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,47 +81,64 @@ class TaperedLine:
     taper: MaterialTaper
     stock: float
     damping: Array
+    at_tip: bool = False
 
     def __post_init__(self) -> None:
-        mass = self.taper.mass(np.linspace(0.0, self.stock, 201))
+        sigma = np.unique([*np.linspace(0.0, self.stock, 201), *(x for x in self.taper.knots if x < self.stock)])
+        mass = self.taper.mass(sigma)
         if not (np.isfinite(mass).all() and mass.min() > 0.0):
             raise ValueError(
                 f"the density of a deploying member falls to {mass.min():g} of its mass_per_length; it must stay "
                 "positive"
             )
+        for name in ("bending", "axial", "torsion"):
+            factor = getattr(self.taper, name)(sigma)
+            if not (np.isfinite(factor).all() and factor.min() >= 0.0):
+                raise ValueError(
+                    f"the factor of a deploying member's taper on its {name} falls to {factor.min():g}; it must not be "
+                    "negative"
+                )
 
-    @cached_property
-    def quadrature(self) -> tuple[Array, Array]:
-        """Points and weights over the deployed part."""
-        return gauss(points_for(self.shapes.most))
+    def quadrature(self, length: float) -> tuple[Array, Array]:
+        """Points and weights over the deployed part, between all places where anything has a kink."""
+        inside = np.array([x for x in self.taper.knots if x < length * (1.0 - 1e-9)])
+        kinks = inside / length if self.at_tip else 1.0 - inside / length
+        own = self.shapes.knots
+        apart = [x for x in kinks if not len(own) or np.abs(own - x).min() > 1e-9]
+        return gauss_between(np.unique([*own, *apart]), points_for(self.shapes.most))
 
-    @cached_property
-    def places(self) -> tuple[Places, Places, Series, Series]:
-        """Points of the deployed part and of the section at the drum, and the velocities of both per rate of lambda."""
-        deployed, drum = self.shapes.places(*self.quadrature), self.shapes.places(np.zeros(1), np.ones(1))
-        return deployed, drum, deployed.moved(False), drum.moved(False)
-
-    @cached_property
-    def curves(self) -> tuple[Array, Array]:
-        """First and second derivatives by xi of the fields of the coordinates at the points."""
-        xi, _ = self.quadrature
-        return self.shapes.fields(xi, 1), self.shapes.fields(xi, 2)
+    def material(self, length: float, xi: Array) -> Array:
+        """sigma [m] at xi."""
+        return length * (xi if self.at_tip else 1.0 - xi)
 
     def deployed_mass(self, length: float) -> float:
-        """Mass between the tip and the exit [kg]."""
-        x, w = gauss(60)
+        """Mass between the exit and the end that came out first [kg]."""
+        knots = np.array([x for x in self.taper.knots if x < length * (1.0 - 1e-9)]) / length
+        x, w = gauss_between(knots, 60)
         return float(self.shapes.line.mass_per_length * length * (w @ self.taper.mass(length * x)))
+
+    @cached_property
+    def drum(self) -> tuple[Array, Series, Series, Series]:
+        """Of the section at the drum: shares, positions and shapes, velocities per rate of lambda of the stowed mass
+
+        there, and those by which material jumps as it is picked up.
+        """
+        places = self.shapes.places(np.array([1.0 if self.at_tip else 0.0]), np.ones(1))
+        carried = places.carried() if self.at_tip else {}
+        return places.share, places.values, carried, added(places.moved(self.at_tip), scaled(carried, -1.0))
 
     def values(self, length: float) -> dict[str, Array]:
         """Moments, rates per rate of the length, stiffness, damping and markers at a length."""
         line, L0, s = self.shapes.line, self.shapes.reference, self.shapes
-        ratio, (xi, weight) = length / L0, self.quadrature
-        sigma = length * (1.0 - xi)
-        places, drum, moved, leaving_velocity = self.places
+        ratio, (xi, weight) = length / L0, self.quadrature(length)
+        sigma = self.material(length, xi)
+        places = s.places(xi, weight)
         dm = places.share * np.repeat(self.taper.mass(sigma), len(line.sections[1])) * line.mass_per_length * length
-        z, chi = at(places.values, ratio), at(moved, ratio) / L0
-        z0, chi0 = at(drum.values, ratio), at(leaving_velocity, ratio) / L0
-        stowed = (self.deployed_mass(self.stock) - self.deployed_mass(length)) * drum.share
+        z, chi = at(places.values, ratio), at(places.moved(self.at_tip), ratio) / L0
+        share, values0, carried, jump = self.drum
+        z0, jumped = at(values0, ratio), at(jump, ratio) / L0
+        chi0 = at(carried, ratio) / L0 if carried else np.zeros_like(z0)
+        stowed = (self.deployed_mass(self.stock) - self.deployed_mass(length)) * share
         leaving = line.mass_per_length * float(self.taper.mass(np.array([length]))[0])
 
         def second(a: Array, b: Array, m: Array) -> Array:
@@ -109,10 +150,10 @@ class TaperedLine:
         out = {
             "first": np.einsum("k,kaA->Aa", dm, z) + np.einsum("k,kaA->Aa", stowed, z0),
             "second": second(z, z, dm) + second(z0, z0, stowed),
-            "drift": np.einsum("k,kaA->Aa", dm, chi),
-            "flow": second(z, chi, dm),
-            "speed": second(chi, chi, dm),
-            "pickup": leaving * np.einsum("k,kaA,kaB->AB", drum.share, chi0, chi0),
+            "drift": np.einsum("k,kaA->Aa", dm, chi) + np.einsum("k,kaA->Aa", stowed, chi0),
+            "flow": second(z, chi, dm) + second(z0, chi0, stowed),
+            "speed": second(chi, chi, dm) + second(chi0, chi0, stowed),
+            "pickup": leaving * np.einsum("k,kaA,kaB->AB", share, jumped, jumped),
             "V1": V1,
         }
         Me = np.einsum("kaka->k", out["second"][1:, :, 1:, :])[: s.n]
@@ -121,8 +162,8 @@ class TaperedLine:
 
     def stiffness(self, xi: Array, weight: Array, length: float) -> Array:
         """V1 (n, n) at a length."""
-        line, sigma, s = self.shapes.line, length * (1.0 - xi), self.shapes
-        slope, bend = self.curves[0] / length, self.curves[1] / length**2
+        line, sigma, s = self.shapes.line, self.material(length, xi), self.shapes
+        slope, bend = s.fields(xi, 1) / length, s.fields(xi, 2) / length**2
         dx = weight * length
         bending, axial, torsion = (f(sigma) for f in (self.taper.bending, self.taper.axial, self.taper.torsion))
         terms = (
@@ -135,34 +176,40 @@ class TaperedLine:
 
 
 def tapered_line(
-    shapes: LineShapes, taper: MaterialTaper, stock: float, condensed: bool, damping: float | Sequence[float]
+    shapes: LineShapes,
+    taper: MaterialTaper,
+    stock: float,
+    condensed: bool,
+    damping: float | Sequence[float],
+    at_tip: bool = False,
 ) -> TaperedLine:
     """The line with its columns, orthonormal over the mass at the reference length, and followers."""
     ratio = np.asarray(damping, float)
     if shapes.functions is not None:
-        raw = TaperedLine(replace(shapes, X=np.eye(shapes.functions.count)), taper, stock, np.zeros(1))
+        raw = TaperedLine(replace(shapes, X=np.eye(shapes.functions.count)), taper, stock, np.zeros(1), at_tip)
         values = raw.values(shapes.reference)
         M = np.einsum("kala->kl", values["second"][1:, :, 1:, :])
-        X = canonical(*dense_modes(values["V1"], M)) if values["V1"].any() else np.linalg.inv(np.linalg.cholesky(M)).T
-        shapes = replace(shapes, X=X)
-        if condensed:
-            xi, weight = raw.quadrature
-            shapes = replace(shapes, followers=followers_of(*shapes.slopes(xi), xi, weight))
-    return TaperedLine(shapes, taper, stock, np.broadcast_to(ratio, (shapes.n,)) if ratio.ndim == 0 else ratio)
+        shapes = with_columns(shapes, columns_of(shapes.functions, M, values["V1"]), condensed)
+    return TaperedLine(shapes, taper, stock, np.broadcast_to(ratio, (shapes.n,)) if ratio.ndim == 0 else ratio, at_tip)
 
 
 def pieces_of(
     line: TaperedLine, bounds: tuple[float, float], markers: dict[str, float], exit_: MarkerSeries
 ) -> tuple[list[DeployingParts], float]:
-    """Parts over pieces of the length between bounds [m], and the largest relative error of their numbers."""
+    """Parts over pieces of the length between bounds [m], and the largest relative error of their numbers.
+
+    A piece ends where a kink of the taper comes out.
+    """
     least, most = bounds
     most = max(most, least * (1.0 + 1e-6))
-    count = 1
+    inner = [x for x in line.taper.knots if least * (1.0 + 1e-6) < x < most * (1.0 - 1e-6)]
+    ends = np.array([least, *inner, most])
+    count, limit = 1, max(1, MOST_PIECES // (len(ends) - 1))
     while True:
-        edges = np.linspace(least, most, count + 1)
+        edges = np.unique(np.concatenate([np.linspace(a, b, count + 1) for a, b in pairwise(ends)]))
         parts = [_piece(line, a, b, markers, exit_) for a, b in pairwise(edges)]
         error = max(_error(line, part) for part in parts)
-        if error < ENOUGH or 2 * count > MOST_PIECES:
+        if error < ENOUGH or 2 * count > limit:
             return parts, error
         count *= 2
 

@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.effectors.starts import with_starts
-from femflex.dynamics.effectors.states import add_angular_momentum, has_events, observe_states, sensor_problems
+from femflex.dynamics.effectors.states import (
+    add_angular_momentum,
+    has_events,
+    observe_states,
+    sensor_problems,
+    threshold_problems,
+)
 from femflex.dynamics.equilibria.frequency import highest_frequency
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.forces.orbit_force import observe_orbit_force
@@ -122,7 +128,7 @@ class Model(Summarised):
         """The state (n_x,) at coordinates q (n_q,) without velocities, its z as at the start."""
         return np.concatenate([q, np.zeros(self.n_u), self.parts(self.x0)[2]])
 
-    @property
+    @cached_property
     def second_order(self) -> SecondOrderCalls:
         """The calls of implicit integrators, compiled when first asked for."""
         if self.constraints is None:
@@ -131,14 +137,14 @@ class Model(Summarised):
 
         return ConstrainedCalls(self.n_q, self.n_u, self.n_z, self.reduced)
 
-    @property
+    @cached_property
     def tree(self) -> SecondOrderCalls:
         """The calls of implicit integrators on the tree, without the forces of constraints."""
         from femflex.dynamics.calls import SecondOrderCalls
 
         return SecondOrderCalls(self.n_q, self.n_u, self.n_z, self.reduced, tuple(free_lengths(self.system)))
 
-    @property
+    @cached_property
     def reduced(self) -> bool:
         """Whether the compiled equations leave terms out (see `dynamics.terms.without`)."""
         return any(name in SWITCHED for name in self.omitted)
@@ -269,10 +275,11 @@ def compile_system(system: System) -> Model:
     """The compiled model of a system.
 
     The first process on a machine compiles the kernels once (some ten seconds); later ones load them.
-    Raises ValueError for an effector whose function cannot be compiled, and for a sensor that is no channel.
+    Raises ValueError for an effector whose function cannot be compiled, and for a sensor or a threshold that is no
+    channel.
     """
     channels = channels_of(system)
-    if problems := sensor_problems(system, channels):
+    if problems := sensor_problems(system, channels) + threshold_problems(system, channels):
         raise ValueError("\n".join(problems))
     table, pool, scratch = lower(system, force_terms())
     n_q = len(system.coordinate_names())

@@ -9,10 +9,11 @@ from importlib import import_module
 from pkgutil import walk_packages
 
 from femflex.fem.bushing import Bushing, spring
-from femflex.fem.connections import Distributing, Equation, Rigid, Term
+from femflex.fem.connections import Distributing, Equation, Following, Rigid, Term
 from femflex.fem.family import FAMILIES
 from femflex.fem.line.cut import Segment, cut
 from femflex.fem.point_mass import PointMass
+from femflex.fem.scalar_spring import ScalarSpring
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.fem.structure import Member, Structure, StructureSkin, build_structure
 from femflex.fem.support import Support, antisymmetry, symmetry
@@ -23,11 +24,13 @@ __all__ = [
     "Bushing",
     "Distributing",
     "Equation",
+    "Following",
     "Material",
     "Member",
     "Orthotropic",
     "PointMass",
     "Rigid",
+    "ScalarSpring",
     "Segment",
     "Structure",
     "StructureSkin",

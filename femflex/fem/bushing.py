@@ -66,6 +66,10 @@ class Bushing:
                     f"{where} has axes {rows.tolist()}, which are not at right angles; give orthogonal ones"
                 )
 
+    def part(self, mesh: Mesh, numbering: Numbering) -> Contribution:
+        """What it adds to a structure; see `bushing_part`."""
+        return bushing_part(mesh, self, numbering)
+
 
 def spring(group: str, to: str, stiffness: float) -> Bushing:
     """A spring along the line between two nodes that are apart [N/m]."""

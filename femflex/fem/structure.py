@@ -16,11 +16,12 @@ from scipy import sparse
 from femflex.fem.assembly.conditions import conditions
 from femflex.fem.assembly.numbering import Numbering
 from femflex.fem.assembly.support_dofs import held_columns
-from femflex.fem.bushing import Bushing, bushing_part
+from femflex.fem.bushing import Bushing
 from femflex.fem.connections.connection import Connection
 from femflex.fem.family import FAMILIES, Contribution, SkinPart, StrainPlaces, prepared
 from femflex.fem.internal_force import InternalForce
 from femflex.fem.point_mass import PointMass, point_mass_block
+from femflex.fem.scalar_spring import ScalarSpring
 from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
 from femflex.fem.support import COMPONENTS, Support, Supports, as_support
 from femflex.fem.tables import InertiaBlock, StrainBlock, mass_and_stiffness
@@ -170,7 +171,7 @@ def build_structure(
     point_masses: Sequence[PointMass] = (),
     supports: Supports | None = None,
     connections: Sequence[Connection] = (),
-    bushings: Sequence[Bushing] = (),
+    bushings: Sequence[Bushing | ScalarSpring] = (),
 ) -> Structure:
     """The Structure of a mesh with these members, concentrated masses, connections, springs and bushings.
 
@@ -190,7 +191,7 @@ def build_structure(
     parts = [contribution(mesh, member, numbering) for member in members]
     for connection in connections:
         numbering.connect(connection.dependences(mesh, numbering))
-    parts += [bushing_part(mesh, bushing, numbering) for bushing in bushings]
+    parts += [bushing.part(mesh, numbering) for bushing in bushings]
     inertia = tuple(block for part in parts for block in part.inertia)
     inertia += tuple(point_mass_block(mesh, point_mass, numbering) for point_mass in point_masses)
     late = tuple(block for part in parts if part.late is not None for block in part.late())

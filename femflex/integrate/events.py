@@ -116,7 +116,7 @@ class Stepper:
             return False
         if self.clock is not None and self.clock.next(x) <= t:
             self.clock.strike(t, x)
-            self.start_anew()
+            self.method.go_on(self.model, resume, self.interval(t))
             return False
         span = self.interval(t)
         last_out, taken = resume[head.LAST_OUT], resume[head.ACCEPTED]

@@ -13,6 +13,7 @@ from femflex.mesh.contents import renamed, to_mesh, without_vertices
 from femflex.mesh.formats import WriteOptions, format_of
 from femflex.mesh.memory import limited_memory, require_memory
 from femflex.mesh.mesh import Mesh
+from femflex.mesh.midside import with_middle_nodes
 from femflex.mesh.upright import upright
 from femflex.reading import reading
 
@@ -36,7 +37,7 @@ def read_mesh(path: str | Path, groups: Mapping[str, str] | None = None) -> Mesh
     need = kind.memory * path.stat().st_size
     require_memory(need, f"{path.name}: reading it", "take a coarser mesh, or free some memory.")
     with reading(path, kind.name, ADVICE), limited_memory(COMPRESSED * need):
-        contents = kind.read(path)
+        contents = with_middle_nodes(kind.read(path), path.name)
         mesh = to_mesh(contents, path.name)
     mesh = renamed(mesh, groups, contents.titles, path.name)
     mesh = upright(mesh, path.name)

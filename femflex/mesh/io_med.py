@@ -1,14 +1,11 @@
 """MED (Salome, Code_Aster): groups are families of cells and of points.
 
-meshio leaves MED's node order, which turns solids inside out against everyone else's, fails on families without groups
-and on accents, and writes no group by name. So families are read and written here with h5py, and meshio is given a copy
-with points and cells alone.
+Files are read with h5py alone. meshio, which writes points and cells, leaves MED's node order, which turns solids
+inside out against everyone else's, and writes no group by name; so families are added here.
 """
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -36,23 +33,30 @@ def read(path: Path) -> Contents:
     import h5py
 
     known = _codes()
-    left_out: dict[str, int] = {}
-    with tempfile.TemporaryDirectory() as folder:
-        plain = Path(folder) / "plain.med"
-        shutil.copyfile(path, plain)
-        with meshio_speaking(path, NAME):
-            with h5py.File(plain, "r+") as file:
-                step, families = _only_mesh(file)
-                cell_families, point_families = _families(families, "ELEME"), _families(families, "NOEUD")
-                left_out = _keep_known(file, step, families, known)
-            raw = load_meshio().med.read(plain)
-    blocks = []
-    for part, numbers in zip(raw.cells, raw.cell_data["cell_tags"], strict=True):
-        nodes = part.data[:, med_order(part.type)] if part.type in CELL_TYPES else part.data
-        blocks.append(Block(part.type, nodes, _groups(cell_families, numbers)))
-    points = _groups(point_families, raw.point_data["point_tags"])
+    with h5py.File(path) as file:
+        step, family_groups = _only_mesh(file, path)
+        cell_families, point_families = _families(family_groups, "ELEME"), _families(family_groups, "NOEUD")
+        points, point_numbers = _points(step)
+        point_groups = _groups(point_families, point_numbers)
+        blocks, left_out = [], dict[str, int]()
+        for code, group in step["MAI"].items() if "MAI" in step else ():
+            count = int(group["NOD"].attrs["NBR"]) if "NOD" in group else 0
+            if code not in known:
+                left_out[f"MED {code}"] = count
+                continue
+            cell = known[code]
+            n = len(CELL_TYPES[cell].nodes)
+            listed = np.asarray(group["NOD"][()], np.int64)
+            if not count or len(listed) != n * count:
+                raise ValueError(f"it claims {count} cells of type {code} and lists {len(listed)} nodes of them")
+            nodes = listed.reshape(n, count).T - 1
+            mine = _groups(cell_families, _family_of(group, count))
+            if cell == "vertex":
+                point_groups = _united(point_groups, {name: nodes[rows, 0] for name, rows in mine.items()})
+            else:
+                blocks.append(Block(cell, nodes[:, med_order(cell)], mine))
     named = {name for names in cell_families.values() for name in names}
-    return Contents(raw.points, blocks, points, empty=tuple(sorted(named)), left_out=left_out)
+    return Contents(points, blocks, point_groups, empty=tuple(sorted(named - point_groups.keys())), left_out=left_out)
 
 
 def write(path: Path, mesh: Mesh, options: WriteOptions) -> None:
@@ -104,49 +108,63 @@ def _codes() -> dict[str, str]:
     return {code: cell for code, cell in table.items() if cell in CELL_TYPES}
 
 
-def _only_mesh(file: Any) -> tuple[Any, Any]:
-    """The h5py groups of the one mesh (its one time step) and of its families."""
+def _only_mesh(file: Any, path: Path) -> tuple[Any, Any]:
+    """The h5py groups of the one mesh (its one time step) and of its families; None where there are no families."""
+    if "ENS_MAA" not in file:
+        raise ValueError(
+            f"{path.name} is an HDF5 file without a mesh of MED (no ENS_MAA in it); it has {sorted(file)}. Write it "
+            "again from Salome or Code_Aster."
+        )
     names = list(file["ENS_MAA"])
     if len(names) != 1:
         raise ValueError(f"it holds {len(names)} meshes, {names}; one is needed")
     mesh = file["ENS_MAA"][names[0]]
-    families = mesh["FAS"] if "FAS" in mesh else file.require_group(f"FAS/{names[0]}")
+    families = mesh["FAS"] if "FAS" in mesh else file.get(f"FAS/{names[0]}")
     if "NOE" in mesh:
         return mesh, families
     steps = [name for name in mesh if name != "FAS"]
     if len(steps) != 1:
         raise ValueError(f"its mesh has {len(steps)} time steps; one is needed")
-    return mesh[steps[0]], families
+    step = mesh[steps[0]]
+    if "NOE" not in step or "COO" not in step["NOE"]:
+        raise ValueError("its mesh has no nodes of its own (a structured grid, or one without coordinates)")
+    return step, families
+
+
+def _points(step: Any) -> tuple[Array, Index]:
+    """Coordinates (n, 3) and family numbers (n,) of the points; a mesh of 1 or 2 dimensions lies on x, or in x, y."""
+    coordinates = step["NOE/COO"]
+    count = int(coordinates.attrs["NBR"])
+    values = np.asarray(coordinates[()], float)
+    if not count or len(values) % count or not 1 <= len(values) // count <= 3:
+        raise ValueError(f"it claims {count} points and lists {len(values)} coordinates; 1 to 3 of each are needed")
+    points = np.zeros((count, 3))
+    points[:, : len(values) // count] = values.reshape(-1, count).T
+    return points, _family_of(step["NOE"], count)
+
+
+def _family_of(group: Any, count: int) -> Index:
+    """Family numbers (count,) of points or cells; 0, no family, where the file gives none."""
+    numbers = np.asarray(group["FAM"][()], np.int64) if "FAM" in group else np.zeros(count, np.int64)
+    if len(numbers) != count:
+        raise ValueError(f"it lists {len(numbers)} families of {count} points or cells")
+    return numbers
+
+
+def _united(first: dict[str, Index], second: dict[str, Index]) -> dict[str, Index]:
+    """Groups of both, those of one name together."""
+    return first | {name: np.union1d(first.get(name, rows), rows) for name, rows in second.items()}
 
 
 def _families(group: Any, key: str) -> Families:
     """Group names of every family number."""
     families: Families = {}
-    for family in group[key].values() if key in group else ():
+    for family in group[key].values() if group is not None and key in group else ():
         names = family["GRO/NOM"][()] if "GRO" in family else []
         families[int(family.attrs["NUM"])] = [
             np.asarray(name, np.int8).tobytes().split(b"\0")[0].decode("utf-8", "replace").strip() for name in names
         ]
     return families
-
-
-def _keep_known(file: Any, step: Any, families: Any, known: dict[str, str]) -> dict[str, int]:
-    """Take out of a copy what meshio fails on, and put family numbers where there are none; the left-out cells."""
-    left_out = {}
-    for key in [key for key in file if key in ("CHA", "PROFILS")]:
-        del file[key]
-    for key in [key for key in families if key in ("ELEME", "NOEUD")]:
-        del families[key]
-    for code in list(step["MAI"]):
-        count = int(step["MAI"][code]["NOD"].attrs["NBR"]) if "NOD" in step["MAI"][code] else 0
-        if code not in known:
-            left_out[f"MED {code}"] = count
-            del step["MAI"][code]
-        elif "FAM" not in step["MAI"][code]:
-            step["MAI"][code]["FAM"] = np.zeros(count, np.int64)
-    if "FAM" not in step["NOE"]:
-        step["NOE"]["FAM"] = np.zeros(int(step["NOE"]["COO"].attrs["NBR"]), np.int64)
-    return left_out
 
 
 def _groups(families: Families, numbers: NDArray[Any]) -> dict[str, Index]:
@@ -180,4 +198,4 @@ def _write_family(group: Any, number: int, names: list[str]) -> None:
         data[k] = np.frombuffer(name.encode().ljust(LONGEST, b"\0"), np.int8)
 
 
-register(NAME, (".med",), read, write)
+register(NAME, (".med", ".mmed", ".rmed"), read, write)

@@ -6,35 +6,67 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 from femflex.mesh.numbers import Numbers
 
 NAME = "Nastran bulk data"
 WIDTH = {False: 8, True: 16}  # columns of a data field, small and large
+DEPTH = 10  # of files that include files
+INCLUDE = re.compile(r"\s*INCLUDE\s+(.*)$", re.I)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of a file, and where it stands."""
+
+    text: str
+    file: str
+    number: int
+
+
+@dataclass(frozen=True)
+class RawCard:
+    """A card: its name, the data fields of all its lines, and where it begins."""
+
+    name: str
+    fields: list[str]
+    file: str = ""
+    line: int = 0
 
 
 @dataclass
 class Deck:
-    """Cards (name, fields), SETs of case control by number, and names given in comments by what they name."""
+    """Cards, SETs of case control by number, and names given in comments by what they name.
 
-    cards: list[tuple[str, list[str]]] = field(default_factory=list)
+    control  lines of executive and case control that are no SETs
+    """
+
+    raw: list[RawCard] = field(default_factory=list)
+    control: list[Line] = field(default_factory=list)
     sets: dict[int, Numbers] = field(default_factory=dict)
     set_names: dict[int, tuple[str, str]] = field(default_factory=dict)  # number -> (1 nodes | 2 elements, name)
     property_names: dict[int, str] = field(default_factory=dict)
     by_gmsh: bool = False  # Gmsh puts the middle node of a second-order line where CBAR has its orientation point
 
+    @property
+    def cards(self) -> list[tuple[str, list[str]]]:
+        """Cards as (name, fields)."""
+        return [(card.name, card.fields) for card in self.raw]
+
 
 def read_deck(path: Path) -> Deck:
-    """Deck of a file; without BEGIN BULK all of it is bulk data."""
-    lines = list(_lines(path, 0))
+    """Deck of a file; without BEGIN BULK all of it is bulk data. Raises ValueError where one to include is missing."""
+    lines = list(_lines(path, path, 0))
     deck = Deck()
     for line in lines:
-        if line.startswith("$"):
-            _comment(line, deck)
-    text = [line.split("$")[0].expandtabs(8).rstrip() for line in lines]
-    begin = next((k for k, line in enumerate(text) if re.match(r"\s*BEGIN\s+BULK", line, re.I)), None)
+        if line.text.startswith("$"):
+            _comment(line.text, deck)
+    text = [Line(_plain(line.text), line.file, line.number) for line in lines]
+    begin = next((k for k, line in enumerate(text) if re.match(r"\s*BEGIN(\s+BULK|\s*$)", line.text, re.I)), None)
     rest = _case_control(text if begin is None else text[:begin], deck)
-    deck.cards = list(_cards(rest if begin is None else text[begin + 1 :]))
+    deck.control = [] if begin is None else rest
+    deck.raw = _cards(rest if begin is None else text[begin + 1 :])
     return deck
 
 
@@ -49,6 +81,8 @@ def listed(words: list[str]) -> Numbers:
         if word != "THRU":
             numbers.append(int(word))
             continue
+        if not numbers or not rest:
+            raise ValueError(f"the list {' '.join(words[:20])} has THRU without a number on both sides")
         first, last, step = numbers[-1], int(rest.pop()), 1
         if rest and rest[-1] == "BY":
             rest.pop()
@@ -59,16 +93,51 @@ def listed(words: list[str]) -> Numbers:
     return Numbers(tuple(numbers))
 
 
-def _lines(path: Path, depth: int) -> Iterator[str]:
+def _plain(text: str) -> str:
+    """A line without its comment, tabs and blanks at its end."""
+    return text.split("$")[0].expandtabs(8).rstrip()
+
+
+def _lines(path: Path, main: Path, depth: int) -> Iterator[Line]:
     """Lines of a file with those it includes."""
-    if not path.is_file():
-        raise ValueError(f"{path} is included in a Nastran deck but does not exist.")
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        found = re.match(r"\s*INCLUDE\s+['\"]?([^'\"]+)['\"]?\s*$", line, re.I)
-        if found and depth < 10:
-            yield from _lines(path.parent / found[1].strip(), depth + 1)
+    held = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    k = 0
+    while k < len(held):
+        number, found = k + 1, INCLUDE.match(held[k])
+        k += 1
+        if found is None:
+            yield Line(held[k - 1], path.name, number)
+            continue
+        name = found[1].strip()
+        quote = name[:1]
+        if quote in ("'", '"'):
+            while name.count(quote) < 2 and k < len(held):  # a long name goes on in the next line
+                name += held[k].strip()
+                k += 1
+            name = name[1:].split(quote)[0]
         else:
-            yield line
+            name = name.split("$")[0].strip()
+        if depth >= DEPTH:
+            raise ValueError(f"{path.name}:{number}: files include each other more than {DEPTH} deep.")
+        yield from _lines(_included(name, path, main, number), main, depth + 1)
+
+
+def _included(name: str, path: Path, main: Path, number: int) -> Path:
+    """The file that is included: beside the file that includes it, or beside the main one; case may differ."""
+    plain = Path(name.replace("\\", "/").strip())
+    folders = list(dict.fromkeys((path.parent, main.parent)))
+    for folder in folders:
+        if (folder / plain).is_file():
+            return folder / plain
+    for folder in folders:
+        near = (folder / plain).parent
+        for one in near.iterdir() if near.is_dir() else ():
+            if one.name.lower() == plain.name.lower() and one.is_file():
+                return one
+    raise ValueError(
+        f"{path.name}:{number}: the file {name!r} that is included does not exist in "
+        f"{' or '.join(str(folder) for folder in folders)}."
+    )
 
 
 def _comment(line: str, deck: Deck) -> None:
@@ -83,11 +152,11 @@ def _comment(line: str, deck: Deck) -> None:
         deck.by_gmsh = True
 
 
-def _case_control(lines: list[str], deck: Deck) -> list[str]:
+def _case_control(lines: list[Line], deck: Deck) -> list[Line]:
     """Take the SETs out of case control (a comma at the end continues them); the other lines."""
     rest, k = [], 0
     while k < len(lines):
-        found = re.match(r"\s*SET\s+(\d+)\s*=\s*(.*)$", lines[k], re.I)
+        found = re.match(r"\s*SET\s+(\d+)\s*=\s*(.*)$", lines[k].text, re.I)
         if not found:
             rest.append(lines[k])
             k += 1
@@ -95,7 +164,7 @@ def _case_control(lines: list[str], deck: Deck) -> list[str]:
         text = found[2]
         while text.rstrip().endswith(",") and k + 1 < len(lines):
             k += 1
-            text += lines[k]
+            text += lines[k].text
         words = text.replace(",", " ").split()
         if all(re.fullmatch(r"\d+|THRU|BY|EXCEPT", word, re.I) for word in words):  # not ALL, not real numbers
             deck.sets[int(found[1])] = listed(words)
@@ -103,34 +172,63 @@ def _case_control(lines: list[str], deck: Deck) -> list[str]:
     return rest
 
 
-def _cards(lines: list[str]) -> Iterator[tuple[str, list[str]]]:
-    name, fields = "", list[str]()
-    for line in lines:
-        if not line.strip():
+def _cards(lines: list[Line]) -> list[RawCard]:
+    """Cards with their fields; a continuation goes to the card whose last line ended in its mark, wherever that is."""
+    cards: list[RawCard] = []
+    marked: dict[str, int] = {}  # mark at the end of a line -> card that it continues
+    waiting: list[_Fields] = []  # continuations of a mark that no line before them had
+    last = ""
+    end = next((k for k, line in enumerate(lines) if re.match(r"\s*ENDDATA", line.text, re.I)), len(lines))
+    every = [(line, _fields(line.text)) for line in lines[:end] if line.text.strip()]
+    marks = {found.mark for _, found in every if found.mark}
+    for line, found in every:
+        mark = found.first.lstrip("+*").strip()
+        if found.first and found.first[0] not in "+*":
+            cards.append(RawCard(found.first.rstrip("*").strip().upper(), found.fields, line.file, line.number))
+        elif mark and mark != last and mark in marked:
+            cards[marked[mark]].fields.extend(found.fields)
+            marked |= {found.mark: marked[mark]} if found.mark else {}
             continue
-        if re.match(r"\s*ENDDATA", line, re.I):
-            break
-        first, data = _fields(line)
-        if first == "" or first[0] in "+*":  # continuation
-            fields += data
+        elif mark and mark != last and mark in marks:
+            waiting.append(found)
             continue
-        if name:
-            yield name, fields
-        name, fields = first.rstrip("*").upper(), data
-    if name:
-        yield name, fields
+        elif cards:
+            cards[-1].fields.extend(found.fields)
+        last = found.mark
+        if last:
+            marked[last] = len(cards) - 1
+    while waiting:  # the card came later, or the line before
+        found = next((one for one in waiting if one.first.lstrip("+*").strip() in marked), waiting[0])
+        waiting.remove(found)
+        card = marked.get(found.first.lstrip("+*").strip())
+        if card is not None:
+            cards[card].fields.extend(found.fields)
+            marked |= {found.mark: card} if found.mark else {}
+    return cards
 
 
-def _fields(line: str) -> tuple[str, list[str]]:
-    """First field and the data fields of one line, padded to a full line: 8 of them, 4 when large."""
+class _Fields(NamedTuple):
+    """First field, data fields padded to a full line (8, or 4 when large), and the mark at the end without + and *."""
+
+    first: str
+    fields: list[str]
+    mark: str
+
+
+def _fields(line: str) -> _Fields:
+    """One line, free or in columns; a free line may have more than nine fields, its continuations then in it."""
     if "," in line:
         words = [word.strip() for word in line.split(",")]
         first, words = words[0], words[1:]
         size = 4 if "*" in first else 8
-        if len(words) == size + 1 and (words[-1] == "" or words[-1][0] in "+*"):
-            words = words[:-1]  # mark of the continuation
-    else:
-        first, large = line[:8].strip(), "*" in line[:8]
-        size, width = (4, WIDTH[True]) if large else (8, WIDTH[False])
-        words = [line[8 + k * width : 8 + (k + 1) * width].strip() for k in range(size)]
-    return first, words + [""] * (size - len(words))
+        fields, mark = list[str](), ""
+        while words:
+            part, rest = words[:size], words[size:]
+            fields += part + [""] * (size - len(part))
+            mark = rest[0].lstrip("+*").strip() if rest else ""
+            words = rest[1:]
+        return _Fields(first, fields or [""] * size, mark)
+    first, large = line[:8].strip(), "*" in line[:8]
+    size, width = (4, WIDTH[True]) if large else (8, WIDTH[False])
+    words = [line[8 + k * width : 8 + (k + 1) * width].strip() for k in range(size)]
+    return _Fields(first, words, line[72:80].strip().lstrip("+*").strip())

@@ -1,5 +1,8 @@
 """Uniform subdivision: every cell in two along each edge, groups kept.
 
+A pyramid divides into six pyramids, one at each corner and one upside down in the middle, and four tetrahedra between
+them.
+
 New points lie where the cell's own shape functions put the middles (and quarters) of its unit cell, so curved cells
 stay curved. Neighbours find their shared points by a key: the weights of the point on the corners of its cell, which
 only involve the corners of the edge or face it lies on.
@@ -12,6 +15,7 @@ cross from one to the other join as well; name such boundaries as groups of cell
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 
 import numpy as np
@@ -25,8 +29,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Keys = NDArray[np.uint64]
 
-STEPS = 64  # corner weights of all new points are whole multiples of 1/64
-
+STEPS = 64  # corner weights of all new points are whole multiples of 1/64; within pyramids they are rounded to it
+DUST = 1e-9  # corner weights below are rounding
 
 WORKING = 8.0  # bytes taken while refining, over those of the refined mesh (measured)
 
@@ -45,12 +49,7 @@ def check_memory(mesh: Mesh, times: int) -> None:
 
 
 def refined(mesh: Mesh) -> Mesh:
-    """The mesh with every cell divided in two along each edge; ValueError where it has pyramids."""
-    if pyramids := sum(len(nodes) for cell, nodes in mesh.cells.items() if CELL_TYPES[cell].shape == "pyramid"):
-        raise ValueError(
-            f"{pyramids} cells of the mesh are pyramids, which do not divide into pyramids alone; such a mesh is not "
-            "refined here, so mesh it finer, or leave refine out."
-        )
+    """The mesh with every cell divided in two along each edge."""
     marks = np.random.default_rng(0).integers(1, 2**63, len(mesh.points), dtype=np.uint64)
     old_keys, old_points = _known(mesh, marks)
     keys, places = [], []
@@ -66,18 +65,28 @@ def refined(mesh: Mesh) -> Mesh:
     where = np.concatenate([np.empty((0, 3)), *(p.reshape(-1, 3) for p in places)])
     points = np.concatenate([mesh.points, where[first[fresh]]])
 
-    cells, counts, rows = {}, {}, np.split(point[number.ravel()], np.cumsum([k.size for k in keys])[:-1])
+    rows = np.split(point[number.ravel()], np.cumsum([k.size for k in keys])[:-1])
     lattices = {cell: part.reshape(k.shape) for cell, part, k in zip(mesh.cells, rows, keys, strict=True)}
+    cells: dict[str, list[Index]] = {}
+    born: dict[str, list[tuple[str, int, int]]] = {}  # by type of the parent: type, first row and number of children
     for cell, nodes in mesh.cells.items():
-        children = _children(cell, mesh.points[nodes], lattices[cell])
-        counts[cell] = children.shape[1]
-        cells[cell] = children.reshape(-1, children.shape[2])
-    cell_groups = {
-        group: {c: (r[:, None] * counts[c] + np.arange(counts[c])).ravel() for c, r in by_type.items()}
-        for group, by_type in mesh.cell_groups.items()
-    }
+        born[cell] = []
+        for kind, children in _children(cell, mesh.points[nodes], lattices[cell]).items():
+            own = cells.setdefault(kind, [])
+            born[cell].append((kind, sum(map(len, own)), children.shape[1]))
+            own.append(children.reshape(-1, children.shape[2]))
+    cell_groups = {group: _of_parents(by_type, born) for group, by_type in mesh.cell_groups.items()}
     point_groups = {g: _grown(mesh, members, lattices, len(points)) for g, members in mesh.point_groups.items()}
-    return Mesh(points, cells, cell_groups, point_groups)
+    return Mesh(points, {kind: np.concatenate(own) for kind, own in cells.items()}, cell_groups, point_groups)
+
+
+def _of_parents(by_type: Mapping[str, Index], born: dict[str, list[tuple[str, int, int]]]) -> dict[str, Index]:
+    """Rows of the children of a group of cells, by their type."""
+    found: dict[str, list[Index]] = {}
+    for cell, rows in by_type.items():
+        for kind, start, count in born[cell]:
+            found.setdefault(kind, []).append((start + rows[:, None] * count + np.arange(count)).ravel())
+    return {kind: np.concatenate(parts) for kind, parts in found.items()}
 
 
 def _keys(cell: str, nodes: Index, at: Array, marks: Keys) -> Keys:
@@ -114,20 +123,28 @@ def _known(mesh: Mesh, marks: Keys) -> tuple[Keys, Index]:
 @cache
 def _lattice(cell: str) -> Array:
     """Positions (m, d) on the unit cell of all nodes of all its possible children."""
-    every = np.concatenate([child for option in _child_nodes(cell) for child in option])
-    return np.unique(every, axis=0)
+    every = np.concatenate([child for option in _child_nodes(cell) for _, child in option])
+    return np.asarray(every[np.unique(np.round(every, 12), axis=0, return_index=True)[1]])
 
 
 @cache
-def _child_nodes(cell: str) -> list[list[Array]]:
-    """Node positions (k, d) of the children, for each way of cutting (three for tetrahedra)."""
+def _child_nodes(cell: str) -> list[list[tuple[str, Array]]]:
+    """Type and node positions (k, d) of the children, for each way of cutting (three for tetrahedra)."""
     kind = CELL_TYPES[cell]
-    within = CELL_TYPES[kind.corner].interpolation(kind.nodes)
-    return [[within @ corners for corners in option] for option in _cuts(kind)]
+    return [[_placed(kind, corners) for corners in option] for option in _cuts(kind)]
+
+
+def _placed(kind: CellType, corners: Array) -> tuple[str, Array]:
+    """Type of the child of a cell with corners (c, d) and its nodes (k, d) on the unit cell of the parent."""
+    own = kind
+    if kind.shape == "pyramid" and len(corners) == 4:
+        own = CELL_TYPES["tetra10" if kind.order == 2 else "tetra"]
+    places = CELL_TYPES[own.corner].interpolation(own.nodes) @ corners
+    return own.name, _in_cube(places) if kind.shape == "pyramid" else places
 
 
 def _cuts(kind: CellType) -> list[list[Array]]:
-    """Corner positions of the children, for each way of cutting."""
+    """Corner positions of the children, for each way of cutting; of pyramids in x, y, z, not in their cube."""
     corners = kind.nodes[: kind.n_corners]
     halves = [(corners + corner) / 2 for corner in corners]
     if kind.shape == "triangle":
@@ -137,7 +154,24 @@ def _cuts(kind: CellType) -> list[list[Array]]:
         return [[*halves, turned, turned + np.array([0, 0, 0.5])]]
     if kind.shape == "tetra":
         return [halves + _octahedron(corners, pair) for pair in _OPPOSITE]
-    return [halves]
+    return [_pyramid_children()] if kind.shape == "pyramid" else [halves]
+
+
+def _pyramid_children() -> list[Array]:
+    """Corners of the six pyramids and four tetrahedra of the pyramid with base [0, 1]^2 at z = 0 and apex (0, 0, 1)."""
+    base, apex = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0.0]]), np.array([0, 0, 1.0])
+    side, upright, centre = (base + np.roll(base, -1, axis=0)) / 2, (base + apex) / 2, base.mean(axis=0)
+    low = [np.array([base[k], side[k], centre, side[k - 1], upright[k]]) for k in range(4)]
+    between = [np.array([side[k], upright[(k + 1) % 4], upright[k], centre]) for k in range(4)]
+    between = [part if np.linalg.det(part[1:] - part[0]) > 0 else part[[0, 2, 1, 3]] for part in between]
+    return [*low, np.array([*upright, apex]), np.array([*upright[[0, 3, 2, 1]], centre]), *between]
+
+
+def _in_cube(places: Array) -> Array:
+    """Places (k, 3) in that pyramid as positions (a, b, w) of its cube."""
+    w = 1.0 - places[:, 2]
+    flat = places[:, [1, 0]] / np.where(w > 0, w, 1.0)[:, None]
+    return np.column_stack([np.where(w[:, None] > 0, flat, 0.5), w])
 
 
 # The inner octahedron of a tetrahedron by its diagonal (two opposite edges) and the ring of the other four edges.
@@ -158,18 +192,20 @@ def _octahedron(corners: Array, edges: list[tuple[int, int]]) -> list[Array]:
     return parts
 
 
-def _children(cell: str, places: Array, lattice: Index) -> Index:
-    """Nodes (n, children, k) of the children; tetrahedra are cut along their shortest inner diagonal."""
+def _children(cell: str, places: Array, lattice: Index) -> dict[str, Index]:
+    """Nodes (n, children, k) of the children by type; tetrahedra are cut along their shortest inner diagonal."""
     at = _lattice(cell)
-    tables = []
+    tables: list[dict[str, Index]] = []
     for option in _child_nodes(cell):
-        table = [[int(np.argmin(np.abs(at - node).sum(axis=1))) for node in child] for child in option]
-        tables.append(lattice[:, np.array(table)])
+        table: dict[str, list[list[int]]] = {}
+        for kind, child in option:
+            table.setdefault(kind, []).append([int(np.argmin(np.abs(at - node).sum(axis=1))) for node in child])
+        tables.append({kind: lattice[:, np.array(rows)] for kind, rows in table.items()})
     if len(tables) == 1:
         return tables[0]
     diagonals = [places[:, list(e[0])].mean(axis=1) - places[:, list(e[1])].mean(axis=1) for e in _OPPOSITE]
     shortest = np.argmin([np.linalg.norm(d, axis=1) for d in diagonals], axis=0)
-    return np.asarray(np.stack(tables)[shortest, np.arange(len(lattice))])
+    return {cell: np.asarray(np.stack([table[cell] for table in tables])[shortest, np.arange(len(lattice))])}
 
 
 def _grown(mesh: Mesh, members: Index, lattices: dict[str, Index], n_points: int) -> Index:
@@ -181,8 +217,8 @@ def _grown(mesh: Mesh, members: Index, lattices: dict[str, Index], n_points: int
     for cell, nodes in mesh.cells.items():
         kind = CELL_TYPES[cell]
         weights = CELL_TYPES[kind.corner].interpolation
-        held = weights(_lattice(cell)) > 0  # corners of the smallest part that holds the position
-        needed = ~((weights(kind.nodes) > 0)[None] & ~held[:, None]).any(axis=2)  # nodes of that part
+        held = weights(_lattice(cell)) > DUST  # corners of the smallest part that holds the position
+        needed = ~((weights(kind.nodes) > DUST)[None] & ~held[:, None]).any(axis=2)  # nodes of that part
         missing = (~inside[nodes]).astype(np.int64) @ needed.T.astype(np.int64) > 0
         joins[lattices[cell][missing]] = False
     joins[: len(mesh.points)] = inside[: len(mesh.points)]

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from femflex.dynamics.constraints.moved_start import MovedValue
     from femflex.integrate import Integrator
     from femflex.pipeline.decisions import Decided
+    from femflex.pipeline.recovered import Recovered
     from femflex.system import Controller, Effector, Part, System, Variation
 
 
@@ -54,6 +55,13 @@ class Prepared:
         from femflex.dynamics.constraints.clearance import taken_up
 
         return [] if self.model.constraints is None else taken_up(self.model.constraints)
+
+    @cached_property
+    def recovered(self) -> Recovered:
+        """The channels of section forces and stresses that the case names."""
+        from femflex.pipeline.recovered import recovered
+
+        return recovered(self.case, self.system)
 
     def load_kernels(self) -> None:
         """Have everything compiled, or read from disk, that the run will call."""
@@ -122,7 +130,9 @@ def prepare(
     check_periods(system, float(times[-1] - times[0]))
     reasons = " ".join([reason, *sampling(system)])
     names = tuple(effector.name for effector in effectors)
-    return Prepared(case, system, model, integrator, reasons, times, found, names)
+    prepared = Prepared(case, system, model, integrator, reasons, times, found, names)
+    _ = prepared.recovered  # its errors come before the run
+    return prepared
 
 
 def _linear(model: Model) -> tuple[Integrator, str]:

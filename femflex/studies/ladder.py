@@ -17,6 +17,7 @@ from femflex.body import FlexibleBody
 from femflex.case import Case, CaseError
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
 from femflex.case.deploying import DeployingTable
+from femflex.case.matrices import MatricesTable
 from femflex.case.measure import OF_BODY
 from femflex.case.reduction import Stretchable
 from femflex.case.run import StudyTable
@@ -228,6 +229,9 @@ def _own_count(case: Case, table: BodyTable) -> int | None:
     if isinstance(table, AnalyticTable | DeployingTable):
         f = table.functions
         return (f and max(f.y, f.z, f.axial, f.torsion)) or None
+    if isinstance(table, MatricesTable):
+        method = getattr(table.reduction, "method", "none")
+        return table.reduction.modes if method in VARIED else None  # type: ignore[union-attr]
     if isinstance(table, FileTable):
         return table.modes or load_body(case.beside(table.file)).n_modes or None
     return None

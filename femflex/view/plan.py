@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from femflex.view.extent import automatic_scale, cloud, displacement, skins_of, 
 from femflex.view.framing import Margins, View, best_direction, framed
 from femflex.view.look import Look
 from femflex.view.motion import chosen_camera, motion, traced_markers
-from femflex.view.paint import BodyPaint, painted
+from femflex.view.paint import Paint, painted
 from femflex.view.segments import cut_bodies, whole_of, widened
 from femflex.view.units import Bar, colour_bar
 
@@ -49,7 +50,7 @@ class Plan:
     peak: float
     span: tuple[float, float]
     bar: Bar | None
-    paints: dict[str, BodyPaint]
+    paints: Mapping[str, Paint]
     sight: float
 
 

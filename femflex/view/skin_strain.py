@@ -27,7 +27,7 @@ def on_skin(part: StrainPart, points: Array) -> StrainPart:
     lines they are those on the line through the two nearest points; in plates and solids, of the plane that fits the
     points of the element best, at a point between several elements their mean.
     """
-    means = along_lines(part, points) if part.kind == "line" and len(part.places) > 1 else in_elements(part, points)
+    means = carried(part, points)
     p = len(part.places)
     shape = part.rows.shape[1:]
     return replace(
@@ -40,6 +40,11 @@ def on_skin(part: StrainPart, points: Array) -> StrainPart:
         lever=_carried(means, part.lever),
         per=1,
     )
+
+
+def carried(part: StrainPart, points: Array) -> sparse.csr_array:
+    """Weights (n, p) that carry values at the points of a part to places on its skin."""
+    return along_lines(part, points) if part.kind == "line" and len(part.places) > 1 else in_elements(part, points)
 
 
 def along_lines(part: StrainPart, points: Array) -> sparse.csr_array:

@@ -51,6 +51,7 @@ def test_a_doubtful_number_is_told_with_both_readings(
 SLEW = Path(__file__).resolve().parents[2] / "cases" / "panel_slew.toml"
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [

@@ -1,10 +1,19 @@
 """Section and density that vary along the material: tables in the length."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from members import UNIT, hub_with_arms, solved
+from scipy.integrate import trapezoid
 
-from femflex.deployment import DeployingLine, MaterialTaper, deploying_line, deploying_tapered_line
+from femflex.deployment import (
+    DeployingLine,
+    ElementFunctions,
+    MaterialTaper,
+    deploying_line,
+    deploying_tapered_line,
+)
 from femflex.dynamics import compile_system
 from femflex.reduction import BeamFunctions
 from femflex.system import Profile, System, weld
@@ -56,16 +65,55 @@ def test_a_free_hub_with_a_tapered_beam_keeps_its_momentum():
     taper = MaterialTaper(mass=lambda s: 1 + 0.5 * s, bending=lambda s: 1 + s**2)
     made = deploying_tapered_line(line, taper, BeamFunctions(y=1, z=1), RAMP, until=3.0, stock=3.0)
     plain = hub_with_arms({"a": (line, BeamFunctions(y=1, z=1), RAMP, {"stock": 3.0})}, (0.1, 0.2, 0.3), 3.0)
-    from dataclasses import replace
-
     system = replace(plain, bodies={**plain.bodies, "a": made.body}, varying={"a": made.variation})
     _, _, seen = solved(system, np.linspace(0, 3, 7), 1e-11)
     H = seen["monitors/angular_momentum"]
     assert np.abs(H - H[0]).max() < 1e-7 * np.linalg.norm(H[0])  # of the table
 
 
+def test_a_taper_laid_out_from_the_tip_keeps_its_place():
+    """Drum at the tip: material at x stays there. Inertia and spin of a rigid arm by quadrature, kinks in the table."""
+    points, factors = (0.0, 1.2, 4.0), (1.0, 2.0, 0.5)
+    taper = MaterialTaper.table(points, mass=factors)
+    line = DeployingLine(mass_per_length=0.4, direction=(1, 0, 0))
+    made = deploying_tapered_line(line, taper, None, RAMP, until=3.0, stock=4.0, drum="tip")
+    assert made.variation.write.error < 1e-8
+    plain = hub_with_arms({"a": (line, None, RAMP, {"stock": 4.0})}, (0.0, 0.0, 0.5), 3.0)
+    system = replace(plain, bodies={**plain.bodies, "a": made.body}, varying={"a": made.variation})
+    times = np.linspace(0, 3, 13)
+    model, _, seen = solved(system, times, 1e-11)
+    assert model.n_u == 6
+    H = seen["monitors/angular_momentum"]
+    assert np.abs(H - H[0]).max() < 1e-9 * np.linalg.norm(H[0])
+    L = RAMP(times)[0]
+    moments = []
+    for length in L:
+        x = np.linspace(0.0, length, 40001)
+        mass = 0.4 * np.interp(x, points, factors)
+        stowed = 0.4 * trapezoid(np.interp(y := np.linspace(length, 4.0, 40001), points, factors), y)
+        total = 20.0 + trapezoid(mass, x) + stowed
+        first = trapezoid(mass * x, x) + stowed * length
+        moments.append(5.0 + trapezoid(mass * x**2, x) + stowed * length**2 - first**2 / total)
+    rate = seen["bodies/hub/rate"][:, 2]
+    assert rate * moments == pytest.approx(rate[0] * moments[0], rel=1e-7)
+    assert np.ptp(rate) > 0.1 * rate[0]
+
+
+def test_shapes_of_elements_of_a_wedge_have_its_frequency():
+    """A cantilever wedge whose tip is sharp: omega = 5.315 sqrt(E I_0 / (m_0 L^4)) (Kirchhoff)."""
+    taper = MaterialTaper(mass=lambda s: s / 2.0 + 1e-9, bending=lambda s: (s / 2.0) ** 3 + 1e-12)
+    functions = ElementFunctions(y=2, elements=16)
+    made = deploying_tapered_line(UNIT, taper, functions, Profile.constant(2.0), stock=2.0)
+    assert made.body.n_modes == 2
+    assert made.body.omega[0] * 2.0**2 == pytest.approx(5.315, rel=2e-4)
+
+
 def test_what_is_wrong_with_a_taper_is_said():
     with pytest.raises(ValueError, match=r"the density of a deploying member falls to -1 of its mass_per_length"):
         deploying_tapered_line(UNIT, MaterialTaper(mass=lambda s: 1 - s), None, RAMP, until=3.0, stock=2.0)
-    with pytest.raises(ValueError, match="deploys from a drum at its root; found drum = 'tip'"):
-        deploying_tapered_line(UNIT, MaterialTaper(), None, RAMP, until=3.0, stock=2.0, drum="tip")
+    with pytest.raises(ValueError, match="taper on its bending falls to -1; it must not be negative"):
+        deploying_tapered_line(UNIT, MaterialTaper(bending=lambda s: 1 - s), None, RAMP, until=3.0, stock=2.0)
+    with pytest.raises(ValueError, match=r"points of a taper are \[0\.0, 0\.0\]; give at least two distances"):
+        MaterialTaper.table((0.0, 0.0), mass=(1.0, 2.0))
+    with pytest.raises(ValueError, match="1 factors on mass are given at 2 points"):
+        MaterialTaper.table((0.0, 1.0), mass=(1.0,))

@@ -127,20 +127,98 @@ def test_one_part_in_place_is_as_good_as_a_flat_deck(tmp_path):
     )
     mesh = read(deck(tmp_path, part + "*END INSTANCE\n*NSET, NSET=late, INSTANCE=Panel-1\n 10, 20\n*END ASSEMBLY\n"))
     assert mesh.points[mesh.point_groups["late"]][:, 0].tolist() == [0, 1]
-    with pytest.raises(
-        ValueError, match=r"arm.inp is an assembly of 1 parts and 1 instances, or moves them; only flat"
-    ):
-        read_mesh(deck(tmp_path, part + " 1., 0., 0.\n*END INSTANCE\n"))
+
+
+def test_parts_are_placed_where_their_instances_are(tmp_path):
+    """Two instances of a part, one moved and one moved and turned by 90 degrees about an upright axis."""
+    text = """\
+*PART, NAME=Boom
+*NODE
+ 1, 0., 0., 0.
+ 2, 2., 0., 0.
+*ELEMENT, TYPE=B31, ELSET=All
+ 1, 1, 2
+*NSET, NSET=Tip
+ 2
+*END PART
+*ASSEMBLY, NAME=A
+*INSTANCE, NAME=East, PART=Boom
+ 1., 0., 0.
+*END INSTANCE
+*INSTANCE, NAME=North, PART=Boom
+ 0., 1., 0.
+ 0., 1., 0., 0., 1., 1., 90.
+*END INSTANCE
+*NODE
+ 1, 5., 5., 5.
+*NSET, NSET=Tips
+ East.Tip, North.2
+*ELSET, ELSET=Northern, INSTANCE=North
+ 1,
+*NSET, NSET=Reference
+ 1
+*END ASSEMBLY
+"""
+    with pytest.warns(PhysicsWarning, match=r"1 of 5 points belong to no cell; some are in the point groups \['Ref"):
+        mesh = read_mesh(deck(tmp_path, text))
+    assert mesh.points[mesh.point_groups["Tips"]] == pytest.approx(np.array([[3, 0, 0], [0, 3, 0]]))
+    assert mesh.points[mesh.point_groups["North.Tip"]] == pytest.approx(np.array([[0, 3, 0]]))
+    assert mesh.points[mesh.point_groups["Reference"]] == pytest.approx(np.array([[5, 5, 5]]))
+    assert mesh.points[mesh.group_cells("Northern")["line"][0]] == pytest.approx(np.array([[0, 1, 0], [0, 3, 0]]))
+    assert sorted(mesh.cell_groups) == ["East.All", "North.All", "Northern"]
+
+
+def test_nodes_and_elements_are_made_by_ngen_nfill_and_elgen(tmp_path):
+    text = """\
+*NODE, SYSTEM=C
+ 1, 1., 0.
+ 5, 1., 90.
+*NGEN, LINE=C, NSET=inner
+ 1, 5, 1, , 0., 0., 0.
+*NODE, SYSTEM=C
+ 201, 3., 0.
+ 205, 3., 90.
+*NGEN, LINE=C, NSET=outer
+ 201, 205, 1, , 0., 0., 0.
+*NFILL
+ inner, outer, 2, 100
+*ELEMENT, TYPE=S4, ELSET=sector
+ 1, 1, 101, 102, 2
+*ELGEN, ELSET=sector
+ 1, 4, 1, 1, 2, 100, 100
+"""
+    mesh = read_mesh(deck(tmp_path, text))
+    radius = np.linalg.norm(mesh.points, axis=1)
+    assert sorted(np.round(radius, 9)) == [1] * 5 + [2] * 5 + [3] * 5
+    assert len(mesh.group_cells("sector")["quad"]) == 8
+    assert np.abs(sizes(mesh.points, "quad", mesh.cells["quad"])).sum() == pytest.approx(
+        8 * 4 * np.sin(np.pi / 16) * np.cos(np.pi / 16)
+    )  # trapezia in an eighth of the circle each
+
+
+def test_bare_stars_and_nodes_of_a_number_alone_are_read(tmp_path):
+    text = "*\n*NODE\n1\n2, 1.\n3, 2., , 1.\n*\n**\n*ELEMENT, TYPE=T3D2\n1, 1, 2\n2, 2, 3,\n"
+    assert read_mesh(deck(tmp_path, text)).points.tolist() == [[0, 0, 0], [1, 0, 0], [2, 0, 1]]
 
 
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ("*Node, nset=plate nodes", "*NGEN", r"arm.inp makes nodes or elements by \*NGEN; only those written out"),
+        ("*Node, nset=plate nodes", "*NCOPY", r"arm.inp makes nodes or elements by \*NCOPY; only those written out"),
+        (
+            " 20, 1., 0., 0.",
+            " 20, 1., O., 0.",
+            r"arm.inp, line 6: \*NODE has 'O.' where a coordinate belongs; it is",
+        ),
+        (
+            " 10, 0., 0.",
+            " 1o, 0., 0.",
+            r"arm.inp, line 5: \*NODE has '1o' where the number of a node belongs; it",
+        ),
         (" 1, 10, 20, 30, 40", " 1, 10, 20, 30, 50", r"elements use nodes \[50\] that no \*NODE block defines"),
         (" 1, 10, 20, 30, 40", " 1, 10, 20, 30", "element 1 of type S4R has 3 nodes; it needs 4"),
         (" 1, 10, 20, 30, 40", " 1, 10, 20, 30, 40, 1000", "element 1 of type S4R has 5 nodes; it needs 4"),
-        (" Root, Arm\n", " Rot, Arm\n", r"NSET 'Rot' is used before it is defined; known are \['ARM'"),
+        (" Root, Arm\n", " Rot, Arm\n", r"arm.inp, line 31: NSET 'Rot' is used and never defined; known are \['ARM'"),
     ],
 )
 def test_decks_that_cannot_be_read_rightly_are_refused(old, new, sentence, tmp_path):

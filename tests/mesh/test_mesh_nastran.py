@@ -106,7 +106,7 @@ def test_included_files_are_read(tmp_path):
     with pytest.warns(PhysicsWarning, match="CONM2"):
         assert len(read_mesh(path).cells["quad"]) == 2
     (tmp_path / "grids.bdf").unlink()
-    with pytest.raises(ValueError, match=r"grids.bdf is included in a Nastran deck but does not exist"):
+    with pytest.raises(ValueError, match=r"panel.bdf:12: the file 'grids.bdf' that is included does not exist"):
         read_mesh(path)
 
 
@@ -114,8 +114,12 @@ def test_included_files_are_read(tmp_path):
     ("old", "new", "sentence"),
     [
         ("GRID    103     ", "GRID    103     5", "1 GRID cards, the first is 103, are given in a local coordinate"),
-        ("GRID    103 ", "GRID    113 ", r"elements use grid points \[103\] that no GRID card defines"),
-        ("102     103     106     105", "102     103     106", "CQUAD4 12 has 3 nodes; it may have 4"),
+        (
+            "GRID    103 ",
+            "GRID    113 ",
+            r"elements use nodes \[103\] that no GRID card defines; the first is used by",
+        ),
+        ("102     103     106     105", "102     103     106", "CQUAD4 12 has 3 nodes; it needs 4 corners"),
         (
             "CQUAD4  12 ",
             "CQUAD4  1x ",
@@ -125,7 +129,7 @@ def test_included_files_are_read(tmp_path):
         (
             "GRID    103             2. ",
             "GRID    103             2.x",
-            r"panel.bdf could not be read as Nastran bulk data",
+            r"panel.bdf: GRID 103 has '2.x' where a number belongs; correct the field",
         ),
         ("GRID    103             2. ", "GRID    103             nan", r"1 of 9 mesh points have coordinates that are"),
     ],
@@ -133,6 +137,59 @@ def test_included_files_are_read(tmp_path):
 def test_decks_that_cannot_be_read_rightly_are_refused(old, new, sentence, tmp_path):
     with pytest.raises(ValueError, match=sentence):
         read_mesh(deck(tmp_path, DECK.replace(old, new).replace("CONM2", "$").replace("RBE2", "$")))
+
+
+def test_comments_and_continuations_of_every_form_are_read(tmp_path):
+    """Marks that name their card from elsewhere, tabs, comments within lines, a free card of more than nine fields."""
+    text = """\
+  $ a comment that is indented
+BEGIN BULK $ and one behind words
+GRID,1,,0.,0.,0. $ another, with a number: 5
+GRID\t2\t\t1.\t0.\t0.
+GRID           3              1.      1.      0.
+GRID           4              0.      1.      0.
++LATE          7       8
+CHEXA          1       1       1       2       3       4       5       6+LATE
+GRID           5              0.      0.      1.
+grid,6,,1.,0.,1.
+GRID,7,,1.,1.,1.
+GRID*                  8                              0.              1.
+*                     1.
+CHEXA,2,1,1,2,3,4,5,6,+,7,8
+CHEXA,3,1,1,2,3,4,5,6,
+,7,8
+CHEXA*                 4               1               1               2 *A
+*A                     3               4               5               6 *B
+*B                     7               8
+ENDDATA
+"""
+    mesh = read_mesh(deck(tmp_path, text))
+    assert mesh.cells["hexahedron"].tolist() == [list(range(8))] * 4
+    assert mesh.points[7].tolist() == [0, 1, 1]
+
+
+def test_missing_middle_nodes_are_put_in_the_middle_of_edges(tmp_path):
+    """Two six-node triangles on a square: one lacks two of its middle nodes, of which its neighbour has one."""
+    text = """\
+BEGIN BULK
+GRID,1,,0.,0.,0.
+GRID,2,,2.,0.,0.
+GRID,3,,2.,2.,0.
+GRID,4,,0.,2.,0.
+GRID,5,,1.,0.,0.
+GRID,6,,2.,1.,0.
+GRID,7,,1.,1.,0.
+CTRIA6,1,1,1,2,3,5,6,7
+CTRIA6,2,1,1,3,4,,,8
+GRID,8,,0.,1.,0.
+ENDDATA
+"""
+    with pytest.warns(PhysicsWarning, match=r"1 cells of second order have some middle nodes only; 1 nodes are added"):
+        mesh = read_mesh(deck(tmp_path, text))
+    first, second = mesh.cells["triangle6"]
+    assert first[5] == second[3]
+    assert mesh.points[second[4]].tolist() == [1, 2, 0]
+    assert mesh.points[second[5]].tolist() == [0, 1, 0]
 
 
 def test_lists_of_numbers():

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 from femflex.mesh import Mesh, annulus, box, check, line, rectangle
-from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.cells import CELL_TYPES, FACES
 from femflex.mesh.quality import qualities, sizes
+from femflex.mesh.raised import raised
 
 FLAT = {
     "line": line([[0, 0, 0], [1, 2, 2]], 3),
@@ -63,6 +64,38 @@ def test_tetrahedra_do_not_degrade():
     mesh = box(1, 1, 1, 1, 1, 1, "tetra")
     worst = [qualities(m.points, "tetra", m.cells["tetra"]).min() for m in (mesh, mesh.refined(3))]
     assert worst[1] > 0.9 * worst[0]
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_pyramids_divide_into_pyramids_and_tetrahedra(order):
+    """Beside a brick, on whose face they share every point; the base and the volume are groups."""
+    whole = box(2, 1, 1, 2, 1, 1, "hexahedron")
+    kept, cut = whole.cells["hexahedron"]
+    points = np.concatenate([whole.points, whole.points[cut].mean(axis=0, keepdims=True)])
+    cells = {"hexahedron": [kept], "pyramid": [[*cut[face[::-1]], len(whole.points)] for face in FACES["hexahedron"]]}
+    mesh = Mesh(points, cells, {"cut": {"pyramid": np.arange(6)}, "two": {"hexahedron": [0], "pyramid": [4]}})
+    if order == 2:
+        mesh = raised(mesh, {kind: np.arange(len(rows)) for kind, rows in cells.items()})
+    seam = np.flatnonzero(points[:, 0] == 1.0)
+    fine = mesh.with_groups(points={"seam": seam}).refined()
+    kinds = ("hexahedron20", "pyramid13", "tetra10") if order == 2 else ("hexahedron", "pyramid", "tetra")
+    assert {kind: len(rows) for kind, rows in fine.cells.items()} == dict(zip(kinds, (8, 36, 24), strict=True))
+    check(fine)
+    volume = {
+        group: sum(sizes(fine.points, kind, rows).sum() for kind, rows in fine.group_cells(group).items())
+        for group in ("cut", "two")
+    }
+    assert volume == pytest.approx({"cut": 1.0, "two": 1.0 + 1 / 6}, rel=1e-12)
+    each = [sizes(fine.points, kind, fine.cells[kind]) for kind in kinds[1:]]
+    np.testing.assert_allclose(each[0], 1 / 48, rtol=1e-12)
+    np.testing.assert_allclose(each[1], 1 / 96, rtol=1e-12)
+    x = fine.points[:, 0]
+    if order == 1:
+        assert sorted(fine.group_points("seam")) == sorted(np.flatnonzero(x == 1.0))
+        assert len(fine.points) == 27 + 26 - 9 + 1 + 8  # lattice, shell without the seam, centre, its middles
+    twice = fine.refined()
+    check(twice)
+    assert len(twice.cells[kinds[1]]) == 216 and len(twice.cells[kinds[2]]) == 36 * 4 + 24 * 8
 
 
 def test_point_groups_grow_along_whole_edges_only():

@@ -83,6 +83,7 @@ def value_of_run(case: Case) -> float:
     return float(seen["markers/beam.tip/deflection"][0, 1])
 
 
+@pytest.mark.slow
 def test_the_verdict_names_the_number_of_modes_the_unreduced_run_asks_for(built: Built):
     exact = value_of_run(built(NODAL))
     study = planned(built(PLAIN), "modes", [1, 2, 3, 4, 5, 6, 8, 10])

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from femflex.body.mass_points import MassPoints, points_of_moments
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import Entry, entry
+from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.lanes import padded
 from femflex.dynamics.arithmetic.vectors import (
     UNIT,
@@ -53,7 +53,7 @@ from femflex.dynamics.lowering.layout import (
     record_reader,
 )
 from femflex.dynamics.lowering.pool import Pool, Scratch
-from femflex.system import Channel, System
+from femflex.system import System
 from femflex.system.attraction import is_integrated
 
 Array = NDArray[np.float64]
@@ -185,14 +185,7 @@ class Attraction(ForceTerm):
     """Attraction of the central body beyond the gradient form."""
 
     folder, energy = "attraction", ENERGY_LOAD
-
-    @property
-    def apply(self) -> Entry:
-        return apply
-
-    @property
-    def report(self) -> Entry:
-        return report
+    apply, report = apply, report
 
     def items(self, system: System) -> list[str]:
         if system.orbit is None:
@@ -209,9 +202,6 @@ class Attraction(ForceTerm):
             record["bodies"] = at + N_ITEM * len(items)
             record["data"] = pool.put([system.environment.oblateness * system.environment.radius**2])
         return np.concatenate([records.view(np.int64).ravel(), groups.view(np.int64).ravel()])
-
-    def channels(self, system: System) -> dict[str, Channel]:
-        return {}
 
     def without(self, system: System, item: str) -> System:
         change = {"attraction": "gradient"} if item == NAMES[EXACT] else {"oblateness": 0.0}

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import Entry, caller, entry
+from femflex.dynamics.arithmetic.entries import caller, entry
 from femflex.dynamics.arithmetic.lanes import beyond
 from femflex.dynamics.arithmetic.vectors import (
     UNIT,
@@ -281,18 +281,7 @@ class Effectors(ForceTerm):
     """The effectors of a system; controllers act through the effectors that take their commands."""
 
     folder = "effectors"
-
-    @property
-    def apply(self) -> Entry:
-        return apply
-
-    @property
-    def report(self) -> Entry:
-        return report
-
-    @property
-    def relax(self) -> Entry:
-        return relax
+    apply, report, relax = apply, report, relax
 
     def items(self, system: System) -> list[str]:
         return [effector.name for effector in acting(system)]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import Entry, entry
+from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.lanes import beyond
 from femflex.dynamics.arithmetic.profiles import profile_at
 from femflex.dynamics.arithmetic.vectors import Vector
@@ -142,18 +142,7 @@ class Laws(ForceTerm):
     """The laws and elastic latches of joint freedoms."""
 
     folder, energy = "laws", ENERGY_SPRING
-
-    @property
-    def apply(self) -> Entry:
-        return apply
-
-    @property
-    def report(self) -> Entry:
-        return report
-
-    @property
-    def resist(self) -> Entry:
-        return resist
+    apply, report, resist = apply, report, resist
 
     def items(self, system: System) -> list[str]:
         return [place.name for place in law_places(system)]

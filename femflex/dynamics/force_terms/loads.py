@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import Entry, entry
+from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.section_turns import section_slope, section_vector
 from femflex.dynamics.arithmetic.turns import vector_tangent, vector_turn
 from femflex.dynamics.arithmetic.vectors import (
@@ -190,14 +190,7 @@ class Loads(ForceTerm):
     """The loads of a system."""
 
     folder, energy = "loads", ENERGY_LOAD
-
-    @property
-    def apply(self) -> Entry:
-        return apply
-
-    @property
-    def report(self) -> Entry:
-        return report
+    apply, report = apply, report
 
     def items(self, system: System) -> list[str]:
         return [load.name for load in system.loads]

@@ -25,10 +25,18 @@ class ForceTerm(ABC):
 
     folder    first part of the names of its items in ledger, channels and `without`, as in "loads/thrust"
     energy    ENERGY_*: the monitor to which its stored energy counts
+    apply     the calls of signatures APPLY, REPORT, RESIST and RELAX (see `femflex.dynamics.forces.calls`); None for
+    report    a term that does not resist a motion, and for one whose items have no states
+    resist
+    relax
     """
 
     folder: ClassVar[str]
     energy: ClassVar[int] = ENERGY_EFFECTOR
+    apply: ClassVar[Entry]
+    report: ClassVar[Entry]
+    resist: ClassVar[Entry | None] = None
+    relax: ClassVar[Entry | None] = None
 
     @abstractmethod
     def items(self, system: System) -> list[str]:
@@ -38,29 +46,9 @@ class ForceTerm(ABC):
     def lower(self, system: System, head: np.void, bodies: Records, pool: Pool, scratch: Scratch, at: int) -> Any:
         """Its own records, which will stand in the table from place `at` on; may change the bodies' records."""
 
-    @property
-    @abstractmethod
-    def apply(self) -> Entry:
-        """The call of signature APPLY (see `femflex.dynamics.forces.calls`)."""
-
-    @property
-    @abstractmethod
-    def report(self) -> Entry:
-        """The call of signature REPORT."""
-
-    @property
-    def resist(self) -> Entry | None:
-        """The call of signature RESIST, None for a term without."""
-        return None
-
-    @property
-    def relax(self) -> Entry | None:
-        """The call of signature RELAX, None for a term whose items have no states."""
-        return None
-
-    @abstractmethod
     def channels(self, system: System) -> dict[str, Channel]:
         """What `report` writes, in its order: path -> Channel."""
+        return {}
 
     @abstractmethod
     def without(self, system: System, item: str) -> System:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.arithmetic.compiled import inner
-from femflex.dynamics.arithmetic.entries import Entry, entry
+from femflex.dynamics.arithmetic.entries import entry
 from femflex.dynamics.arithmetic.vectors import (
     UNIT,
     ZERO,
@@ -40,7 +40,7 @@ from femflex.dynamics.lowering.layout import (
 from femflex.dynamics.lowering.pool import Pool, Scratch
 from femflex.dynamics.lowering.tie_layout import ENDS
 from femflex.dynamics.lowering.ties import lower_ends
-from femflex.system import Channel, System
+from femflex.system import System
 
 Array = NDArray[np.float64]
 Table = NDArray[np.int64]
@@ -121,14 +121,7 @@ class Springs(ForceTerm):
     """The springs between markers of a system."""
 
     folder, energy = "springs", ENERGY_SPRING
-
-    @property
-    def apply(self) -> Entry:
-        return apply
-
-    @property
-    def report(self) -> Entry:
-        return report
+    apply, report = apply, report
 
     def items(self, system: System) -> list[str]:
         return [spring.name for spring in system.springs]
@@ -139,9 +132,6 @@ class Springs(ForceTerm):
             lower_ends(record, ((spring.parent, spring.parent_marker), (spring.body, spring.marker)), system, pool)
             record["data"] = pool.put([spring.stiffness, spring.damping, spring.length])
         return records
-
-    def channels(self, system: System) -> dict[str, Channel]:
-        return {}
 
     def without(self, system: System, item: str) -> System:
         return replace(system, springs=tuple(spring for spring in system.springs if spring.name != item))

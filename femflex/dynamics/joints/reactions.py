@@ -47,13 +47,12 @@ def observe_reactions(model: Model, times: Array, states: Array) -> dict[str, Ar
     records, order = body_records(model.table), model.system.order
     wrenches = np.empty((len(times), len(order), 6))  # at the bodies' origins, body components
     turns = np.empty((len(times), len(order), 3, 3))
+    blocks = records["work"][1:, None]
+    wrench_at, turn_at = blocks + W_P + np.array([0, 1, 2, 4, 5, 6]), blocks + W_CIN + np.arange(9)
     for j in range(len(times)):
         udot = model.parts(model.state_rate(times[j], states[j]))[1]
         model.gather(times[j], states[j], udot)
-        for i, record in enumerate(records[1:]):
-            p, c = int(record["work"]) + W_P, int(record["work"]) + W_CIN
-            wrenches[j, i, :3], wrenches[j, i, 3:] = model.work[p : p + 3], model.work[p + 4 : p + 7]
-            turns[j, i] = model.work[c : c + 9].reshape(3, 3)
+        wrenches[j], turns[j] = model.work[wrench_at], model.work[turn_at].reshape(-1, 3, 3)
     out = {}
     for joint in carrying(model.system):
         i = order.index(joint.child)

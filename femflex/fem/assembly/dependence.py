@@ -13,6 +13,7 @@ from scipy.sparse import csgraph
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+SQUARE = 1e-9  # cosine between directions that passes for rounding
 NEGLIGIBLE = 1e-9  # singular value of directions below which a dof has no part in them
 
 
@@ -43,9 +44,14 @@ def independent_of(T: sparse.csr_array, dependences: Sequence[Dependence]) -> sp
     n = T.shape[1]
     owner: dict[int, str] = {}
     rows, cols, values = [], [], []
-    for one in dependences:
+    for one in _gathered(dependences):
         block, own = _columns(T, one.target)
+        source, moved = _columns(T, one.source)
+        given = one.ways @ one.M @ source
         seen = one.ways @ block
+        itself = np.isin(moved, own)  # the vector by its other components
+        np.subtract.at(seen.T, np.searchsorted(own, moved[itself]), given[:, itself].T)
+        given, moved = given[:, ~itself], moved[~itself]
         U, size, Vt = np.linalg.svd(seen)
         rank = int(np.sum(size > NEGLIGIBLE))
         if not rank:
@@ -61,9 +67,8 @@ def independent_of(T: sparse.csr_array, dependences: Sequence[Dependence]) -> sp
             )
         owner.update({int(own[p]): one.where for p in pivots})
         inverse = np.linalg.inv(left @ seen[:, pivots])
-        source, moved = _columns(T, one.source)
         columns = np.concatenate([moved, own[rest]])
-        relation = np.concatenate([inverse @ left @ one.ways @ one.M @ source, -inverse @ left @ seen[:, rest]], axis=1)
+        relation = np.concatenate([inverse @ left @ given, -inverse @ left @ seen[:, rest]], axis=1)
         row, column = np.nonzero(relation)
         rows.append(own[pivots][row])
         cols.append(columns[column])
@@ -83,6 +88,27 @@ def independent_of(T: sparse.csr_array, dependences: Sequence[Dependence]) -> sp
     found = (T @ total).tocsr()
     found.eliminate_zeros()
     found.sort_indices()
+    return found
+
+
+def _gathered(dependences: Sequence[Dependence]) -> list[Dependence]:
+    """The dependences, those of one vector in directions at right angles as one: pivots are then chosen together."""
+    by_target: dict[tuple[int, ...], list[Dependence]] = {}
+    for one in dependences:
+        by_target.setdefault(tuple(int(dof) for dof in one.target), []).append(one)
+    found: list[Dependence] = []
+    for several in by_target.values():
+        ways = np.concatenate([one.ways for one in several])
+        if len(several) == 1 or np.abs(ways @ ways.T - np.eye(len(ways))).max() > SQUARE:
+            found += several
+            continue
+        source = np.unique(np.concatenate([one.source for one in several]))
+        M = np.zeros((several[0].M.shape[0], len(source)))
+        for one in several:
+            moved = one.ways.T @ one.ways @ one.M
+            np.add.at(M.T, np.searchsorted(source, one.source), moved.T)
+        where = " and ".join(dict.fromkeys(one.where for one in several))
+        found.append(Dependence(several[0].target, ways, source, M, where))
     return found
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import Legendre, Polynomial
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Function = Legendre | Polynomial
 
 NODAL = 12  # u, v, w, theta_x, theta_y, theta_z at both ends
 
@@ -80,22 +82,37 @@ def shear_rows(order: BeamOrder, xi: Array, h: Array, derivative: int) -> Array:
 
 def _legendre(n: int, xi: Array, derivative: int) -> Array:
     """Legendre polynomials on [0, 1] of degree 0 ... n - 1 at xi: (q, n)."""
-    return _evaluated([Legendre.basis(k, domain=[0.0, 1.0]) for k in range(n)], xi, derivative)
+    return _evaluated(_legendre_functions(n, derivative), xi)
+
+
+@lru_cache(maxsize=64)
+def _legendre_functions(n: int, derivative: int) -> tuple[Function, ...]:
+    return _differentiated(tuple(Legendre.basis(k, domain=[0.0, 1.0]) for k in range(n)), derivative)
 
 
 def _linear(order: int, xi: Array, derivative: int) -> Array:
     """End functions 1 - xi, xi and the bubbles int P_{k-1}, k = 2 ... order, at xi: (q, order + 1)."""
-    ends = [Polynomial([1.0, -1.0]), Polynomial([0.0, 1.0])]
+    return _evaluated(_linear_functions(order, derivative), xi)
+
+
+@lru_cache(maxsize=64)
+def _linear_functions(order: int, derivative: int) -> tuple[Function, ...]:
+    ends = Polynomial([1.0, -1.0]), Polynomial([0.0, 1.0])
     bubbles = [_scaled(k - 1, 1) for k in range(2, order + 1)]
-    return _evaluated([*ends, *bubbles], xi, derivative)
+    return _differentiated((*ends, *bubbles), derivative)
 
 
 def _hermite(order: int, xi: Array, derivative: int) -> Array:
     """Cubic Hermite functions and the bubbles int int P_{k-2}, k = 4 ... order, at xi: (q, order + 1)."""
+    return _evaluated(_hermite_functions(order, derivative), xi)
+
+
+@lru_cache(maxsize=64)
+def _hermite_functions(order: int, derivative: int) -> tuple[Function, ...]:
     value_0, slope_0 = Polynomial([1.0, 0.0, -3.0, 2.0]), Polynomial([0.0, 1.0, -2.0, 1.0])
     value_1, slope_1 = Polynomial([0.0, 0.0, 3.0, -2.0]), Polynomial([0.0, 0.0, -1.0, 1.0])
     bubbles = [_scaled(k - 2, 2) for k in range(4, order + 1)]
-    return _evaluated([value_0, slope_0, value_1, slope_1, *bubbles], xi, derivative)
+    return _differentiated((value_0, slope_0, value_1, slope_1, *bubbles), derivative)
 
 
 def _scaled(degree: int, times: int) -> Legendre:
@@ -104,5 +121,9 @@ def _scaled(degree: int, times: int) -> Legendre:
     return base.integ(times, lbnd=0.0)
 
 
-def _evaluated(functions: list[Polynomial | Legendre], xi: Array, derivative: int) -> Array:
-    return np.stack([f.deriv(derivative)(xi) if derivative else f(xi) for f in functions], axis=-1)
+def _evaluated(functions: tuple[Function, ...], xi: Array) -> Array:
+    return np.stack([f(xi) for f in functions], axis=-1)
+
+
+def _differentiated(functions: tuple[Function, ...], derivative: int) -> tuple[Function, ...]:
+    return tuple(f.deriv(derivative) for f in functions) if derivative else functions

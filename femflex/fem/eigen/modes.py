@@ -73,6 +73,10 @@ def lowest_modes(
     Raises ValueError when n is not positive, or exceeds the dofs that carry mass.
     """
     n_dof = K.shape[0]
+    if n_dof and not M.diagonal().any():
+        raise ValueError(
+            "modes were requested of a structure without mass; give its materials a density, or point masses."
+        )
     if n <= 0:
         raise ValueError(f"{n} modes were requested; ask for at least one.")
     if n > n_dof:

@@ -6,6 +6,7 @@ Every set is a function (xi, derivative) -> (len(xi), n), orthonormal over 0 <= 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from math import comb
 from typing import Protocol
 
@@ -43,10 +44,13 @@ def ends_of(ends: str) -> tuple[str, str]:
     return root, tip
 
 
+@lru_cache(maxsize=64)
 def gauss(n: int) -> tuple[Array, Array]:
-    """Gauss–Legendre points and weights (n,) on the unit interval."""
+    """Gauss–Legendre points and weights (n,) on the unit interval; read only."""
     x, w = np.polynomial.legendre.leggauss(n)
-    return np.asarray((x + 1) / 2, float), np.asarray(w / 2, float)
+    points, weights = np.asarray((x + 1) / 2, float), np.asarray(w / 2, float)
+    points.flags.writeable = weights.flags.writeable = False
+    return points, weights
 
 
 # --- characteristic functions ---------------------------------------------------------------------------------------
@@ -68,6 +72,7 @@ def bending_roots(ends: str, n: int) -> Array:
     return np.array([_root(lambda b: np.cos(b) - _sech(b), j * np.pi, (j + 1) * np.pi) for j in k])
 
 
+@lru_cache(maxsize=256)
 def bending_characteristic(ends: str, n: int) -> FunctionSet:
     """Vibration shapes of a uniform Euler–Bernoulli beam, stable at any order.
 
@@ -79,17 +84,19 @@ def bending_characteristic(ends: str, n: int) -> FunctionSet:
     coefficients = np.zeros((4, n))
     for j, b in enumerate(roots):
         rows = [
-            _waves(np.array([at]), b, d)[0] for at, s in zip((0.0, 1.0), supports, strict=True) for d in CONDITIONS[s]
+            _waves(np.array([at]), np.array([b]), d)[:, 0, 0]
+            for at, s in zip((0.0, 1.0), supports, strict=True)
+            for d in CONDITIONS[s]
         ]
         coefficients[:, j] = np.linalg.svd(np.array(rows))[2][-1]
 
     def functions(xi: Array, derivative: int = 0) -> Array:
-        columns = [b**derivative * (_waves(xi, b, derivative) @ c) for b, c in zip(roots, coefficients.T, strict=True)]
-        return np.stack(columns, axis=1) if columns else np.zeros((len(xi), 0))
+        return roots**derivative * np.einsum("wkn,wn->kn", _waves(xi, roots, derivative), coefficients)
 
     return _normalised(functions, points_for(n))
 
 
+@lru_cache(maxsize=256)
 def axial_characteristic(ends: str, n: int) -> FunctionSet:
     """Vibration shapes of a uniform bar or shaft: sines and cosines; pinned and clamped ends hold it alike."""
     root, tip = (support != "free" for support in ends_of(ends))
@@ -103,11 +110,12 @@ def axial_characteristic(ends: str, n: int) -> FunctionSet:
     return _normalised(functions, points_for(n))
 
 
-def _waves(xi: Array, b: float, derivative: int) -> Array:
-    """cos b xi, sin b xi, exp(-b xi), exp(-b (1 - xi)) and their derivatives over b^derivative, (len(xi), 4)."""
-    cos, sin = np.cos(b * xi), np.sin(b * xi)
+def _waves(xi: Array, b: Array, derivative: int) -> Array:
+    """cos b xi, sin b xi, exp(-b xi), exp(-b (1 - xi)) and their derivatives over b^derivative: (4, k, n) of b (n,)."""
+    phase = np.outer(xi, b)
+    cos, sin = np.cos(phase), np.sin(phase)
     turned = [(cos, sin), (-sin, cos), (-cos, -sin), (sin, -cos)][derivative % 4]
-    return np.stack([*turned, (-1.0) ** derivative * np.exp(-b * xi), np.exp(-b * (1 - xi))], axis=1)
+    return np.stack([*turned, (-1.0) ** derivative * np.exp(-phase), np.exp(-np.outer(1 - xi, b))])
 
 
 def _root(f: Callable[[float], float], low: float, high: float) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -175,11 +176,11 @@ class BeamFunctions:
         at = 0
         for row, n, bends in ((1, self.y, True), (2, self.z, True), (0, self.axial, False), (3, self.torsion, False)):
             if n:
-                functions = self._bending(n) if bends else self._axial(n)
+                functions = (_bending if bends else _axial)(self.family, self.ends, self.static, self.tip, n)
                 found[:, row, at : at + n] = functions(xi, derivative) / length**derivative
             at += n
         if self.followers:
-            functions = self._polynomials(self.followers)
+            functions = _axial("polynomial", self.ends, False, False, self.followers)
             found[:, 0, at:] = functions(xi, derivative) / length**derivative
         return found
 
@@ -201,19 +202,22 @@ class BeamFunctions:
         only = [n <= beside for n, beside in zip(counts, self._beside(), strict=True)]
         return self.added & np.repeat([*only[:2], False, only[3]], (self.y, self.z, self.axial, self.torsion))
 
-    def _bending(self, n: int) -> FunctionSet:
-        if self.family == "polynomial":
-            root, tip = (BENDING_ORDER[support] for support in ends_of(self.ends))
-            return polynomials(root, tip, n)
-        beside = (*STATIC_BENDING * self.static, *TIP_BENDING * self.tip)
-        return with_static(bending_characteristic(self.ends, n - len(beside)), beside, n)
 
-    def _axial(self, n: int) -> FunctionSet:
-        if self.family == "polynomial":
-            return self._polynomials(n)
-        beside = (*STATIC_AXIAL * self.static, *TIP_AXIAL * self.tip)
-        return with_static(axial_characteristic(self.ends, n - len(beside)), beside, n)
+@lru_cache(maxsize=256)
+def _bending(family: str, ends: str, static: bool, tip: bool, n: int) -> FunctionSet:
+    """The n functions of v or w."""
+    if family == "polynomial":
+        root, end = (BENDING_ORDER[support] for support in ends_of(ends))
+        return polynomials(root, end, n)
+    added = (*STATIC_BENDING * static, *TIP_BENDING * tip)
+    return with_static(bending_characteristic(ends, n - len(added)), added, n)
 
-    def _polynomials(self, n: int) -> FunctionSet:
-        root, tip = (min(BENDING_ORDER[support], 1) for support in ends_of(self.ends))
-        return polynomials(root, tip, n, rigid=1)
+
+@lru_cache(maxsize=256)
+def _axial(family: str, ends: str, static: bool, tip: bool, n: int) -> FunctionSet:
+    """The n functions of u or theta."""
+    if family == "polynomial":
+        root, end = (min(BENDING_ORDER[support], 1) for support in ends_of(ends))
+        return polynomials(root, end, n, rigid=1)
+    added = (*STATIC_AXIAL * static, *TIP_AXIAL * tip)
+    return with_static(axial_characteristic(ends, n - len(added)), added, n)

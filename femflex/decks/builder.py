@@ -1,0 +1,120 @@
+"""The mesh and members of a deck while its elements are read: cells gathered by what a Member needs."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from femflex.decks.units import Units
+from femflex.fem import Member
+from femflex.mesh import Mesh
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class _Gathered:
+    """Cells of one member: rows by cell type, and what the member is made of."""
+
+    name: str
+    family: str
+    section: Any
+    material: Any
+    options: Mapping[str, Any]
+    rows: dict[str, list[int]] = field(default_factory=dict)
+
+
+class Builder:
+    """Points by number of their node, cells by type, members and groups."""
+
+    def __init__(self) -> None:
+        self.points: list[Array] = []
+        self.row_of: dict[int, int] = {}  # node of the deck -> row of points
+        self.cells: dict[str, list[Sequence[int]]] = {}
+        self.cell_of: dict[int, tuple[str, int]] = {}  # element of the deck -> cell type and row
+        self.cell_groups: dict[str, dict[str, list[int]]] = {}
+        self.point_groups: dict[str, list[int]] = {}
+        self._members: dict[Hashable, _Gathered] = {}
+        self._names: dict[str, int] = {}
+
+    def point(self, position: ArrayLike) -> int:
+        """Row of a new point (3,) [m]."""
+        self.points.append(np.asarray(position, float))
+        return len(self.points) - 1
+
+    def node(self, number: int, position: ArrayLike) -> int:
+        """Row of a node of the deck, new where it is used for the first time."""
+        if number not in self.row_of:
+            self.row_of[number] = self.point(position)
+        return self.row_of[number]
+
+    def point_group(self, row: int, name: str) -> str:
+        """The group of that name, of one point."""
+        self.point_groups[name] = [row]
+        return name
+
+    def cell(
+        self,
+        kind: str,
+        rows: Sequence[int],
+        key: Hashable,
+        name: str,
+        family: str,
+        section: Any = None,
+        material: Any = None,
+        options: Mapping[str, Any] | None = None,
+        groups: Iterable[str] = (),
+        number: int | None = None,
+    ) -> None:
+        """Add a cell to the member of a key, which is made when it is first named; `name` is that of its property."""
+        cells = self.cells.setdefault(kind, [])
+        row = len(cells)
+        cells.append(rows)
+        if key not in self._members:
+            k = self._names[name] = self._names.get(name, 0) + 1
+            self._members[key] = _Gathered(f"{name} part {k}", family, section, material, options or {})
+        self._members[key].rows.setdefault(kind, []).append(row)
+        for group in (name, *groups):
+            self.cell_groups.setdefault(group, {}).setdefault(kind, []).append(row)
+        if number is not None:
+            self.cell_of[number] = kind, row
+
+    def mesh(self) -> Mesh:
+        """The mesh with all groups: those of members and those of properties, sets and points."""
+        groups = {**self.cell_groups}
+        for one in self._members.values():
+            groups[self._group(one)] = one.rows
+        points = np.array(self.points).reshape(-1, 3)
+        return Mesh(
+            points,
+            {kind: np.array(rows, np.int64) for kind, rows in self.cells.items()},
+            {name: {kind: np.array(rows) for kind, rows in by.items()} for name, by in groups.items()},
+            {name: np.array(rows, np.int64) for name, rows in self.point_groups.items()},
+        )
+
+    def members(self) -> list[Member]:
+        """The members, in the order of their first cells."""
+        return [Member(self._group(g), g.family, g.section, g.material, g.options) for g in self._members.values()]
+
+    def families(self) -> set[str]:
+        """Names of the families that are used."""
+        return {one.family for one in self._members.values()}
+
+    def _group(self, one: _Gathered) -> str:
+        """The group of a member: that of its property where it is the only part of it."""
+        name, _, part = one.name.rpartition(" part ")
+        return name if part == "1" and self._names[name] == 1 else one.name
+
+
+def direction_key(v: ArrayLike, digits: int = 9) -> tuple[float, ...]:
+    """A direction as a key: directions that differ by rounding are one."""
+    return tuple(float(value) + 0.0 for value in np.round(np.asarray(v, float), digits))
+
+
+def total_units(units: Units) -> str:
+    """How a set of units is written in reports."""
+    return f"{units.name} (length {units.length:.6g} m, mass {units.mass:.6g} kg, time {units.time:.6g} s)"

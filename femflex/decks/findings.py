@@ -1,0 +1,91 @@
+"""What the reading of a deck finds besides the model: cards used and not used, notes, and what is wrong, by line."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+
+SHOWN = 20  # problems of a deck that are written out
+
+
+@dataclass(frozen=True)
+class Place:
+    """A line of a file."""
+
+    file: str
+    line: int
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}"
+
+
+@dataclass(frozen=True)
+class UnusedCard:
+    """Cards of one kind that the structure is made without: what is so different, and where the first one stands."""
+
+    card: str
+    count: int
+    consequence: str
+    file: str
+    line: int
+
+    def __str__(self) -> str:
+        return f"{self.count} {self.card}: {self.consequence} (first at {self.file}:{self.line})"
+
+
+class DeckError(ValueError):
+    """A deck that cannot be used; the text holds every problem with its file and line, problems the single ones."""
+
+    def __init__(self, name: str, problems: list[str]) -> None:
+        self.problems = tuple(problems)
+        shown = problems[:SHOWN] + ([f"and {len(problems) - SHOWN} more"] if len(problems) > SHOWN else [])
+        head = (
+            f"{name} cannot be used"
+            if len(problems) == 1
+            else f"{name} cannot be used; it has {len(problems)} problems"
+        )
+        super().__init__("\n".join([f"{head}:", *(f"  {problem}" for problem in shown)]))
+
+
+@dataclass
+class Findings:
+    """Collected while a deck is read."""
+
+    used: Counter[str] = field(default_factory=Counter)
+    notes: list[str] = field(default_factory=list)
+    problems: list[str] = field(default_factory=list)
+    _unused: dict[tuple[str, str], tuple[int, Place]] = field(default_factory=dict)
+
+    def use(self, card: str, count: int = 1) -> None:
+        """Count cards that are used."""
+        self.used[card] += count
+
+    def unused(self, card: str, consequence: str, place: Place, count: int = 1) -> None:
+        """Count cards that are not used, with what that changes in plain words."""
+        before, first = self._unused.get((card, consequence), (0, place))
+        self._unused[card, consequence] = before + count, first
+
+    def problem(self, text: str, place: Place | None = None) -> None:
+        """Something that makes the deck unusable: one sentence."""
+        said = text if place is None else f"{place}: {text}"
+        if said not in self.problems:
+            self.problems.append(said)
+
+    def note(self, text: str) -> None:
+        """Something that was decided in reading and that may matter."""
+        if text not in self.notes:
+            self.notes.append(text)
+
+    @property
+    def left_out(self) -> tuple[UnusedCard, ...]:
+        """The unused cards, by kind and consequence."""
+        return tuple(
+            UnusedCard(card, count, consequence, place.file, place.line)
+            for (card, consequence), (count, place) in sorted(self._unused.items())
+        )
+
+    def check(self, path: Path) -> None:
+        """Raise DeckError with all problems found so far."""
+        if self.problems:
+            raise DeckError(path.name, self.problems)

@@ -1,0 +1,101 @@
+"""A card of bulk data with its fields as numbers and words; a wrong one raises FieldError with the place and value."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from femflex.decks.findings import Place
+
+EXPONENT = re.compile(r"(?<=[0-9.])([+-])(?=\d+$)")
+
+
+class FieldError(ValueError):
+    """A field of a card that cannot be read."""
+
+
+@dataclass(frozen=True, eq=False)
+class Card:
+    """A card by name, with its data fields (the first is field 2 of the card) and its place."""
+
+    name: str
+    fields: list[str]
+    place: Place
+
+    def __str__(self) -> str:
+        return f"{self.name} {self.fields[0]}" if self.fields and self.fields[0] else self.name
+
+    def word(self, k: int, default: str = "") -> str:
+        """Field k as a word in capitals; the default where it is blank."""
+        return (self.fields[k].strip().upper() if k < len(self.fields) else "") or default
+
+    def has(self, k: int) -> bool:
+        """Whether field k is filled."""
+        return self.word(k) != ""
+
+    def integer(self, k: int, default: int | None = None) -> int:
+        """Field k as a whole number; the default where it is blank. Raises FieldError."""
+        word = self.word(k)
+        if not word:
+            if default is None:
+                raise FieldError(f"{self} has nothing in field {k + 2}, where a whole number is needed")
+            return default
+        if not re.fullmatch(r"[+-]?\d+", word):
+            raise FieldError(f"{self} has {word!r} in field {k + 2}, where a whole number is needed")
+        return int(word)
+
+    def real(self, k: int, default: float | None = None) -> float:
+        """Field k as a number, in any of Nastran's ways (1.5-3, 2.D+4); the default where blank. Raises FieldError."""
+        word = self.word(k)
+        if not word:
+            if default is None:
+                raise FieldError(f"{self} has nothing in field {k + 2}, where a number is needed")
+            return default
+        text = (
+            EXPONENT.sub(r"E\1", word.replace("D", "E"))
+            if "E" not in word.replace("D", "E")
+            else word.replace("D", "E")
+        )
+        try:
+            return float(text)
+        except ValueError:
+            raise FieldError(f"{self} has {word!r} in field {k + 2}, where a number is needed") from None
+
+    def reals(self, start: int, count: int) -> list[float]:
+        """Fields start to start + count - 1 as numbers, blank ones zero."""
+        return [self.real(k, 0.0) for k in range(start, start + count)]
+
+    def is_integer(self, k: int) -> bool:
+        """Whether field k is a whole number."""
+        return re.fullmatch(r"[+-]?\d+", self.word(k)) is not None
+
+    def components(self, k: int, default: str = "") -> tuple[int, ...]:
+        """Field k as components 1 to 6, such as 12346; 0 and blank name none. Raises FieldError."""
+        word = self.word(k, default)
+        if not re.fullmatch(r"[0-6]*", word):
+            raise FieldError(f"{self} has {word!r} in field {k + 2}, where components 1 to 6 are needed")
+        return tuple(sorted({int(c) for c in word if c != "0"}))
+
+    def rest(self, start: int) -> list[str]:
+        """The filled fields from `start` on, in capitals."""
+        return [word.strip().upper() for word in self.fields[start:] if word.strip()]
+
+
+def numbers_of(card: Card, start: int) -> list[int]:
+    """The whole numbers listed from a field on, with THRU and BY. Raises FieldError."""
+    words, found, k = card.rest(start), list[int](), 0
+    while k < len(words):
+        if words[k] == "THRU":
+            if not found or k + 1 >= len(words) or not words[k + 1].lstrip("+-").isdigit():
+                raise FieldError(f"{card} has THRU without a number on both sides")
+            last, step = int(words[k + 1]), 1
+            k += 2
+            if k + 1 < len(words) and words[k] == "BY":
+                step, k = int(words[k + 1]), k + 2
+            found += range(found[-1] + step, last + 1, step)
+            continue
+        if not re.fullmatch(r"[+-]?\d+", words[k]):
+            raise FieldError(f"{card} has {words[k]!r} in a list of whole numbers")
+        found.append(int(words[k]))
+        k += 1
+    return found

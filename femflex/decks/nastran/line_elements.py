@@ -1,0 +1,293 @@
+"""Bars and rods: CBAR, CBEAM, CROD, CONROD, CTUBE with their orientation, offsets and pin flags."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.decks.builder import direction_key
+from femflex.decks.nastran.bar_properties import BarProperty, principal
+from femflex.decks.nastran.card import Card
+from femflex.decks.nastran.model import WORDS, NastranModel
+from femflex.fem import Rigid
+from femflex.fem.sections.library import CableSection, StiffnessSection
+
+Array = NDArray[np.float64]
+
+LIGHT = 1e-18  # [s^2/m^2] mass per length over EA of bars without mass, which stand in for none
+WEAK = 1e-9  # of a bar's other stiffness: that which stands in for none
+
+
+@dataclass(frozen=True)
+class Rod:
+    """A property of rods: EA [N], GJ [N m^2], mass per length [kg/m]."""
+
+    EA: float
+    GJ: float
+    mass: float
+
+
+def read_line_elements(model: NastranModel) -> None:
+    """Add the bars and rods of a deck to the model."""
+    bulk = model.bulk
+    for name in ("CBAR", "CBEAM"):
+        bulk.trying(lambda card: _bar(model, card), name)
+    rods = _rods(model)
+    for name in ("CROD", "CTUBE"):
+        bulk.trying(lambda card: _rod(model, card, rods), name)
+    bulk.trying(lambda card: _conrod(model, card), "CONROD")
+
+
+def _bar(model: NastranModel, card: Card) -> None:
+    number, pid = card.integer(0), card.integer(1, card.integer(0))
+    ends = [card.integer(2), card.integer(3)]
+    if not model.grids.require(ends, card):
+        return
+    made = model.bars(pid)
+    if made is None:
+        return
+    default = model.bars.default if card.name == "CBAR" else None
+    axes = model.grids.axes(ends[0])
+    word = card.word(7)
+    frames = word if word.isalpha() and len(word) == 3 else "GGG"
+    if model.bulk.raw.by_gmsh and card.is_integer(4) and not card.has(5):
+        default, v = None, None
+    else:
+        v = _orientation(model, card, ends[0], axes, default, frames)
+    points = [model.grids[g].position for g in ends]
+    offsets = [np.array(card.reals(k, 3)) * model.bulk.units.length for k in (10, 13)]
+    if frames[0] not in "GB" or set(frames[1:]) - set("GOE"):
+        raise ValueError(f"{card} has offset codes {frames!r}, which are not understood; use GGG or BGG")
+    span = points[1] - points[0]
+    for k in (0, 1):
+        if not offsets[k].any():
+            continue
+        if frames[k + 1] == "G":
+            points[k] = points[k] + offsets[k] @ model.grids.axes(ends[k])
+        else:
+            points[k] = points[k] + offsets[k] @ _frame(span, v, card)
+    x = points[1] - points[0]
+    length = float(np.linalg.norm(x))
+    if length <= 1e-9 * max(1.0, float(np.abs(points[0]).max())) * 1e-3:
+        raise ValueError(f"{card} has no length")
+    frame = _frame(x, v, card)
+    alpha, _ = principal(made.stations[0])
+    y = frame[1] if alpha == 0 else math.cos(alpha) * frame[1] + math.sin(alpha) * frame[2]
+    # elements of one orientation vector are one member; the vector across each serves where axes are turned
+    shared = alpha == 0 and v is not None
+    orientation = v / np.linalg.norm(v) if shared and v is not None else y
+    rows = [_end(model, ends[k], points[k], f"{card.name.lower()}_{number} end {'AB'[k]}") for k in (0, 1)]
+    pins = [tuple(c for c in card.components(k)) for k in (8, 9)]
+    if alpha and any(set(p) & {2, 3} in ({2}, {3}) or set(p) & {5, 6} in ({5}, {6}) for p in pins):
+        raise ValueError(f"{card} has pin flags for one plane alone and a section with I12; give principal axes")
+    varies = any(s != made.stations[0] for s in made.stations)
+    key = ("bar", pid, direction_key(orientation), number if varies or any(pins) else None)
+    section = _section(model, made, length)
+    options = {"orientation": tuple(float(c) for c in orientation), **_options(model, made, card)}
+    if any(pins):
+        nodes = [row for row, pin in zip(rows, pins, strict=True) if pin]
+        same = len({pin for pin in pins if pin}) == 1
+        if len(nodes) == 2 and not same:
+            middle = model.build.point((points[0] + points[1]) / 2)
+            for k, pair in ((0, (rows[0], middle)), (1, (middle, rows[1]))):
+                _add_bar(model, card, pid, pair, (*key, k), section, options, pins[k], [rows[k]])
+            _mark(model, ends)
+            return
+        _add_bar(model, card, pid, tuple(rows), key, section, options, next(p for p in pins if p), nodes)
+    else:
+        _add_bar(model, card, pid, tuple(rows), key, section, options, (), [])
+    _mark(model, ends)
+
+
+def _mark(model: NastranModel, grids: list[int]) -> None:
+    model.moving.update(grids)
+    model.turning.update(grids)
+
+
+def _add_bar(
+    model: NastranModel, card: Card, pid: int, rows: tuple[int, ...], key: object, section: StiffnessSection,
+    options: dict[str, object], pins: tuple[int, ...], at: list[int],
+) -> None:  # fmt: skip
+    if pins:
+        name = f"{card.name.lower()}_{card.integer(0)} pins {'-'.join(map(str, at))}"
+        model.build.point_groups[name] = list(at)
+        options = {**options, "release": tuple(WORDS[c - 1] for c in pins), "release_at": name}
+    model.build.cell(
+        "line", rows, key, f"pid_{pid}", "beam", section, None, options, model.bulk.names_of(pid), card.integer(0)
+    )
+
+
+def _orientation(model: NastranModel, card: Card, first: int, axes: Array, default: Card | None, frames: str) -> Array:
+    """The orientation vector in basic components, to a grid or as given. Raises ValueError where there is none."""
+    own = default if default is not None and not any(card.has(k) for k in (4, 5, 6)) else card
+    if own.is_integer(4) and not own.has(5) and not own.has(6):
+        grid = own.integer(4)
+        if grid not in model.grids:
+            raise ValueError(f"{card} is oriented by grid point {grid}, which no GRID card defines")
+        return model.grids[grid].position - model.grids[first].position
+    v = np.array(own.reals(4, 3))
+    if not v.any():
+        raise ValueError(f"{card} has no orientation vector; give X1, X2, X3 or G0")
+    return np.asarray(v @ axes if frames[0] == "G" else v)
+
+
+def _frame(x: Array, v: Array | None, card: Card) -> Array:
+    """Axes x, y, z of an element as rows. Raises ValueError where v lies along the element."""
+    x = x / np.linalg.norm(x)
+    if v is None:
+        v = np.array([0.0, 0, 1.0]) if abs(x[2]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    y = v - (v @ x) * x
+    if np.linalg.norm(y) <= 1e-6 * np.linalg.norm(v):
+        raise ValueError(f"{card} has its orientation vector along its axis; give one across it")
+    y = y / np.linalg.norm(y)
+    return np.stack([x, y, np.cross(x, y)])
+
+
+def _end(model: NastranModel, grid: int, point: Array, name: str) -> int:
+    """The point of an end: the grid's, or one that moves with it rigidly."""
+    own = model.row(grid)
+    if not np.any(point != model.grids[grid].position):
+        return own
+    row = model.build.point(point)
+    model.build.point_group(row, name)
+    model.connections.append(Rigid(name, model.group(grid)))
+    return row
+
+
+def _section(model: NastranModel, made: BarProperty, length: float) -> StiffnessSection:
+    """The section of a bar over its length; values that are zero stand in as very small ones."""
+    stations = [principal(s)[1] for s in made.stations]
+    # Nastran's own: A at the middle of the element counts where it varies linearly
+    values = {
+        "EA": [made.E * s.A for s in stations],
+        "EIz": [made.E * s.I1 for s in stations],
+        "EIy": [made.E * s.I2 for s in stations],
+        "GJ": [made.G * s.J for s in stations],
+        "mass_per_length": [made.density * s.A + s.nsm for s in stations],
+    }
+    largest = {name: max(v) for name, v in values.items()}
+    scale = {
+        "EA": largest["EIz"] / length**2,
+        "EIz": max(largest["EIy"], largest["GJ"], WEAK * largest["EA"] * length**2),
+        "EIy": max(largest["EIz"], largest["GJ"], WEAK * largest["EA"] * length**2),
+        "GJ": max(largest["EIz"], largest["EIy"], WEAK * largest["EA"] * length**2),
+    }
+    for name, other in scale.items():
+        if not largest[name] > 0:
+            zero = {"EA": "A", "EIz": "I1", "EIy": "I2", "GJ": "J or G"}[name]
+            model.bulk.found.note(
+                f"{made.card} has {zero} = 0: {WEAK:.0e} of its other stiffness stands in; what nothing else resists "
+                "must be held"
+            )
+            values[name] = [max(WEAK * other, 1e-30)] * len(stations)
+        else:
+            values[name] = [max(v, WEAK * largest[name]) for v in values[name]]
+    light = LIGHT * max(values["EA"])
+    massless = not largest["mass_per_length"] > 0
+    values["mass_per_length"] = [max(m, light) for m in values["mass_per_length"]]
+    for name, at in (("ry", "I2"), ("rz", "I1")):
+        values[name] = [
+            math.sqrt(max((made.density * getattr(s, at) + s.nsi / 2) / m, 1e-24)) if not massless else 1e-9
+            for s, m in zip(stations, values["mass_per_length"], strict=True)
+        ]
+    if made.K1 > 0 and made.K2 > 0 and made.G > 0:
+        values["GAy"] = [max(made.K1 * made.G * s.A, WEAK * largest["EA"]) for s in stations]
+        values["GAz"] = [max(made.K2 * made.G * s.A, WEAK * largest["EA"]) for s in stations]
+    given = {}
+    for name, v in values.items():
+        given[name] = v[0] if all(value == v[0] for value in v) else ([x * length for x in made.at], v)
+    return StiffnessSection(**given)  # type: ignore[arg-type]
+
+
+def _options(model: NastranModel, made: BarProperty, card: Card) -> dict[str, object]:
+    """Options of the beam family: shear, and the places of centroid, shear and mass centre of PBEAM."""
+    shears = made.K1 > 0 and made.K2 > 0 and made.G > 0
+    if (made.K1 > 0) != (made.K2 > 0):
+        model.bulk.found.note(f"{made.card} has one of K1 and K2 zero: its sections do not shear")
+    far = 1e9  # m; whether sections shear is the deck's choice
+    found: dict[str, object] = {"shear": shears, "extent": far}
+    if any(made.centroid) or any(made.mass):
+        one = made.stations[0]
+        own, more = made.density * one.A, one.nsm
+        N, M = np.array(made.centroid), np.array(made.mass)
+        centre = (own * N + more * M) / (own + more) - N if own + more > 0 else np.zeros(2)
+        found["offset"] = made.centroid
+        if shears:
+            found["shear_centre"] = tuple(float(-c) for c in N)
+        elif N.any():
+            raise ValueError(f"{made.card} has its neutral axis off its shear centre and no shear; give K1 and K2")
+        if centre.any():
+            found["mass_centre"] = tuple(float(c) for c in centre)
+    return found
+
+
+def _rods(model: NastranModel) -> dict[int, Rod | None]:
+    """Properties of rods by number: PROD and PTUBE."""
+    bulk, u = model.bulk, model.bulk.units
+    known: dict[int, Rod | None] = {}
+    per_length = u.mass / u.length * bulk.wtmass
+
+    def add(card: Card) -> None:
+        number = card.integer(0)
+        known.setdefault(number, None)
+        E, G, rho = model.materials(card.integer(1)).bar()
+        if card.name == "PROD":
+            A, J, nsm = card.real(2) * u.length**2, card.real(3, 0.0) * u.length**4, card.real(5, 0.0)
+        else:
+            outer = card.real(2) * u.length / 2
+            inner = outer - card.real(3, outer / u.length) * u.length
+            if inner < -1e-12 * outer or inner >= outer:
+                raise ValueError(f"{card} has a wall that is thicker than half its diameter, or none")
+            A, J, nsm = math.pi * (outer**2 - inner**2), math.pi / 2 * (outer**4 - inner**4), card.real(4, 0.0)
+        values = {"A": A, "J": J, "nonstructural_mass": nsm * per_length}
+        v = bulk.override([f"pid_{number}", *bulk.names_of(number)], values, str(card))
+        if v["A"] < 0 or rho * v["A"] + v["nonstructural_mass"] < 0:
+            raise ValueError(f"{card} has an area or a mass per length below zero; correct it")
+        known[number] = Rod(E * v["A"], G * v["J"], rho * v["A"] + v["nonstructural_mass"])
+
+    bulk.trying(add, "PROD")
+    bulk.trying(add, "PTUBE")
+    return known
+
+
+def _rod(model: NastranModel, card: Card, rods: dict[int, Rod | None]) -> None:
+    pid = card.integer(1, card.integer(0))
+    if pid not in rods:
+        raise ValueError(f"{card} names property {pid}, which is not in the deck; of rods it has {sorted(rods)[:12]}")
+    rod = rods[pid]
+    if rod is not None:
+        _add_rod(model, card, [card.integer(2), card.integer(3)], rod, f"pid_{pid}", ("rod", pid))
+
+
+def _conrod(model: NastranModel, card: Card) -> None:
+    u, bulk = model.bulk.units, model.bulk
+    E, G, rho = model.materials(card.integer(3)).bar()
+    A, J = card.real(4, 0.0) * u.length**2, card.real(5, 0.0) * u.length**4
+    rod = Rod(E * A, G * J, rho * A + card.real(7, 0.0) * u.mass / u.length * bulk.wtmass)
+    key = ("conrod", card.integer(3), A, J, rod.mass)
+    _add_rod(model, card, [card.integer(1), card.integer(2)], rod, "conrods", key)
+
+
+def _add_rod(model: NastranModel, card: Card, ends: list[int], rod: Rod, name: str, key: object) -> None:
+    if not model.grids.require(ends, card):
+        return
+    a, b = (model.grids[g].position for g in ends)
+    length = float(np.linalg.norm(b - a))
+    if not length > 0:
+        raise ValueError(f"{card} has no length")
+    if rod.GJ > 0:
+        model.twisting.append((ends[0], ends[1], rod.GJ / length, card))
+    if not rod.EA > 0:
+        if not rod.GJ > 0:
+            raise ValueError(f"{card} has neither area nor torsion constant; give one")
+        return
+    section = CableSection(rod.EA, max(rod.mass, LIGHT * rod.EA))
+    rows = [model.row(g) for g in ends]
+    model.build.cell(
+        "line", rows, key, name, "rod", section, None, {}, model.bulk.names_of(int(name[4:] or 0))
+        if name.startswith("pid_") else (), card.integer(0),
+    )  # fmt: skip
+    model.moving.update(ends)

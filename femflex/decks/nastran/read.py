@@ -1,0 +1,105 @@
+"""The way from a Nastran deck to the neutral Deck."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from pathlib import Path
+
+from femflex.decks.deck import Deck
+from femflex.decks.nastran.bar_properties import BarProperties
+from femflex.decks.nastran.bulk import bulk_of
+from femflex.decks.nastran.grids import Grids
+from femflex.decks.nastran.line_elements import read_line_elements
+from femflex.decks.nastran.masses import finish_masses, read_masses
+from femflex.decks.nastran.materials import Materials
+from femflex.decks.nastran.model import NastranModel
+from femflex.decks.nastran.rigid_elements import read_rigid_elements
+from femflex.decks.nastran.sets import read_sets
+from femflex.decks.nastran.shell_elements import read_shell_elements
+from femflex.decks.nastran.solid_elements import read_solid_elements
+from femflex.decks.nastran.springs import finish_springs, read_springs
+from femflex.decks.nastran.supports import read_supports
+from femflex.decks.nastran.systems import Systems
+from femflex.decks.nastran.unused import report_unused
+from femflex.decks.register import Overrides
+from femflex.decks.units import Units
+from femflex.fem import Member
+from femflex.mesh.nastran_cards import read_deck as read_cards
+from femflex.mesh.upright import upright
+
+PARTS = re.compile(r"BEGIN\s*(SUPER|BULK\s+SUPER|ARBMODEL|AUXMODEL)")
+
+
+def read(path: Path, units: Units, overrides: Overrides) -> Deck:
+    """The Deck of a Nastran file. Raises DeckError with all its problems."""
+    raw = read_cards(path)
+    bulk = bulk_of(raw, units, overrides)
+    if not bulk.cards.get("GRID"):
+        bulk.found.problem(f"{path.name} has no GRID cards; it is no Nastran deck with a structure")
+        bulk.found.check(path)
+    for name, cards in bulk.cards.items():
+        if name == "BEGIN" or PARTS.match(name):
+            bulk.found.problem(
+                f"{' '.join([name, *cards[0].fields[:2]]).strip()}: superelements in parts are not read; write the "
+                "model as one", cards[0].place,
+            )  # fmt: skip
+    systems = Systems(bulk)
+    materials = Materials(bulk)
+    model = NastranModel(bulk, systems, Grids(bulk, systems), materials, BarProperties(bulk, materials))
+    read_line_elements(model)
+    read_shell_elements(model)
+    read_solid_elements(model)
+    read_rigid_elements(model)
+    read_masses(model)
+    read_springs(model)
+    _lone_grids(model)
+    finish_springs(model)
+    finish_masses(model, 0.0)
+    supports, default = read_supports(model)
+    read_sets(model)
+    report_unused(bulk)
+    _unknown_overrides(model)
+    if not model.build.cells and not model.moving and not bulk.found.problems:
+        bulk.found.problem(f"{path.name} has no elements, masses or springs; there is no structure to make")
+    bulk.found.check(path)
+    mesh = model.build.mesh()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        mesh = upright(mesh, path.name) if mesh.cells else mesh
+    deck = Deck(
+        path.name, "Nastran", mesh, (*model.build.members(), *_node_members(model)), tuple(model.point_masses),
+        tuple(model.connections), tuple(model.bushings), supports, default, dict(model.build.row_of), units,
+        dict(sorted(bulk.found.used.items())), bulk.found.left_out, tuple(bulk.found.notes),
+    )  # fmt: skip
+    asked = bulk.parameters.get("AUTOSPC")
+    return deck if asked is not None and asked.word(1) == "NO" else deck.with_unresisted_held()
+
+
+def _lone_grids(model: NastranModel) -> None:
+    """Give dofs to grids that masses, springs and constraints alone act on."""
+    lone = sorted(model.wanted - model.moving)
+    for turns in (False, True):
+        own = [g for g in lone if (g in model.wanted_turning) == turns]
+        if own:
+            model.build.point_groups["lone nodes" + (" that turn" if turns else "")] = [model.row(g) for g in own]
+            model.turning.update(own if turns else [])
+    model.moving.update(lone)
+
+
+def _node_members(model: NastranModel) -> list[Member]:
+    names = {"lone nodes": False, "lone nodes that turn": True}
+    return [
+        Member(name, "nodes", options={"rotations": turns})
+        for name, turns in names.items()
+        if name in model.build.point_groups
+    ]
+
+
+def _unknown_overrides(model: NastranModel) -> None:
+    for name in model.bulk.overrides:
+        if name not in model.bulk.taken:
+            model.bulk.found.problem(
+                f"override of {name!r}: the deck has no such property or material; they are named pid_3 and mat_1, or "
+                "as the deck's comments name them"
+            )

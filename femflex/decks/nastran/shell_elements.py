@@ -1,0 +1,144 @@
+"""Shells: CQUAD4, CQUADR, CQUAD8, CTRIA3, CTRIAR, CTRIA6 and CSHEAR with thickness, offset and material axes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.decks.builder import direction_key
+from femflex.decks.nastran.card import Card
+from femflex.decks.nastran.middle_nodes import with_middles
+from femflex.decks.nastran.model import NastranModel
+from femflex.decks.nastran.shell_properties import ShellProperties, ShellProperty
+
+Array = NDArray[np.float64]
+
+MANY_TRIANGLES = 0.2  # of a property's elements, above which its triangles are facets with a quadratic field
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A shell element: corners, whether it may have middle nodes, and the fields (from 0) of its values."""
+
+    corners: int
+    middles: bool
+    theta: int
+    offset: int
+    thickness: tuple[int, ...]
+
+
+KINDS = {
+    "CQUAD4": Kind(4, False, 6, 7, (10, 11, 12, 13)),
+    "CQUADR": Kind(4, False, 6, 7, (10, 11, 12, 13)),
+    "CTRIA3": Kind(3, False, 5, 6, (10, 11, 12)),
+    "CTRIAR": Kind(3, False, 5, 6, (10, 11, 12)),
+    "CQUAD8": Kind(4, True, 14, 15, (10, 11, 12, 13)),
+    "CTRIA6": Kind(3, True, 8, 9, (10, 11, 12)),
+    "CSHEAR": Kind(4, False, -1, -1, ()),
+}
+CELLS = {(4, False): "quad", (4, True): "quad8", (3, False): "triangle", (3, True): "triangle6"}
+
+
+def read_shell_elements(model: NastranModel) -> None:
+    """Add the shells of a deck to the model."""
+    bulk = model.bulk
+    properties = ShellProperties(bulk, model.materials)
+    counts: dict[int, list[int]] = {}
+    for name, kind in KINDS.items():
+        for card in bulk.each(name, use=False):
+            if card.is_integer(1):
+                counts.setdefault(card.integer(1), [0, 0])[kind.corners == 3 and not kind.middles] += 1
+    facets = {pid for pid, (others, triangles) in counts.items() if triangles > MANY_TRIANGLES * (others + triangles)}
+    for name, kind in KINDS.items():
+        bulk.trying(lambda card, kind=kind: _shell(model, card, kind, properties, facets), name)  # type: ignore[misc]
+
+
+def _shell(model: NastranModel, card: Card, kind: Kind, properties: ShellProperties, facets: set[int]) -> None:
+    number, pid = card.integer(0), card.integer(1, card.integer(0))
+    corners = [card.integer(2 + k) for k in range(kind.corners)]
+    middles = [card.integer(2 + kind.corners + k, 0) for k in range(kind.corners)] if kind.middles else []
+    if len(set(corners)) < len(corners):
+        raise ValueError(f"{card} names a grid point twice; its corners must differ")
+    if not model.grids.require(corners + [g for g in middles if g], card):
+        return
+    made = properties(pid)
+    if made is None:
+        return
+    x = np.array([model.grids[g].position for g in corners])
+    normal = _normal(x, card)
+    thickness = _thickness(model, card, kind, made)
+    section = made.of(thickness)
+    axis = None if made.isotropic else _axis(model, card, kind, x, normal)
+    offset = card.real(kind.offset, 0.0) * model.bulk.units.length if kind.offset >= 0 else 0.0
+    rows = [model.row(g) for g in corners]
+    second = any(middles)
+    if second:
+        rows += with_middles(model, corners, middles, card)
+    cell = CELLS[kind.corners, second]
+    family = "plate" if pid in facets and cell == "triangle" and not section.coupled and not offset else "shell"
+    options: dict[str, object] = {}
+    if axis is not None:
+        options["axis"] = tuple(float(c) for c in axis)
+    elif abs(normal[0]) > 0.999:  # the default axis would stand on the surface
+        options["axis"] = (0.0, 1.0, 0.0)
+    if offset:
+        options["offset"] = offset
+    key = ("shell", family, pid, thickness, offset, direction_key(options["axis"], 6) if "axis" in options else None)  # type: ignore[arg-type]
+    model.build.cell(cell, rows, key, f"pid_{pid}", family, section, None, options, model.bulk.names_of(pid), number)
+    grids = corners + [g for g in middles if g]
+    model.moving.update(grids)
+    model.turning.update(grids)
+
+
+def _normal(x: Array, card: Card) -> Array:
+    normal = np.cross(x[2] - x[0], x[-1] - x[1]) if len(x) == 4 else np.cross(x[1] - x[0], x[2] - x[0])
+    size = np.linalg.norm(normal)
+    if not size > 1e-12 * float(np.linalg.norm(np.ptp(x, axis=0))) ** 2:
+        raise ValueError(f"{card} has no area")
+    return np.asarray(normal / size)
+
+
+def _thickness(model: NastranModel, card: Card, kind: Kind, made: ShellProperty) -> float | None:
+    """Thickness of the element [m] where it has its own: the mean of those at its corners."""
+    flag = kind.thickness[0] - 1 if kind.thickness and not kind.middles else -1
+    relative = flag >= 0 and card.is_integer(flag) and card.integer(flag) == 1
+    given = [card.real(k, 0.0) for k in kind.thickness]
+    if not any(given):
+        return None
+    if made.scaled is None:
+        model.bulk.found.unused(
+            f"{card.name} T1 to T{kind.corners}", "thickness at corners of laminates is left out; the plies' hold",
+            card.place,
+        )  # fmt: skip
+        return None
+    unit = made.thickness if relative else model.bulk.units.length
+    each = [t * unit if t else made.thickness for t in given]
+    if max(each) - min(each) > 1e-6 * max(each):
+        model.bulk.found.unused(
+            f"{card.name} T1 to T{kind.corners} that differ",
+            "each such element has the mean of its corners' thicknesses all over", card.place,
+        )  # fmt: skip
+    return float(np.mean(each))
+
+
+def _axis(model: NastranModel, card: Card, kind: Kind, x: Array, normal: Array) -> Array:
+    """Direction of the material's axis 1 in basic components: THETA from side 1-2, or a coordinate system's x axis."""
+    if kind.theta >= 0 and card.is_integer(kind.theta) and card.has(kind.theta):
+        system = model.systems(card.integer(kind.theta))
+        axis = system.axes_at(x.mean(axis=0))[0]
+        if np.linalg.norm(np.cross(axis, normal)) < 1e-3:
+            model.bulk.found.unused(
+                f"{card.name} MCID", "the x axis of the material system stands on the element; its y axis is used",
+                card.place,
+            )  # fmt: skip
+            axis = system.axes_at(x.mean(axis=0))[1]
+        flat = axis - (axis @ normal) * normal
+        return axis if system.kind == "R" else np.asarray(flat / np.linalg.norm(flat))
+    angle = math.radians(card.real(kind.theta, 0.0)) if kind.theta >= 0 else 0.0
+    side = x[1] - x[0]
+    side = side - (side @ normal) * normal
+    side = side / np.linalg.norm(side)
+    return np.asarray(math.cos(angle) * side + math.sin(angle) * np.cross(normal, side))

@@ -1,0 +1,207 @@
+"""Properties of shells: PSHELL, PCOMP, PCOMPG and PSHEAR as plate sections."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.decks.nastran.bulk import Bulk
+from femflex.decks.nastran.card import Card
+from femflex.decks.nastran.materials import Materials
+from femflex.fem.sections.laminates import PlateSection, Ply, layup
+
+Array = NDArray[np.float64]
+
+NONE = 1e-12  # of the stiffness of a plain sheet: what stands in for bending or stretch that a property leaves out
+RIGID = 1e4  # times the shear stiffness of a plain sheet: what a property without MID3 has
+
+
+@dataclass(frozen=True, eq=False)
+class ShellProperty:
+    """A property of shells: its section, made for a thickness of the element where that has one of its own.
+
+    section    of the property's own thickness
+    isotropic  whether the direction of its axes does not matter
+    bends      whether it has bending stiffness
+    """
+
+    number: int
+    card: Card
+    thickness: float
+    section: PlateSection
+    isotropic: bool
+    bends: bool = True
+    scaled: object = None
+
+    def of(self, thickness: float | None) -> PlateSection:
+        """The section, of another thickness [m] where given."""
+        if thickness is None or math.isclose(thickness, self.thickness, rel_tol=1e-9):
+            return self.section
+        if self.scaled is None:
+            return self.section
+        return self.scaled(thickness)  # type: ignore[operator]
+
+
+class ShellProperties:
+    """The properties of shells of a deck by number."""
+
+    def __init__(self, bulk: Bulk, materials: Materials) -> None:
+        self._bulk, self._materials = bulk, materials
+        self._known: dict[int, ShellProperty | None] = {}
+        reads = (("PSHELL", self._pshell), ("PCOMP", self._pcomp), ("PCOMPG", self._pcompg), ("PSHEAR", self._pshear))
+        for name, read in reads:
+            bulk.trying(lambda card, read=read: self._add(card, read), name)  # type: ignore[misc]
+
+    def _add(self, card: Card, read: object) -> None:
+        number = card.integer(0)
+        first = self._known.get(number)
+        if first is not None:
+            if first.card.fields != card.fields:
+                raise ValueError(f"{card} gives property {number} again, which stands at {first.card.place} already")
+            return
+        self._known[number] = None
+        self._known[number] = read(card)  # type: ignore[operator]
+
+    def __call__(self, number: int) -> ShellProperty | None:
+        """The property of a number; None where something is wrong with it. Raises ValueError where there is none."""
+        if number not in self._known:
+            known = ", ".join(map(str, sorted(self._known)[:12])) or "none"
+            raise ValueError(f"names property {number}, which is not in the deck; of shells it has {known}")
+        return self._known[number]
+
+    def _area_mass(self) -> float:
+        return self._bulk.units.mass / self._bulk.units.length**2 * self._bulk.wtmass
+
+    def _names(self, number: int) -> list[str]:
+        return [f"pid_{number}", *self._bulk.names_of(number)]
+
+    def _pshell(self, card: Card) -> ShellProperty:
+        number, u = card.integer(0), self._bulk.units
+        mids = [card.integer(k, 0) for k in (1, 3, 5, 10)]
+        for k in (0, 1, 2):
+            if mids[k] == -1:
+                raise ValueError(f"{card} asks for plane strain (MID2 = -1), which shells here do not have")
+        values = {
+            "thickness": card.real(2, 0.0) * u.length,
+            "bending_ratio": card.real(4, 1.0),
+            "shear_ratio": card.real(6, 5 / 6),
+            "nonstructural_mass": card.real(7, 0.0) * self._area_mass(),
+        }
+        v = self._bulk.override(self._names(number), values, str(card))
+        if not v["thickness"] > 0 and card.has(2):
+            raise ValueError(f"{card} has thickness {v['thickness']:.6g} m; it must be positive")
+        if mids[3]:
+            self._bulk.found.unused(
+                "PSHELL MID4", "coupling of membrane and bending is left out; the shell does not warp", card.place
+            )
+        if not mids[0] and not mids[1]:
+            raise ValueError(f"{card} names no material for membrane or bending")
+        if v["thickness"] <= 0:  # every element brings its own
+            v["thickness"] = 1e-3
+        membrane, bending, shear = (self._materials(mid) if mid else None for mid in mids[:3])
+        base = membrane or bending
+        assert base is not None
+        rho = base.density
+
+        def section(t: float) -> PlateSection:
+            Qm = membrane.plane_stress() if membrane else NONE * base.plane_stress()
+            Qb = bending.plane_stress() if bending else base.plane_stress()
+            D = Qb * t**3 / 12 * (v["bending_ratio"] if bending else NONE)
+            plain = 5 / 6 * t * float(np.abs(Qb[:2, :2]).max())
+            S = shear.shear() * v["shear_ratio"] * t if shear and bending else RIGID * plain * np.eye(2)
+            if not bending:
+                S = NONE * plain * np.eye(2)
+            mass = rho * t + v["nonstructural_mass"]
+            return PlateSection(t, mass, rho * t**3 / 12 if bending else 0.0, _regular(Qm * t), _regular(D), S)
+
+        if rho * v["thickness"] + v["nonstructural_mass"] < 0:
+            raise ValueError(f"{card} has a mass per area below zero; correct the density or the nonstructural mass")
+        isotropic = all(one is None or one.kind == 1 for one in (membrane, bending, shear))
+        if not bending:
+            self._bulk.found.note(f"{card} has no bending material (MID2): its elements are membranes without bending")
+        return ShellProperty(
+            number, card, v["thickness"], section(v["thickness"]), isotropic, bending is not None, section
+        )
+
+    def _pcomp(self, card: Card) -> ShellProperty:
+        plies: list[tuple[int, float, float]] = []
+        for k in range(8, len(card.fields), 4):
+            if not any(card.has(i) for i in range(k, k + 4)):
+                continue
+            before = plies[-1] if plies else (0, 0.0, 0.0)
+            mid = card.integer(k, before[0])
+            plies.append((mid, card.real(k + 1, before[1]), card.real(k + 2, 0.0)))
+        return self._laminate(card, plies, card.word(7))
+
+    def _pcompg(self, card: Card) -> ShellProperty:
+        plies = [
+            (card.integer(k + 1), card.real(k + 2), card.real(k + 3, 0.0))
+            for k in range(8, len(card.fields), 8)
+            if card.has(k)
+        ]
+        return self._laminate(card, plies, card.word(7))
+
+    def _laminate(self, card: Card, plies: list[tuple[int, float, float]], lam: str) -> ShellProperty:
+        number, length = card.integer(0), self._bulk.units.length
+        if not plies:
+            raise ValueError(f"{card} has no plies")
+        if lam in ("SYM",):
+            plies = plies + plies[::-1]
+        elif lam:
+            meaning = {"MEM": "membrane alone", "BEND": "bending alone", "SMEAR": "plies smeared", "SMCORE": "a core"}
+            self._bulk.found.unused(
+                f"{card.name} LAM={lam}",
+                f"the plies are stacked as given instead ({meaning.get(lam, 'unknown')} is meant)",
+                card.place,
+            )
+        values = {
+            "nonstructural_mass": card.real(2, 0.0) * self._area_mass(),
+            **{f"thickness_{k + 1}": t * length for k, (_, t, _) in enumerate(plies)},
+        }
+        v = self._bulk.override(self._names(number), values, str(card))
+        stack = []
+        for k, (mid, _, angle) in enumerate(plies):
+            t = v[f"thickness_{k + 1}"]
+            if not t > 0:
+                raise ValueError(f"{card} has thickness {t:.6g} m in ply {k + 1}; it must be positive")
+            stack.append(Ply(self._materials(mid).lamina(), t, float(np.radians(angle))))
+        section = layup(stack, coupled=True)
+        if v["nonstructural_mass"]:
+            section = section.loaded(v["nonstructural_mass"])
+        z0 = card.real(1) * length if card.has(1) else -section.thickness / 2
+        shift = z0 + section.thickness / 2
+        if abs(shift) > 1e-9 * section.thickness:
+            section = section.shifted(shift)
+        isotropic = all(self._materials(mid).kind == 1 for mid, _, _ in plies)
+        return ShellProperty(number, card, section.thickness, section, isotropic)
+
+    def _pshear(self, card: Card) -> ShellProperty:
+        """A panel that carries shear alone: A = diag(0, 0, G t)."""
+        number = card.integer(0)
+        values = {"thickness": card.real(2) * self._bulk.units.length}
+        t = self._bulk.override(self._names(number), values, str(card))["thickness"]
+        _, G, rho = self._materials(card.integer(1)).bar()
+        if not t > 0 or not G > 0:
+            raise ValueError(f"{card} has thickness {t:.6g} m and G {G:.6g} Pa; both must be positive")
+        if card.real(4, 0.0) or card.real(5, 0.0):
+            self._bulk.found.unused(
+                "PSHEAR F1, F2", "the rods along the edges of shear panels are left out; the panels do not stretch",
+                card.place,
+            )  # fmt: skip
+        A = np.diag([1e-6 * G * t, 1e-6 * G * t, G * t])
+        nsm = card.real(3, 0.0) * self._area_mass()
+        D, S = NONE * G * t**3 / 12 * np.eye(3), NONE * G * t * np.eye(2)
+        section = PlateSection(t, rho * t + nsm, 0.0, A, D, S)
+        return ShellProperty(number, card, t, section, False, False)
+
+
+def _regular(matrix: Array) -> Array:
+    """A matrix made positive where a material leaves a direction without stiffness."""
+    values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
+    least = 1e-9 * values[-1]
+    if values[0] > least:
+        return np.asarray((matrix + matrix.T) / 2)
+    return np.asarray(vectors @ np.diag(np.maximum(values, least)) @ vectors.T)

@@ -1,0 +1,133 @@
+"""Solids: CTETRA, CPYRAM, CPENTA, CHEXA on PSOLID, with the material's coordinate system."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.decks.builder import direction_key
+from femflex.decks.nastran.card import Card
+from femflex.decks.nastran.materials import Elastic
+from femflex.decks.nastran.middle_nodes import with_middles
+from femflex.decks.nastran.model import NastranModel
+from femflex.fem.sections.materials import Material
+
+Array = NDArray[np.float64]
+Edges = Sequence[tuple[int, int]]
+
+TET: Edges = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+PYRAMID: Edges = ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4))
+WEDGE: Edges = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 4), (2, 5), (3, 4), (4, 5), (5, 3))
+BRICK: Edges = (
+    (0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 5), (2, 6), (3, 7), (4, 5), (5, 6), (6, 7), (7, 4)
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A solid: corners, cell of first and second order, edges in Nastran's order, VTK's order of its middle nodes."""
+
+    corners: int
+    first: str
+    second: str
+    edges: Edges
+    order: tuple[int, ...]
+
+
+KINDS = {
+    "CTETRA": Kind(4, "tetra", "tetra10", TET, tuple(range(6))),
+    "CPYRAM": Kind(5, "pyramid", "pyramid13", PYRAMID, tuple(range(8))),
+    "CPYRA": Kind(5, "pyramid", "pyramid13", PYRAMID, tuple(range(8))),
+    "CPENTA": Kind(6, "wedge", "wedge15", WEDGE, (0, 1, 2, 6, 7, 8, 3, 4, 5)),
+    "CHEXA": Kind(8, "hexahedron", "hexahedron20", BRICK, (0, 1, 2, 3, 8, 9, 10, 11, 4, 5, 6, 7)),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A property of solids: its material and the number of the material's coordinate system."""
+
+    card: Card
+    material: Elastic
+    system: int
+
+
+def read_solid_elements(model: NastranModel) -> None:
+    """Add the solids of a deck to the model."""
+    bulk = model.bulk
+    known: dict[int, Solid | None] = {}
+    foreign: dict[int, Card] = {}  # properties that are not understood
+
+    def add(card: Card) -> None:
+        number = card.integer(0)
+        known.setdefault(number, None)
+        if card.word(6) == "PFLUID" or card.integer(1) in fluids:
+            foreign[number] = card
+            known.pop(number)
+            return
+        material = model.materials(card.integer(1))
+        material.solid()
+        known[number] = Solid(card, material, card.integer(2, 0))
+
+    fluids = {card.integer(0) for card in bulk.cards.get("MAT10", ()) if card.is_integer(0)}
+    bulk.trying(add, "PSOLID")
+    for card in bulk.each("PCOMPS", "PCOMPLS", "PLSOLID", use=False):
+        if card.is_integer(0):
+            foreign[card.integer(0)] = card
+    for name, kind in KINDS.items():
+        bulk.trying(lambda card, kind=kind: _solid(model, card, kind, known, foreign), name)  # type: ignore[misc]
+
+
+def _solid(
+    model: NastranModel, card: Card, kind: Kind, known: dict[int, Solid | None], foreign: dict[int, Card]
+) -> None:
+    number, pid = card.integer(0), card.integer(1, card.integer(0))
+    corners = [card.integer(2 + k) for k in range(kind.corners)]
+    middles = [card.integer(2 + kind.corners + k, 0) for k in range(len(kind.edges))]
+    if not model.grids.require(corners + [g for g in middles if g], card):
+        return
+    if pid in foreign and pid not in known:
+        if foreign[pid].name == "PSOLID":
+            model.bulk.found.unused(f"{card.name} of fluids", "the fluid is left out", card.place)
+            return
+        raise ValueError(f"{card} names {foreign[pid]}, which is not understood; give PSOLID instead")
+    if pid not in known:
+        raise ValueError(
+            f"{card} names property {pid}, which is not in the deck; of solids it has {sorted(known)[:12]}"
+        )
+    made = known[pid]
+    if made is None:
+        return
+    rows, second = [model.row(g) for g in corners], any(middles)
+    x = np.array([model.grids[g].position for g in corners])
+    if second:
+        further = with_middles(model, corners, middles, card, kind.edges)
+        rows += [further[k] for k in kind.order]
+    material = made.material.solid()
+    options: dict[str, object] = {}
+    if not isinstance(material, Material) and made.system:
+        options["axes"] = tuple(float(c) for c in _axes(model, made, x, kind).ravel()[:6])
+    key = ("solid", pid, direction_key(options["axes"], 6) if options else None)  # type: ignore[arg-type]
+    model.build.cell(
+        kind.second if second else kind.first, rows, key, f"pid_{pid}", "solid", None, material, options,
+        model.bulk.names_of(pid), number,
+    )  # fmt: skip
+    model.moving.update(corners + [g for g in middles if g])
+
+
+def _axes(model: NastranModel, made: Solid, x: Array, kind: Kind) -> Array:
+    """Axes 1, 2, 3 of the material at an element with corners x (k, 3), as rows."""
+    if made.system > 0:
+        return model.systems(made.system).axes_at(x.mean(axis=0))
+    if kind.corners == 8:  # -1: the element's own; lines through the middles of opposite faces
+        R = x[[1, 2, 5, 6]].mean(axis=0) - x[[0, 3, 4, 7]].mean(axis=0)
+        S = x[[2, 3, 6, 7]].mean(axis=0) - x[[0, 1, 4, 5]].mean(axis=0)
+    else:
+        R, S = x[1] - x[0], x[2] - x[0]
+    first = R / np.linalg.norm(R)
+    third = np.cross(first, S)
+    third /= np.linalg.norm(third)
+    return np.stack([first, np.cross(third, first), third])

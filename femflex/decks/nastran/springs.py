@@ -1,0 +1,160 @@
+"""Springs: CELAS1 to 4 with PELAS, CBUSH with PBUSH, and the torsion of rods."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.decks.nastran.card import Card
+from femflex.decks.nastran.model import NastranModel
+from femflex.fem import Bushing, ScalarSpring
+
+Array = NDArray[np.float64]
+
+
+def read_springs(model: NastranModel) -> None:
+    """Add the springs of a deck to the model."""
+    bulk = model.bulk
+    values: dict[int, float] = {}
+
+    def pelas(card: Card) -> None:
+        for k in (0, 4):
+            if card.has(k):
+                values[card.integer(k)] = card.real(k + 1, 0.0)
+
+    bulk.trying(pelas, "PELAS")
+    for name in ("CELAS1", "CELAS2"):
+        bulk.trying(lambda card: _celas(model, card, values), name, use=False)
+    for name in ("CELAS3", "CELAS4"):
+        for card in bulk.each(name, use=False):
+            bulk.found.unused(name, "springs of scalar points are left out", card.place)
+    _bushes(model)
+
+
+def _celas(model: NastranModel, card: Card, values: dict[int, float]) -> None:
+    if card.name == "CELAS1":
+        pid = card.integer(1, card.integer(0))
+        if pid not in values:
+            raise ValueError(
+                f"{card} names property {pid}, which is not in the deck; of PELAS it has {sorted(values)[:12]}"
+            )
+        k = values[pid]
+    else:
+        k = card.real(1)
+    ends = [(card.integer(i, 0), card.components(i + 1)) for i in (2, 4)]
+    ends = [(g, c) for g, c in ends if g]
+    if any(g in model.grids.scalars for g, _ in ends):
+        model.bulk.found.unused(card.name, "springs to scalar points are left out", card.place)
+        return
+    if not ends or not model.grids.require([g for g, _ in ends], card):
+        return
+    for g, c in ends:
+        if len(c) != 1:
+            raise ValueError(f"{card} has components {c} at grid {g}; a scalar spring has one")
+    if not k:
+        model.bulk.found.unused(card.name, "its stiffness is zero; nothing is left out", card.place)
+        return
+    u = model.bulk.units
+    turns = [c[0] > 3 for _, c in ends]
+    unit = u.moment if all(turns) else u.spring if not any(turns) else u.force
+    model.bulk.found.use(card.name)
+    terms = []
+    for sign, (grid, named) in zip((1.0, -1.0), ends, strict=False):
+        (one,) = named
+        row = sign * model.grids.axes(grid)[(one - 1) % 3]
+        terms.append((model.group(grid), "rotation" if one > 3 else "translation", tuple(float(v) for v in row)))
+        model.wanted.add(grid)
+        if one > 3:
+            model.wanted_turning.add(grid)
+    model.springs.append((ScalarSpring(tuple(terms), k * unit), [g for g, _ in ends], max(turns), card))  # type: ignore[arg-type]
+
+
+def _bushes(model: NastranModel) -> None:
+    bulk, u = model.bulk, model.bulk.units
+    stiff: dict[int, Array] = {}
+
+    def pbush(card: Card) -> None:
+        K = np.zeros(6)
+        for k in range(1, len(card.fields), 8):
+            word = card.word(k)
+            if word == "K":
+                given = [card.word(k + 1 + i) for i in range(6)]
+                K = np.array([1e12 if w == "RIGID" else card.real(k + 1 + i, 0.0) for i, w in enumerate(given)])
+            elif word in ("B", "GE"):
+                what = "damping" if word == "B" else "structural damping"
+                bulk.found.unused(
+                    f"PBUSH {word}", f"{what} of bushings is left out; give damping in the case", card.place
+                )
+        values = {f"K{i + 1}": float(K[i] * (u.spring if i < 3 else u.moment)) for i in range(6)}
+        changed = bulk.override([f"pid_{card.integer(0)}"], values, str(card))
+        stiff[card.integer(0)] = np.array([changed[f"K{i + 1}"] for i in range(6)])
+
+    bulk.trying(pbush, "PBUSH")
+    bulk.trying(lambda card: _bush(model, card, stiff), "CBUSH")
+
+
+def _bush(model: NastranModel, card: Card, stiff: dict[int, Array]) -> None:
+    pid = card.integer(1, card.integer(0))
+    if pid not in stiff:
+        raise ValueError(f"{card} names property {pid}, which is not in the deck; of PBUSH it has {sorted(stiff)[:12]}")
+    ends = [card.integer(2)] + ([card.integer(3)] if card.has(3) else [])
+    if not model.grids.require(ends, card):
+        return
+    K = stiff[pid]
+    if (K < 0).any():
+        raise ValueError(f"{card} has a stiffness below zero")
+    if not K.any():
+        model.bulk.found.unused("CBUSH", "its stiffness is zero; nothing is left out", card.place)
+        return
+    points = [model.grids[g].position for g in ends]
+    span = points[-1] - points[0]
+    apart = len(ends) == 2 and float(np.linalg.norm(span)) > 1e-9 * max(1.0, float(np.abs(points[0]).max()))
+    axes: Array | None
+    if card.has(7):
+        axes = model.systems(card.integer(7)).axes_at(points[0])
+    elif apart and (card.has(4) or card.has(5) or card.has(6)):
+        if card.is_integer(4) and not card.has(5):
+            if not model.grids.require([card.integer(4)], card):
+                return
+            v = model.grids[card.integer(4)].position - points[0]
+        else:
+            v = np.array(card.reals(4, 3)) @ model.grids.axes(ends[0])
+        x = span / np.linalg.norm(span)
+        y = v - (v @ x) * x
+        if not np.linalg.norm(y) > 1e-9 * np.linalg.norm(v):
+            raise ValueError(f"{card} has its orientation along its line")
+        y /= np.linalg.norm(y)
+        axes = np.stack([x, y, np.cross(x, y)])
+    else:
+        axes = None if apart else model.grids.axes(ends[0])
+    place = card.real(8, 0.5)
+    if (apart and abs(place - 0.5) > 1e-9) or (card.has(9) and card.integer(9, -1) >= 0):
+        model.bulk.found.unused("CBUSH S, OCID", "the bushing acts in the middle of its two grids instead", card.place)
+    if axes is None and (K[[1, 2]] > 0).any() and not np.isclose(K[1], K[2]):
+        raise ValueError(f"{card} has no orientation, and its K2 and K3 differ; give CID, G0 or X1, X2, X3")
+    groups = [model.group(g) for g in ends]
+    bush = Bushing(groups[0], groups[1] if len(groups) == 2 else None, tuple(K[:3]), tuple(K[3:]), axes)
+    across = apart and bool(K[1:3].any())
+    model.springs.append((bush, ends, bool(K[3:].any()) or across, card))
+    model.wanted.update(ends)
+    if K[3:].any() or across:
+        model.wanted_turning.update(ends)
+
+
+def finish_springs(model: NastranModel) -> None:
+    """Make the springs, now that it is known which grids turn, and the torsion of rods between grids that turn."""
+    for spring, grids, turns, card in model.springs:
+        if turns and any(g not in model.turning for g in grids):
+            model.bulk.found.unused(
+                f"{card.name} at grids without rotation", "springs against rotation of solids and rods are left out",
+                card.place,
+            )  # fmt: skip
+            continue
+        model.bushings.append(spring)
+    for a, b, k, card in model.twisting:
+        if a in model.turning and b in model.turning and model.row(a) != model.row(b):
+            model.bushings.append(Bushing(model.group(a), model.group(b), (0.0, 0.0, 0.0), (k, 0.0, 0.0)))
+        else:
+            model.bulk.found.unused(
+                f"{card.name} torsion", "nothing else turns its grids; the rod carries no torsion", card.place
+            )

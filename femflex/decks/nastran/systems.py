@@ -1,0 +1,117 @@
+"""Coordinate systems: CORD1R, CORD1C, CORD1S, CORD2R, CORD2C, CORD2S, one given in another, in SI."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from femflex.decks.nastran.bulk import Bulk
+from femflex.decks.nastran.card import Card
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """A coordinate system: kind "R", "C" or "S", origin (3,) [m] and C (3, 3), rows its axes in basic components."""
+
+    kind: str
+    origin: Array
+    C: Array
+
+    def position(self, given: ArrayLike, length: float) -> Array:
+        """Basic position (3,) [m] of coordinates in units of `length`, angles in degrees."""
+        a, b, c = (float(value) for value in np.asarray(given, float))
+        if self.kind == "C":
+            t = np.radians(b)
+            local = np.array([a * np.cos(t), a * np.sin(t), c])
+        elif self.kind == "S":
+            t, p = np.radians(b), np.radians(c)
+            local = a * np.array([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)])
+        else:
+            local = np.array([a, b, c])
+        return self.origin + length * local @ self.C
+
+    def axes_at(self, point: Array) -> Array:
+        """Directions (3, 3) of the system's axes at a basic point (3,) [m], as rows: radial, tangential, ... ."""
+        if self.kind == "R":
+            return self.C
+        x, y, z = self.C @ (point - self.origin)
+        rho = np.hypot(x, y)
+        if rho < 1e-9 * max(1e-3, abs(z)):  # on the axis the first axes are those of the defining system
+            radial, around = np.array([1.0, 0, 0]), np.array([0, 1.0, 0])
+        else:
+            radial, around = np.array([x, y, 0]) / rho, np.array([-y, x, 0]) / rho
+        if self.kind == "C":
+            local = np.stack([radial, around, [0.0, 0, 1.0]])
+        else:
+            R = np.hypot(rho, z)
+            sine, cosine = (rho / R, z / R) if R > 0 else (0.0, 1.0)
+            local = np.stack([sine * radial + [0, 0, cosine], cosine * radial - [0, 0, sine], around])
+        return np.asarray(local @ self.C)
+
+
+BASIC = System("R", np.zeros(3), np.eye(3))
+
+
+class Systems:
+    """All systems of a deck, made when they are first named; systems by grids need `position` of these grids."""
+
+    def __init__(self, bulk: Bulk) -> None:
+        self._bulk = bulk
+        self._known: dict[int, System] = {0: BASIC}
+        self._cards: dict[int, tuple[Card, int]] = {}  # number -> card and the first of its fields
+        self._making: list[int] = []
+        self.grid_position: Callable[[int], Array] = lambda number: np.zeros(3)
+        for kind in "RCS":
+            bulk.trying(self._add_two, f"CORD2{kind}")
+            bulk.trying(self._add_one, f"CORD1{kind}")
+
+    def _add_two(self, card: Card) -> None:
+        self._put(card.integer(0), card, 0)
+
+    def _add_one(self, card: Card) -> None:
+        for start in (0, 4):
+            if card.has(start):
+                self._put(card.integer(start), card, start)
+
+    def _put(self, number: int, card: Card, start: int) -> None:
+        if number in self._cards and self._cards[number][0].fields != card.fields:
+            first = self._cards[number][0]
+            raise ValueError(f"{card} gives coordinate system {number} again, which stands at {first.place} already")
+        self._cards[number] = (card, start)
+
+    def __call__(self, number: int) -> System:
+        """The system of a number. Raises ValueError where the deck has none, or where systems need each other."""
+        if number in self._known:
+            return self._known[number]
+        if number not in self._cards:
+            known = ", ".join(map(str, sorted(self._cards)[:12])) or "none"
+            raise ValueError(f"coordinate system {number} is not in the deck, which has {known}")
+        if number in self._making:
+            raise ValueError(f"coordinate systems {sorted(set(self._making))} are given in each other in a circle")
+        self._making.append(number)
+        try:
+            self._known[number] = self._make(*self._cards[number])
+        finally:
+            self._making.pop()
+        return self._known[number]
+
+    def _make(self, card: Card, start: int) -> System:
+        if card.name[4] == "1":
+            A, B, C = (self.grid_position(card.integer(start + k)) for k in (1, 2, 3))
+        else:
+            reference = self(card.integer(1, 0))
+            A, B, C = (reference.position(card.reals(first, 3), self._bulk.units.length) for first in (2, 5, 8))
+        z, size = B - A, np.linalg.norm(B - A)
+        if size == 0:
+            raise ValueError(f"{card} has its z axis between two equal points")
+        z = z / size
+        x = (C - A) - ((C - A) @ z) * z
+        if np.linalg.norm(x) <= 1e-9 * np.linalg.norm(C - A):
+            raise ValueError(f"{card} has its third point on its z axis; it must lie in the x-z plane, off the axis")
+        x = x / np.linalg.norm(x)
+        return System(card.name[5], A, np.stack([x, np.cross(z, x), z]))

@@ -1,0 +1,90 @@
+"""Cards that the structure is made without: what each changes, in plain words."""
+
+from __future__ import annotations
+
+import re
+
+from femflex.decks.nastran.bulk import Bulk
+
+# By the start of a card's name; the first that fits counts.
+CONSEQUENCES = (
+    (r"CGAP|PGAP", "contact is left out; the gap stays open"),
+    (r"BSURF|BCTSET|BCTADD|BCTPARM|BCONP|BCBODY|BCTABLE|BGSET|BGADD|BCPROP|BEDGE|BLSEG|BCRPARA|BCAUTOP",
+     "contact and glue are left out; the surfaces do not touch"),
+    (r"CWELD|CFAST|CSEAM|PWELD|PFAST|PSEAM", "fasteners are left out; the parts that they join stay apart"),
+    (r"CVISC|PVISC|CDAMP|PDAMP|CBUSH1D|PBUSH1D", "damping is left out; give damping in the case"),
+    (r"PLOTEL|SNORM|DVGRID", "nothing is left out of the structure"),
+    (r"GENEL|DMIG|DMI$|DMIJ|DMIK|K2GG|M2GG|DTI$", "matrices are left out; their stiffness and mass are missing"),
+    (r"ASET|OMIT|BSET|CSET|QSET|USET|BNDFIX|BNDFREE|SESET|SECSET|SEBSET|SEQSET|EXTRN|RELEASE|CYJOIN|CYSYM",
+     "reductions are left out; choose the reduction in the case"),
+    (r"SUPORT", "free bodies are reduced by the case (method = 'free_free')"),
+    (r"EIGR|EIGRL|EIGB|EIGC|EIGP", "choice of modes is left out; the case says how many"),
+    (r"GRAV|ACCEL", "loads and weight are left out; the case has them"),
+    (r"FORCE|MOMENT|PLOAD|LOAD|RFORCE|SLOAD|TEMP|DLOAD|RLOAD|TLOAD|DAREA|LSEQ|DEFORM|TIC|SPCD|DELAY|DPHASE|RANDPS|RANDT",
+     "loads and temperatures are left out; the case has them"),
+    (r"FREQ|TSTEP|TABD|TABL|TABR|TABS|TABE|TF$|NLPARM|NLPCI|RSPEC|RCROSS|TSTEPNL|EPOINT|NOLIN",
+     "choices of an analysis are left out; the case has its own"),
+    (r"CAERO|PAERO|AERO|AEROS|SPLINE|AESTAT|AELIST|AESURF|AEFACT|AECOMP|AEPARM|AELINK|FLFACT|FLUTTER|MKAERO|TRIM|GUST"
+     r"|DIVERG|MONPNT|MONDSP|CSSCHD|PANLST|SURFGRD|ATTACH|CMARGIN|VSET|NLFLTR|FLSYM|BODY7|ACOORD|PAFOIL|CSPL",
+     "aerodynamics is left out"),
+    (r"DESVAR|DVPREL|DVCREL|DVMREL|DRESP|DCONSTR|DCONADD|DEQATN|DOPTPRM|DLINK|DSCREEN|DTABLE|DESGRID|DVSHAP|DVBSHAP"
+     r"|BNDGRID|TOPVAR|DVAR|DOPTPR|BEADVAR|DVGEOM|TOMVAR", "optimisation is left out; the values of the deck hold"),
+    (r"CHBDY|PHBDY|CONV|PCONV|RADBC|RADM|QBDY|QVECT|QVOL|QHBDY|VIEW|RADSET|RADLST|RADMTX|CELAST|BDYOR|PRADM",
+     "heat transfer is left out"),
+    (r"CHACAB|CHACBR|PACABS|PACBAR|CAABSF|ACSRCE|PANEL|ACMODL|SLOT|FLSYM|FSLIST|PRESPT|RINGFL|GRIDB|GRIDF|FREEPT"
+     r"|CFLUID|CAXIF|CSLOT|BDYLIST|AXIF|FLSYM|RING|AXIC|AXSLOT|POINTAX|PRESAX", "acoustics and fluids are left out"),
+    (r"ROTORG|ROTORB|ROTOR|RGYRO|RSPINR|RSPINT|UNBALNC|RSPIN", "rotor dynamics is left out; the case has spins"),
+    (r"BCRPARA|SEEXCLD|SEBULK|SELOC|SEMPLN|SECONCT|SETREE|SELABEL|SEUSET|SENQSET|SEUPTF|BEGIN|CSUPER|CSUPEXT|SEELT|SELOAD",
+     "superelements are left out"),
+    (r"BOLT|BOLTFOR|BOLTLD|BOLTSEQ|BOLTADD", "bolt preload is left out"),
+    (r"NSM", "nonstructural mass of NSM cards is left out; that mass is missing"),
+    (r"MODTRAK|MATTC|ECHOON|ECHOOFF|ENDDATA|CORD|PARAM|OUTPUT|ECHO|CEND|SOL|TITLE|OUTRCV|STOCHAS|BLDOUT|POINT|CBARAO|PBMN"
+     r"|SEQGP|PLOAD1|DYNRED|RVDOF|RCONN|GUST|BLSEG|MDLPRM|GMNURB|GMCURV|FEEDGE|FEFACE|ADAPT|GMBNDC|OUTGRID|CPARAM"
+     r"|TABDMP|SET2|SWLDPRM|AMLREG|CONCHK|DEBUG|RBESET", "nothing is left out of the structure"),
+)  # fmt: skip
+# Elements and properties that carry load or mass and have no family here: the model would be wrong without them.
+MISSING = re.compile(
+    r"(CBEND|CBEAM3|CTRIAX|CQUADX|CTRAX|CCONEAX|CTRAPRG|CTRIARG|CTORDRG|CTRAPAX|CTRIAAX|CRAC|CIHEX|CIS2D|CWEDGE|CHEXA1|CHEXA2"
+    r"|CQUAD1|CQUAD2|CTRIA1|CTRIA2|CQDMEM|CTRMEM|CTRBSC|CTRPLT|CQDPLT|CTRIM6|CTWIST|CTRSHL|CDUM|CNGRNT|CRIGD|RSPLINE"
+    r"|RTRPLT|RJOINT|RSSCON|CIFHEX|CIFPENT|CACINF|CQUAD$|CTRIA$|CPLSTN|CPLSTS|CMBEAM|CMBAR|CELBOW|CHEX20|CHEX8|CTETRA[A-Z]"
+    r"|CHEXA[A-Z]|CQUAD4K|CTRIA3K|CTRIA3[A-Z]|CQUAD4[A-Z]|CCRSFIL|CBELT|CSPR)"
+)
+NEUTRAL = re.compile(r"(P[A-Z0-9]+|MAT[A-Z0-9]*|NSM.*)$")
+OLD = re.compile(
+    r"(CQUAD1|CQUAD2|CTRIA1|CTRIA2|CQDMEM|CTRMEM|CTRBSC|CTRPLT|CQDPLT|CIHEX|CWEDGE|CHEXA1|CHEXA2|CRIGD|CTRIM6)"
+)
+
+
+def report_unused(bulk: Bulk) -> None:
+    """Say of every card that was not used what its absence changes; elements without a family here are problems."""
+    noted = {one.card for one in bulk.found.left_out}
+    for name, cards in bulk.cards.items():
+        if bulk.found.used.get(name, 0) or name in noted or any(one.startswith(name + " ") for one in noted):
+            continue
+        first = cards[0]
+        if name in _READ:
+            continue
+        if MISSING.match(name):
+            old = " (an element of the 1970s: CQUAD4, CTRIA3 or CHEXA take its place)" if OLD.match(name) else ""
+            bulk.found.problem(
+                f"{len(cards)} {name}, the first {first}: there is no such element here{old}, and the model would be "
+                "wrong without them",
+                first.place,
+            )
+            continue
+        for pattern, consequence in CONSEQUENCES:
+            if re.match(pattern, name):
+                bulk.found.unused(name, consequence, first.place, len(cards))
+                break
+        else:
+            if NEUTRAL.match(name):
+                bulk.found.unused(name, "no element of the structure uses it", first.place, len(cards))
+            else:
+                bulk.found.unused(name, "is not a known card and is left out", first.place, len(cards))
+
+
+# Read, though none of theirs may count as used.
+_READ = {
+    "GRID", "GRDSET", "SPOINT", "CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S", "PARAM", "ENDDATA",
+    "MPCADD", "MPC", "SPC", "SPC1", "SPCADD", "BAROR", "SET1", "SET3",
+}  # fmt: skip

@@ -1,0 +1,73 @@
+"""The register of readers of decks, by suffix and by contents."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from femflex.decks.deck import Deck
+from femflex.decks.units import Units, units_of
+from femflex.reading import reading
+
+HEAD = 65536  # bytes of a file by which its solver is recognised
+ADVICE = "It may be cut short, damaged or of another solver; write it again from its source."
+Overrides = Mapping[str, Mapping[str, Any]]
+Reader = Callable[[Path, Units, Overrides], Deck]
+
+
+@dataclass(frozen=True)
+class DeckReader:
+    """How the decks of one solver are recognised and read.
+
+    suffixes    of its files, lower case
+    recognises  whether the first part of a file's text is that of such a deck
+    read        (path, units, overrides) -> Deck; overrides: name of a property or material (pid_3, mat_1, or the name
+                the deck gives it) -> {key -> value in SI}
+    """
+
+    solver: str
+    suffixes: tuple[str, ...]
+    recognises: Callable[[str], bool]
+    read: Reader
+
+
+READERS: dict[str, DeckReader] = {}  # by solver
+
+
+def register(reader: DeckReader) -> None:
+    """Make the decks of a solver known."""
+    READERS[reader.solver] = reader
+
+
+def read_deck(path: str | Path, units: str | Units = "m-kg-s", overrides: Overrides | None = None) -> Deck:
+    """The Deck of a file: its finite element model, in SI units.
+
+    units      of the deck: length-mass-time or length-force-time ("mm-t-s", "in-lbf-s")
+    overrides  values that replace the deck's: {"mat_1": {"E": 7e10}, "pid_3": {"thickness": 2e-3}}, in SI
+
+    Raises ValueError (DeckError, with every problem and its file and line) where the deck cannot be used.
+    """
+    path = Path(path)
+    if not path.is_file():
+        near = sorted(p.name for p in path.parent.glob(f"*{path.suffix}")) if path.parent.is_dir() else []
+        raise ValueError(f"deck {path} does not exist; {path.parent} holds {near or 'no such files'}.")
+    reader = reader_of(path)
+    with reading(path, f"{reader.solver} deck", ADVICE):
+        return reader.read(path, units_of(units), overrides or {})
+
+
+def reader_of(path: Path) -> DeckReader:
+    """The reader of a file: the one that recognises its contents, of those for its suffix first.
+
+    Raises ValueError where none does.
+    """
+    with open(path, "rb") as opened:
+        text = opened.read(HEAD).decode("utf-8", errors="replace")
+    ordered = sorted(READERS.values(), key=lambda reader: path.suffix.lower() not in reader.suffixes)
+    for reader in ordered:
+        if reader.recognises(text):
+            return reader
+    known = "; ".join(f"{one.solver} ({', '.join(one.suffixes)})" for one in READERS.values())
+    raise ValueError(f"{path.name} is no deck of a known solver; known are {known}")

@@ -1,0 +1,64 @@
+"""Components of nodes that nothing resists, which Nastran holds by itself (AUTOSPC)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from femflex.decks.builder import direction_key
+from femflex.fem import Structure, Support
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+RATIO = 1e-8  # least over largest stiffness of a node below which nothing resists (Nastran's EPZERO)
+SAME = 1e-9  # part by which a node's motion may differ from that of three dofs of its own
+
+
+def unresisted(structure: Structure, points: Index) -> list[tuple[Index, Support]]:
+    """Nodes (k,) and the components that nothing resists at them, of the points that count (n,).
+
+    A node is looked at by itself, as Nastran does: the 3 x 3 stiffness of its displacement and of its rotation. Nodes
+    that follow others by connections are passed over.
+    """
+    found: dict[tuple[float, ...], list[int]] = {}
+    supports: dict[tuple[float, ...], Support] = {}
+    for kind, rows in enumerate((structure.translation, structure.rotation)):
+        block, own = _blocks(structure.K, rows)
+        nodes = points[own[points]]
+        if not len(nodes):
+            continue
+        value, vectors = np.linalg.eigh(block[nodes])
+        largest = value[:, 2]
+        overall = largest.max(initial=0.0)
+        loose = value <= RATIO * np.maximum(largest[:, None], np.finfo(float).tiny)
+        loose |= (largest <= 1e-14 * overall)[:, None]
+        for node, free, axes in zip(nodes, loose, vectors.swapaxes(1, 2), strict=True):
+            if not free.any():
+                continue
+            P = axes[free].T @ axes[free]
+            if np.abs(P - np.diag(np.round(np.diag(P)))).max() < 1e-6:  # along the mesh's axes
+                axes, free = np.eye(3), np.diag(P) > 0.5
+            elif np.linalg.det(axes) < 0:
+                axes = axes * np.array([[1.0], [1.0], [-1.0]])
+            words = tuple(word for word, one in zip(("x", "y", "z"), free, strict=True) if one)
+            words = tuple("r" + word for word in words) if kind else words
+            key = (float(kind), *(float(one) for one in free), *direction_key(axes.ravel(), 6))
+            supports[key] = Support(words, tuple(map(tuple, axes.tolist())))
+            found.setdefault(key, []).append(int(node))
+    return [(np.array(nodes), supports[key]) for key, nodes in found.items()]
+
+
+def _blocks(K: sparse.csr_array, rows: sparse.csr_array) -> tuple[Array, NDArray[np.bool_]]:
+    """Stiffness (n, 3, 3) of nodes against their own three components, and which (n,) move by dofs of their own."""
+    n = rows.shape[0] // 3
+    moved = (rows @ K).tocsr()
+    block, gram = np.zeros((n, 3, 3)), np.zeros((n, 3, 3))
+    for a in range(3):
+        for b in range(3):
+            other = rows[b::3]
+            block[:, a, b] = np.asarray(moved[a::3].multiply(other).sum(axis=1)).ravel()
+            gram[:, a, b] = np.asarray(rows[a::3].multiply(other).sum(axis=1)).ravel()
+    own = np.abs(gram - np.eye(3)).max(axis=(1, 2)) < SAME
+    return (block + block.swapaxes(1, 2)) / 2, own

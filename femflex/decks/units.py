@@ -1,0 +1,126 @@
+"""Sets of units in which decks are written, and whether what a deck holds is plausible in them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "in": 0.0254, "ft": 0.3048}  # [m]
+POUND = 0.45359237  # [kg]
+STANDARD_GRAVITY = 9.80665  # [m/s^2]
+MASSES = {
+    "kg": 1.0, "g": 1e-3, "t": 1e3, "lb": POUND, "lbm": POUND,
+    "slug": POUND * STANDARD_GRAVITY / 0.3048, "slinch": POUND * STANDARD_GRAVITY / 0.0254,
+}  # fmt: skip
+FORCES = {"N": 1.0, "kN": 1e3, "lbf": POUND * STANDARD_GRAVITY, "kgf": STANDARD_GRAVITY}  # [N]
+TIMES = {"s": 1.0, "ms": 1e-3, "us": 1e-6}  # [s]
+COMMON = ("m-kg-s", "mm-t-s", "mm-kg-ms", "mm-g-ms", "cm-g-s", "in-lbf-s", "ft-lbf-s", "in-lb-s")
+
+MODULI = (1e3, 2e12)  # [Pa] Young's moduli of materials, foams and diamond included
+DENSITIES = (1.0, 25e3)  # [kg/m^3] of materials, foams and platinum included
+EXTENTS = (1e-3, 2e3)  # [m] of a body
+MASS_RANGE = (1e-6, 1e8)  # [kg] of a body
+
+
+@dataclass(frozen=True)
+class Units:
+    """A set of units: what its length, mass and time are in SI.
+
+    name    as declared, such as "mm-t-s"
+    length  [m]
+    mass    [kg]
+    time    [s]
+    """
+
+    name: str = "m-kg-s"
+    length: float = 1.0
+    mass: float = 1.0
+    time: float = 1.0
+
+    @property
+    def force(self) -> float:
+        """[N]"""
+        return self.mass * self.length / self.time**2
+
+    @property
+    def moment(self) -> float:
+        """[N m]"""
+        return self.force * self.length
+
+    @property
+    def pressure(self) -> float:
+        """[Pa]; moduli too."""
+        return self.force / self.length**2
+
+    @property
+    def density(self) -> float:
+        """[kg/m^3]"""
+        return self.mass / self.length**3
+
+    @property
+    def inertia(self) -> float:
+        """[kg m^2]"""
+        return self.mass * self.length**2
+
+    @property
+    def spring(self) -> float:
+        """[N/m]"""
+        return self.force / self.length
+
+
+def units_of(name: str | Units) -> Units:
+    """The set of units of a name, LENGTH-MASS-TIME or LENGTH-FORCE-TIME: "mm-t-s", "in-lbf-s", "m-kg-s", "mm-kg-ms".
+
+    With a force its mass is force time^2 / length, as in lbf s^2 / in. Raises ValueError with the known units.
+    """
+    if isinstance(name, Units):
+        return name
+    parts = [part.strip() for part in name.replace("_", "-").split("-")]
+    if len(parts) == 3 and parts[0] in LENGTHS and parts[2] in TIMES:
+        length, time = LENGTHS[parts[0]], TIMES[parts[2]]
+        if parts[1] in MASSES:
+            return Units(name, length, MASSES[parts[1]], time)
+        if parts[1] in FORCES:
+            return Units(name, length, FORCES[parts[1]] * time**2 / length, time)
+    raise ValueError(
+        f"units are {name!r}; give length-mass-time or length-force-time, such as {', '.join(COMMON[:7])}. Lengths are "
+        f"{', '.join(LENGTHS)}; masses {', '.join(MASSES)}; forces {', '.join(FORCES)}; times {', '.join(TIMES)}"
+    )
+
+
+def implausible(
+    units: Units, moduli: Iterable[float], densities: Iterable[float], extent: float, mass: float
+) -> list[str]:
+    """Sentences on what no usual material or body has, in SI: Young's moduli [Pa], densities [kg/m^3], extent [m] and
+    mass [kg]; with the common sets of units in which the materials are usual."""
+    E, rho = [value for value in moduli if value > 0], [value for value in densities if value > 0]
+    found = []
+    for what, values, (least, most), unit in (
+        ("a Young's modulus", E, MODULI, "Pa"),
+        ("a density", rho, DENSITIES, "kg/m^3"),
+        ("an extent", [extent], EXTENTS, "m"),
+        ("a mass", [mass], MASS_RANGE, "kg"),
+    ):
+        off = [value for value in values if value > 0 and not least <= value <= most]
+        if off:
+            worst = max(off, key=lambda value: abs(math.log(value / math.sqrt(least * most))))
+            found.append(f"{what} of {worst:.4g} {unit} (usual are {least:.4g} to {most:.4g})")
+    if not found:
+        return []
+    fits = [other for other in COMMON if other != units.name and _usual(units, units_of(other), E, rho, extent)]
+    hint = f" In {' or '.join(fits)} its materials and its size are usual." if fits else ""
+    return [f"read in {units.name} it has {' and '.join(found)}; check the declared units.{hint}"]
+
+
+def _usual(units: Units, other: Units, E: list[float], rho: list[float], extent: float) -> bool:
+    """Whether the numbers of a deck, read in other units, are usual."""
+    moduli = [value / units.pressure * other.pressure for value in E]
+    densities = [value / units.density * other.density for value in rho]
+    size = extent / units.length * other.length
+    return (
+        all(1e5 <= value <= MODULI[1] for value in moduli)
+        and all(DENSITIES[0] <= value <= DENSITIES[1] for value in densities)
+        and EXTENTS[0] <= size <= EXTENTS[1]
+        and bool(moduli or densities)
+    )

@@ -1,0 +1,65 @@
+"""Gauss points over intervals between knots, and functions that are polynomials on each of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from femflex.reduction.beams.beam_functions import gauss
+
+Array = NDArray[np.float64]
+
+LEAST_POINTS = 12  # on an interval between two knots
+
+
+def gauss_between(knots: Array, n: int) -> tuple[Array, Array]:
+    """Points and weights over 0 <= xi <= 1: n without inner knots, else n shared out, LEAST_POINTS in each interval."""
+    edges = np.concatenate([[0.0], knots, [1.0]])
+    intervals = len(edges) - 1
+    x, w = gauss(n if intervals == 1 else max(LEAST_POINTS, -(-n // intervals)))
+    size = np.diff(edges)[:, None]
+    return (edges[:-1, None] + size * x).ravel(), (size * w).ravel()
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """Functions that are polynomials between knots.
+
+    edges         (k + 1,)     ends of the intervals, from 0 to 1
+    coefficients  (k, m, n)    of Legendre polynomials in -1 ... 1 over each interval
+    """
+
+    edges: Array
+    coefficients: Array
+
+    def __call__(self, xi: Array, derivative: int = 0) -> Array:
+        """Values or a derivative by xi (len(xi), n)."""
+        found = np.zeros((len(xi), self.coefficients.shape[2]))
+        inside = np.clip(np.searchsorted(self.edges, xi, side="right") - 1, 0, len(self.edges) - 2)
+        for k in np.unique(inside):
+            here, a, b = inside == k, self.edges[k], self.edges[k + 1]
+            series = self.coefficients[k]
+            series = legendre.legder(series, derivative) * (2.0 / (b - a)) ** derivative if derivative else series
+            found[here] = legendre.legval((2.0 * xi[here] - a - b) / (b - a), series, tensor=True).T
+        return found
+
+
+def integral_of(edges: Array, values: Array, degree: int) -> Pieces:
+    """The integral from 0 of functions with values (k, q, n) at the q Gauss points of each interval.
+
+    degree: of the polynomials that are fitted to the functions on each interval.
+    """
+    x, w = np.polynomial.legendre.leggauss(values.shape[1])
+    P = legendre.legvander(x, degree)
+    fit = (2.0 * np.arange(degree + 1) + 1.0)[:, None] / 2.0 * (P.T * w)  # (degree + 1, q)
+    size = np.diff(edges)
+    parts, start = [], np.zeros(values.shape[2])
+    for k, one in enumerate(values):
+        part = np.asarray(legendre.legint(fit @ one, lbnd=-1), float) * size[k] / 2.0
+        part[0] += start
+        start = part.sum(axis=0)  # every Legendre polynomial is 1 at the end
+        parts.append(part)
+    return Pieces(edges, np.stack(parts))

@@ -1,0 +1,203 @@
+"""Shapes of a deploying member over xi = x / L, whatever its family: columns over its functions, and slaved shapes."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.deployment.foreshortening import Followers
+from femflex.deployment.intervals import gauss_between
+from femflex.deployment.material import Places
+from femflex.deployment.series import Series
+from femflex.deployment.table import MarkerSeries
+from femflex.reduction.beams.beam_functions import points_for
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+ROUNDING = 1e-13  # of the largest value of a function, below which it vanishes
+
+
+class ShapeFunctions(Protocol):
+    """Functions of a member over 0 <= xi <= 1.
+
+    A set of elements has also `knots`, the inner ends of its elements, and `blocks`: pairs of the functions (k,) of a
+    field and how many of its vibration modes are kept.
+    """
+
+    @property
+    def count(self) -> int:
+        """Number of functions."""
+
+    @property
+    def most(self) -> int:
+        """The largest number of functions of one field."""
+
+
+class Axes(Protocol):
+    """Where a member stands in its body: the exit and its axes."""
+
+    root: Any
+
+    @property
+    def frame(self) -> Array:
+        """Member axes in the body frame, rows x, y, z (3, 3)."""
+
+
+class Drawing(NamedTuple):
+    """Points xi (k,) and offsets (m, 3), member axes, that are drawn, and cells over points (k, m)."""
+
+    xi: Array
+    offsets: Array
+    cells: dict[str, Index]
+
+
+@dataclass(frozen=True, eq=False)
+class MemberShapes(ABC):
+    """The shapes of a deploying member.
+
+    functions   admissible functions or elements; None: the member stays straight
+    reference   length at which the columns are mass-normalised [m]
+    X           columns (functions, n)
+    followers   shapes slaved to the columns, or None
+    """
+
+    functions: Any
+    reference: float
+    X: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    followers: Followers | None = None
+
+    @property
+    @abstractmethod
+    def axes(self) -> Axes:
+        """Exit and axes of the member."""
+
+    @property
+    @abstractmethod
+    def member_mass(self) -> float:
+        """Mass of the reference length [kg]."""
+
+    @property
+    @abstractmethod
+    def section(self) -> tuple[Array, Array]:
+        """Offsets (m, 3) of points of a section, member axes, and their shares of its mass (m,)."""
+
+    @property
+    @abstractmethod
+    def thickness(self) -> float:
+        """Radius of what is drawn [m]; 0 for a line or a sheet."""
+
+    @property
+    @abstractmethod
+    def half_width(self) -> float | None:
+        """Half of the width of its drum [m]; None where it has no width of its own."""
+
+    @abstractmethod
+    def displacements(self, xi: Array, offsets: Array, derivative: int) -> Series:
+        """Shapes of the columns at offsets (m, 3), member axes, or their derivative by xi: p -> (k, m, 3, n)."""
+
+    @abstractmethod
+    def turns(self, xi: Array) -> Array:
+        """Twist, -dw/dx and dv/dx of the columns at xi and the reference length (k, 3, n)."""
+
+    @abstractmethod
+    def slopes(self, xi: Array) -> tuple[Array, Array]:
+        """Slopes by xi of transverse displacements (k, m, n), and how much of each counts (m,)."""
+
+    @abstractmethod
+    def matrices(self, xi: Array, weight: Array) -> tuple[Array, Series]:
+        """Mass matrix at the reference length and V1 as a series in lambda, over the functions."""
+
+    @abstractmethod
+    def drawing(self) -> Drawing:
+        """What is drawn of the deployed part."""
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates."""
+        return int(self.X.shape[1])
+
+    @property
+    def n_shapes(self) -> int:
+        """Number of shapes."""
+        return self.n + (0 if self.followers is None else self.followers.n)
+
+    @property
+    def most(self) -> int:
+        """The largest number of functions of one field."""
+        return 0 if self.functions is None else int(self.functions.most)
+
+    @property
+    def knots(self) -> Array:
+        """Places between 0 and 1 where derivatives of the functions jump, ascending."""
+        return np.asarray(getattr(self.functions, "knots", ()), float)
+
+    @property
+    def quadrature(self) -> tuple[Array, Array]:
+        """Points and weights over the deployed part."""
+        return gauss_between(self.knots, points_for(self.most))
+
+    def series(self, xi: Array, offsets: Array, derivative: int = 0) -> Series:
+        """Position and shapes, body frame, of points at xi and offsets (m, 3), or their derivative by xi.
+
+        p -> (k m, 3, 1 + n_shapes).
+        """
+        k, m, n = len(xi), len(offsets), self.n
+        out: Series = {p: np.zeros((k, m, 3, 1 + self.n_shapes)) for p in (1, 0, -1)}
+        out[1][:, :, 0, 0] = self.reference * (xi[:, None] if derivative == 0 else float(derivative == 1))
+        if derivative == 0:
+            out[0][:, :, :, 0] = offsets
+        for p, part in self.displacements(xi, offsets, derivative).items():
+            out[p][:, :, :, 1 : 1 + n] = part
+        if self.followers is not None:
+            out[-1][:, :, 0, 1 + n :] = self.followers.values(xi, derivative)[:, None] / self.reference
+        frame = self.axes.frame
+        turned = {p: np.einsum("ba,kmbA->kmaA", frame, part).reshape(k * m, 3, -1) for p, part in out.items()}
+        if derivative == 0:
+            turned[0][:, :, 0] += np.asarray(self.axes.root, float)
+        return turned
+
+    def places(self, xi: Array, weight: Array) -> Places:
+        """Points of sections at xi (k,), which take the part weight (k,) of the mass."""
+        offsets, share = self.section
+        parts = (self.series(xi, offsets, derivative) for derivative in range(2))
+        return Places(np.repeat(xi, len(offsets)), np.outer(weight, share).ravel(), *parts)
+
+    def marker(self, xi: float) -> MarkerSeries:
+        """The middle of the section at xi."""
+        where, frame = np.array([xi]), self.axes.frame
+        centre = self.series(where, np.zeros((1, 3)))
+        turn = np.zeros((2, 3, self.n_shapes))
+        found = self.turns(where)[0]
+        turn[0, 0, : self.n], turn[1, 1:, : self.n] = found[0], found[1:]
+        return MarkerSeries(
+            position={p: part[0, :, 0] for p, part in centre.items()},
+            phi={p: part[0, :, 1:] for p, part in centre.items()},
+            psi={0: frame.T @ turn[0], -1: frame.T @ turn[1]},
+            orientation=frame.T,
+            axis=frame[0] if self.followers is not None else np.zeros(3),
+        )
+
+    def drawn_series(self) -> tuple[Series, dict[str, Index]]:
+        """Points and shapes of what is drawn of the deployed part, and its cells."""
+        xi, offsets, cells = self.drawing()
+        return self.series(xi, offsets), cells
+
+
+def clean(function: Callable[[Array], Array], xi: Array) -> Array:
+    """Values at xi without rounding: a clamped end does not move at all."""
+    found, size = function(xi), np.abs(function(np.linspace(0.0, 1.0, 33))).max(initial=0.0)
+    return np.where(np.abs(found) > ROUNDING * size, found, 0.0)
+
+
+def grid(n: int, m: int, closed: bool) -> Index:
+    """Quadrilaterals between neighbours of points (n, m); closed: the last of each row is beside the first."""
+    at, side = np.meshgrid(np.arange(n - 1), np.arange(m if closed else m - 1), indexing="ij")
+    ring = np.stack([at, at + 1, at + 1, at], axis=-1) * m
+    around = np.stack([side, side, (side + 1) % m, (side + 1) % m], axis=-1)
+    return np.asarray((ring + around).reshape(-1, 4), np.int64)

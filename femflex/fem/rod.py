@@ -1,0 +1,76 @@
+"""The rod family: straight bars with axial stiffness and mass alone, in tension and compression."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.assembly.numbering import Numbering
+from femflex.fem.family import Contribution, SkinPart, StrainPlaces, family, member_cells
+from femflex.fem.tables import DenseInertia, DenseStrain
+
+if TYPE_CHECKING:
+    from femflex.fem.structure import Member
+    from femflex.mesh import Mesh
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+GAUSS = np.array([0.5 - np.sqrt(3) / 6, 0.5 + np.sqrt(3) / 6])  # places in [0, 1] of two points of equal weight
+
+
+@family("rod", {})
+def rod(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
+    """Inertia, strain and skin of straight rods, joined to others by ball joints: trusses.
+
+    Cells line. Section: a `CableSection`, or any uniform beam section with an isotropic Material, of which EA and the
+    mass per length count. The strain is that of Green with the straight chord, eps = t.u' + u'.u'/2; the displacement
+    is linear between the ends, so that a rod neither bends nor vibrates across. No options.
+
+    Rods bear compression and need no tension; their nodes have no rotation. A truss must be braced: what nothing
+    resists must be held by the clamps.
+    """
+    section, where = member.section, f"rod on group {member.group!r}"
+    if not (hasattr(section, "axial") or hasattr(section, "resultants")):
+        raise ValueError(
+            f"{where} has section {section!r}; give a cable section (EA and mass per length) or one of the beam "
+            "sections with a material"
+        )
+    if section.varies:
+        raise ValueError(f"{where} has a section that varies; rods are uniform, so give numbers")
+    nodes = member_cells(mesh, member, ("line",))["line"]
+    x = mesh.points[nodes]
+    span = x[:, 1] - x[:, 0]
+    length = np.linalg.norm(span, axis=1)
+    if not (length > 0).all():
+        raise ValueError(f"{where} has {int((length <= 0).sum())} line cells of no length")
+    at, whole = np.zeros((1, 1)), np.ones((1, 1))
+    if hasattr(section, "axial"):
+        EA, mass = section.axial(at, whole)
+    else:
+        found = section.resultants(member.material, at, whole)
+        EA, mass = found.EA, found.mass
+    dofs = numbering.translation(nodes.ravel()).reshape(-1, 6)
+    shapes = np.stack([1 - GAUSS, GAUSS], axis=1)  # (q, 2)
+    N = np.einsum("qk,ij->qikj", shapes, np.eye(3)).reshape(1, 2, 3, 6)
+    dm = length[:, None] / 2 * np.broadcast_to(mass, (1, 1)) * np.ones((1, 2))
+    inertia = DenseInertia(dofs, dm, np.matmul(shapes, x), N)
+    tangent = span / length[:, None]
+    least = np.eye(3)[np.abs(tangent).argmin(axis=1)]
+    y = np.cross(least, tangent)
+    y /= np.linalg.norm(y, axis=1, keepdims=True)
+    axes = np.stack([tangent, y, np.cross(tangent, y)], axis=1)
+    G = np.concatenate([-axes, axes], axis=2)[:, None] / length[:, None, None, None]  # rows of u' along the axes
+    elastic = np.broadcast_to(np.asarray(EA, float).reshape(1, 1, 1, 1), (len(nodes), 1, 1, 1))
+    strain = DenseStrain(dofs, length[:, None], elastic, np.eye(1, 3), np.eye(3)[None], G)
+    places = StrainPlaces("line", x.mean(axis=1)[:, None])
+    return Contribution((inertia,), (strain,), partial(_skin, x, dofs), (places,))
+
+
+def _skin(x: Array, dofs: Index) -> SkinPart:
+    """The lines between the ends."""
+    lines = np.arange(2 * len(x)).reshape(-1, 2)
+    return SkinPart(x.reshape(-1, 3), {"line": lines}, np.arange(dofs.size), dofs.ravel(), np.ones(dofs.size))

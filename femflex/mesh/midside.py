@@ -1,0 +1,62 @@
+"""Cells of second order that a file gives some middle nodes only: the missing ones are put in the middle of edges."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.contents import Block, Contents
+from femflex.warning import PhysicsWarning
+
+Array = NDArray[np.float64]
+
+
+def with_middle_nodes(contents: Contents, source: str) -> Contents:
+    """The contents with every middle node that is -1 in a block replaced.
+
+    It is the node that another cell has between the same corners, or a new one at the middle of them. Warns with the
+    number of cells and of new nodes.
+    """
+    partial = [b for b in contents.blocks if b.cell in CELL_TYPES and _lacking(b).any()]
+    if not partial:
+        return contents
+    between: dict[frozenset[int], int] = {}
+    for block in contents.blocks:
+        kind = CELL_TYPES.get(block.cell)
+        for column, parents in enumerate(kind.parents if kind else [], kind.n_corners if kind else 0):
+            for corners, node in zip(block.nodes[:, parents].tolist(), block.nodes[:, column].tolist(), strict=True):
+                if node >= 0:
+                    between[frozenset(corners)] = node
+    points: list[Array] = [np.asarray(contents.points, float)]
+    n = first = len(points[0])
+    completed = {}
+    for block in partial:
+        kind, nodes = CELL_TYPES[block.cell], block.nodes.copy()
+        for row, further in np.argwhere(_lacking(block)):
+            column = kind.n_corners + further
+            corners = nodes[row, kind.parents[further]]
+            key = frozenset(corners.tolist())
+            if key not in between:
+                between[key] = n
+                points.append(points[0][corners].mean(axis=0, keepdims=True))
+                n += 1
+            nodes[row, column] = between[key]
+        completed[id(block)] = replace(block, nodes=nodes)
+    count = sum(int(_lacking(block).any(axis=1).sum()) for block in partial)
+    warnings.warn(
+        f"{source}: {count} cells of second order have some middle nodes only; {n - first} nodes are added at the "
+        "middle of their edges. An edge with such a node is not joined to a neighbour of first order between its ends",
+        PhysicsWarning,
+        stacklevel=3,
+    )
+    blocks = [completed.get(id(block), block) for block in contents.blocks]
+    return replace(contents, points=np.concatenate(points), blocks=blocks)
+
+
+def _lacking(block: Block) -> NDArray[np.bool_]:
+    """Which nodes beyond the corners (n, k) are missing."""
+    return np.asarray(block.nodes[:, CELL_TYPES[block.cell].n_corners :] == -1)
