@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, StrictBool, model_validator
+from pydantic import Field, StrictBool, ValidationError, model_validator
 
 from femflex.case.base import Table, refuse
+from femflex.case.problems import CaseError
+from femflex.case.sentences import schema_problems
 from femflex.case.sweep import split_number
 from femflex.case.units import UnitError
 from femflex.case.values import Count, Duration
@@ -71,3 +73,11 @@ class StabilityTable(Table):
         if self.of == "equilibrium" and (self.period is not None or self.shooting):
             refuse("found period or shooting with of = 'equilibrium'; they go with of = 'motion'")
         return self
+
+
+def stability_table(given: dict[str, Any], where: str) -> StabilityTable:
+    """The table of these keys. Raises CaseError with all its problems; where: what they come from."""
+    try:
+        return StabilityTable.model_validate(given)
+    except ValidationError as error:
+        raise CaseError(where, schema_problems(StabilityTable, given, error)) from None

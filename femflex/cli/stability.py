@@ -81,11 +81,7 @@ def with_options(
     case: Case, vary: list[str] | None, floquet: bool, period: str | None, shooting: bool, without: str | None
 ) -> Case:
     """The case with what the command line says in place of its [stability]."""
-    from pydantic import ValidationError
-
-    from femflex.case.problems import CaseError
-    from femflex.case.sentences import schema_problems
-    from femflex.case.stability import StabilityTable
+    from femflex.case.stability import stability_table
 
     given: dict[str, Any] = {} if case.stability is None else case.stability.model_dump(exclude_unset=True)
     if vary:
@@ -102,11 +98,7 @@ def with_options(
         given["without"] = [name.strip() for name in without.split(",") if name.strip()]
     if not given:
         return case
-    try:
-        table = StabilityTable.model_validate(given)
-    except ValidationError as error:
-        raise CaseError("the command line", schema_problems(StabilityTable, given, error)) from None
-    return case.model_copy(update={"stability": table})
+    return case.model_copy(update={"stability": stability_table(given, "the command line")})
 
 
 def one_axis(text: str) -> tuple[str, dict[str, Any]]:

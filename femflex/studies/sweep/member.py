@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,9 @@ from femflex.pipeline.guard import Runaway
 from femflex.studies.varied import VariedCase
 from femflex.system import Channel, Part
 from femflex.warning import PhysicsWarning
+
+if TYPE_CHECKING:
+    from threadpoolctl import ThreadpoolController
 
 Array = NDArray[np.float64]
 
@@ -85,11 +88,17 @@ def base_of(plan: Plan) -> tuple[VariedCase, SweepTable]:
         return VariedCase.of(parse_case(plan.case_text, Path(plan.case_path)), table.vary), table
 
 
+@lru_cache(maxsize=1)
+def _threads() -> ThreadpoolController:
+    """The thread pools of this process, looked for once."""
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
+
+
 def run_member(plan: Plan, number: int, values: Mapping[str, Any]) -> Outcome:
     """The outcome of a member; what goes wrong with it is its problem, and no error."""
-    from threadpoolctl import threadpool_limits
-
-    with warnings.catch_warnings(), threadpool_limits(1):
+    with warnings.catch_warnings(), _threads().limit(limits=1):
         warnings.simplefilter("ignore", PhysicsWarning)
         try:
             return _outcome(*base_of(plan), number, values)
