@@ -66,7 +66,7 @@ class MaterialTaper:
             if len(values) != len(points):
                 raise ValueError(f"{len(values)} factors on {name} are given at {len(points)} points; give one at each")
         made = {name: partial(_straight, points, np.asarray(values, float)) for name, values in factors.items()}
-        return cls(**made, knots=tuple(float(x) for x in points if x > 0.0))  # type: ignore[arg-type]
+        return cls(**made, knots=tuple(float(x) for x in points if x > 0.0))
 
 
 def _straight(points: Array, values: Array, sigma: Array) -> Array:
@@ -189,7 +189,9 @@ def tapered_line(
         raw = TaperedLine(replace(shapes, X=np.eye(shapes.functions.count)), taper, stock, np.zeros(1), at_tip)
         values = raw.values(shapes.reference)
         M = np.einsum("kala->kl", values["second"][1:, :, 1:, :])
-        shapes = with_columns(shapes, columns_of(shapes.functions, M, values["V1"]), condensed)
+        bent = with_columns(shapes, columns_of(shapes.functions, M, values["V1"]), condensed)
+        assert isinstance(bent, LineShapes)
+        shapes = bent
     return TaperedLine(shapes, taper, stock, np.broadcast_to(ratio, (shapes.n,)) if ratio.ndim == 0 else ratio, at_tip)
 
 

@@ -223,7 +223,7 @@ def with_functions_of(case: Case, names: Sequence[str], kind: str, level: int | 
         assert isinstance(table, AnalyticTable | DeployingTable) and table.functions is not None
         functions = table.functions.model_copy(update=_choices(table)[kind])
         table = table.model_copy(update={"functions": functions})
-        bodies[name] = table if level is None else with_level(table, "modes", level)
+        bodies[name] = table if level is None else with_level(table, "modes", level)  # type: ignore[assignment]
     return case.model_copy(update={"bodies": bodies})
 
 
