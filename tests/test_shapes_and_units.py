@@ -17,7 +17,9 @@ KERNELS = {
     "summary.py",
 }  # their records and calls state shapes in tables of their own
 ARRAY = re.compile(r"\b(Array|ArrayLike|NDArray|Single|Index|csr_array|spmatrix)\b")
-SHAPE = re.compile(r"\((\d|n|k\b|p\b|q\b|t\b|e\b|m\b|\.\.\.|count|members)[^()]*|\(\)|\d x \d|shapes? ", re.IGNORECASE)
+SHAPE = re.compile(
+    r"\((\d|n|k\b|p\b|q\b|t\b|e\b|m\b|\.\.\.|count|members|runs)[^()]*|\(\)|\d x \d|shapes? ", re.IGNORECASE
+)
 UNIT = re.compile(
     r"\[[^\]]*\]|\bunits?\b|\bSI\b|\bm\b|\brad\b|\bnumbers?\b|\bratio\b|\bind(ex|ices)\b|\brows\b|rotation|Euler|"
     r"cosines|\bwhich of\b",
