@@ -389,9 +389,9 @@ def test_a_case_may_ask_for_spectra(
     ("text", "camera", "view", "placed"),
     [
         ('[pictures]\nview = [0, -1, 0.3]\nfit = "picture"', None, None, ("auto", (0.0, -1.0, 0.3), "picture")),
-        ('[pictures]\ncamera = "fixed"', None, None, ("fixed", None, "run")),
+        ('[pictures]\ncamera = "fixed"', None, None, ("fixed", None, "picture")),
         ('[pictures]\ncamera = "fixed"', "body", None, ("body", None, None)),
-        ("[pictures]\nof_another_version = 1", None, None, ("auto", None, "run")),
+        ("[pictures]\nof_another_version = 1", None, None, ("auto", None, "picture")),
         ("", None, (1.0, 0.0, 0.0), ("auto", (1.0, 0.0, 0.0), None)),
     ],
 )
