@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -196,10 +197,10 @@ def _section(model: NastranModel, made: BarProperty, length: float) -> Stiffness
     if made.K1 > 0 and made.K2 > 0 and made.G > 0:
         values["GAy"] = [max(made.K1 * made.G * s.A, WEAK * largest["EA"]) for s in stations]
         values["GAz"] = [max(made.K2 * made.G * s.A, WEAK * largest["EA"]) for s in stations]
-    given = {}
+    given: dict[str, Any] = {}
     for name, v in values.items():
         given[name] = v[0] if all(value == v[0] for value in v) else ([x * length for x in made.at], v)
-    return StiffnessSection(**given)  # type: ignore[arg-type]
+    return StiffnessSection(**given)
 
 
 def _options(model: NastranModel, made: BarProperty, card: Card) -> dict[str, object]:
@@ -209,6 +210,10 @@ def _options(model: NastranModel, made: BarProperty, card: Card) -> dict[str, ob
         model.bulk.found.note(f"{made.card} has one of K1 and K2 zero: its sections do not shear")
     far = 1e9  # m; whether sections shear is the deck's choice
     found: dict[str, object] = {"shear": shears, "extent": far}
+    if not all(made.G * s.J > 0 for s in made.stations):
+        found["torsion_order"] = 1  # fields within elements would be without stiffness
+    if not all(made.E * s.A > 0 for s in made.stations):
+        found["axial_order"] = 1
     if any(made.centroid) or any(made.mass):
         one = made.stations[0]
         own, more = made.density * one.A, one.nsm
