@@ -26,6 +26,21 @@ def pytest_configure(config: pytest.Config) -> None:
         compile_kernels(processes)
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Of a test marked `sampled(n)`, n of its cases, spread evenly, stay fast tests; the others become slow ones."""
+    cases: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        if item.get_closest_marker("sampled"):
+            cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    for found in cases.values():
+        (count,) = found[0].get_closest_marker("sampled").args
+        fast = {round((k + 0.5) * len(found) / count - 0.5) for k in range(count)} if len(found) > count else None
+        for k, item in enumerate(found):
+            if fast is not None and k not in fast:
+                item.add_marker(pytest.mark.slow)
+
+
 @pytest.fixture
 def craft() -> str:
     """Text of a case: a rigid hub with a meshed boom."""

@@ -40,6 +40,7 @@ def test_a_panel_bent_beyond_linear_strain_is_warned_of_with_both_numbers(tmp_pa
     assert re.search(r"'panel_east' was displaced by .* m, .*% of its size of 6.18 m", told[0])
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("name", "swaps", "expected"),
     [

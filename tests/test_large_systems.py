@@ -51,6 +51,7 @@ def test_a_large_system_keeps_energy_and_momenta(name, method, tmp_path):
     check_invariants(model.observe(times, states), model, 1e-8 if method.order == 8 else 2e-3)  # over 200 m
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["star", pytest.param("long chain", marks=pytest.mark.slow)])
 def test_a_large_system_runs_from_a_case_file(name, tmp_path):
     path = tmp_path / "large.toml"

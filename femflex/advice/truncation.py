@@ -201,7 +201,7 @@ def _named(system: System, richer: RicherCraft) -> str:
 
 
 def unassessed_truncation(system: System, known: KnownBodies, richer: RicherCraft) -> list[Advice]:
-    """A word on each body whose set is not judged."""
+    """A note on each body whose set is not assessed."""
     out = []
     for name, body in system.bodies.items():
         if not body.n_modes or name not in known:

@@ -13,6 +13,7 @@ from femflex.assembly.decks import with_deck
 from femflex.assembly.deploying import build_deploying
 from femflex.assembly.extents import warn_of_doubtful_extents
 from femflex.assembly.functions import functions_of
+from femflex.assembly.matrices import build_matrix_body
 from femflex.assembly.open_choices import bound_to_linear, open_choices, remedy_of
 from femflex.assembly.rigid_skins import rigid_skin
 from femflex.assembly.segments import build_segments
@@ -24,6 +25,7 @@ from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
 from femflex.case.case import Case
 from femflex.case.deploying import DeployingTable
 from femflex.case.load import LoadTable
+from femflex.case.matrices import MatricesTable
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.reduction import DampingTable, Stretchable
 from femflex.case.support import SkewSupport
@@ -53,9 +55,9 @@ from femflex.warning import PhysicsWarning
 
 @dataclass(frozen=True, eq=False)
 class BuiltBody:
-    """A body as its table says it, its origin, and what is to be said of how it was made.
+    """A body as its table says it, its origin, and notes on how it was made.
 
-    origin: None of a body cut into segments; notes: what is in its set beside what the table says.
+    origin: None of a body cut into segments; notes: what is in its set in addition to the table.
     """
 
     part: Part
@@ -161,6 +163,9 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
         return _analytic(case, name, table, modes)
     if isinstance(table, FileTable):
         return _from_file(case, name, table, modes), None, ()
+    if isinstance(table, MatricesTable):
+        made = build_matrix_body(case, table, modes, _damping(table.damping), turning_markers(case, name))
+        return made.body, None, made.notes
     assert isinstance(table, FlexibleTable)
     table = with_deck(case, name, table)
     given = structure_of(case, name, table, refine)
@@ -224,9 +229,10 @@ def _meshed(
 
 
 def _warn_of_stiffness(name: str, structure: Structure, modeset: ModeSet, body: FlexibleBody) -> None:
-    """Warn of a set that was asked for as it is and cannot stretch."""
+    """Warn of a set that was requested unchanged and cannot stretch."""
     if lack := lack_of_stretch(structure, modeset, body.strain):
-        text = f"bodies.{name}: {lack}; it is taken as it is, as derivatives = 'none' asks, and bends far too little"
+        kept = "derivatives = 'none' is set, so it is used unchanged, and its deflections are far too small"
+        text = f"bodies.{name}: {lack}; {kept}"
         warnings.warn(text, PhysicsWarning, stacklevel=2)
 
 

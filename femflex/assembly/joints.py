@@ -25,6 +25,7 @@ from femflex.system import (
     Latch,
     Part,
     Segments,
+    Threshold,
     ball_coordinates,
     cylindrical,
     free,
@@ -60,15 +61,22 @@ def build_joint(table: JointTable, folder: Path) -> Joint:
     joint = _with_motion(_loose_joint(table), table, folder)
     laws, latches = read_laws(table.laws, table.coordinates())
     joint = replace(joint, laws=laws, latches=latches) if laws or latches else joint
-    if table.release is None:
+    at = table.release_at
+    if table.release is None and at is None:
         return joint
     if joint.ball is not None or not joint.n_u or joint.held or latches:
         raise ValueError(
             f"found release on a joint of kind {table.kind!r}; give it to a joint whose coordinates are all slides and "
             "single turns, without motion and latches, such as kind = 'general'"
         )
-    locks = tuple(Latch(k, float(at), opens=table.release) for k, at in enumerate(joint.q0))
+    opens = table.release if at is None else Threshold(_path(at.signal), at.above, at.below)
+    locks = tuple(Latch(k, float(start), opens=opens) for k, start in enumerate(joint.q0))
     return replace(joint, latches=locks)
+
+
+def _path(signal: str) -> str:
+    """Channel of the signal "NAME.OUTPUT"."""
+    return "effectors/" + signal.replace(".", "/", 1)
 
 
 def _with_motion(joint: Joint, table: JointTable, folder: Path) -> Joint:
@@ -132,7 +140,7 @@ def _springs(table: JointTable, first: str = "") -> dict[str, Any]:
 
 
 def root_joint(case: Case, bodies: Mapping[str, Part]) -> tuple[Joint | None, dict[str, Part]]:
-    """The joint of the body that hangs from no joint, as [attitude] says, and the bodies with its libration marker.
+    """The joint of the root body, from [attitude], and the bodies with its libration marker.
 
     None when every body already has a joint.
     """

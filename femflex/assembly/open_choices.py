@@ -7,6 +7,7 @@ from typing import Any
 
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable, Strain
 from femflex.case.case import Case
+from femflex.case.matrices import MatricesTable
 from femflex.case.reduction import CantileverTable, Stretchable
 from femflex.reduction.origin import LeftOpen
 
@@ -69,6 +70,8 @@ def remedy_of(table: BodyTable) -> str:
     """What to do for a strain that knows what pulls along a body."""
     if isinstance(table, FileTable):
         return f"make {table.file} anew (femflex body) from a case that gives it strain = 'condensed'"
+    if isinstance(table, MatricesTable):
+        return "matrices hold linear strain alone: make the body of elements, with strain = 'condensed'"
     r = getattr(table, "reduction", None)
     if isinstance(r, Stretchable) and r.derivatives in ("none", 0):
         return f"drop derivatives = {r.derivatives!r} and give it strain = 'condensed'"
@@ -96,7 +99,7 @@ def with_tables(case: Case, tables: Mapping[str, BodyTable]) -> Case:
 
 
 def with_strains(case: Case, strains: Mapping[str, Strain]) -> Case:
-    """The case with the strain of some bodies said; nonlinear with the shapes in which it stretches."""
+    """The case with the strain of some bodies set; nonlinear with the shapes in which it stretches."""
     tables = {}
     for name, strain in strains.items():
         table = case.bodies[name]
@@ -117,7 +120,7 @@ def _stretch(table: BodyTable) -> dict[str, object]:
 
 
 def with_joints(case: Case, chosen: Mapping[str, Mapping[str, list[str]]]) -> Case:
-    """The case with the static shapes of joints of some bodies said: group -> directions; of beams, their ends."""
+    """The case with the static shapes of joints of some bodies set: group -> directions; of beams, their ends."""
     return with_tables(case, {name: _with_joints(case.bodies[name], ways) for name, ways in chosen.items()})
 
 
@@ -129,7 +132,7 @@ def _with_joints(table: BodyTable, ways: Mapping[str, list[str]]) -> BodyTable:
 
 
 def with_spin(case: Case, names: Collection[str]) -> Case:
-    """The case with the static shapes of spin asked for in the tables of these bodies."""
+    """The case with the static shapes of spin requested in the tables of these bodies."""
     tables = {}
     for name in names:
         table = case.bodies[name]

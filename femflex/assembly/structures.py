@@ -195,7 +195,7 @@ def build_modes(
 ) -> tuple[Structure, ModeSet]:
     """The structure a body's reduction works on and its mode set, of `modes` modes instead of the case's if given.
 
-    acting: what acts on it; those static shapes of that are added to a cantilever set that are slow beside it.
+    acting: its loads; their static shapes that are slow compared with a cantilever set are added to it.
     preload: steady loads of its own equilibrium.
     Initial stress is first let go where the clamps do not hold it (`relaxed`); doubts of it are reported for the body
     of that name.
@@ -210,7 +210,7 @@ def build_modes(
         meant = any(member.options.get("prestress") for member in table.members)
         warn_of_initial_stress(f"bodies.{name}", given, structure, meant)
     if isinstance(r, Stretchable):
-        found = _vibrating(structure, r, modes, acting or ActingLoads())
+        found = vibrating(structure, r, modes, acting or ActingLoads())
         if r.third_derivatives or bends_far(table):
             found = with_own_bends(structure, found, r.third_derivatives, r.deflection)
         if r.derivatives not in (None, "none", 0):
@@ -233,7 +233,7 @@ def build_modes(
 def with_static_derivatives(
     structure: Structure, modes: ModeSet, keep: int | str, deflection: float | None, where: str
 ) -> ModeSet:
-    """The set with so many static derivatives; warns where it has fewer of them than are asked for."""
+    """The set with so many static derivatives; warns where it has fewer of them than requested."""
     found = with_derivatives(structure, modes, keep, deflection)
     kept = found.n_modes - modes.n_modes
     if isinstance(keep, int) and kept < keep:
@@ -253,7 +253,7 @@ def bends_far(table: FlexibleTable) -> bool:
     return table.strain in ("nonlinear", "condensed") and keep not in ("none", 0)
 
 
-def _vibrating(structure: Structure, r: Stretchable, modes: int | None, acting: ActingLoads) -> ModeSet:
+def vibrating(structure: Structure, r: Stretchable, modes: int | None, acting: ActingLoads) -> ModeSet:
     """The set of a reduction that keeps a number of modes, before its derivatives."""
     assert isinstance(r, CantileverTable | FreeFreeTable | CraigBamptonTable)
     n = r.modes if modes is None else modes

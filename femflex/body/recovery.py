@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy import sparse
 
 from femflex.body.strain_field import StrainPart
 
@@ -21,6 +22,8 @@ RESULTANTS = {  # by kind of member: names and units of what the elastic matrix 
     ),
     "solid": (("xx", "yy", "zz", "yz", "xz", "xy"), ("Pa",) * 6),
 }
+SHEAR_FORCES = {"shear_force_y": ("moment_z", -1.0), "shear_force_z": ("moment_y", 1.0)}  # of lines, [N]
+_LINE = RESULTANTS["line"][0]
 VON_MISES = "von_mises"
 ONE_SHEET = 1e-3  # by which 12 D / (A h^2) of a sheet of one material may differ from 1
 CHUNK = 4_000_000  # values held at once
@@ -84,13 +87,40 @@ def one_sheet(part: StrainPart) -> bool:
 
 
 def named(part: StrainPart, name: str, y: Array) -> Array | None:
-    """One quantity (t, p) of a part: a name of RESULTANTS or "von_mises"; None where the part does not have it."""
+    """One quantity (t, p) of a part: a name of RESULTANTS or SHEAR_FORCES, or "von_mises"; None where it has none.
+
+    Shear forces of lines are those that balance the moments: V_y = -dM_z/dx, V_z = dM_y/dx, in the axes of the section.
+    They hold the load of rotary inertia, and differ from the constitutive ones within elements that are too long.
+    """
     if name == VON_MISES:
         return von_mises(part, y)
+    if name in SHEAR_FORCES:
+        moment, sign = SHEAR_FORCES[name]
+        return sign * (resultants(part, y)[..., _LINE.index(moment)] @ _slopes(part)) if _shears(part) else None
     names = RESULTANTS[part.kind][0]
     if name not in names or names.index(name) >= len(part.names):
         return None
     return resultants(part, y)[..., names.index(name)]
+
+
+def _shears(part: StrainPart) -> bool:
+    """Whether shear forces of a part follow from its moments."""
+    return part.kind == "line" and part.per > 1 and len(part.names) == len(_LINE)
+
+
+def _slopes(part: StrainPart) -> sparse.csr_array:
+    """Matrix (p, p) that takes values (..., p) at the points of a line's elements to their derivatives along them:
+    those of the polynomial through the points of each element."""
+    x = part.places.reshape(-1, part.per, 3)
+    way = x[:, -1] - x[:, 0]
+    span = np.linalg.norm(way, axis=1)
+    s = np.einsum("eqi,ei->eq", x - x[:, :1], way) / span[:, None] ** 2
+    apart = s[:, :, None] - s[:, None, :] + np.eye(part.per)
+    weight = 1.0 / apart.prod(axis=2)  # barycentric
+    D = weight[:, None, :] / weight[:, :, None] / apart
+    D *= 1.0 - np.eye(part.per)
+    D -= D.sum(axis=2, keepdims=True) * np.eye(part.per)
+    return sparse.block_diag(list((D / span[:, None, None]).swapaxes(1, 2)), format="csr")
 
 
 def quantities(parts: Sequence[StrainPart]) -> dict[str, str]:
@@ -99,6 +129,8 @@ def quantities(parts: Sequence[StrainPart]) -> dict[str, str]:
     for part in parts:
         names, units = RESULTANTS[part.kind]
         found |= dict(zip(names[: len(part.names)], units, strict=False))
+        if _shears(part):
+            found |= dict.fromkeys(SHEAR_FORCES, "N")
         if part.kind == "solid" or (part.kind == "plate" and one_sheet(part)):
             found[VON_MISES] = "Pa"
     return found
@@ -109,7 +141,7 @@ def peaks(parts: Sequence[StrainPart], y: Array, time: Array) -> list[Peak]:
     best: dict[tuple[str, str], Peak] = {}
     for part in parts:
         units = quantities([part])
-        for name, largest, when in _over_time(part, y, list(units)):
+        for name, (largest, when) in over_time(part, y, list(units)).items():
             at = int(np.argmax(largest))
             key = part.kind, name
             if key not in best or largest[at] > abs(best[key].value):
@@ -122,7 +154,7 @@ def largest_over_time(part: StrainPart, name: str, y: Array) -> Array | None:
     """The largest magnitude over time (p,) of a quantity at each point: a map of peaks."""
     if name not in quantities([part]):
         return None
-    return next(largest for _, largest, _ in _over_time(part, y, [name]))
+    return over_time(part, y, [name])[name][0]
 
 
 def at_points(parts: Sequence[StrainPart], name: str, points: ArrayLike, y: Array) -> tuple[Array, Array]:
@@ -130,23 +162,49 @@ def at_points(parts: Sequence[StrainPart], name: str, points: ArrayLike, y: Arra
 
     Raises ValueError with the names known when no part has it.
     """
-    own = [part for part in parts if name in quantities([part])]
-    if not own:
-        raise ValueError(f"quantity {name!r} is not known of this body; it has {', '.join(quantities(parts))}")
-    values, places = [], []
-    for point in np.asarray(points, float).reshape(-1, 3):
-        distance = [np.linalg.norm(part.places - point, axis=1) for part in own]
-        k = int(np.argmin([d.min() for d in distance]))
-        at = np.array([int(np.argmin(distance[k]))])
-        found = named(_over(own[k], at), name, y)
+    found = [NearestPoint.of(parts, name, point) for point in np.asarray(points, float).reshape(-1, 3)]
+    return np.stack([point.values(y) for point in found], axis=1), np.stack([point.place for point in found])
+
+
+@dataclass(frozen=True, eq=False)
+class NearestPoint:
+    """A quantity at one strain point: the part of its element alone, and the number of the point in it."""
+
+    name: str
+    part: StrainPart
+    number: int
+
+    @classmethod
+    def of(cls, parts: Sequence[StrainPart], name: str, point: ArrayLike) -> NearestPoint:
+        """The point nearest to a place (3,) of those that have the quantity; ValueError when none has it."""
+        own = [part for part in parts if name in quantities([part])]
+        if not own:
+            raise ValueError(f"quantity {name!r} is not known of this body; it has {', '.join(quantities(parts))}")
+        away = [np.linalg.norm(part.places - np.asarray(point, float), axis=1) for part in own]
+        k = int(np.argmin([each.min() for each in away]))
+        at, per = int(np.argmin(away[k])), own[k].per
+        element = at // per
+        return cls(name, _over(own[k], np.arange(element * per, (element + 1) * per)), at % per)
+
+    @property
+    def place(self) -> Array:
+        """Where it lies (3,) [m, body frame]."""
+        return np.asarray(self.part.places[self.number])
+
+    @property
+    def unit(self) -> str:
+        """Unit of the quantity."""
+        return quantities([self.part])[self.name]
+
+    def values(self, y: Array) -> Array:
+        """The quantity along time (t,) at amplitudes y (t, n)."""
+        found = named(self.part, self.name, y)
         assert found is not None
-        values.append(found[:, 0])
-        places.append(own[k].places[at[0]])
-    return np.stack(values, axis=1), np.stack(places)
+        return np.asarray(found[:, self.number])
 
 
 def _over(part: StrainPart, points: Index) -> StrainPart:
-    """The part at some of its points alone."""
+    """The part at some of its points alone, those of whole elements."""
 
     def rows(table: Array) -> Array:
         return table if len(table) == 1 else table[points]
@@ -159,12 +217,11 @@ def _over(part: StrainPart, points: Index) -> StrainPart:
         elastic=rows(part.elastic),
         stress=rows(part.stress),
         lever=rows(part.lever),
-        per=1,
     )
 
 
-def _over_time(part: StrainPart, y: Array, names: Sequence[str]) -> list[tuple[str, Array, Index]]:
-    """Largest magnitude (p,) of each quantity at each point and the row of y where it is; in chunks of time."""
+def over_time(part: StrainPart, y: Array, names: Sequence[str]) -> dict[str, tuple[Array, Index]]:
+    """Largest magnitude (p,) of each quantity at each point, and the row (p,) of y where it is; in chunks of time."""
     n = len(part.places)
     largest = {name: np.full(n, -1.0) for name in names}
     when = {name: np.zeros(n, np.int64) for name in names}
@@ -178,4 +235,4 @@ def _over_time(part: StrainPart, y: Array, names: Sequence[str]) -> list[tuple[s
             value = found[row, np.arange(n)]
             better = value > largest[name]
             largest[name][better], when[name][better] = value[better], start + row[better]
-    return [(name, largest[name], when[name]) for name in names]
+    return {name: (largest[name], when[name]) for name in names}

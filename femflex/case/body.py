@@ -12,6 +12,7 @@ from femflex.case.connection import Connection, RegionTable
 from femflex.case.deck import OverrideValues
 from femflex.case.deploying import DeployingTable
 from femflex.case.inertia import InertiaMatrix
+from femflex.case.matrices import MatricesTable
 from femflex.case.options import add_options, read_options
 from femflex.case.preload import PreloadTable
 from femflex.case.reduction import DampingTable, FunctionsTable, Reduction
@@ -24,7 +25,7 @@ STRETCHABLE = ("cantilever", "free_free", "craig_bampton")
 
 
 class ImbalanceTable(Table):
-    """Imbalance of a rotor about its z axis, beside mass, inertia and centre of the balanced one."""
+    """Imbalance of a rotor about its z axis, in addition to mass, inertia and centre of the balanced one."""
 
     static: Annotated[float, Quantity("kg m")] = 0.0
     """Static imbalance: the centre of mass moves by static / mass along x."""
@@ -57,6 +58,8 @@ class RigidTable(BodyTable):
             refuse(
                 "found initial on a rigid body, which has no elastic coordinates; joints and [attitude] set its motion"
             )
+        if self.recovery:
+            refuse("found recovery on a rigid body, which has no stress; take it out")
         for name, marker in self.markers.items():
             if marker.group is not None:
                 refuse(f"found group in marker {name!r} of a rigid body, which has no mesh; give position")
@@ -315,8 +318,8 @@ class AnalyticTable(BodyTable):
     functions: FunctionsTable
     """Number and kind of admissible functions."""
     strain: Strain | None = None
-    """Strain energy, as for meshed bodies. nonlinear needs axial functions, beside which the rest of the stretch
-    follows; condensed has its own."""
+    """Strain energy, as for meshed bodies. nonlinear needs axial functions; condensed adds
+    its own dependent ones."""
     damping: DampingTable | None = None
     """Structural damping. Left out: none."""
 
@@ -343,4 +346,7 @@ class FileTable(BodyTable):
     """Structural damping. Left out: that of the file."""
 
 
-Body = Annotated[RigidTable | FlexibleTable | AnalyticTable | FileTable | DeployingTable, Field(discriminator="kind")]
+Body = Annotated[
+    RigidTable | FlexibleTable | AnalyticTable | FileTable | MatricesTable | DeployingTable,
+    Field(discriminator="kind"),
+]

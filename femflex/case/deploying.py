@@ -61,16 +61,16 @@ class DeployingFunctionsTable(Table):
 class TaperTable(Table):
     """Section and density that vary along the material: factors at points, straight between them."""
 
-    along: Annotated[tuple[float, ...], Quantity("m", least=0.0)]
+    along: Annotated[tuple[float, ...], Quantity("m", (None,), least=0.0)]
     """Distances of the points from the end that comes out first: the tip where the drum is at the root, the root where
     it is at the tip. Ascending, at least two; the factors stay constant beyond the last one."""
-    mass: Annotated[tuple[float, ...] | None, Quantity(above=0.0)] = None
+    mass: Annotated[tuple[float, ...] | None, Quantity("", (None,), above=0.0)] = None
     """Factors on the mass per length. Left out: 1."""
-    bending: Annotated[tuple[float, ...] | None, Quantity(least=0.0)] = None
+    bending: Annotated[tuple[float, ...] | None, Quantity("", (None,), least=0.0)] = None
     """Factors on EIy and EIz. Left out: 1."""
-    axial: Annotated[tuple[float, ...] | None, Quantity(least=0.0)] = None
+    axial: Annotated[tuple[float, ...] | None, Quantity("", (None,), least=0.0)] = None
     """Factors on EA. Left out: 1."""
-    torsion: Annotated[tuple[float, ...] | None, Quantity(least=0.0)] = None
+    torsion: Annotated[tuple[float, ...] | None, Quantity("", (None,), least=0.0)] = None
     """Factors on GJ. Left out: 1."""
 
     def factors(self) -> dict[str, tuple[float, ...]]:
@@ -144,7 +144,7 @@ class DeployingTable(BodyTable):
     GJ: Stiffness = 0.0
     """Torsional stiffness; needed with torsion functions."""
     tension: Annotated[float, Quantity("N", least=0.0)] = 0.0
-    """Axial force at the tip that supports outside the member hold up, such as booms beside a blanket."""
+    """Axial force at the tip that supports outside the member hold up, such as booms on both sides of a blanket."""
     tip: Literal["free", "held"] = "free"
     """Support of the tip of a tether or membrane: free, or held on the member's line."""
     ry: Annotated[float, Quantity("m", least=0.0)] = 0.0
@@ -183,7 +183,7 @@ class DeployingTable(BodyTable):
     """What is at rest at t = 0 in a bent member that moves out: the deflection at a fixed place; that of a material
     point; or the coordinates, so that the shape grows with the length."""
     markers: dict[Name, DeployingMarkerTable] = Field(default_factory=dict)  # type: ignore[assignment]
-    """Markers by name beside root and tip."""
+    """Markers by name, in addition to root and tip."""
 
     def own_markers(self) -> tuple[str, ...]:
         """The member's two ends."""

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import model_validator
 
-from femflex.case.base import Name, Table, refuse
+from femflex.case.base import Name, Table, exactly_one, refuse
 from femflex.case.law import Laws, read_laws
 from femflex.case.motion import Motion
 from femflex.case.values import Quantity, ValueProblem
@@ -20,6 +20,22 @@ HELD_KEYS = (
     ("position", "position", SLIDE_SPRINGS),
 )
 RATES = {"angle": "rate", "angles": "rates", "position": "velocity"}
+
+
+class ReleaseTable(Table):
+    """A signal that rises above, or falls below, a value."""
+
+    signal: str
+    """Signal of one number, such as the output "gauge.strain" of a sensor."""
+    above: Annotated[float | None, Quantity()] = None
+    """Value in SI units above which the joint lets go."""
+    below: Annotated[float | None, Quantity()] = None
+    """Value in SI units below which the joint lets go."""
+
+    @model_validator(mode="after")
+    def _fits(self) -> ReleaseTable:
+        exactly_one(self, ("above", "below"))
+        return self
 
 
 class JointTable(Table):
@@ -46,6 +62,8 @@ class JointTable(Table):
     release: Annotated[float, Quantity("s", least=0.0)] | None = None
     """Time at which the joint lets go: its slides and turns are locked until then, and free afterwards. For joints of
     slides and turns, such as general. Left out: not locked."""
+    release_at: ReleaseTable | None = None
+    """Signal at whose value the joint lets go, in place of a time."""
 
     def coordinates(self) -> dict[str, str]:
         """Name and unit of every slide and turn that a law may act on."""
@@ -53,6 +71,7 @@ class JointTable(Table):
 
     @model_validator(mode="after")
     def _laws_fit(self) -> JointTable:
+        exactly_one(self, ("release", "release_at"), required=False)
         try:
             laws, latches = read_laws(self.laws, self.coordinates())
         except ValueProblem as problem:
@@ -62,7 +81,7 @@ class JointTable(Table):
         names = list(self.coordinates())
         for kind, k in [*((law.kind, law.freedom) for law in laws), *(("latch", latch.freedom) for latch in latches)]:
             if k < len(held) and held[k] is not None:
-                refuse(f"found a {kind} on {names[k]!r}, which is held by motion; it would do nothing, so drop it")
+                refuse(f"found a {kind} on {names[k]!r}, whose motion is prescribed; it has no effect, so remove it")
         return self
 
     def motions(self, key: str) -> tuple[Motion | None, ...]:
@@ -88,10 +107,8 @@ class JointTable(Table):
             if not given or (other == begins and motion.locked):
                 continue
             if other in others:
-                refuse(
-                    f"found {other} for a coordinate that is {held} by motion.{key}; it would do nothing, so drop it"
-                )
-            refuse(f"found {other} for a coordinate that is {held} by motion.{key}; the motion says where it begins")
+                refuse(f"found {other} for a coordinate that is {held} by motion.{key}; it has no effect, so remove it")
+            refuse(f"found {other} for a coordinate that is {held} by motion.{key}; the motion sets its initial value")
 
     @model_validator(mode="after")
     def _base_has_one_marker(self) -> JointTable:

@@ -9,6 +9,7 @@ from pathlib import Path
 from femflex.case.body import FileTable, FlexibleTable, RigidTable
 from femflex.case.case import Case
 from femflex.case.initial import EQUILIBRIUM
+from femflex.case.matrices import MatricesTable
 from femflex.case.model_inputs import filed_motions
 from femflex.case.outline import Outline, outline
 from femflex.case.problems import Problem, listed
@@ -67,6 +68,8 @@ def _named_files(outline: Outline) -> Iterator[tuple[str, str]]:
             yield f"bodies.{name}.{'mesh' if body.deck is None else 'deck'}", body.source
         if isinstance(body, FileTable):
             yield f"bodies.{name}.file", body.file
+        if isinstance(body, MatricesTable):
+            yield from ((f"bodies.{name}.matrices{key}", file) for key, file in body.files)
         if isinstance(body, RigidTable):
             yield from (
                 (f"bodies.{name}.shapes[{k}].file", s.file)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from femflex.case.body import BodyTable, FileTable, FlexibleTable
+from femflex.case.matrices import MatricesTable
 from femflex.case.outline import Outline
 from femflex.case.problems import Problem, near
 from femflex.case.tree import loose_bodies
@@ -17,7 +18,7 @@ def known_markers(body: BodyTable | None) -> set[str] | None:
     if body is None or isinstance(body, FileTable):
         return None
     known = {"origin", *body.markers}
-    if isinstance(body, FlexibleTable):
+    if isinstance(body, FlexibleTable | MatricesTable):
         known |= {*getattr(body.reduction, "clamp", {}), *getattr(body.reduction, "interfaces", [])}
     return known | set(body.own_markers())
 

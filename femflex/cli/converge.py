@@ -16,7 +16,7 @@ from femflex.cli.verb import print_error, verb
 
 if TYPE_CHECKING:
     from femflex.case import Case
-    from femflex.studies import Convergence, Point, StrainStudy, Study
+    from femflex.studies import Convergence, FunctionStudy, Point, StrainStudy, Study
 
 
 @verb("femflex converge cases/orbiter_beam.toml --over modes --tolerance 1e-6 -o convergence.png")
@@ -26,8 +26,9 @@ def converge(
         str,
         typer.Option(
             "--over",
-            help="What is varied: modes, mesh, derivatives, segments, strain (linear, condensed, nonlinear); or "
-            "several in turn, modes,derivatives,strain, each with what the ones before found enough.",
+            help="What is varied: modes, mesh, derivatives, segments, functions (type and number of admissible "
+            "functions), strain (linear, condensed, nonlinear); or several in turn, modes,derivatives,strain, each "
+            "with what the ones before found enough.",
         ),
     ] = "modes",
     levels: Annotated[
@@ -45,11 +46,12 @@ def converge(
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing picture.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
 ) -> None:
-    """Vary modes, mesh, derivative shapes, segments or the form of strain, watch the quantity of \\[study], and judge.
+    """Vary modes, mesh, derivative shapes, segments, functions or strain, watch the quantity of \\[study], and judge.
 
     Prints a table, the observed order, the extrapolated limit, and a verdict with a recommended number. Modes: the
-    case runs with more and more modes. Mesh: every cell is divided in two along each edge, again and again. Strain:
-    the three forms against the one that holds furthest, with what each costs. Ctrl-C keeps what there is (exit code
+    case runs with more and more modes. Mesh: every cell is divided in two along each edge, again and again. Functions:
+    every type of admissible functions over their number, against the best value of all. Strain: the three forms against
+    the one that holds furthest, with what each costs. Ctrl-C keeps what there is (exit code
     130).
     """
     wanted = StudyOutputs(tolerance, as_json, output, theme, force)
@@ -66,7 +68,7 @@ def converge(
         read = read_case(case)
         own, notes = with_strain_notes(read)
         check_studies(own, varied)
-    findings: list[Convergence | StrainStudy] = []
+    findings: list[Convergence | StrainStudy | FunctionStudy] = []
     for k, word in enumerate(varied or ["modes"]):
         found, names, stopped = run_study(read, word, numbers, tolerance)
         if k == 0:
@@ -88,22 +90,26 @@ def checked_levels(levels: str | None, varied: list[str]) -> list[int] | None:
     """The numbers of --levels. Raises ValueError where they cannot belong to what is varied."""
     if levels is not None and (len(varied) > 1 or varied == ["strain"]):
         raise ValueError(
-            f"--levels goes with one study over modes, mesh, derivatives or segments; found --over {','.join(varied)}. "
-            "Leave it out, or name the numbers in the case's [study]"
+            "--levels goes with one study over modes, mesh, derivatives, segments or functions; found --over "
+            f"{','.join(varied)}. Leave it out, or name the numbers in the case's [study]"
         )
     return None if levels is None else read_levels(levels)
 
 
 def run_study(
     case: Case, over: str, levels: list[int] | None, tolerance: float | None
-) -> tuple[Convergence | StrainStudy | None, tuple[str, ...], BaseException | None]:
+) -> tuple[Convergence | StrainStudy | FunctionStudy | None, tuple[str, ...], BaseException | None]:
     """What a study found, the bodies it varied, and what broke it off, if anything did."""
-    from femflex.studies import assessed, planned, strain_forms
+    from femflex.studies import assessed, function_kinds, planned, strain_forms
 
     if over == "strain":
         with Bar("comparing", 100.0, unit="%") as bar, keep_alive(bar) as report:
             compared = strain_forms(case, tolerance, lambda part: report(float(round(100.0 * part))))
         return compared, tuple(compared.own), None
+    if over == "functions":
+        with Bar("comparing", 100.0, unit="%") as bar, keep_alive(bar) as report:
+            types = function_kinds(case, levels, tolerance, lambda part: report(float(round(100.0 * part))))
+        return types, tuple(types.own), None
     study = planned(case, over, levels)  # type: ignore[arg-type]  # another word is refused there
     points, stopped = computed_points(study)
     valued = any(not point.problem for point in points)

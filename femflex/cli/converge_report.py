@@ -12,7 +12,9 @@ from femflex.cli.advice_lines import print_notes
 from femflex.cli.tables import print_json, print_table
 
 if TYPE_CHECKING:
-    from femflex.studies import Convergence, StrainStudy
+    from femflex.studies import Convergence, FunctionStudy, StrainStudy
+
+    Finding = Convergence | StrainStudy | FunctionStudy
 
 
 @dataclass(frozen=True)
@@ -43,13 +45,14 @@ class StudyOutputs:
         if not self.as_json:
             print_notes(notes)
 
-    def say(self, found: Convergence | StrainStudy) -> None:
+    def say(self, found: Finding) -> None:
         """Print one study as it is done."""
         if not self.as_json:
-            print_forms(found) if found.over == "strain" else print_study(found)  # type: ignore[arg-type]
+            printers = {"strain": print_forms, "functions": print_kinds}
+            printers.get(found.over, print_study)(found)  # type: ignore[operator]
 
-    def tell(self, findings: list[Convergence | StrainStudy], notes: Mapping[str, str], complete: bool) -> None:
-        """Print what they come to together, with the notes on bodies as JSON too, and draw them if asked for."""
+    def tell(self, findings: list[Finding], notes: Mapping[str, str], complete: bool) -> None:
+        """Print what they come to together, with the notes on bodies as JSON too, and draw them on request."""
         from femflex.studies import choice, choice_text
 
         if self.as_json and len(findings) == 1:
@@ -81,8 +84,21 @@ def print_forms(found: StrainStudy) -> None:
         rows.append(
             [form.strain, *counts, str(form.followers), *text, "<-" if form.strain == found.recommended else ""]
         )
-    heads = ["strain", "coordinates", "vibration", "derivatives", "following", "value", "difference", "seconds", ""]
+    heads = ["strain", "coordinates", "vibration", "derivatives", "dependent", "value", "difference", "seconds", ""]
     print_table(heads, rows)
+    print(fill(f"verdict     {found.verdict}", 110, subsequent_indent=" " * 12))
+
+
+def print_kinds(found: FunctionStudy) -> None:
+    """Print the comparison of types of functions."""
+    print(f"{found.title} [{found.unit}]" if found.unit not in ("", "1") else found.title)
+    rows = []
+    for kind, study in found.with_values:
+        off = found.differences(study) if found.reference is not None else study.values * 0.0
+        for k, level in enumerate(study.levels):
+            mark = "<-" if found.chosen == (kind, int(level)) else ""
+            rows.append([kind, str(level), str(study.counts[k]), f"{study.values[k]:.12g}", f"{off[k]:.2e}", mark])
+    print_table(["functions", "a field", "coordinates", "value", "difference", ""], rows)
     print(fill(f"verdict     {found.verdict}", 110, subsequent_indent=" " * 12))
 
 
@@ -113,5 +129,5 @@ def derivatives_apart(found: Convergence) -> tuple[list[list[str]], list[str]]:
         inside = found.derivatives + (found.followers if of == "shapes" else 0)
         parts, heads = [found.counts - inside, found.derivatives], [*heads, "vibration", "derivatives"]
     if found.followers.any():
-        parts, heads = [*parts, found.followers], [*heads, "following"]
+        parts, heads = [*parts, found.followers], [*heads, "dependent"]
     return [[str(part[k]) for part in parts] for k in range(len(found.levels))], heads

@@ -22,10 +22,12 @@ def info(
         raise FileNotFoundError(
             f"{file} does not exist" if not file.exists() else f"{file} is a folder; name a file in it"
         )
+    from femflex.mesh.formats import FORMATS
+
     with Patience(f"reading {file.name}"):
         text = (
             _hdf5(file)
-            if _starts_as_hdf5(file) and file.suffix != ".med"
+            if _starts_as_hdf5(file) and file.suffix.lower() not in FORMATS
             else _case(file)
             if file.suffix == ".toml"
             else _mesh_or_deck(file, units)
@@ -142,4 +144,4 @@ def _mesh_or_deck(file: Path, units: str) -> str:
 def _mesh(file: Path) -> str:
     from femflex.mesh import describe, read_mesh
 
-    return f"{file.name}: mesh\n{describe(read_mesh(file))}"
+    return f"{file.name}: mesh\n{describe(read_mesh(file, strict=False))}"

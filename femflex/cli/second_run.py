@@ -1,4 +1,4 @@
-"""The second run that a case's [pictures] ask for, with something left out, to be laid over the plots of the first."""
+"""The second run of a case's [pictures], linearised or with something left out, laid over the plots of the first."""
 
 from __future__ import annotations
 
@@ -17,13 +17,19 @@ if TYPE_CHECKING:
 
 
 def second_output(case: Case, output: Path) -> Path | None:
-    """Where the second run goes, None when none is asked for."""
-    wanted = case.pictures is not None and case.pictures.without
-    return output.with_name(f"{output.stem}_without{output.suffix}") if wanted else None
+    """Where the second run goes, None without one."""
+    if case.pictures is None or not (case.pictures.without or case.pictures.linearised):
+        return None
+    word = "linearised" if case.pictures.linearised else "without"
+    return output.with_name(f"{output.stem}_{word}{output.suffix}")
 
 
 def check_left_out(prepared: Prepared) -> None:
-    """Raise ValueError when what the second run leaves out is not there."""
+    """Raise ValueError when what the second run leaves out is not there, or has no linear motion."""
+    if prepared.case.pictures is not None and prepared.case.pictures.linearised:
+        from femflex.pipeline.linear_motion import check
+
+        check(prepared.system)
     if prepared.case.pictures is not None and not prepared.model.omitted:
         from femflex.dynamics.terms.without import resolved
 
@@ -33,7 +39,7 @@ def check_left_out(prepared: Prepared) -> None:
 
 @contextmanager
 def second_run(case: Case, output: Path, force: bool) -> Iterator[Run | None]:
-    """The second run, open for reading; one that runs away is kept as far as it got, and that is said."""
+    """The second run, open for reading; one that diverges is kept up to there, with a report."""
     path = second_output(case, output)
     if path is None or case.pictures is None:
         yield None
@@ -43,15 +49,16 @@ def second_run(case: Case, output: Path, force: bool) -> Iterator[Run | None]:
     from femflex.results import open_run
     from femflex.warning import PhysicsWarning
 
-    left_out = ", ".join(case.pictures.without)
-    prepared = pipeline.prepare(case, path, force=force, without=case.pictures.without)
+    linear = case.pictures.linearised
+    what = "linearised" if linear else f"without {', '.join(case.pictures.without)}"
+    prepared = pipeline.prepare(case, path, force=force, without=case.pictures.without, linearised=linear)
     text = "reached the end"
-    with warnings.catch_warnings(), Bar(f"again without {left_out}", float(prepared.times[-1])) as bar:
+    with warnings.catch_warnings(), Bar(f"again {what}", float(prepared.times[-1])) as bar:
         warnings.simplefilter("ignore", PhysicsWarning)  # what it leaves out is left out on purpose
         try:
             pipeline.integrate(prepared, path, force=force, progress=bar)
         except IntegrationError as error:
             text = f"stopped at t = {error.t:.6g} s, where it diverges"
-    print(f"compared    without {left_out}: {path} {text}")
+    print(f"compared    {what}: {path} {text}")
     with open_run(path) as run:
         yield run

@@ -1,16 +1,19 @@
-"""`femflex stress`: section forces and stresses of a run, their peaks, and along time at points."""
+"""`femflex stress`: section forces and stresses of a run, their peaks as table and map, and along time at points."""
 
 from __future__ import annotations
 
 import csv
 import io
 import json as json_format
+import sys
+from collections.abc import Collection
 from math import isfinite
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from femflex.cli.outputs import PICTURE, TABLE, outputs
 from femflex.cli.progress import Patience
 from femflex.cli.verb import verb
 
@@ -26,18 +29,26 @@ def stress(
         list[str] | None,
         typer.Option("--quantity", help="Quantity such as von_mises or moment_y; may be repeated. Left out, all."),
     ] = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="CSV file of what is printed.")] = None,
+    points: Annotated[
+        bool, typer.Option("--points", help="List every strain point with its largest values, in place of the peaks.")
+    ] = False,
+    output: Annotated[
+        list[Path] | None,
+        typer.Option("-o", "--output", help="CSV file of what is printed; PNG picture of one quantity's peaks."),
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
 ) -> None:
     """Print the largest section forces and stresses of every flexible body over a run, or write them along time."""
     from femflex.results import open_run
+    from femflex.results.place import check_place
 
     places = [_place(text) for text in at or []]
-    if output is not None:
-        from femflex.results.place import check_place
-
-        check_place(output, force)
+    if places and points:
+        raise ValueError("--at and --points are two tables; give one of them")
+    files = outputs(output or (), {TABLE: (".csv",), PICTURE: (".png",)})
+    for path in files.values():
+        check_place(path, force)
     with Patience(f"recovering stress of {file.name}"), open_run(file) as run:
         bodies = run.bodies()
         names = body or [name for name, found in bodies.items() if found.strain_field]
@@ -45,15 +56,20 @@ def stress(
         if unknown or not names:
             having = [name for name, found in bodies.items() if found.strain_field]
             raise ValueError(f"{file.name} has no strain of {unknown or 'any body'}; it has that of {having}")
-        rows = _along_time(run, bodies, names, places, quantity) if places else _peaks(run, bodies, names, quantity)
+        if places:
+            rows = _along_time(run, bodies, names, places, quantity)
+        else:
+            rows = (_of_points if points else _peaks)(run, bodies, names, quantity)
+        if PICTURE in files:
+            _draw(run, bodies, names, files[PICTURE], quantity, force)
     if json:
         print(json_format.dumps([dict(zip(rows[0], row, strict=True)) for row in rows[1:]]))
-    elif not places or output is None:
+    elif not (places or points) or TABLE not in files:
         print(_table(rows))
-    if output is not None:
+    if TABLE in files:
         text = io.StringIO()
         csv.writer(text).writerows(rows)
-        output.write_text(text.getvalue(), encoding="utf-8")
+        files[TABLE].write_text(text.getvalue(), encoding="utf-8")
 
 
 def _peaks(run: Any, bodies: Any, names: list[str], wanted: list[str] | None) -> list[list[Any]]:
@@ -63,12 +79,50 @@ def _peaks(run: Any, bodies: Any, names: list[str], wanted: list[str] | None) ->
     for name in names:
         found = peaks(bodies[name].strain_field, run[f"bodies/{name}/delta"], run.time)
         known = [peak.name for peak in found]
-        if wrong := [each for each in wanted or [] if each not in known]:
-            raise ValueError(f"quantity {wrong[0]!r} is not known of body {name!r}; it has {', '.join(known)}")
+        _check_known(name, wanted, known)
         for peak in found:
             if not wanted or peak.name in wanted:
                 rows.append([name, peak.kind, peak.name, peak.value, peak.unit, peak.time, *peak.place])
     return rows
+
+
+def _of_points(run: Any, bodies: Any, names: list[str], wanted: list[str] | None) -> list[list[Any]]:
+    """The largest magnitude of each quantity over the run at every strain point, and when."""
+    from femflex.body.recovery import over_time, quantities
+
+    rows: list[list[Any]] = [["body", "members", "x_m", "y_m", "z_m", "quantity", "largest", "unit", "time_s"]]
+    for name in names:
+        y, parts = run[f"bodies/{name}/delta"], bodies[name].strain_field
+        _check_known(name, wanted, quantities(parts))
+        for part in parts:
+            units = {key: unit for key, unit in quantities([part]).items() if not wanted or key in wanted}
+            for key, (largest, when) in over_time(part, y, list(units)).items():
+                rows += [
+                    [name, part.kind, *place, key, value, units[key], t]
+                    for place, value, t in zip(
+                        part.places.tolist(), largest.tolist(), run.time[when].tolist(), strict=True
+                    )
+                ]
+    return rows
+
+
+def _draw(run: Any, bodies: Any, names: list[str], path: Path, wanted: list[str] | None, force: bool) -> None:
+    """Draw the largest values of one quantity over the run on the bodies."""
+    from femflex.body.recovery import VON_MISES, quantities
+    from femflex.cli.render import place_of_camera
+    from femflex.view import render_picture
+
+    known = quantities([part for name in names for part in bodies[name].strain_field])
+    if wanted and len(wanted) > 1:
+        raise ValueError(f"-o {path} draws one quantity, and --quantity names {len(wanted)}; give one")
+    name = wanted[0] if wanted else VON_MISES if VON_MISES in known else next(iter(known))
+    render_picture(run, path, force=force, colour=f"peak:{name}", **place_of_camera(run, None, None))
+    print(f"picture     {path} ({name})", file=sys.stderr)
+
+
+def _check_known(body: str, wanted: list[str] | None, known: Collection[str]) -> None:
+    if wrong := [each for each in wanted or [] if each not in known]:
+        raise ValueError(f"quantity {wrong[0]!r} is not known of body {body!r}; it has {', '.join(known)}")
 
 
 def _along_time(

@@ -10,7 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.dynamics.effectors.starts import with_starts
-from femflex.dynamics.effectors.states import add_angular_momentum, has_events, observe_states, sensor_problems
+from femflex.dynamics.effectors.states import (
+    add_angular_momentum,
+    has_events,
+    observe_states,
+    sensor_problems,
+    threshold_problems,
+)
 from femflex.dynamics.equilibria.frequency import highest_frequency
 from femflex.dynamics.force_terms import force_terms
 from femflex.dynamics.forces.orbit_force import observe_orbit_force
@@ -42,7 +48,7 @@ if TYPE_CHECKING:
     from femflex.dynamics.clock import Clock
     from femflex.dynamics.constraints.constrained import Constraints
     from femflex.dynamics.effectors.events import AllEvents
-    from femflex.dynamics.joints.latches import Latches
+    from femflex.dynamics.latches import Latches
 
 Array = NDArray[np.float64]
 
@@ -159,7 +165,7 @@ class Model(Summarised):
         if not (latched or eventful):
             return None
         from femflex.dynamics.effectors.events import AllEvents, StateEvents
-        from femflex.dynamics.joints.latches import Latches
+        from femflex.dynamics.latches import Latches
 
         if not eventful:
             return Latches(self)
@@ -269,10 +275,11 @@ def compile_system(system: System) -> Model:
     """The compiled model of a system.
 
     The first process on a machine compiles the kernels once (some ten seconds); later ones load them.
-    Raises ValueError for an effector whose function cannot be compiled, and for a sensor that is no channel.
+    Raises ValueError for an effector whose function cannot be compiled, and for a sensor or a threshold that is no
+    channel.
     """
     channels = channels_of(system)
-    if problems := sensor_problems(system, channels):
+    if problems := sensor_problems(system, channels) + threshold_problems(system, channels):
         raise ValueError("\n".join(problems))
     table, pool, scratch = lower(system, force_terms())
     n_q = len(system.coordinate_names())

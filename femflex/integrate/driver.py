@@ -111,6 +111,16 @@ class Adaptive(ABC):
         resume[head.T_OLD], resume[head.DENSE] = resume[head.T], 0.0  # no step before this one
         resume[head.EVALUATIONS] += calls
 
+    def go_on(self, model: Model, resume: Array, span: Span) -> None:
+        """Begin a smooth interval after a sample, with a first step no longer than the one that was due.
+
+        Samples change the motion little, and the automatic first step is mostly too long: up to five trials are saved.
+        """
+        due, began = float(resume[head.H]), resume[head.ACCEPTED] > 0
+        self.start_anew(model, resume, span)
+        if began and due > 0.0:
+            resume[head.H] = min(resume[head.H], due)
+
     def _continued(self, model: Model, times: Array, state: Array) -> Array:
         resume = np.array(state, float)
         expected = (float(self.number), float(model.n_x), head.HEAD + self.n_vectors * model.n_x)
@@ -148,13 +158,13 @@ class Adaptive(ABC):
                     due = clock is not None and clock.next(vectors[0]) <= resume[head.T]
                     if clock is not None and due and todo[kept[0]] > resume[head.T]:  # all rows up to here are out
                         clock.strike(float(resume[head.T]), vectors[0])
-                        self.start_anew(model, resume, until(clock, vectors[0], resume[head.T], todo[-1], breaks))
+                        self.go_on(model, resume, until(clock, vectors[0], resume[head.T], todo[-1], breaks))
                     span = until(clock, vectors[0], resume[head.T], todo[-1], breaks)
                     count, called = kept[0], perf_counter()
                     status, written = fill(resume, vectors, todo[count:], rows[count:], span, budget)
                     if status == head.PAUSE:
                         budget = adapted(budget, perf_counter() - called)
-                    elif status == head.END and not due:
+                    elif status == head.END and not due and not struck_next(clock, vectors[0], resume):
                         self.start_anew(model, resume, until(clock, vectors[0], resume[head.T], todo[-1], breaks))
                     if pace.hopeless(trials_of(resume), resume[head.T], span[0]):
                         status, resume[head.CAUSE] = head.STUCK, head.CREEPING
@@ -184,6 +194,11 @@ def until(clock: Clock | None, x: Array, t: float, end: float, breaks: Array) ->
     """
     stop, lo, hi = interval(t, end, breaks)
     return stop if clock is None else max(t, min(stop, clock.next(x))), lo, hi
+
+
+def struck_next(clock: Clock | None, x: Array, resume: Array) -> bool:
+    """Whether a clock changes the state x (n_x,) at the time reached, after which the method begins anew anyway."""
+    return clock is not None and clock.next(x) <= float(resume[head.T])
 
 
 def adapted(budget: int, seconds: float) -> int:

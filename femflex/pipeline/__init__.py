@@ -39,15 +39,17 @@ def run(
     without: Sequence[str] = (),
     effectors: Sequence[Effector | Controller] = (),
     varying: Mapping[str, Variation] | None = None,
+    linearised: bool = False,
 ) -> Run:
     """The finished run of a case, written to an HDF5 file as it goes and open for reading.
 
     resume    go on with the unfinished run in `output`; the answer is that of an uninterrupted one, bit for bit
               (a complete one is returned as it is)
     without   names of what is switched off, such as "gravity_gradient", a load or "flexibility"; the file says so
-    effectors effectors and controllers beside those of the case; a run with any is resumed by giving the same again
+    effectors effectors and controllers added to those of the case; to resume such a run, give the same again
     progress  called with the time reached [s] after every block
     varying   body name -> Variation: how its properties depend on time; to resume such a run, give the same again
+    linearised  solve the linear equations about the equilibrium, or along a deployment (`pipeline.linear_motion`)
     Raises CaseError for a case that cannot be run, FileExistsError for an existing output unless `force`,
     BlockingIOError when another run is writing the output, ValueError when `resume` finds other inputs, and
     IntegrationError when the numerics fail; the file then keeps what was computed and says so.
@@ -63,7 +65,14 @@ def run(
             check_output(case, Path(output), force, resume)
     with FileLock(output) as lock:
         prepared = prepare(
-            case, output, force=force, resume=resume, without=without, effectors=effectors, varying=varying
+            case,
+            output,
+            force=force,
+            resume=resume,
+            without=without,
+            effectors=effectors,
+            varying=varying,
+            linearised=linearised,
         )
         integrate(prepared, output, force=force, resume=resume, progress=progress, lock=lock)
     return open_run(output)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from femflex.advice.deployed import SlackWatch
 from femflex.advice.stiffening import StiffeningWatch
 from femflex.advice.tension import TensionWatch
 from femflex.pipeline.guard import Runaway, Singularities, first_overflow, warn_of_passage
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from femflex.dynamics import Model
     from femflex.integrate import Block, IntegrationError
     from femflex.pipeline.prepared import Prepared
+    from femflex.pipeline.recovered import Recovered
     from femflex.results import FileLock, RunWriter
 
 MOST_MOVED = 200  # initial values that a file's attributes have room for
@@ -43,8 +45,10 @@ def integrate(
     model, known = prepared.model.for_run(), prepared.decided.known
     runaway, singularities = Runaway(model, known, prepared.decided.notes), Singularities(model)
     stiffening, tension = StiffeningWatch(model, known), TensionWatch(model, known)
+    slack = SlackWatch(model)
     if model.constraints is not None:
         model.constraints.forget_passage()
+    stresses = prepared.recovered
     with _writer(prepared, Path(output), force, resume, lock) as (writer, state, written):
         last = None
         try:
@@ -62,10 +66,11 @@ def integrate(
                     after = last.resume if error is None else None  # a failed run cannot go on
                     writer.make_room(len(times), after)
                     with undisturbed():
-                        writer.write_block(times, seen, after)
+                        writer.write_block(times, seen | stresses.values(seen), after)
                     singularities.watch(times, seen)
                     stiffening.watch(seen)
                     tension.watch(times, seen)
+                    slack.watch(times, seen)
                     written = float(times[-1])
                 if error is not None:
                     raise error
@@ -78,13 +83,14 @@ def integrate(
                     stiffening.watch(seen)
             singularities.warn()
             stiffening.warn()  # what linear strain leaves out is the first cause of a motion that runs away
-            raise _kept(failed, writer, model, written) from failed.__cause__
+            raise _kept(failed, writer, model, written, stresses) from failed.__cause__
         writer.finish(True, "reached the end", _statistics(last))
     runaway.warn()
     singularities.warn()
     warn_of_passage(model)
     stiffening.warn()
     tension.warn()
+    slack.warn()
 
 
 @contextmanager
@@ -100,7 +106,8 @@ def _writer(
             with RunWriter.resumed(output, rows=len(prepared.times), lock=own) as writer:
                 yield writer, point.state, point.time
         return
-    rows, channels, bodies = len(prepared.times), prepared.model.channels, prepared.system.bodies
+    rows, bodies = len(prepared.times), prepared.system.bodies
+    channels = prepared.model.channels | prepared.recovered.channels
     with RunWriter(output, channels, bodies, _attributes(prepared), rows=rows, force=force, lock=lock) as writer:
         yield writer, None, -1.0
 
@@ -129,14 +136,16 @@ def _attributes(prepared: Prepared) -> dict[str, str]:
     }
 
 
-def _kept(error: IntegrationError, writer: RunWriter, model: Model, written: float) -> IntegrationError:
+def _kept(
+    error: IntegrationError, writer: RunWriter, model: Model, written: float, stresses: Recovered
+) -> IntegrationError:
     """The error with the body and coordinate that failed in its text; the last finite state goes into the file."""
     names = [name for name, _ in model.system.all_state_names()]
     where = f" in {names[error.coordinate]}" if error.coordinate >= 0 else ""
     text = f"the run stopped at t = {error.t:.9g} s{where}: {error.reason}"
     seen = _seen(error, model)
     if seen and error.t > written and all(np.isfinite(value).all() for value in seen.values()):
-        writer.write_block(error.times[-1:], seen)
+        writer.write_block(error.times[-1:], seen | stresses.values(seen))
     writer.finish(False, text, _statistics(error))
     kept = f"{writer.path} keeps what was computed and is marked incomplete."
     found_text = f"{text} {kept if writer.rows else 'Nothing was computed before that could be kept.'}"

@@ -93,6 +93,7 @@ def keep(
 
     ended: why there is none; the file is then marked incomplete.
     """
+    from femflex.pipeline.recovered import recovered
     from femflex.results import RunWriter
 
     model = found.model
@@ -105,7 +106,9 @@ def keep(
         "advice": advice_text(() if decided is None else decided.advice),
         "frame": f"N inertial; attitude from the {model.system.frame.kind} frame",
     }
-    with RunWriter(output, model.channels, model.system.bodies, attributes, rows=1, force=force) as writer:
-        writer.write_block(np.zeros(1), model.observe(np.zeros(1), found.x[None]))
+    stresses, seen = recovered(case, model.system), model.observe(np.zeros(1), found.x[None])
+    channels = model.channels | stresses.channels
+    with RunWriter(output, channels, model.system.bodies, attributes, rows=1, force=force) as writer:
+        writer.write_block(np.zeros(1), seen | stresses.values(seen))
         found_text = ended or f"equilibrium, {found.verdict}"
         writer.finish(not ended, found_text, {"iterations": found.iterations, "residual": found.residual})

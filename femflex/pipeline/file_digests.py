@@ -18,6 +18,7 @@ import numpy as np
 from femflex.case.body import FileTable, FlexibleTable, RigidTable
 from femflex.case.case import Case
 from femflex.case.initial import EQUILIBRIUM
+from femflex.case.matrices import MatricesTable
 from femflex.case.model_inputs import filed_motions
 from femflex.case.motion import Motion
 from femflex.case.shape import MeshShape
@@ -42,6 +43,8 @@ def _files(case: Case) -> Iterator[tuple[str, str, Callable[[Path], str]]]:
                 yield f"bodies.{name}.mesh", body.source, _mesh_digest
         if isinstance(body, FileTable):
             yield f"bodies.{name}.file", body.file, _body_digest
+        if isinstance(body, MatricesTable):
+            yield from ((f"bodies.{name}.matrices{key}", file, _matrices_digest) for key, file in body.files)
         if isinstance(body, RigidTable):
             shapes = [(k, shape.file) for k, shape in enumerate(body.shapes) if isinstance(shape, MeshShape)]
             yield from ((f"bodies.{name}.shapes[{k}].file", file, _mesh_digest) for k, file in shapes)
@@ -98,6 +101,10 @@ def _body_digest(path: Path) -> str:
         add("", file)
         file.visititems(add)
         return content_digest(found)
+
+
+def _matrices_digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def content_digest(value: Any) -> str:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from femflex.dynamics.constraints.moved_start import MovedValue
     from femflex.integrate import Integrator
     from femflex.pipeline.decisions import Decided
+    from femflex.pipeline.recovered import Recovered
     from femflex.system import Controller, Effector, Part, System, Variation
 
 
@@ -29,7 +30,7 @@ class Prepared:
     """A run before its first step: case, system, compiled model, integrator and why it was chosen, output times [s].
 
     decided: the case with what it left open written out, and the advice that this follows.
-    given: names of effectors and controllers beside those of the case.
+    given: names of effectors and controllers in addition to those of the case.
     """
 
     case: Case
@@ -55,6 +56,13 @@ class Prepared:
 
         return [] if self.model.constraints is None else taken_up(self.model.constraints)
 
+    @cached_property
+    def recovered(self) -> Recovered:
+        """The channels of section forces and stresses that the case names."""
+        from femflex.pipeline.recovered import recovered
+
+        return recovered(self.case, self.system)
+
     def load_kernels(self) -> None:
         """Have everything compiled, or read from disk, that the run will call."""
         self.model.observe(self.times[:1], self.model.x0[None])
@@ -71,13 +79,15 @@ def prepare(
     without: Sequence[str] = (),
     effectors: Sequence[Effector | Controller] = (),
     varying: Mapping[str, Variation] | None = None,
+    linearised: bool = False,
 ) -> Prepared:
     """The run of a case up to its first step, with these bodies or with its own; nothing is written.
 
     output: the result file, when it is to be checked before anything is built that it can be written, or resumed
     without: names of what is switched off (see `femflex.dynamics.terms.without`)
-    effectors: effectors and controllers beside those of the case
+    effectors: effectors and controllers in addition to those of the case
     varying: body name -> Variation, how its properties depend on time
+    linearised: the motion of the linear equations (see `femflex.pipeline.linear_motion`)
 
     Raises as `femflex.run` does for what can be reported before the first step.
     """
@@ -93,6 +103,8 @@ def prepare(
     case = case if isinstance(case, Case) else read_case(case)
     if resume and output is None:
         raise ValueError("a run is resumed from its file; say which one (`output`)")
+    if resume and linearised:
+        raise ValueError("found resume and linearised; a linearised run is not resumed, so run it anew")
     if output is not None:
         with wrong_names_first(case, without):
             check_output(case, Path(output), force, resume)
@@ -114,11 +126,21 @@ def prepare(
     if output is not None and resume:
         check_same_times(times, Path(output))
         begun = integrator_of(Path(output))
-    integrator, reason = chosen_integrator(case, model, times, begun)
+    integrator, reason = _linear(model) if linearised else chosen_integrator(case, model, times, begun)
     check_periods(system, float(times[-1] - times[0]))
     reasons = " ".join([reason, *sampling(system)])
     names = tuple(effector.name for effector in effectors)
-    return Prepared(case, system, model, integrator, reasons, times, found, names)
+    prepared = Prepared(case, system, model, integrator, reasons, times, found, names)
+    _ = prepared.recovered  # its errors come before the run
+    return prepared
+
+
+def _linear(model: Model) -> tuple[Integrator, str]:
+    """The linearised motion in place of an integrator. Raises ValueError for what has none."""
+    from femflex.pipeline.linear_motion import LinearMotion, check
+
+    check(model.system)
+    return LinearMotion(), "none: linear equations about the equilibrium, by matrix exponentials"
 
 
 def check_periods(system: System, duration: float) -> None:

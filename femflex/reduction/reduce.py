@@ -93,7 +93,7 @@ def reduce_structure(
             )
             for name, group in places.items()
         },
-        skin=_skin(structure, phi),
+        skin=skin_of(structure, phi),
         kinds=tuple(
             "attachment" if kind == UNANSWERED and not own else kind
             for kind, own in zip(modes.kinds, alone, strict=True)
@@ -180,7 +180,7 @@ def dof_weight(structure: Structure) -> Array:
     return np.sqrt(np.maximum(diagonal, 1e-12 * diagonal.max(initial=0.0)))
 
 
-def _skin(structure: Structure, phi: Array) -> Skin | None:
+def skin_of(structure: Structure, phi: Array) -> Skin | None:
     if structure.skin is None:
         return None
     shapes = (structure.skin.operator @ phi).T.reshape(phi.shape[1], len(structure.skin.points), 3)

@@ -61,7 +61,7 @@ def open_hdf5(path: Path) -> h5py.File:
 
 
 class Run:
-    """A run as read from its file: `run.time`, `run["bodies/panel/position"]`; arrays are read when asked for.
+    """A run as read from its file: `run.time`, `run["bodies/panel/position"]`; arrays are read on request.
 
     >>> with open_run("run.h5") as run:  # doctest: +SKIP
     ...     angles = run["attitude/angles"]  # (n_t, 3)
@@ -147,6 +147,11 @@ class Run:
     def without(self) -> tuple[str, ...]:
         """What was switched off in the run by name, () in a full one."""
         return tuple(filter(None, str(self.attributes.get("without", "")).split(", ")))
+
+    @property
+    def linearised(self) -> bool:
+        """Whether the run solved the linear equations (`run --linearised`)."""
+        return str(self.attributes["integrator"]) == "linearised"
 
     @property
     def complete(self) -> bool:

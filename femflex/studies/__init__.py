@@ -6,6 +6,7 @@ from femflex.studies.backbone_curve import Backbone, BackboneError, backbone
 from femflex.studies.chosen import choice, choice_text, with_choice
 from femflex.studies.convergence import Convergence, assessed, convergence
 from femflex.studies.decay import mode_trend
+from femflex.studies.function_kinds import FunctionKind, FunctionStudy, function_kinds
 from femflex.studies.law import Law, Trend
 from femflex.studies.refusals import check_studies
 from femflex.studies.richardson import extrapolated, mesh_trend, observed_order
@@ -16,6 +17,8 @@ __all__ = [
     "Backbone",
     "BackboneError",
     "Convergence",
+    "FunctionKind",
+    "FunctionStudy",
     "Law",
     "Point",
     "StrainForm",
@@ -29,6 +32,7 @@ __all__ = [
     "choice_text",
     "convergence",
     "extrapolated",
+    "function_kinds",
     "mesh_trend",
     "mode_trend",
     "observed_order",

@@ -18,6 +18,7 @@ from femflex.body import FlexibleBody
 from femflex.case import Case, CaseError
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
 from femflex.case.deploying import DeployingTable
+from femflex.case.matrices import MatricesTable
 from femflex.case.measure import OF_BODY
 from femflex.case.reduction import Stretchable
 from femflex.case.run import StudyTable
@@ -49,7 +50,7 @@ class Built:
 
     @property
     def added(self) -> int:
-        """How many of the coordinates of all bodies are static shapes beside modes."""
+        """How many of the coordinates of all bodies are static shapes in addition to modes."""
         return sum(int(is_added(getattr(body, "kinds", ())).sum()) for body in self.bodies.values())
 
     @property
@@ -229,6 +230,9 @@ def _own_count(case: Case, table: BodyTable) -> int | None:
     if isinstance(table, AnalyticTable | DeployingTable):
         f = table.functions
         return (f and max(f.y, f.z, f.axial, f.torsion)) or None
+    if isinstance(table, MatricesTable):
+        method = getattr(table.reduction, "method", "none")
+        return table.reduction.modes if method in VARIED else None  # type: ignore[union-attr]
     if isinstance(table, FileTable):
         return table.modes or load_body(case.beside(table.file)).n_modes or None
     return None

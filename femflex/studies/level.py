@@ -6,6 +6,7 @@ from typing import Any
 
 from femflex.case.body import AnalyticTable, BodyTable, FileTable, FlexibleTable
 from femflex.case.deploying import DeployingTable
+from femflex.case.matrices import MatricesTable
 
 
 def with_level(table: BodyTable, over: str, level: int) -> BodyTable:
@@ -16,6 +17,9 @@ def with_level(table: BodyTable, over: str, level: int) -> BodyTable:
         return table.model_copy(update={"functions": table.functions.model_copy(update=given)})
     if isinstance(table, FileTable):
         return table.model_copy(update={"modes": level})
+    if isinstance(table, MatricesTable):
+        assert table.reduction is not None
+        return table.model_copy(update={"reduction": table.reduction.model_copy(update={"modes": level})})
     assert isinstance(table, FlexibleTable)
     update: dict[str, Any] = {}
     if over == "mesh":

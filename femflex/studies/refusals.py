@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 from femflex.case import Case
 from femflex.studies.derivative_ladder import derivative_names
+from femflex.studies.function_kinds import function_names
 from femflex.studies.ladder import mesh_names, mode_names
 from femflex.studies.segment_ladder import segment_names
 from femflex.studies.strain_forms import strain_names
@@ -17,6 +18,7 @@ NAMES: dict[str, Callable[[Case], list[str]]] = {
     "derivatives": derivative_names,
     "segments": segment_names,
     "strain": strain_names,
+    "functions": function_names,
 }
 
 
@@ -27,12 +29,12 @@ def check_studies(case: Case, varied: Sequence[str]) -> None:
     """
     require_study(case)
     for word in varied:
-        if word != "strain":
+        if word not in ("strain", "functions"):
             require_known(word)
         NAMES[word](case)
     if "strain" in varied and "derivatives" in varied[list(varied).index("strain") :]:
         turned = [word for word in varied if word != "strain"] + ["strain"]
         raise ValueError(
-            f"found --over {','.join(varied)}: whether there are derivatives to vary would hang on what the study over "
-            f"strain chooses; give --over {','.join(turned)}"
+            f"found --over {','.join(varied)}: derivatives can be varied only if the study over strain selects a form "
+            f"that has them; give --over {','.join(turned)}"
         )

@@ -203,7 +203,7 @@ def planned(case: Case, over: Over = "modes", levels: Sequence[int] | None = Non
 def require_known(over: str) -> None:
     """Raise ValueError for a word that no ladder goes by."""
     if over not in LADDERS:
-        raise ValueError(f"a study varies {', '.join(LADDERS)} or strain; found {over!r}.")
+        raise ValueError(f"a study varies {', '.join(LADDERS)}, functions or strain; found {over!r}.")
 
 
 def require_study(case: Case) -> StudyTable:

@@ -35,7 +35,7 @@ from femflex.system.kinds import (
     universal,
     weld,
 )
-from femflex.system.latch import Latch
+from femflex.system.latch import Latch, Threshold
 from femflex.system.law import Friction, Law
 from femflex.system.length_table import LengthTable
 from femflex.system.load import Load
@@ -90,6 +90,7 @@ __all__ = [
     "System",
     "TabulatedDamper",
     "TabulatedSpring",
+    "Threshold",
     "Variation",
     "allocation",
     "assembled",

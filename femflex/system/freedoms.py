@@ -67,7 +67,7 @@ def check_laws(joint: Joint) -> None:
             if joint.q0[latch.freedom] != latch.at or joint.u0[latch.freedom]:
                 raise ValueError(
                     f"{name!r} starts at {joint.q0[latch.freedom]:g} at a rate of {joint.u0[latch.freedom]:g}, and is "
-                    f"locked at {latch.at:g} until {latch.opens:g} s; let it start there, at rest"
+                    f"locked at {latch.at:g} until it opens ({latch.opens}); let it start there, at rest"
                 )
         elif joint.q0[latch.freedom] == latch.at:
             raise ValueError(f"{name!r} starts at {latch.at:g}, where it latches; lock it, or start elsewhere")

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,28 @@ Term = tuple[int, int, int]  # powers of s, of the rate and of the acceleration
 
 WIDTH = 4  # numbers of a block that are written at once
 HEAD = 12  # numbers before the profile, see `numbers_for`
+
+
+class Sections(Protocol):
+    """Sections of a deploying member at which forces are reported along a run.
+
+    stations    (k,) their distances from the exit over the length
+    resultants  name -> unit and meaning; each is reported at every station
+    slackens    whether the member has no stiffness of its own against compression
+    """
+
+    stations: Array
+    resultants: Mapping[str, tuple[str, str]]
+    slackens: bool
+
+    def report(
+        self, length: tuple[float, float, float], motion: Any, attached: Sequence[tuple[str, Array]]
+    ) -> dict[str, Array]:
+        """Values (k,) by name.
+
+        length: L, its rate and its acceleration; motion: of the body (`femflex.dynamics.reports.material.BodyMotion`);
+        attached: marker and force on what is attached to it, body components.
+        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +65,7 @@ class LengthTable:
     drum_radius radius on which the member is wound [m]; None: no torque is reported
     at_tip      whether the drum moves with the tip, not with the root
     bounds      (2,) lengths between which the table is made [m]
+    sections    where forces inside the member are reported; None: nowhere
     error       largest error of its numbers relative to the size of each kind, 0 where it is exact
     """
 
@@ -55,6 +79,7 @@ class LengthTable:
     bounds: tuple[float, float] = (0.0, np.inf)
     error: float = 0.0
     drum_mass: float = 0.0
+    sections: Sections | None = None
 
     @cached_property
     def terms(self) -> list[Term]:

@@ -1,4 +1,4 @@
-"""What colours a body beside its displacement: strain energy density, or one strain, from its strain field."""
+"""Colours of a body other than its displacement: strain energy density, or one strain, from its strain field."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from scipy.sparse import csgraph
 from scipy.spatial import cKDTree
 
 from femflex.body import Skin
-from femflex.body.recovery import RESULTANTS, VON_MISES, named, quantities
+from femflex.body.recovery import RESULTANTS, SHEAR_FORCES, VON_MISES, named, over_time, quantities
 from femflex.body.strain_field import NAMES, StrainPart
 from femflex.results import Run, RunBody
 from femflex.view.extent import some_rows
-from femflex.view.skin_strain import on_skin
+from femflex.view.skin_strain import carried, on_skin
 from femflex.view.units import Bar, strain_bar
 
 Array = NDArray[np.float64]
@@ -112,8 +112,7 @@ class BodyPaint:
     @classmethod
     def of(cls, quantity: Quantity, field: tuple[StrainPart, ...], skin: Skin) -> BodyPaint:
         """The paint of a skin; every point of it takes its colour from the member with the nearest point."""
-        distance = np.array([cKDTree(part.places).query(skin.points)[0] for part in field])
-        owner = np.argmin(_among_own(distance, skin), axis=0)
+        owner = owners(field, skin)
         taken = [k for k, part in enumerate(field) if quantity.held(part)]
         own = {k: np.flatnonzero(owner == k) for k in taken}
         parts = tuple((on_skin(field[k], skin.points[rows]), rows) for k, rows in own.items() if len(rows))
@@ -125,6 +124,52 @@ class BodyPaint:
         for part, rows in self.parts:
             found[rows] = self.quantity.of(part, y[None])[0]
         return found
+
+
+def owners(field: tuple[StrainPart, ...], skin: Skin) -> Index:
+    """Number (n_skin,) of the part that each point of a skin takes its colour from: that with the nearest point."""
+    distance = np.array([cKDTree(part.places).query(skin.points)[0] for part in field])
+    return np.asarray(np.argmin(_among_own(distance, skin), axis=0))
+
+
+@dataclass(frozen=True, eq=False)
+class PeakPaint:
+    """The largest magnitude of a section force or stress over a run, at the points of a skin (n_skin,)."""
+
+    peaks: NDArray[np.float32]
+
+    @classmethod
+    def of(cls, name: str, field: tuple[StrainPart, ...], skin: Skin, y: Array) -> PeakPaint:
+        """The peaks over amplitudes y (t, n), carried from the strain points to the skin; nan where there are none."""
+        owner = owners(field, skin)
+        found = np.full(len(skin.points), np.nan, np.float32)
+        for k, part in enumerate(field):
+            rows = np.flatnonzero(owner == k)
+            if len(rows) and name in quantities([part]):
+                found[rows] = np.maximum(carried(part, skin.points[rows]) @ over_time(part, y, [name])[name][0], 0.0)
+        return cls(found)
+
+    def values(self, y: Array) -> NDArray[np.float32]:
+        """The same at all times."""
+        return self.peaks
+
+
+def _peaks_painted(run: Run, bodies: Mapping[str, RunBody], name: str) -> tuple[dict[str, Paint], Bar | None]:
+    """Paints of the largest magnitudes over the run. Raises ValueError where no body has the quantity."""
+    fields = {key: body.strain_field for key, body in bodies.items() if body.strain_field}
+    known = quantities([part for field in fields.values() for part in field])
+    if name not in known:
+        names = ", ".join(f"peak:{each}" for each in known) or "none"
+        raise ValueError(f"colour 'peak:{name}' is not known for {run.path.name}; peaks known are {names}.")
+    paints: dict[str, Paint] = {}
+    largest = 0.0
+    for key, field in fields.items():
+        skin = bodies[key].skin
+        if skin is not None and name in quantities(field):
+            paint = PeakPaint.of(name, field, skin, np.asarray(run[f"bodies/{key}/delta"]))
+            largest, paints[key] = max(largest, float(np.nanmax(paint.peaks, initial=0.0))), paint
+    title = "peak\n" + name.replace("_", "\n", 1)
+    return paints, strain_bar(largest, known[name], False, title)
 
 
 def _among_own(distance: Array, skin: Skin) -> Array:
@@ -143,16 +188,18 @@ def _among_own(distance: Array, skin: Skin) -> Array:
     return np.where(share[:, piece] < STRAY, np.inf, distance)
 
 
-def painted(run: Run, bodies: Mapping[str, RunBody], colour: str) -> tuple[dict[str, BodyPaint], Bar | None]:
+def painted(run: Run, bodies: Mapping[str, RunBody], colour: str) -> tuple[Mapping[str, Paint], Bar | None]:
     """Paints by body, and the bar over the range of the whole run; nothing for "displacement".
 
-    colour: "energy", "energy:<kind>", "strain:<name>" or "stress:<name>". "energy" of several kinds of members
-    is in per cent of the largest of each kind.
+    colour: "energy", "energy:<kind>", "strain:<name>", "stress:<name>", or "peak:<name>" of the largest stress or
+    section force over the run. "energy" of several kinds of members is in per cent of the largest of each kind.
 
     Raises ValueError for a name that is not known or that no body has, and for a file without strain fields.
     """
     if colour == "displacement":
         return {}, None
+    if colour.startswith("peak:"):
+        return _peaks_painted(run, bodies, colour.removeprefix("peak:"))
     flexible = {name: body for name, body in bodies.items() if body.n_modes}
     fields = {name: body.strain_field for name, body in flexible.items() if body.strain_field}
     quantity = chosen(colour, [part for field in fields.values() for part in field], str(run.path.name))
@@ -185,7 +232,9 @@ def chosen(colour: str, parts: list[StrainPart], where: str) -> Quantity:
         for number, name in enumerate(NAMES[kind])
         if any(part.kind == kind and number < len(part.names) for part in parts)
     }
-    stresses = {f"stress:{name}": Quantity(EVERY, None, stress=name) for name in quantities(parts)}
+    stresses = {
+        f"stress:{name}": Quantity(EVERY, None, stress=name) for name in quantities(parts) if name not in SHEAR_FORCES
+    }
     known = {**energies, **strains, **stresses}
     if colour in known:
         return known[colour]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from femflex.view.extent import automatic_scale, cloud, displacement, skins_of, 
 from femflex.view.framing import Margins, View, best_direction, framed
 from femflex.view.look import Look
 from femflex.view.motion import chosen_camera, motion, traced_markers
-from femflex.view.paint import BodyPaint, painted
+from femflex.view.paint import Paint, painted
 from femflex.view.segments import cut_bodies, whole_of, widened
 from femflex.view.units import Bar, colour_bar
 
@@ -30,6 +31,7 @@ class Plan:
     """What is settled for all pictures of a scene.
 
     skins     body -> Skin;  arms  body -> lengths of its axes (3,) [m], none where they are not drawn
+    undeformed  bodies whose undeformed shape means something: neither cut into segments nor growing
     camera, body  frame of the camera;  view  its place in it
     scale     magnification of the elastic displacement
     largest   elastic displacement of the whole run [m], reached at time peak [s]
@@ -40,6 +42,7 @@ class Plan:
     """
 
     skins: dict[str, Skin]
+    undeformed: frozenset[str]
     arms: dict[str, Array]
     camera: str
     body: str
@@ -49,7 +52,7 @@ class Plan:
     peak: float
     span: tuple[float, float]
     bar: Bar | None
-    paints: dict[str, BodyPaint]
+    paints: Mapping[str, Paint]
     sight: float
 
 
@@ -85,7 +88,10 @@ def planned(run: Run, look: Look, time: float | None = None) -> Plan:
     if look.colour == "displacement":
         bar = colour_bar(largest) if largest > TINY else None
     span = float(run.time[0]), float(run.time[-1])
-    return Plan(skins, arms, camera, body, view, scale, largest, peak, span, bar, paints, SIGHT * size)
+    still = frozenset(
+        name for name, skin in skins.items() if skin.growth is None and not whole_of(name, cut_bodies(run))
+    )
+    return Plan(skins, still, arms, camera, body, view, scale, largest, peak, span, bar, paints, SIGHT * size)
 
 
 def _view(points: Array, look: Look, camera: str, bar: bool) -> View:

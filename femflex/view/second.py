@@ -14,25 +14,29 @@ if TYPE_CHECKING:
 
 AWAY = 3.0  # times the range of the first run that a second may go beyond it and still be shown whole
 SHOWN = 1.0  # of that range, shown beyond it where the second goes further
-INSTEAD = {"nonlinear strain": "linear strain"}  # what is left where something is switched off, said more plainly
+INSTEAD = {"nonlinear strain": "linear strain"}  # what is left where something is switched off
 
 
 def title_of(run: Run) -> str:
     """Title of a run, with what was switched off in it."""
     left_out = _left_out(run)
+    if run.linearised:
+        return f"{run.title} (linearised)"
     return f"{run.title} (without {', '.join(left_out)})" if left_out else run.title
 
 
 def apart(run: Run, other: Run) -> str:
-    """What a run is beside another, in words: its title, what it leaves out, or the name of its file."""
+    """What a run is compared with another, in words: its title, what it leaves out, or the name of its file."""
     if run.title != other.title:
         return title_of(run)
-    return run.path.name if _left_out(run) == _left_out(other) else what_is_left(run)
+    same = _left_out(run) == _left_out(other) and run.linearised == other.linearised
+    return run.path.name if same else what_is_left(run)
 
 
 def what_is_left(run: Run) -> str:
     """What a run leaves out, in words, or what is left instead."""
     said = [INSTEAD.get(name, f"without {name}") for name in _left_out(run)]
+    said += ["linearised"] * run.linearised
     return ", ".join(said) or "in full"
 
 

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
 COLUMN, HEIGHT = 5.2, 7.2  # inches
 LETTERS = 76  # of a line of text under a column
-STRAIN = "strain"
+STRAIN, FUNCTIONS = "strain", "functions"
+LEAST = 1e-16  # difference that is drawn of the reference itself
 
 
 def plot_studies(
@@ -27,11 +28,11 @@ def plot_studies(
 ) -> Path:
     """Path of a picture (.png or .svg) with a column for each study: values above, errors or costs below.
 
-    studies are of `femflex.studies` (Convergence, StrainStudy); words are set below all of them. One study over
-    numbers is drawn as `plot_convergence` does.
+    studies are of `femflex.studies` (Convergence, StrainStudy, FunctionStudy); words are set below all of them. One
+    study over numbers is drawn as `plot_convergence` does.
     """
     check_kind(path)
-    if len(studies) == 1 and studies[0].over != STRAIN:
+    if len(studies) == 1 and studies[0].over not in (STRAIN, FUNCTIONS):
         return plot_convergence(studies[0], path, theme, dpi=dpi, force=force)
     from matplotlib.figure import Figure
 
@@ -45,6 +46,8 @@ def plot_studies(
     for (above, below), study in zip(axes.T, studies, strict=True):
         if study.over == STRAIN:
             _forms(above, below, study, colours)
+        elif study.over == FUNCTIONS:
+            _kinds(above, below, study, colours)
         else:
             draw_study(above, below, study, colours)
         above.set_title(f"over {VARIED.get(study.over, study.over)}", color=colours.text, fontsize=10)
@@ -84,8 +87,25 @@ def _forms(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
     below.set_xticks(at, [_label(form) for form in study.forms], fontsize=8)
 
 
+def _kinds(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
+    """Values of every type of functions over their number; under them the differences from the best."""
+    below.set_yscale("log")
+    best = study.reference
+    for k, (kind, found) in enumerate(study.with_values):
+        colour = colours.lines[k % len(colours.lines)]
+        above.plot(found.counts, found.values, "o-", color=colour, linewidth=1.2, markersize=4, label=kind)
+        if best is not None:
+            off = study.differences(found)
+            seen = off > LEAST
+            below.plot(found.counts[seen], off[seen], "o-", color=colour, linewidth=1.2, markersize=4, label=kind)
+    below.axhline(study.tolerance, color=colours.text, linewidth=1.0, linestyle="--")
+    above.set_ylabel(f"value [{study.unit}]" if study.unit not in ("", "1") else "value")
+    below.set_ylabel("relative difference")
+    below.set_xlabel("elastic coordinates")
+
+
 def _beside(ax: Axes, k: int, form: Any, study: Any, colours: Theme) -> None:
-    """The difference of a form beside its value, or why it has none."""
+    """The difference of a form next to its value, or why it has none."""
     if not form.problem and form is study.reference:
         return
     text = textwrap.fill(form.problem, 22) if form.problem else f"{study.difference(form):.2g} off"

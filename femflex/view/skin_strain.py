@@ -27,7 +27,7 @@ def on_skin(part: StrainPart, points: Array) -> StrainPart:
     lines they are those on the line through the two nearest points; in plates and solids, of the plane that fits the
     points of the element best, at a point between several elements their mean.
     """
-    means = along_lines(part, points) if part.kind == "line" and len(part.places) > 1 else in_elements(part, points)
+    means = carried(part, points)
     p = len(part.places)
     shape = part.rows.shape[1:]
     return replace(
@@ -42,8 +42,13 @@ def on_skin(part: StrainPart, points: Array) -> StrainPart:
     )
 
 
+def carried(part: StrainPart, points: Array) -> sparse.csr_array:
+    """Weights (n, p) that carry values at the points of a part to places on its skin."""
+    return along_lines(part, points) if part.kind == "line" and len(part.places) > 1 else in_elements(part, points)
+
+
 def along_lines(part: StrainPart, points: Array) -> sparse.csr_array:
-    """Weights (n, p) that carry values at a line's points linearly to places beside the line."""
+    """Weights (n, p) that carry values at a line's points linearly to points off the line."""
     _, near = cKDTree(part.places).query(points, k=[1, 2])
     near = np.asarray(near, np.int64)
     a, b = part.places[near[:, 0]], part.places[near[:, 1]]

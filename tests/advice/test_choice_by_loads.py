@@ -77,6 +77,7 @@ def warned(write_case, text, tmp_path):
     return [str(w.message) for w in caught if "displaced by" in str(w.message)]
 
 
+@pytest.mark.slow
 def test_a_force_counts_twice_that_comes_suddenly_and_once_that_comes_slowly(write_case):
     """F L^3 / 3 EI; four modes bend by a little less."""
     static = 10.0 * LENGTH**2 / (3 * EI)

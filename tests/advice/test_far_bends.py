@@ -107,6 +107,7 @@ def test_a_strip_left_to_choice_settles_near_the_elastica(write_case, ratio, par
     assert ratio == 1 or abs(moved[2]) < 1e-3
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("ratio", [1, 400])
 @pytest.mark.parametrize("loads", ["", ", loads = {}"])
 def test_the_quartic_energy_of_a_meshed_beam_is_nowhere_negative(write_case, ratio, loads):

@@ -82,6 +82,7 @@ def turned(path: Path):
     return body, delta, {name: marker.psi @ delta for name, marker in body.markers.items()}
 
 
+@pytest.mark.sampled(1)
 def test_a_torque_on_a_face_of_a_solid_bends_it_as_a_beam(bar):
     M = 3.0
     _, _, turn = turned(bar(torque=f"[0, {M}, {-M}]"))
@@ -91,12 +92,14 @@ def test_a_torque_on_a_face_of_a_solid_bends_it_as_a_beam(bar):
     assert turn["tip"][1] == pytest.approx(bent * L, rel=0.01)  # at its own nodes the load dents the end
 
 
+@pytest.mark.sampled(1)
 def test_a_torque_on_a_face_of_a_solid_twists_it_as_saint_venant_has_it(bar):
     M = 3.0
     _, _, turn = turned(bar(torque=f"[{M}, 0, 0]"))
     assert turn["middle"][0] - turn["near"][0] == pytest.approx(M * L / 4 / (G * J), rel=2e-3)  # four elements across
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(("marker", "torque"), [("tip", (1.0, -2.0, 3.0)), ("edge", (1.0, 2.0, 0.0))])
 def test_the_work_of_a_torque_is_the_energy_it_stores(bar, marker: str, torque: tuple[float, float, float]):
     path = bar(marker, str(list(torque)))
@@ -109,6 +112,7 @@ def test_the_work_of_a_torque_is_the_energy_it_stores(bar, marker: str, torque: 
     assert body.strain.energy(delta) == pytest.approx(np.dot(torque, turn[marker]) / 2, rel=1e-9)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     ("marker", "torque", "frame", "told"),
     [
@@ -133,6 +137,7 @@ def test_a_torque_in_the_axes_of_a_turned_marker_is_judged_in_those_of_the_body(
         build_system(read_case(path))
 
 
+@pytest.mark.sampled(1)
 def test_a_torque_across_a_line_of_nodes_acts(bar):
     with pytest.warns(PhysicsWarning, match="marker 'edge' shows no rotation about 1 of 3 axes"):
         build_system(read_case(bar("edge", "[0, 2, 0]")))

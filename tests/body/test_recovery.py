@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
@@ -11,6 +13,7 @@ from femflex.fem import Material, Member, build_structure
 from femflex.fem.sections import Rectangle
 from femflex.fem.sections.laminates import Lamina, Ply, sandwich
 from femflex.mesh import box, line, rectangle
+from femflex.reduction.beams import strain_points
 from femflex.reduction.beams.strain_points import strain_field
 
 METAL = Material(70e9, 0.3, 2700.0)
@@ -40,12 +43,54 @@ def test_moments_axial_force_and_torque_of_a_bar():
         "moment_z": 3.0 * (1 - x) - 2.0 * 0.1,
         "moment_y": -5.0 * (1 - x),
         "torque": 0.1 * 5.0,
+        "shear_force_y": 3.0,
+        "shear_force_z": 5.0,
     }.items():
         np.testing.assert_allclose(found[name][0][:, 0], [0.0, value, -2 * value], rtol=2e-3, err_msg=name)
     top = {peak.name: peak for peak in peaks(parts, y, np.array([0.0, 1.0, 2.0]))}
     assert top["moment_y"].time == 2.0 and top["moment_y"].place[0] < 0.05
     assert top["moment_y"].value == pytest.approx(2 * 5 * (1 - top["moment_y"].place[0]), rel=2e-3)
     assert von_mises(parts[0], y) is None and "von_mises" not in quantities(parts)
+
+
+@pytest.mark.parametrize("order", [3, 5])
+def test_shear_forces_of_a_bar_in_many_elements_and_in_means(order, monkeypatch):
+    """Its own weight q per length: V = q (L - x), linear in every element of order 5, constant in those of order 3."""
+    s = build_structure(
+        line([[0, 0, 0], [2.0, 0, 0]], 8), [Member("line", "beam", Rectangle(0.02, 0.03), METAL, {"order": order})]
+    )
+    q = 9.81 * METAL.density * 0.02 * 0.03
+    free = np.setdiff1d(np.arange(s.n_dof), s.clamped_dofs("start"))
+    f = s.M @ s.translation.T @ np.tile([0, 9.81, 9.81], len(s.mesh.points))
+    x = np.zeros((s.n_dof, 1))
+    x[free, 0] = spsolve(s.K[free][:, free].tocsc(), f[free])
+    one = np.ones((1, 1))
+    for most in (3000, 1):  # points one by one, and two means of each element
+        monkeypatch.setattr(strain_points, "MOST_POINTS", most)
+        part = strain_field(s, x, False)[0]
+        for name in ("shear_force_y", "shear_force_z"):
+            found = named(part, name, one)[0]
+            expected = q * (2.0 - part.places[:, 0])
+            rel = 1e-3 if order == 5 and most > 1 else 0.125  # of the root's, half an element
+            np.testing.assert_allclose(found, expected, atol=rel * q)
+        assert largest_over_time(part, "shear_force_y", one).max() > 1.8 * q
+    assert named(replace(part, per=1), "shear_force_y", one) is None
+    assert "shear_force_y" not in quantities([replace(part, per=1)])
+
+
+def test_shear_force_of_a_beam_on_admissible_functions():
+    """Root shear of the first mode: mass times acceleration of all beyond, omega^2 int m w dx."""
+    from femflex.reduction import beam_body
+    from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
+
+    beam = UniformBeam(length=2.0, EA=1e7, EIy=2e3, EIz=3e3, GJ=1e3, mass_per_length=1.5)
+    body = beam_body(beam, BeamFunctions(y=6))
+    y = np.zeros((1, body.n_shapes))
+    y[0, 0] = 1.0
+    part = body.strain_field[0]
+    V = named(part, "shear_force_y", y)[0]
+    total = np.linalg.norm(body.moments.first[1]) * body.omega[0] ** 2
+    assert abs(V[0]) == pytest.approx(total, rel=5e-3)
 
 
 @pytest.mark.parametrize(("family", "cell", "rel"), [("shell", "quad9", 0.01), ("plate", "triangle", 0.03)])

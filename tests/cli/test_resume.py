@@ -108,6 +108,7 @@ def test_what_is_not_integrated_may_change(folder):
     assert (code, err) == (0, "")
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("complete", [False, True], ids=["unfinished", "complete"])
 def test_a_later_end_continues_to_the_answer_of_the_longer_run(folder, complete):
     with h5py.File(folder / "run.h5", "r+") as file:

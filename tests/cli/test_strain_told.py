@@ -43,12 +43,14 @@ VERBS = {
 }
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("verb", VERBS)
 def test_a_verb_says_the_strain_that_was_chosen_and_why(verb: str, femflex, write_case):
     code, out, _ = femflex(verb, write_case(BLADE), *VERBS[verb])
     assert code == 0 and " ".join(out.split()).count(WHY) == 1
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("verb", "words"),
     [

@@ -7,10 +7,14 @@ import json
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 from typer.testing import CliRunner
 
+from femflex.body.recovery import at_points, named
 from femflex.cli.app import app
 from femflex.mesh import line, write_mesh
+from femflex.results import open_run
+from femflex.view.paint import painted
 
 CASE = """
 [run]
@@ -39,6 +43,11 @@ name = "push"
 body = "bar"
 marker = "end"
 force = [0, 0, "3 N"]
+[bodies.bar.recovery.middle]
+position = ["0.5 m", "0 m", "0 m"]
+quantities = ["moment_y", "shear_force_z"]
+[bodies.bar.recovery.root]
+position = [0, 0, 0]
 [bodies.bar.markers.start]
 [bodies.bar.markers.end]
 """
@@ -78,6 +87,66 @@ def test_along_time_at_a_place(run_file, tmp_path):
     assert stress(run_file, "--at", "0.5,0,0", "-o", out).exit_code == 2
 
 
+def test_channels_of_a_place_are_those_of_the_verb(run_file):
+    """At rest under 3 N: moment 3 (L - x), shear force 3; all quantities of the root; equal to at_points."""
+    with open_run(run_file) as run:
+        names = {path for path in run.channels if path.startswith("recovery/")}
+        assert {"recovery/bar.middle/moment_y", "recovery/bar.middle/shear_force_z"} <= names
+        assert sum(path.startswith("recovery/bar.root/") for path in names) == 6
+        parts, y = run.bodies()["bar"].strain_field, run["bodies/bar/delta"]
+        for name in ("moment_y", "shear_force_z"):
+            values, where = at_points(parts, name, [0.5, 0, 0], y)
+            np.testing.assert_allclose(run[f"recovery/bar.middle/{name}"], values[:, 0], rtol=1e-12, atol=1e-12)
+            at_rest = -3.0 * (1 - where[0, 0]) if name == "moment_y" else 3.0
+            assert run[f"recovery/bar.middle/{name}"][-1] == pytest.approx(at_rest, rel=2e-2)
+        channel = run.channels["recovery/bar.middle/shear_force_z"]
+        assert channel.unit == "N" and "of bar at (0." in channel.description
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [('"shear_force_z"', '"shear"', "found the quantity 'shear', which the body does not have; it has")],
+)
+def test_a_quantity_that_the_body_lacks_is_an_error_before_the_run(run_file, old, new, words):
+    case = run_file.with_name("wrong.toml")
+    case.write_text(CASE.replace(old, new))
+    done = CliRunner().invoke(app, ["run", str(case), "--no-pictures"])
+    assert done.exit_code == 2
+    text = " ".join(done.stderr.split())
+    assert words in text and "bodies.bar.recovery.middle" in text
+
+
+def test_a_rigid_body_has_no_recovery(tmp_path):
+    case = tmp_path / "rigid.toml"
+    table = 'kind = "rigid"\nmass = "1 kg"\ninertia = [1, 1, 1]\n[bodies.a.recovery.x]\nposition = [0, 0, 0]\n'
+    case.write_text('[run]\nduration = "1 s"\noutput_step = "1 s"\n[bodies.a]\n' + table)
+    done = CliRunner().invoke(app, ["check", str(case)])
+    assert done.exit_code == 2 and "found recovery on a rigid body" in " ".join((done.stdout + done.stderr).split())
+
+
+def test_a_map_of_peaks_as_table_and_as_picture(run_file, tmp_path):
+    table, picture = tmp_path / "peaks.csv", tmp_path / "peaks.png"
+    done = stress(run_file, "--points", "--quantity", "moment_y", "-o", table, "-o", picture)
+    assert done.exit_code == 0, done.output
+    head, *rows = csv.reader(table.open())
+    assert head[2:5] == ["x_m", "y_m", "z_m"]
+    x, largest, time = (np.array([float(row[k]) for row in rows]) for k in (2, 6, 8))
+    with open_run(run_file) as run:
+        part = run.bodies()["bar"].strain_field[0]
+        values = named(part, "moment_y", run["bodies/bar/delta"])
+        np.testing.assert_allclose(largest, np.abs(values).max(axis=0), rtol=1e-6)
+        assert set(time) <= set(run.time)
+        paints, bar = painted(run, run.bodies(), "peak:moment_y")
+        skin = run.bodies()["bar"].skin
+        found = paints["bar"].values(np.zeros(2))
+        np.testing.assert_allclose(found, np.interp(skin.points[:, 0], x, largest), atol=0.05 * largest.max())
+        assert bar.top >= largest.max() and not bar.signed
+        with pytest.raises(ValueError, match="peaks known are peak:axial_force"):
+            painted(run, run.bodies(), "peak:xx")
+    image = imread(picture)
+    assert image.shape[:2] == (720, 1280) and len(np.unique(image.reshape(-1, image.shape[2]), axis=0)) > 50
+
+
 @pytest.mark.parametrize(
     ("words", "found"),
     [
@@ -85,6 +154,9 @@ def test_along_time_at_a_place(run_file, tmp_path):
         (("--body", "wing"), "has no strain of"),
         (("--quantity", "xx"), "is not known of body"),
         (("--at", "0,0,0", "--quantity", "xx"), "it has axial_force"),
+        (("--at", "0,0,0", "--points"), "two tables; give one of them"),
+        (("--points", "--quantity", "xx"), "is not known of body"),
+        (("--quantity", "torque", "--quantity", "moment_y", "-o", "two.png"), "draws one quantity"),
     ],
 )
 def test_mistakes_are_answered(run_file, words, found):

@@ -279,6 +279,7 @@ def test_alike_bodies_are_told_once(
     assert code == 0 and out.count("effective mass") == 2
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize(
     ("option", "value", "told"),
     [

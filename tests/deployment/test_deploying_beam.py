@@ -27,6 +27,7 @@ TIMES = np.linspace(0, 3, 16)
 LATE = ("slow", "retraction", "ramp", "sine")  # the slow suite
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] * (n in LATE)) for n in MOTIONS])
 def test_a_beam_from_a_wall_follows_its_differential_equation(name):
     length, n, tolerance = MOTIONS[name]
@@ -60,6 +61,7 @@ def test_linear_strain_is_wrong_where_the_deployment_accelerates_and_says_so():
     assert np.abs(found - exact).max() > 0.2 * TIP
 
 
+@pytest.mark.slow
 def test_energy_of_transverse_motion_falls_by_what_the_root_takes():
     """dE/dt = -U EI w''(0)^2 / 2 at constant U, E = int [m' (w_t + U w_x)^2 + EI w_xx^2] / 2 dx."""
     U, times = 0.3, np.linspace(0, 5, 401)
@@ -78,6 +80,7 @@ def test_energy_of_transverse_motion_falls_by_what_the_root_takes():
     assert E == pytest.approx(E[0] - lost, abs=2e-3 * E[0])
 
 
+@pytest.mark.slow
 def test_a_slow_deployment_keeps_energy_over_frequency():
     """So the tip's amplitude grows as sqrt(L) in metres and falls as 1 / sqrt(L) relative to the length."""
     U, times = 0.01, np.linspace(0, 60, 1501)

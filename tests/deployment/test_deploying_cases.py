@@ -80,6 +80,7 @@ def test_a_run_resumes_bit_for_bit_with_every_integrator(tmp_path, method):
     whole.close(), rest.close()
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("rest", ["place", "material", "coordinates"])
 def test_what_rests_at_the_start(rest):
     """Velocity of the tip at t = 0: (U / L) (w' of the tip) of a resting place plus transport; none of material."""

@@ -57,6 +57,7 @@ def test_stretch_follows_the_travelling_rod():
     assert seen["markers/it.tip/position"][:, 0] == pytest.approx(RAMP(TIMES)[0] + found, abs=1e-12)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("family", ["polynomial", "characteristic"])
 def test_a_tensioned_membrane_follows_the_travelling_string(family):
     """Held at its tip; one function across the width is a string."""

@@ -104,6 +104,7 @@ def still(jet):
     return Jet(jet.v)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("seed", "drum"), [(1, "root"), pytest.param(2, "root", marks=pytest.mark.slow), (3, "tip")])
 def test_two_members_on_a_flexible_parent_obey_kanes_equations(seed, drum):
     rng = np.random.default_rng(seed)

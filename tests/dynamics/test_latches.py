@@ -212,6 +212,7 @@ def test_a_cut_joint_has_no_law():
         System({"disc": arm, "arm": arm}, (free("disc"), revolute("arm", "disc")), loops=(cut,))
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("depth", [1e-3, 1e-5, 1e-7])
 @pytest.mark.parametrize("method", ["dop853", "esdirk4"])
 def test_a_graze_that_no_row_of_a_step_shows_is_caught(method, depth):

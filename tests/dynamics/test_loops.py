@@ -44,6 +44,7 @@ def seeds(quick, all_):
     return [seed if seed < quick else pytest.param(seed, marks=pytest.mark.slow) for seed in range(all_)]
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("n_loops", [1, 2])
 @pytest.mark.parametrize("seed", seeds(4, 30))
 def test_closed_loops_move_as_the_dense_equations_say(seed, n_loops):
@@ -57,6 +58,7 @@ def test_closed_loops_move_as_the_dense_equations_say(seed, n_loops):
     assert model.state_rate(0.0, x)[model.n_q :] == pytest.approx(udot, abs=1e-10 * np.abs(udot).max())
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("n_loops", [1, 2])
 @pytest.mark.parametrize("seed", seeds(2, 12))
 def test_mass_bias_and_rows_are_those_of_the_dense_equations(seed, n_loops):

@@ -51,6 +51,7 @@ def test_a_round_section_bends_alike_in_every_plane():
     assert inclined == pytest.approx([upright[0], 0.6 * upright[2], 0.8 * upright[2]], rel=1e-5)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("modes", "cells"), [(2, 16), (4, 16), (4, 32), (8, 16)])
 def test_four_condensed_segments_with_derivatives_by_choice_are_the_elastica(modes, cells):
     """P L^2 / EI = 5, L/r = 4472: what "auto" leaves out of the derivatives must not stiffen so slender a beam.

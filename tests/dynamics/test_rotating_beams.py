@@ -37,6 +37,7 @@ BEAMS = {
 SHORT = ("slow", "tapered", "at a setting angle")
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("name", [pytest.param(k, marks=() if k in SHORT else pytest.mark.slow) for k in BEAMS])
 def test_frequencies_of_rotating_beams_are_the_exact_ones(name):
     beam = BEAMS[name]

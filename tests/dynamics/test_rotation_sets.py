@@ -88,6 +88,7 @@ METHODS = [
 ]
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize(("rotation", "rebase"), [("modified_rodrigues", False), ("rodrigues", True), ("zxz", True)])
 @pytest.mark.parametrize("method", METHODS, ids=[method.name for method in METHODS])
 def test_every_integrator_changes_coordinates_between_steps(method, rotation, rebase, motion):
@@ -109,6 +110,7 @@ def small_pieces(monkeypatch):
 COARSE = [Dop853(rtol=1e-7), Esdirk4(rtol=1e-6), GeneralizedAlpha(rtol=1e-4, atol=1e-5)]
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("method", COARSE, ids=[method.name for method in COARSE])
 @pytest.mark.parametrize(("rotation", "rebase"), [("modified_rodrigues", False), ("extrinsic xyz", True)])
 def test_resuming_around_changes_gives_the_same_rows_bit_for_bit(method, rotation, rebase, small_pieces):

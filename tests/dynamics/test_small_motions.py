@@ -87,6 +87,7 @@ def test_at_rest_a_free_craft_has_six_rigid_modes_and_a_frame_that_spins_changes
     assert slow.motions.frequencies[0] < 1e-5
 
 
+@pytest.mark.slow
 def test_internal_damping_makes_a_spin_about_the_least_inertia_grow():
     """Explorer 1: dissipation turns a spin about the least inertia away, about the largest it does not."""
     for seed in range(3):

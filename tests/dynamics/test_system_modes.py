@@ -38,6 +38,7 @@ def hub_and_beam(r: float, J: float, m: float, pinned: bool) -> System:
     return System({"hub": hub, "beam": beam}, (root, weld("beam", "hub", parent_marker="rim", child_marker="root")))
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("pinned", [True, False], ids=["pinned", "free"])
 @pytest.mark.parametrize(("r", "J", "m"), [(0.1, 0.1, 0.5), (0.5, 5.0, 10.0)])
 def test_a_hub_with_a_beam_has_the_exact_frequencies(r, J, m, pinned):

@@ -26,6 +26,7 @@ DOWN = Environment(np.array([0.0, 0.0, -G]))
 ASKEW = Environment(np.array([2.0, -3.0, 5.0]))
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("condensed", [False, True])
 def test_weight_acts_on_every_material_point(seed, condensed):
@@ -97,6 +98,7 @@ def test_a_meshed_cantilever_with_a_static_shape_sags_as_the_closed_form():
     assert sag == pytest.approx(-7850.0 * area * G * LENGTH**4 / (8 * 210e9 * I), rel=1e-6)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("strain", ["linear", "nonlinear", "condensed"])
 @pytest.mark.parametrize("method, drift", [("dop853", 1e-9), ("esdirk4", 1e-5)])
 def test_a_flexible_rod_that_swings_keeps_its_energy(strain, method, drift):
@@ -112,6 +114,7 @@ def test_a_flexible_rod_that_swings_keeps_its_energy(strain, method, drift):
     assert np.ptp(out["monitors/energy"]) < drift * np.ptp(out["monitors/gravity"])
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("strain, axial", [("condensed", 0), ("nonlinear", 24)])
 def test_a_hanging_chain_has_bessels_frequencies(strain, axial):
     """VALIDATION F9: omega_k = j_0k sqrt(g / L) / 2; a beam with hardly any stiffness, hinged at its upper end."""

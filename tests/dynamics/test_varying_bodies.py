@@ -219,6 +219,7 @@ class MovingTree(Tree):
 NOW = 0.4
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("seed", range(10))
 def test_moving_material_obeys_kanes_equations_over_its_points(seed):
     system, name, clouds_at, markers_at, (q, u) = random_varying(seed)
@@ -300,6 +301,7 @@ def mathieu(t, y):
     return [y[1], -(OMEGA**2) * (1 + DEPTH * np.cos(RATE * t)) * y[0]]
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("method", METHODS)
 def test_parametric_oscillator_follows_mathieus_equation(method):
     model, times = compile_system(parametric_oscillator()), np.linspace(0, 20, 81)

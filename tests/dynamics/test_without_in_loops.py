@@ -64,6 +64,7 @@ CHOICES = [
 ]
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 6))])
 @pytest.mark.parametrize(("kind", "names"), CHOICES, ids=lambda v: v if isinstance(v, str) else "+".join(v))
 def test_flexible_loops_move_as_the_dense_equations_without_the_term(kind, names, seed):

@@ -56,6 +56,7 @@ def in_one_order(points, matrix):
     return sparse.csr_array(matrix)[dofs][:, dofs]
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("thickness", "agreement"), [(0.03, None), (0.6, 1e-9)])
 def test_the_panel_has_the_matrices_and_frequencies_of_scikit_fem_forms(thickness, agreement):
     """The thin panel's lowest frequency is a small difference of large terms: rounding of K, of relative size eps,

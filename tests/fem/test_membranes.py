@@ -76,6 +76,7 @@ def test_it_may_lie_anywhere():
     assert turned == pytest.approx(flat, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_drum_with_a_curved_rim_has_the_frequencies_of_bessel_functions():
     drum = build_structure(disc(19), [Member("surface", "membrane", 1e-4, FILM, {"prestress": 20.0})])
     found = cantilever_modes(drum, ["rim"], 6).omega

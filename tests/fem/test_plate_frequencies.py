@@ -50,6 +50,7 @@ def observed_orders(errors: list[float]) -> np.ndarray:
     return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("element", ["dkt", "dkmt"])
 def test_triangles_converge_with_the_square_of_the_size_on_a_thin_square(element):
     errors = [np.abs(supported_square("plate", 1e-4, n, element=element) / SUPPORTED - 1) for n in (10, 20, 40)]
@@ -59,6 +60,7 @@ def test_triangles_converge_with_the_square_of_the_size_on_a_thin_square(element
     assert errors[2][[0, 3]] == pytest.approx([0.33 / 40**2, 0.33 / 20**2], rel=0.05)
 
 
+@pytest.mark.slow
 def test_triangles_reach_five_parts_in_ten_thousand_at_the_advised_size():
     """26 sides to the half wave of the highest mode wanted: 5e-4 on the first three distinct frequencies."""
     assert supported_square("plate", 1e-4, 52) == pytest.approx(SUPPORTED, rel=5e-4)

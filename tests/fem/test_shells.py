@@ -14,6 +14,7 @@ from shell_problems import (
     raasch_hook,
     ratio,
     scordelis_lo,
+    solved,
     straight_beam,
     twisted_beam,
 )
@@ -123,6 +124,7 @@ PROBLEMS = {
     "straight, in plane": (lambda c: straight_beam(c, "in plane"), {}),
     "straight, out of plane": (lambda c: straight_beam(c, "out of plane"), {}),
     "curved, in plane": (lambda c: curved_beam(c, "in plane", 12), {}),
+    "curved, out of plane": (lambda c: curved_beam(c, "out of plane", 24, 4), {"quad": 0.03}),
     "twisted": (lambda c: twisted_beam(c, "in plane"), {}),
     "twisted, the other way": (lambda c: twisted_beam(c, "out of plane"), {}),
     "twisted, thin": (lambda c: twisted_beam(c, "in plane", 0.05), {}),
@@ -134,12 +136,33 @@ PROBLEMS = {
 }
 
 
+@pytest.mark.sampled(14)
 @pytest.mark.parametrize("cell", ["quad", "quad9", "triangle6"])
 @pytest.mark.parametrize("name", PROBLEMS)
 @pytest.mark.filterwarnings("ignore:shell on group .* warped by more than")
 def test_macneal_and_harders_problems(name, cell):
     problem, apart = PROBLEMS[name]
     assert ratio(problem(cell)) == pytest.approx(1.0, abs=apart.get(cell, 0.02))
+
+
+def test_a_curved_beam_bends_and_twists_out_of_its_plane_as_castigliano_says():
+    """Quarter ring under a unit force at its end: deflection, and the twist there that makes the inner edge go less.
+
+    w = R^3 [(pi / 4) / E I + (3 pi / 4 - 2) / G J], twist R^2 [(pi / 4) / E I - (1 - pi / 4) / G J], with the torsion
+    constant J of a rectangle twice as wide as high, 0.2287 b h^3. Elements twist so only with two of them over the
+    width: shear forces of plates leave their free edges over h / sqrt(10). The clamp holds the end's warping, 0.4 %.
+    """
+    R, EI, GJ = 4.22, 1e7 * 0.2 * 0.1**3 / 12, 4e6 * 0.2287 * 0.2 * 0.1**3
+    w = R**3 * ((np.pi / 4) / EI + (3 * np.pi / 4 - 2) / GJ)
+    twist = R**2 * ((np.pi / 4) / EI - (1 - np.pi / 4) / GJ)
+    assert w == pytest.approx(0.5022, rel=4e-3)  # printed
+    problem = curved_beam("quad9", "out of plane", 24, 4)
+    s, u = solved(problem)
+    inner, middle, outer = (u[s.mesh.nearest_point([r, 0, 0]), 2] for r in (4.12, 4.22, 4.32))
+    assert middle == pytest.approx(w, rel=0.006)
+    assert (outer - inner) / 0.2 == pytest.approx(twist, rel=0.01)
+    coarse = ratio(curved_beam("quad9", "out of plane", 24, 1)) * 0.5022
+    assert coarse == pytest.approx(0.97 * w, rel=0.015)  # one element over the width
 
 
 def test_four_node_elements_of_a_trapezoid_lock_in_their_plane_as_published():

@@ -38,6 +38,7 @@ def test_where_blocks_are_cut_changes_no_bit(method, small_pieces, monkeypatch):
     assert np.array_equal(np.concatenate([block.times for block in blocks]), TIMES)
 
 
+@pytest.mark.sampled(4)
 @with_methods
 @pytest.mark.parametrize("given", ["all times", "times left"])
 def test_resuming_from_any_block_gives_the_same_rows_bit_for_bit(method, given, small_pieces, tmp_path):

@@ -187,6 +187,7 @@ def test_agreement_with_the_explicit_method_on_a_nonlinear_chain(method):
     )
 
 
+@pytest.mark.sampled(2)
 @with_methods
 def test_jumps_of_the_load_at_breaks_cost_no_accuracy(method):
     """A mass under a constant force that changes at a break: both methods integrate parabolas exactly."""

@@ -57,6 +57,7 @@ def run_of(path):
         return prepare(path, Path(path).with_name("run.h5"))
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize("family", ["plate", "plate_bfs", "solid", "beam"])
 @pytest.mark.parametrize("reduction", [CLAMPED, FREE], ids=["clamped", "free"])
 @pytest.mark.parametrize("strain", ["", "linear", "condensed"])
@@ -68,6 +69,7 @@ def test_modes_take_one_assembly_and_one_factorisation(work, family, reduction, 
     assert counts["Lanczos"] <= 3  # modes, that none is missed, and whether what it bears buckles it
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("family", ["plate", "plate_bfs", "solid"])
 @pytest.mark.parametrize("reduction", [HELD, FREE], ids=["held", "free"])
 def test_initial_stress_takes_one_factorisation_more(work, family, reduction):
@@ -79,6 +81,7 @@ def test_initial_stress_takes_one_factorisation_more(work, family, reduction):
     assert counts["Lanczos"] <= 4  # the same, and whether the initial stress buckles it
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("family", ["plate", "solid", "beam"])
 @pytest.mark.parametrize("reduction", [CLAMPED, FREE], ids=["clamped", "free"])
 def test_a_run_starts_with_one_assembly_and_one_factorisation(work, family, reduction):
@@ -91,6 +94,7 @@ def test_a_run_starts_with_one_assembly_and_one_factorisation(work, family, redu
 PUSH = '[[loads]]\nname = "push"\nbody = "body"\nmarker = "right"\nforce = ["0 N", "0 N", "0.01 N"]'
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("strain", ["", "linear"], ids=["chosen", "linear"])
 @pytest.mark.parametrize("verb", ["check", "equilibrium"])
 def test_check_and_equilibrium_take_one_assembly_and_one_factorisation(work, verb, strain):
@@ -129,6 +133,7 @@ def test_all_numbers_of_modes_of_a_study_are_cut_from_one_set(work):
     assert counts["factorisations"] == 1
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("push", ["1 N", "100 N"])
 def test_a_load_near_buckling_takes_no_factorisation_more(work, push):
     """The strain is chosen by it, and the body then built with other strain."""
@@ -140,6 +145,7 @@ def test_a_load_near_buckling_takes_no_factorisation_more(work, push):
     assert counts["factorisations"] == 1
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     "reduction", [CLAMPED + ', attachment = ["x", "z"], loads = { right = ["z"] }', CLAMPED], ids=["attached", "modes"]
 )

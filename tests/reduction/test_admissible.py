@@ -138,6 +138,7 @@ def test_static_shapes_complete_the_answer_to_a_root_that_accelerates_or_turns()
         assert answer[0] == pytest.approx(tip, rel=1e-10)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     ("functions", "tolerance"),
     [
@@ -163,6 +164,7 @@ def test_the_analytic_body_is_the_finite_element_one(functions, tolerance):
     assert np.diag(mac_of_bodies(body, fe))[:2].min() > 0.99
 
 
+@pytest.mark.slow
 def test_second_moments_agree_too_torsion_and_axial_motion_included():
     section = StiffnessSection(EA=1e4, EIy=EI_Y, EIz=EI_Z, GJ=2.0, mass_per_length=MASS, ry=0.04, rz=0.07)
     end = LENGTH * np.array(DIRECTION) / np.linalg.norm(DIRECTION)

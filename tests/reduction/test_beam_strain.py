@@ -47,6 +47,7 @@ def test_the_energy_is_that_of_the_meshed_beam_in_the_same_functions(far):
             np.testing.assert_allclose(own[some], other[some], atol=1e-3 * np.abs(own[some]).max())
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("ratio", RATIOS)
 @pytest.mark.parametrize("strain", ["condensed", pytest.param("nonlinear", marks=pytest.mark.slow)])
 def test_a_cantilever_tips_over_under_an_end_load_and_under_its_weight(ratio, strain):
@@ -72,6 +73,7 @@ def test_far_bends_tip_over_as_late_as_the_bend_before_would_have_it(ratio):
     assert found == pytest.approx(1 / np.sqrt(1 - 1 / ratio), abs=6e-4)
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("ratio", RATIOS)
 def test_a_beam_between_forks_tips_over_under_end_moments(ratio):
     """pi sqrt(EI GJ) / L, of a beam so soft along its axis that its ends may as well draw in."""

@@ -59,6 +59,7 @@ def bent_strip(family, count, slenderness, load):
     return -tip[0] / length, tip[2] / length
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("family", "count", "slenderness", "bounds"),
     [

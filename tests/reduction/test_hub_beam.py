@@ -82,6 +82,7 @@ def test_ten_finite_element_shapes_give_three_hub_beam_frequencies(r, J, m, pinn
     assert hub_frequencies(body, r, J, m, pinned) == pytest.approx(exact_frequencies(r, J, m, pinned), rel=1e-9)
 
 
+@pytest.mark.sampled(6)
 @pytest.mark.parametrize("pinned", [True, False], ids=["pinned", "free"])
 @pytest.mark.parametrize(("r", "J", "m"), HUBS)
 @pytest.mark.parametrize(

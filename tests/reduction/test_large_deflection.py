@@ -183,6 +183,7 @@ def greatest_distance(structure, shapes, case):
     return np.linalg.norm(full[:, None] - found, axis=2).min(axis=1).max()
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(
     ("rise", "support"), [(1.5 * H, "pinned"), (2 * H, "clamped"), (3 * H, "pinned"), (3 * H, "clamped")]
 )
@@ -228,6 +229,7 @@ def test_a_curved_panel_of_flat_facets_snaps_through_as_the_full_finite_elements
     assert load_off(structure, with_derivatives(structure, modes, 8), case) > 0.1  # at rest there are three
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("rise", "support"), [(3 * H, "pinned"), (3 * H, "clamped")])
 def test_two_shapes_and_their_derivatives_at_the_deflection_carry_an_arch_through(rise, support):
     structure = arch(rise)

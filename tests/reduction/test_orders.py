@@ -70,6 +70,7 @@ def error(structure, modes, way):
     return np.linalg.norm(found - exact) / np.linalg.norm(exact), body
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("count", [4, 12, 24])
 @pytest.mark.parametrize("attachment", [(), ("x", "y", "z")])
 def test_random_kept_sets_of_a_straight_beam_bend_as_all_elements_do(count, attachment):
@@ -82,6 +83,7 @@ def test_random_kept_sets_of_a_straight_beam_bend_as_all_elements_do(count, atta
     assert off < 1e-3
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("path, way", [(KINKED, "y"), (KINKED, "z"), (FOLDED, "z")])
 @pytest.mark.parametrize("count, attachment", [(4, ("x", "y", "z")), (18, ())])
 def test_folded_members_bend_as_all_elements_do(path, way, count, attachment):

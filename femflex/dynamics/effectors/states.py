@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.system import Channel, Controller, Effector, System
+from femflex.system import Channel, Controller, Effector, System, Threshold
 from femflex.system.effector_problems import unknown
 
 Array = NDArray[np.float64]
@@ -60,6 +60,23 @@ def sensor_problems(system: System, channels: Mapping[str, Channel]) -> list[str
         for path in controller.sensors
         if path not in channels
     ]
+
+
+def threshold_problems(system: System, channels: Mapping[str, Channel]) -> list[str]:
+    """Sentences on thresholds at which latches open that are no channels of one number."""
+    out = []
+    for joint in system.joints:
+        for path in {latch.opens.channel for latch in joint.latches if isinstance(latch.opens, Threshold)}:
+            if path not in channels:
+                out.append(
+                    unknown(f"{path!r}, at which joint {joint.label!r} opens, is no channel", path, list(channels))
+                )
+            elif channels[path].shape:
+                out.append(
+                    f"channel {path!r}, at which joint {joint.label!r} opens, has {channels[path].shape[0]} entries; "
+                    "give one of a single number, such as an output of a sensor"
+                )
+    return out
 
 
 def has_events(system: System) -> bool:

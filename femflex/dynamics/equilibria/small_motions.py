@@ -91,9 +91,11 @@ def small_motions(model: Model, x: Array, neutral: Array) -> SmallMotions:
 
     Raises ValueError for nonholonomic constraints, and for effectors with states.
     """
-    if moving_states(model.system):
+    if states := moving_states(model.system):
+        names = ", ".join(sorted({model.system.state_names()[k][0].rpartition(".")[0] for k in states}))
         raise ValueError(
-            "effectors with states make the small motions more than vibrations; take the eigenvalues of `linearised`"
+            f"the states of {names} make the small motions more than vibrations; `femflex linearize` prints the poles "
+            "of the whole craft (in Python: the eigenvalues of `linearised`)"
         )
     linear, (own, Z) = linearised(model, 0.0, x), free_directions(model, 0.0, x)
     bodies, sizes = body_motions(model, x), usual_sizes(model)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from femflex.dynamics.joints.gimbal_lock import lockable
 from femflex.dynamics.joints.held_places import specified_states
+from femflex.system import LengthTable
 from femflex.system.turning import lock_angle, locked
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+AT_END = 1e-3  # of the stock, or of the first length: how near to its end a length explains that a run stops
 NEAR = 1e-2  # rad left to gimbal lock, or smallest part of a singular value at the start, that explains an end
 
 
@@ -33,10 +35,32 @@ def diagnosis(model: Model, t: float, x: Array, unheld: bool) -> tuple[str, Exce
         if unheld:
             text = told_unheld(model.constraints, t, x, " any further")
             return end_of_reach(model, t, x) or text, None
-    for look in (gimbal_lock, flat_disc, end_of_reach):
+    for look in (end_of_length, gimbal_lock, flat_disc, end_of_reach):
         if text := look(model, t, x):
             return text, None
     return "", None
+
+
+def end_of_length(model: Model, t: float, x: Array) -> str:
+    """A free length that has come to zero or to its stock."""
+    names, z = [name for name, _ in model.system.state_names()], model.parts(x)[2]
+    for body, variation in model.system.varying.items():
+        table = variation.write
+        if not (isinstance(table, LengthTable) and isinstance(table.length, str)):
+            continue
+        place = names.index(table.length)
+        L, U, stock = float(z[place]), float(z[place + 1]), table.stock or np.inf
+        if U > 0.0 and L > stock * (1.0 - AT_END):
+            return (
+                f"the free length of body {body!r} has come to its stock of {stock:g} m at {U:.4g} m/s; give a longer "
+                "stock, brake more, or end the run before"
+            )
+        if U < 0.0 and L < AT_END * table.bounds[1]:
+            return (
+                f"the free length of body {body!r} has come to zero at {U:.4g} m/s; pull less, brake more, or end the "
+                "run before"
+            )
+    return ""
 
 
 def gimbal_lock(model: Model, t: float, x: Array) -> str:

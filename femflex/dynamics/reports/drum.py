@@ -49,6 +49,11 @@ def drum_channels(name: str, table: LengthTable) -> dict[str, Channel]:
     }
     if table.drum_radius is not None:
         out["drum_torque"] = Channel("N m", f"torque of the drum of {name}")
+    if table.sections is not None:
+        stations = tuple(f"{xi:g}" for xi in table.sections.stations)
+        for key, (unit, meaning) in table.sections.resultants.items():
+            text = f"{meaning} of {name} at stations by their distance from the exit over the length"
+            out[key] = Channel(unit, text, (len(stations),), stations)
     return {f"bodies/{name}/{key}": channel for key, channel in out.items()}
 
 

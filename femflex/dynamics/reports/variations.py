@@ -13,7 +13,7 @@ Loads, springs and loops at markers that move with time, and gravity of an orbit
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,14 +73,16 @@ def observe_variations(model: Model, times: Array, states: Array) -> dict[str, A
         return {}
     mass, power = np.empty((len(times), len(names))), np.empty((len(times), len(names)))
     lengths = lengths_of(model.system)
-    drums: dict[str, list[dict[str, float]]] = {name: [] for name in lengths}
+    drums: dict[str, list[dict[str, Any]]] = {name: [] for name in lengths}
     for j, (t, x) in enumerate(zip(times, states, strict=True)):
         gather(model, float(t), x)
         for i, name in enumerate(names):
             k = 1 + model.system.order.index(name)
             mass[j, i], power[j, i] = model.pool[int(body_records(model.table)[k]["mass"])], power_of(model, k)
             if name in lengths:
-                drums[name].append(drum_of(model, k, lengths[name], length_at(model, name, t, x), power[j, i]))
+                length = length_at(model, name, t, x)
+                row = drum_of(model, k, lengths[name], length, power[j, i])
+                drums[name].append(row | sections_of(model, k, lengths[name], length))
     out = {}
     for i, name in enumerate(names):
         out[f"bodies/{name}/mass"], out[f"bodies/{name}/power"] = mass[:, i], power[:, i]
@@ -127,6 +129,19 @@ def drum_of(
     if b["own_bends"] >= VARIES:
         carried += bearing_power(b, unit, work, motion)
     return drum_row(b, at, table, unit, motion, (length, rate, acceleration), carried, variation.acting, power)
+
+
+def sections_of(model: Model, k: int, table: LengthTable, at_length: tuple[float, float, float]) -> dict[str, Array]:
+    """What the sections of body record k report, at the state that was gathered last."""
+    if table.sections is None:
+        return {}
+    records, attached = body_records(model.table), []
+    for child, other in zip(records[k + 1 :], model.system.order[k:], strict=True):
+        if child["parent"] == k:
+            w, joint = int(child["work"]), model.system.joint_of(other)
+            C = model.work[w + W_CIP : w + W_CIP + 12].reshape(3, 4)[:, :3]  # parent to child components
+            attached.append((joint.parent_marker, C.T @ model.work[w + W_P : w + W_P + 3]))
+    return table.sections.report(at_length, body_motion(model, k), attached)
 
 
 def gather(model: Model, t: float, x: Array) -> None:

@@ -72,6 +72,7 @@ def bending_roots(ends: str, n: int) -> Array:
     return np.array([_root(lambda b: np.cos(b) - _sech(b), j * np.pi, (j + 1) * np.pi) for j in k])
 
 
+@lru_cache(maxsize=256)
 def bending_characteristic(ends: str, n: int) -> FunctionSet:
     """Vibration shapes of a uniform Euler–Bernoulli beam, stable at any order.
 
@@ -95,6 +96,7 @@ def bending_characteristic(ends: str, n: int) -> FunctionSet:
     return _normalised(functions, points_for(n))
 
 
+@lru_cache(maxsize=256)
 def axial_characteristic(ends: str, n: int) -> FunctionSet:
     """Vibration shapes of a uniform bar or shaft: sines and cosines; pinned and clamped ends hold it alike."""
     root, tip = (support != "free" for support in ends_of(ends))
@@ -172,7 +174,7 @@ TIP_AXIAL = (np.polynomial.Polynomial([0, 1]),)  # and those of a moment and a f
 
 
 def with_static(functions: FunctionSet, shapes: Sequence[np.polynomial.Polynomial], n: int) -> FunctionSet:
-    """Clamped-free functions with static shapes beside them, made orthonormal; n in all.
+    """Clamped-free functions with added static shapes, made orthonormal; n in all.
 
     Truncated modes leave out just these; see modes.with_attachment.
     """

@@ -72,17 +72,19 @@ def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool)
 def _shares(weight: Array, x: Array, kind: str) -> Array:
     """What each point of an element (e, q) at x (e, q, 3) adds to the few that stand for it, (e, 1|2, q).
 
-    Their mean; of solids the mean half a thickness over sqrt(3) to either side along their shortest way, of what
-    varies linearly along it. A single layer of solids that bends would have no strain in the mean; so it has, and its
-    energy, mean^2 + variance.
+    Their mean; of solids and lines the mean half a thickness, or length, over sqrt(3) to either side along their
+    shortest way, or along the line, of what varies linearly along it. A single layer of solids that bends would have no
+    strain in the mean; so it has, and its energy, mean^2 + variance. Lines have the slope of their moments.
     """
     share = weight / weight.sum(axis=1, keepdims=True)
-    if kind != "solid":
+    if kind == "plate" or x.shape[1] == 1:
         return share[:, None]
     d = x - np.einsum("eq,eqa->ea", share, x)[:, None]
     spread, axes = np.linalg.eigh(np.einsum("eq,eqa,eqb->eab", share, d, d))
-    along = np.einsum("eqa,ea->eq", d, axes[:, :, 0]) / np.sqrt(spread[:, :1])
-    return np.stack([share * (1.0 + along), share * (1.0 - along)], axis=1)
+    way = 0 if kind == "solid" else 2
+    along = np.einsum("eqa,ea->eq", d, axes[:, :, way]) / np.sqrt(spread[:, way, None])
+    along *= np.sign(along[:, -1:] - along[:, :1]) if kind == "line" else 1.0  # in the order of the line's points
+    return np.stack([share * (1.0 - along), share * (1.0 + along)], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +130,7 @@ def _kept(table: Array, shape: tuple[int, ...], shares: Array | None) -> Array:
 def beam_field(beam: UniformBeam, functions: BeamFunctions, X: Array, nonlinear: bool, following: bool) -> StrainPart:
     """The part of a beam on admissible functions times X (count, n), with its `beam_strains`.
 
-    What is of fourth order in the energy stands beside the four strains as others, which have no name.
+    What is of fourth order in the energy is added to the four strains as others, which have no name.
     """
     found = beam_strains(beam, functions, X, following)
     s = len(found.linear) if nonlinear else NAMED
@@ -143,4 +145,5 @@ def beam_field(beam: UniformBeam, functions: BeamFunctions, X: Array, nonlinear:
         stress=np.zeros((1, s)),
         first=np.eye(X.shape[1]),
         nonlinear=nonlinear,
+        per=len(found.xi),
     )

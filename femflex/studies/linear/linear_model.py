@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.case.problems import near
-from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumError, equilibrium
-from femflex.dynamics.equilibria.frozen import frozen_system
+from femflex.dynamics.equilibria.equilibrium import Equilibrium
 from femflex.dynamics.equilibria.linearised import (
     Linearised,
     advanced,
@@ -27,11 +26,12 @@ from femflex.dynamics.equilibria.linearised import (
     usual_sizes,
 )
 from femflex.dynamics.equilibria.states import moving_states
-from femflex.dynamics.equilibria.system_modes import SystemModes, modes_about, without_variation
+from femflex.dynamics.equilibria.system_modes import SystemModes, modes_about
 from femflex.dynamics.model import Model, compile_system
+from femflex.pipeline.rest import rest_of, rest_state, rest_system
 from femflex.studies.linear.inputs import UNIT, Input, commanded, inputs_of, usual_inputs
 from femflex.studies.linear.space import StateSpace
-from femflex.system import Load, System
+from femflex.system import System
 
 Array = NDArray[np.float64]
 
@@ -96,16 +96,16 @@ def linear_model(
     entry. Raises KeyError for unknown inputs and outputs, and as `femflex.equilibrium`.
     """
     system = commanded(system)
-    _, left_out = without_variation(system)
     wanted = usual_inputs(system, _moving(system)) if inputs is None else inputs
     inputs_of(system, wanted)  # unknown ones are reported before the equilibrium is sought
     about, t = None, at or 0.0
+    left_out: tuple[str, ...] = ()
     if state is None:
-        about, left_out = _equilibrium(system, at, left_out)
-        model = compile_system(_at_rest(system, at, about))
-        x = _same_state(about, model)
+        about, left_out = rest_of(system, at)
+        model = compile_system(rest_system(system, at, about))
+        x = rest_state(about, model)
     else:
-        model, left_out = compile_system(system), ()
+        model = compile_system(system)
         x = np.asarray(state, float)
         if x.shape != (model.n_x,):
             raise ValueError(f"the state has the shape {x.shape}; expected ({model.n_x},), as a row of a run")
@@ -118,43 +118,6 @@ def linear_model(
 def _moving(system: System) -> list[str]:
     """Names of the specified freedoms that move."""
     return [joint.freedom_names()[k] for joint in system.joints for k, one in joint.held.items() if one.moves]
-
-
-def _equilibrium(system: System, at: float | None, left_out: tuple[str, ...]) -> tuple[Equilibrium, tuple[str, ...]]:
-    if at is not None:
-        return equilibrium(system, at), ()
-    still, _ = without_variation(system)
-    try:
-        return equilibrium(still), left_out
-    except EquilibriumError:
-        if not still.loads:
-            raise
-    pushed = tuple(f"load {load.name!r} (no equilibrium under it)" for load in still.loads)
-    return equilibrium(replace(still, loads=())), left_out + pushed
-
-
-def _at_rest(system: System, at: float | None, about: Equilibrium) -> System:
-    """The system under the loads of the equilibrium; loads that do not act there are zero, rotors keep their motors."""
-    if at is not None:
-        return frozen_system(system, at)
-    acting = {load.name: load for load in about.moving.loads}
-    loads = tuple(acting.get(load.name, _silent(load)) for load in system.loads)
-    return frozen_system(replace(without_variation(system)[0], loads=loads))
-
-
-def _silent(load: Load) -> Load:
-    return replace(load, times=None, force=np.zeros(3), torque=np.zeros(3))
-
-
-def _same_state(about: Equilibrium, model: Model) -> Array:
-    """The state (n_x,) of the model at the equilibrium, rotors as they start."""
-    found = dict(
-        zip([name for name, _ in about.model.system.state_names()], about.model.parts(about.x)[2], strict=True)
-    )
-    x = model.at_rest(about.q)
-    for k, (name, _) in enumerate(model.system.state_names()):
-        x[model.n_q + model.n_u + k] = found.get(name, x[model.n_q + model.n_u + k])
-    return x
 
 
 class _Builder:

@@ -20,13 +20,16 @@ from numpy.typing import NDArray
 from femflex.dynamics.joints.law_report import latch_places
 from femflex.dynamics.lowering.layout import HEADER, N_HEADER
 from femflex.dynamics.lowering.tie_layout import R_LAMBDA
-from femflex.system import Latch
+from femflex.dynamics.reports.sensing import Sensing
+from femflex.system import Latch, Threshold
 from femflex.system.freedoms import RELEASED
 
 if TYPE_CHECKING:
     from femflex.dynamics.model import Model
 
 Array = NDArray[np.float64]
+
+STEP = 1e-6  # s, over which the rate of a channel is taken along the motion
 
 
 @dataclass(frozen=True)
@@ -55,14 +58,34 @@ class Latches:
             found.append(Place(its.latch, first + its.time, its.q, its.u, side))
         return found
 
+    @cached_property
+    def _sensing(self) -> Sensing:
+        return Sensing(self.model)
+
     def values(self, t: float, x: Array) -> Array:
-        """How far each open latch's coordinate has to go; 1 for a closed one."""
-        return np.array([_to_go(p, t, x) for p in self.places])
+        """How far each open latch's coordinate, or the channel at which it opens, has to go; 1 for a closed one."""
+        out = np.array([_to_go(p, t, x) for p in self.places])
+        waiting = {
+            k: p.latch.opens
+            for k, p in enumerate(self.places)
+            if isinstance(p.latch.opens, Threshold) and x[p.time] >= 0.0  # closed until a threshold is crossed
+        }
+        if waiting:
+            seen = self._sensing.read(t, x, sorted({opens.channel for opens in waiting.values()}))
+            for k, opens in waiting.items():
+                out[k] = opens.to_go(float(seen[opens.channel]))
+        return out
 
     def rates(self, t: float, x: Array) -> Array:
         """How fast that changes; 0 for a closed one."""
         n_q = self.model.n_q
-        return np.array([_approach(p, x, n_q) for p in self.places])
+        out = np.array([_approach(p, x, n_q) for p in self.places])
+        waiting = [k for k, p in enumerate(self.places) if _waits(p, x)]
+        if waiting:
+            dx = self.model.state_rate(t, x)
+            ahead, behind = (self.values(t + sign * STEP, x + sign * STEP * dx) for sign in (1.0, -1.0))
+            out[waiting] = ((ahead - behind) / (2.0 * STEP))[waiting]
+        return out
 
     def happen(self, together: Sequence[int], t: float, x: Array) -> None:
         """Close these latches at once."""
@@ -82,8 +105,15 @@ class Latches:
         x[self.model.n_q : self.model.n_q + self.model.n_u] = after
 
 
+def _waits(p: Place, x: Array) -> bool:
+    """Whether a latch is closed until a threshold is crossed."""
+    return isinstance(p.latch.opens, Threshold) and x[p.time] >= 0.0
+
+
 def _to_go(p: Place, t: float, x: Array) -> float:
     """How far an open latch's coordinate has to go, or a time to the opening of one that opens; 1 when it is done."""
+    if isinstance(p.latch.opens, Threshold):
+        return 1.0
     if p.latch.opens is not None:
         return p.latch.opens - t if x[p.time] >= 0.0 else 1.0
     return 1.0 if x[p.time] >= 0.0 else p.side * (x[p.q] - p.latch.at)
@@ -91,6 +121,8 @@ def _to_go(p: Place, t: float, x: Array) -> float:
 
 def _approach(p: Place, x: Array, n_q: int) -> float:
     """Rate of `_to_go`."""
+    if isinstance(p.latch.opens, Threshold):
+        return 0.0
     if p.latch.opens is not None:
         return -1.0 if x[p.time] >= 0.0 else 0.0
     return 0.0 if x[p.time] >= 0.0 else p.side * x[n_q + p.freedom]

@@ -1,0 +1,105 @@
+"""[bodies.<name>] of kind "matrices": a body from mass and stiffness matrices of another program."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field, model_validator
+
+from femflex.case.base import Name, Table, refuse
+from femflex.case.body_base import BodyTable
+from femflex.case.inertia import InertiaMatrix
+from femflex.case.reduction import DampingTable, Reduction
+from femflex.case.values import Mass, Position
+
+ELEMENTS_ONLY = ("derivatives", "third_derivatives", "deflection", "responses", "spin")
+
+
+class MatrixNamesTable(Table):
+    """Names of the matrices in their files. Left out: those that the formats use, such as MAAX, MAA, M."""
+
+    mass: str | None = None
+    """Name of the mass matrix."""
+    stiffness: str | None = None
+    """Name of the stiffness matrix."""
+    damping: str | None = None
+    """Name of the damping matrix."""
+    geometric: str | None = None
+    """Name of the geometric stiffness matrix."""
+
+
+class MatrixFilesTable(Table):
+    """Files of the matrices, the coordinates of nodes and the map of degrees of freedom, relative to the case file."""
+
+    file: str | None = None
+    """File that has all matrices: .npz, .h5, .mat, .op4, .op2, .pch, .bdf."""
+    mass: str | None = None
+    """File of the mass matrix alone, such as an .mtx."""
+    stiffness: str | None = None
+    """File of the stiffness matrix alone."""
+    damping: str | None = None
+    """File of the damping matrix alone. Left out: none."""
+    geometric: str | None = None
+    """File of a geometric stiffness matrix of a steady stress, which is added to the stiffness. Left out: none."""
+    nodes: str | None = None
+    """File with the coordinates of the nodes: .csv (number, x, y, z), Nastran GRID cards, an Abaqus input file, or
+    arrays. Left out: those of `file`."""
+    dofs: str | None = None
+    """Map of degrees of freedom: a file with node and component 1 to 6 per row, or "xyz" or "xyzrxryrz", the same
+    components at every node in their order. Left out: that of the files, or three or six a node by the size."""
+    names: MatrixNamesTable = Field(default_factory=MatrixNamesTable)
+    """Names of the matrices in their files."""
+
+    @model_validator(mode="after")
+    def _complete(self) -> MatrixFilesTable:
+        if self.file is None and (self.mass is None or self.stiffness is None):
+            refuse("found neither file nor both of mass and stiffness; name the files that hold the matrices")
+        return self
+
+
+class MatricesTable(BodyTable):
+    """A body from mass and stiffness matrices with node coordinates; its strain is linear."""
+
+    kind: Literal["matrices"]
+    """Selects this body: mass and stiffness matrices from files."""
+    matrices: str | MatrixFilesTable
+    """File with matrices, coordinates and map of degrees of freedom, relative to the case file; or a table of files."""
+    units: str = "m-kg-s"
+    """Units of the files: length-mass-time or length-force-time, such as "mm-t-s" or "in-lbf-s"."""
+    groups: dict[Name, list[int]] = Field(default_factory=dict)
+    """Name -> numbers of nodes. Without, node_17 and all are names too."""
+    reduction: Reduction | None = None
+    """Shapes that the body may take. Left out, only for reduced models: all of their modes, with the first node as
+    reference."""
+    damping: DampingTable | None = None
+    """Structural damping, in place of the damping matrix. Left out: the damping matrix, or none."""
+    mass: Mass | None = None
+    """Mass that the matrices are checked against. Left out: not checked."""
+    center_of_mass: Position | None = None
+    """Centre of mass that the matrices are checked against. Left out: not checked."""
+    inertia: InertiaMatrix | None = None
+    """Inertia about the centre of mass that the matrices are checked against. Left out: not checked."""
+
+    @property
+    def files(self) -> tuple[tuple[str, str], ...]:
+        """(key, file) of all files of the table, key after `matrices`."""
+        if isinstance(self.matrices, str):
+            return (("", self.matrices),)
+        given = self.matrices.model_dump(exclude={"names"})
+        return tuple((f".{key}", name) for key, name in given.items() if name and name not in ("xyz", "xyzrxryrz"))
+
+    @model_validator(mode="after")
+    def _linear(self) -> MatricesTable:
+        given: dict[str, Any] = {key: getattr(self.reduction, key, None) for key in ELEMENTS_ONLY}
+        found = [key for key, value in given.items() if value not in (None, "none", 0, False)]
+        if found:
+            refuse(
+                f"found {', '.join(found)} in the reduction of a body from matrices, whose strain is linear: matrices "
+                "hold no strain beyond that; drop it, or make the body of elements (kind = 'flexible')"
+            )
+        if getattr(self.reduction, "method", "") == "lumped":
+            refuse("found method 'lumped' for a body from matrices; its mass is as its matrix says, so use 'nodal'")
+        for name, marker in self.markers.items():
+            if marker.position is not None:
+                refuse(f"found position in marker {name!r} of a body from matrices; give a group, such as 'node_17'")
+        return self

@@ -1,0 +1,187 @@
+"""Forces in sections of deploying members: tension from the motion of what lies outboard, moments from curvature.
+
+What lies beyond a section moves with the accelerations of its material, so the section pulls it with
+
+    S = int (a - f) dm + forces on what is attached there,      N = -S . t
+
+t is the tangent of the bent member. The acceleration of material is the second derivative of Z(xi, lambda) y along it:
+with chi of `material` and chi_2 = (1 - xi) dchi/dxi + d chi/dlambda,
+
+    lambdadot^2 chi_2 y + lambdaddot chi y + 2 lambdadot chi dy/dt + Z d2y/dt2
+
+Where the drum is at the tip, material that leaves it jumps in velocity, and the momentum flux counts as well. Loads,
+springs and loops at markers of the member have no part in this.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.deployment.intervals import gauss_between
+from femflex.deployment.series import Series, at
+from femflex.deployment.shapes import MemberShapes
+from femflex.reduction.beams.beam_functions import points_for
+
+Array = NDArray[np.float64]
+
+STATIONS = np.linspace(0.0, 1.0, 11)
+TENSION = {"tension": ("N", "axial force, positive in tension")}
+MOMENTS = {
+    "moment_y": ("N m", "bending moment about the section's y axis, -EIy w''"),
+    "moment_z": ("N m", "bending moment about the section's z axis, EIz v''"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class MemberSections:
+    """Sections of a deploying member (see `femflex.system.length_table.Sections`).
+
+    stations, at_xi   (k,), (q,) where forces are reported, and points of mass
+    weight            (q,) of the points in integrals over xi
+    values, chi, chi2 p -> (q, 3, 1 + n) at the points, means over the section
+    tip               the same of what is stowed at a drum at the tip, or None
+    tangent           p -> (k, 3, 1 + n) derivatives by xi at the stations
+    bends             (k, 2, n) second derivatives by xi of v and w at the stations, or None
+    stiffness         (2,) EIz, EIy [N m^2]
+    density           mass per length [kg/m] at sigma (see `tapered`); factor: of the bending stiffness there
+    stock             length of the whole member [m], of which what is not deployed is stowed
+    markers           name -> xi
+    support           tension at the tip that supports hold up [N]
+    """
+
+    stations: Array
+    at_xi: Array
+    weight: Array
+    values: Series
+    chi: Series
+    chi2: Series
+    tip: tuple[Series, Series, Series, Series] | None
+    tangent: Series
+    bends: Array | None
+    stiffness: tuple[float, float]
+    density: Callable[[Array], Array]
+    factor: Callable[[Array], Array]
+    reference: float
+    stock: float
+    markers: Mapping[str, float]
+    support: float
+    slackens: bool
+
+    @property
+    def resultants(self) -> dict[str, tuple[str, str]]:
+        """Name -> unit and meaning of what is reported."""
+        return TENSION if self.bends is None else TENSION | MOMENTS
+
+    def report(
+        self, length: tuple[float, float, float], motion: Any, attached: Sequence[tuple[str, Array]]
+    ) -> dict[str, Array]:
+        """Forces (k,) in the stations."""
+        L, U, A = length
+        ratio, rate, acceleration = L / self.reference, U / self.reference, A / self.reference
+        outboard = self.at_xi[None, :] > self.stations[:, None]
+        dm = self.weight * L * self.density(self._sigma(L, self.at_xi))
+        a = _acceleration(motion, (self.values, self.chi, self.chi2), (ratio, rate, acceleration))
+        S = outboard @ (dm[:, None] * a)
+        if self.tip is not None:
+            Z, chi, chi2, jump = self.tip
+            mass = self._mass_between(L, self.stock)
+            leaving = float(self.density(np.array([L]))[0])
+            own = mass * _acceleration(motion, (Z, chi, chi2), (ratio, rate, acceleration))[0]
+            S += own + leaving * abs(U) * np.sign(U) * rate * (at(jump, ratio) @ motion.y)[0]
+        for marker, force in attached:
+            S[self.stations <= self.markers.get(marker, 0.0)] += force
+        tangent = at(self.tangent, ratio) @ motion.y
+        tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+        out = {"tension": -np.einsum("ka,ka->k", S, tangent) + self.support}
+        if self.bends is not None:
+            n = self.bends.shape[2]
+            curvature = self.bends @ motion.y[1 : 1 + n] / L**2
+            EIz, EIy = np.array(self.stiffness)[:, None] * self.factor(self._sigma(L, self.stations))
+            out |= {"moment_y": -EIy * curvature[:, 1], "moment_z": EIz * curvature[:, 0]}
+        return out
+
+    def _sigma(self, length: float, xi: Array) -> Array:
+        return length * (1.0 - xi if self.tip is None else xi)
+
+    def _mass_between(self, a: float, b: float) -> float:
+        x, w = gauss_between(np.zeros(0), 40)
+        return float((b - a) * (w @ self.density(a + (b - a) * x)))
+
+
+def _acceleration(motion: Any, places: tuple[Series, Series, Series], length: tuple[float, float, float]) -> Array:
+    """Acceleration less gravity (q, 3) of material at places, body components."""
+    ratio, rate, acceleration = length
+    Z, chi, chi2 = (at(series, ratio) if series else np.zeros((1, 3, len(motion.y))) for series in places)
+    r = Z @ motion.y
+    velocity = rate * (chi @ motion.y) + Z @ motion.dy
+    own = rate**2 * (chi2 @ motion.y) + acceleration * (chi @ motion.y) + 2.0 * rate * (chi @ motion.dy)
+    own = own + Z @ motion.ddy
+    W = np.outer(motion.omega, motion.omega) - motion.omega @ motion.omega * np.eye(3) + motion.gradient
+    return np.asarray(
+        motion.a + np.cross(motion.alpha, r) + r @ W.T + 2.0 * np.cross(motion.omega, velocity) + own, float
+    )
+
+
+def sections_of(
+    shapes: MemberShapes,
+    stock: float,
+    at_tip: bool,
+    markers: Mapping[str, float],
+    density: Callable[[Array], Array],
+    factor: Callable[[Array], Array],
+) -> MemberSections:
+    """The sections of a member with its columns."""
+    knots = np.unique(np.concatenate([STATIONS[1:-1], shapes.knots]))
+    xi, weight = gauss_between(knots, points_for(shapes.most))
+    mean = _means(shapes)
+    series = [mean(xi, derivative) for derivative in range(3)]
+    chi, chi2 = _transported(xi, at_tip, *series)
+    tip = None
+    if at_tip:
+        end = np.ones(1)
+        own = [mean(end, derivative) for derivative in range(3)]
+        moved = _transported(end, True, *own)[0]
+        carried = {p - 1: p * value for p, value in own[0].items() if p}
+        carried2 = {p - 2: p * (p - 1) * value for p, value in own[0].items() if p * (p - 1)}
+        jump = {p: moved[p] - carried.get(p, 0.0 * moved[p]) for p in moved}
+        tip = (own[0], carried, carried2, jump)
+    bends, stiffness, line = None, (0.0, 0.0), shapes.axes
+    if hasattr(shapes, "fields") and getattr(line, "EIy", 0.0) + getattr(line, "EIz", 0.0) > 0.0:
+        bends = shapes.fields(STATIONS, 2)[:, 1:3]
+        stiffness = (float(line.EIz), float(line.EIy))  # type: ignore[attr-defined]
+    bare = bends is None and not getattr(getattr(shapes, "strip", None), "bending", 0.0)
+    return MemberSections(
+        stations=STATIONS, at_xi=xi, weight=weight, values=series[0], chi=chi, chi2=chi2, tip=tip,
+        tangent=mean(STATIONS, 1), bends=bends, stiffness=stiffness, density=density, factor=factor,
+        reference=shapes.reference, stock=stock, markers={"tip": 1.0, **markers},
+        support=float(line.tension), slackens=bare,  # type: ignore[attr-defined]
+    )  # fmt: skip
+
+
+def _means(shapes: MemberShapes) -> Callable[[Array, int], Series]:
+    """Means over the section of the position and shapes at xi, or their derivatives: p -> (k, 3, 1 + n)."""
+    offsets, share = shapes.section
+
+    def mean(xi: Array, derivative: int) -> Series:
+        found = shapes.series(xi, offsets, derivative)
+        return {
+            p: np.einsum("m,kmaA->kaA", share, part.reshape(len(xi), len(share), 3, -1)) for p, part in found.items()
+        }
+
+    return mean
+
+
+def _transported(xi: Array, at_tip: bool, value: Series, slope: Series, bend: Series) -> tuple[Series, Series]:
+    """chi and chi_2 of material at xi."""
+    along = (-xi if at_tip else 1.0 - xi)[:, None, None]
+    chi = {p - 1: along * slope[p] + p * value[p] for p in value}
+    chi2 = {
+        p - 2: along * (-slope[p] + along * bend[p] + p * slope[p]) + (p - 1) * (along * slope[p] + p * value[p])
+        for p in value
+    }
+    return chi, chi2

@@ -1,0 +1,176 @@
+"""Models as named arrays: npz, HDF5 and Matlab files, read and written in one layout.
+
+    M, K, D, geometric   (n_dof, n_dof)  dense, or sparse: M_row, M_col, M_data (counted from 0) and M_shape
+    nodes (n,)           numbers of the nodes; left out: 1, 2, ...
+    points (n, 3)        their places
+    dofs (n_dof, 2)      node and component 1..6 of every row, component 0 for a modal coordinate
+    frames (n, 3, 3)     axes of displacement of the nodes, as rows; left out: global
+    group_NAME (k,)      numbers of the nodes of a group
+    cells_KIND (c, m)    cells to draw (line, triangle, quad), by numbers of nodes
+    recovery_points (p, 3), recovery (3 p, n_dof), recovery_masses (p,)   places between the interfaces
+    moments_mass (), moments_first (1 + n_dof, 3), moments_second (1 + n_dof, 3, 1 + n_dof, 3)   see MatrixModel
+
+Matlab's own sparse matrices are read too, those of version 7.3 files as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from femflex.body import MassMoments
+from femflex.matrices.contents import Contents, Entries, register
+from femflex.matrices.model import MatrixModel, Recovery
+
+Array = NDArray[np.float64]
+
+POINTS = ("points", "xyz", "coordinates", "coords")
+NODES = ("nodes", "ids", "node_ids")
+OWN = (*POINTS, *NODES, "dofs", "frames", "recovery", "recovery_points", "recovery_masses")
+
+
+def _npz(path: Path) -> Contents:
+    with np.load(path, allow_pickle=False) as file:
+        return contents_of({name: file[name] for name in file.files})
+
+
+def _mat(path: Path) -> Contents:
+    from scipy.io import loadmat
+
+    with open(path, "rb") as opened:
+        newer = b"MATLAB 7.3" in opened.read(128)
+    if newer:
+        return _hdf5(path, transposed=True)
+    return contents_of({name: value for name, value in loadmat(path).items() if not name.startswith("__")})
+
+
+def _hdf5(path: Path, transposed: bool = False) -> Contents:
+    """Datasets at the root; transposed: written column by column, as Matlab does."""
+    import h5py
+
+    arrays: dict[str, Any] = {}
+    with h5py.File(path, "r") as file:
+        if "format" in file.attrs:
+            raise ValueError(f"it is a {file.attrs['format']} file; give it to a body of kind 'file', not 'matrices'")
+        for name, item in file.items():
+            if isinstance(item, h5py.Group):
+                if {"data", "ir", "jc"} <= set(item):  # Matlab's sparse matrix
+                    rows = int(item.attrs["MATLAB_sparse"])
+                    shape = (rows, len(item["jc"]) - 1)
+                    arrays[name] = sparse.csc_array((item["data"][()], item["ir"][()], item["jc"][()]), shape=shape)
+                continue
+            value = np.asarray(item[()])
+            arrays[name] = value.T if transposed else value
+    return contents_of(arrays)
+
+
+def contents_of(arrays: Mapping[str, Any]) -> Contents:
+    """Contents of named arrays."""
+    arrays = {name: _plain(value) for name, value in arrays.items()}
+    contents = Contents()
+    for name in POINTS:
+        if name in arrays:
+            contents.points = np.asarray(arrays[name], float).reshape(-1, 3)
+    if contents.points is not None:
+        contents.ids = np.arange(1, len(contents.points) + 1)
+    for name in NODES:
+        if name in arrays:
+            contents.ids = np.asarray(arrays[name]).ravel().astype(np.int64)
+    if "dofs" in arrays:
+        contents.dofs = np.asarray(arrays["dofs"]).astype(np.int64).reshape(-1, 2)
+    if "frames" in arrays:
+        contents.frames = np.asarray(arrays["frames"], float).reshape(-1, 3, 3)
+    for name, value in arrays.items():
+        kind, _, rest = name.partition("_")
+        if kind == "group" and rest:
+            contents.groups[rest] = np.asarray(value).ravel().astype(np.int64)
+        elif kind == "cells" and rest:
+            contents.cells[rest] = np.asarray(value).astype(np.int64)
+        elif name.endswith("_data") and f"{name[:-5]}_row" in arrays:
+            stem = name[:-5]
+            i, j = (np.asarray(arrays[f"{stem}_{part}"]).ravel().astype(np.int64) for part in ("row", "col"))
+            shape = tuple(int(x) for x in np.ravel(arrays[f"{stem}_shape"]))
+            data = np.asarray(value, float).ravel()
+            contents.matrices[stem] = Entries(sparse.csr_array(sparse.coo_array((data, (i, j)), shape=shape)))
+        elif name not in OWN and not name.startswith("moments_") and _is_matrix(value):
+            contents.matrices[name] = Entries(sparse.csr_array(value, dtype=float))
+    contents.matrices.pop("recovery", None)
+    if "recovery_points" in arrays:
+        contents.recovery = _recovery(arrays)
+    if "moments_second" in arrays:
+        n = len(np.asarray(arrays["moments_first"]).reshape(-1, 3))
+        contents.moments = MassMoments(
+            float(np.ravel(arrays["moments_mass"])[0]),
+            np.asarray(arrays["moments_first"], float).reshape(n, 3),
+            np.asarray(arrays["moments_second"], float).reshape(n, 3, n, 3),
+        )
+    return contents
+
+
+def _recovery(arrays: Mapping[str, Any]) -> Recovery:
+    points = np.asarray(arrays["recovery_points"], float).reshape(-1, 3)
+    if "recovery_data" in arrays:
+        i, j = (np.asarray(arrays[f"recovery_{part}"]).ravel().astype(np.int64) for part in ("row", "col"))
+        shape = tuple(int(x) for x in np.ravel(arrays["recovery_shape"]))
+        data = np.asarray(arrays["recovery_data"], float).ravel()
+        rows = sparse.csr_array(sparse.coo_array((data, (i, j)), shape=shape))
+    else:
+        rows = sparse.csr_array(arrays["recovery"])
+    masses = arrays.get("recovery_masses")
+    return Recovery(points, rows, None if masses is None else np.asarray(masses, float).ravel())
+
+
+def _plain(value: Any) -> Any:
+    return value if sparse.issparse(value) else np.asarray(value)
+
+
+def _is_matrix(value: Any) -> bool:
+    shape = value.shape
+    numbers = sparse.issparse(value) or np.issubdtype(value.dtype, np.number)
+    return numbers and len(shape) == 2 and shape[0] == shape[1] > 1
+
+
+def arrays_of(model: MatrixModel, dense: bool = False) -> dict[str, Array]:
+    """The arrays of a model in this file's layout. dense: matrices whole, for readers that know no sparse ones."""
+    out: dict[str, Any] = {"nodes": model.ids, "points": model.points, "dofs": model.dofs}
+    for name, A in (("M", model.M), ("K", model.K), ("D", model.D), ("geometric", model.geometric)):
+        if A is not None:
+            out |= {name: A.toarray()} if dense or _full(A) else _triplets(name, A)
+    if model.frames is not None:
+        out["frames"] = model.frames
+    out |= {f"group_{name}": np.asarray(nodes) for name, nodes in model.groups.items()}
+    out |= {f"cells_{name}": np.asarray(cells) for name, cells in model.cells.items()}
+    if model.recovery is not None:
+        rows = model.recovery.rows
+        out["recovery_points"] = model.recovery.points
+        out |= {"recovery": rows.toarray()} if dense or _full(rows) else _triplets("recovery", rows)
+        if model.recovery.masses is not None:
+            out["recovery_masses"] = model.recovery.masses
+    if model.moments is not None:
+        out |= {f"moments_{name}": np.asarray(getattr(model.moments, name)) for name in ("mass", "first", "second")}
+    return out
+
+
+def _full(A: sparse.csr_array) -> bool:
+    return bool(3 * A.nnz > A.shape[0] * A.shape[1])
+
+
+def _triplets(name: str, A: sparse.csr_array) -> dict[str, Any]:
+    entries = A.tocoo()
+    row, col = entries.coords
+    return {
+        f"{name}_row": row.astype(np.int64),
+        f"{name}_col": col.astype(np.int64),
+        f"{name}_data": entries.data,
+        f"{name}_shape": np.array(A.shape),
+    }
+
+
+register("NumPy archive", (".npz",), _npz)
+register("HDF5 file of matrices", (".h5", ".hdf5", ".hdf"), _hdf5)
+register("Matlab file", (".mat",), _mat)

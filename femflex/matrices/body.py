@@ -1,0 +1,91 @@
+"""MatrixModel -> FlexibleBody: the checks, the structure, a set of shapes, and what the matrices leave open."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Container, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, sparse
+
+from femflex.fem.given import GivenStructure
+from femflex.matrices.checks import GROUNDED, StatedMass, check_model, relative_energy
+from femflex.matrices.model import MatrixModel
+from femflex.matrices.read import symmetric
+from femflex.reduction.boundary.rigid import rigid_shapes
+from femflex.reduction.matrices import MatrixBody, reduce_matrices
+from femflex.reduction.modes.damping import Damping
+from femflex.reduction.modes.modeset import ModeSet
+from femflex.reduction.modes.vibration import cantilever_modes
+from femflex.warning import PhysicsWarning
+
+Array = NDArray[np.float64]
+Reduce = Callable[[GivenStructure], ModeSet]
+
+DENSE = 3000  # dofs up to which rounding of the file is taken out of the rigid motions' stiffness
+MASSLESS = 1e-13  # eigenvalue of the scaled mass matrix below which a motion has no mass
+
+
+def matrix_body(
+    model: MatrixModel,
+    reduce: Reduce | None = None,
+    groups: Sequence[str] = (),
+    markers: Mapping[str, str] | None = None,
+    damping: Damping | None = None,
+    turning: Container[str] | None = None,
+    stated: StatedMass | None = None,
+) -> MatrixBody:
+    """The FlexibleBody of a model, with linear strain, and sentences on what its matrices leave open.
+
+    reduce   its set of shapes, such as lambda s: cantilever_modes(s, "root", 8); None: of a reduced model all of its
+             modes with the first node as reference (`all_modes`)
+    groups   that `reduce` names: of the model, or node_17
+    markers  name -> group; damping: in place of the model's own matrix
+    stated   mass properties that it is to have
+
+    Raises ValueError with all errors of its checks (`check_model`); warns of the other findings.
+    """
+    report = check_model(model, stated)
+    if report.errors:
+        raise ValueError(f"{model.name} cannot be used: " + "; ".join(report.errors))
+    for text in report.warnings:
+        warnings.warn(f"{model.name}: {text}", PhysicsWarning, stacklevel=2)
+    markers = dict(markers or {})
+    structure = symmetric(model).structure([*groups, *markers.values()])
+    if reduce is None:
+        if not model.reduced:
+            raise ValueError(f"{model.name} has no modal coordinates; give it a reduction, such as cantilever modes")
+        reference = f"node_{model.loaded[0]}"
+        structure = symmetric(model).structure([*groups, *markers.values(), reference])
+        modes = all_modes(structure, reference)
+    else:
+        modes = reduce(structure)
+    return reduce_matrices(structure, modes, markers, damping, turning, model.distribution)
+
+
+def all_modes(structure: GivenStructure, reference: str) -> ModeSet:
+    """All modes of the matrices with the reference group fixed in the body frame; for reduced models."""
+    free = np.setdiff1d(np.arange(structure.n_dof), structure.clamped_dofs(reference))
+    M = structure.M[free][:, free].toarray()
+    d = np.sqrt(np.where(np.diag(M) > 0, np.diag(M), 1.0))
+    n = int((linalg.eigvalsh(M / d / d[:, None]) > MASSLESS).sum())
+    return cantilever_modes(structure, reference, n)
+
+
+def without_rounding(structure: GivenStructure) -> GivenStructure:
+    """The structure with K R = 0 exactly for its rigid motions R, where the file's digits leave a rest of it.
+
+    K becomes P^T K P with P = 1 - R (R^T W R)^-1 R^T W, W the diagonal of K. Where the rest is more than rounding, or
+    the matrices are large, nothing is changed.
+    """
+    R = rigid_shapes(structure)
+    if structure.n_dof > DENSE or (relative_energy(structure.K, R) > GROUNDED).any():
+        return structure
+    W = np.maximum(structure.K.diagonal(), 1e-12 * structure.K.diagonal().max())
+    X = linalg.solve(R.T @ (W[:, None] * R), (W[:, None] * R).T, assume_a="sym")
+    P = np.eye(structure.n_dof) - R @ X
+    K = P.T @ structure.K.toarray() @ P
+    K = sparse.csr_array((K + K.T) / 2)
+    return replace(structure, K=K, K0=K)

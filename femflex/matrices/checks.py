@@ -1,0 +1,281 @@
+"""Checks of mass and stiffness matrices: symmetry, definiteness, rigid-body motions, mass properties, grounding.
+
+The rigid-body motions R come from the coordinates of the nodes. Of a body that nothing holds K R = 0, and R^T M R is
+its mass, first moments and inertia; modal coordinates take no part. The limits are those below; each finding has its
+number and its limit. (Craig-Bampton models: the checks of pyYeti's cb.cbcheck.)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from femflex.fem.given import GivenStructure
+from femflex.matrices.model import MatrixModel
+from femflex.reduction.boundary.pivots import factors, negative_pivots
+from femflex.reduction.boundary.rigid import DIRECTIONS, rigid_shapes
+
+Array = NDArray[np.float64]
+
+SYMMETRIC = 1e-6  # |A - A^T| over the largest entry of A: beyond, a matrix is not symmetric
+ROUNDED = 1e-10  # the same, beyond which it is noted that the symmetric part is taken
+GROUNDED = 1e-6  # strain energy of a rigid motion over the sum of its terms' sizes, beyond which K holds the body
+NEGATIVE = 1e-9  # shift of the diagonal, relative, below which eigenvalues count as zero
+UNEQUAL = 1e-4  # difference of the masses along x, y and z, relative
+COUPLED = 1e-6  # |K_bq| of a Craig-Bampton model over the geometric mean of diagonal entries
+STATED = 0.01  # difference of mass properties from those stated, relative
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that a check found: a sentence with number and limit, and whether the model cannot be used with it."""
+
+    text: str
+    fatal: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class MatrixReport:
+    """What the checks found.
+
+    mass                [kg], the mean of those along x, y and z
+    center_of_mass (3,) [m]
+    inertia  (3, 3)     about the centre of mass [kg m^2]
+    asymmetry           name of the matrix -> |A - A^T| over its largest entry
+    rigid    (6,)       strain energy of the rigid motions x, y, z, rx, ry, rz (about the centre of mass), relative
+    massless            degrees of freedom without mass
+    findings            what is wrong, or doubtful
+    """
+
+    mass: float
+    center_of_mass: Array
+    inertia: Array
+    asymmetry: dict[str, float]
+    rigid: Array
+    massless: int
+    findings: tuple[Finding, ...]
+
+    @property
+    def errors(self) -> tuple[str, ...]:
+        """Findings with which the model cannot be used."""
+        return tuple(finding.text for finding in self.findings if finding.fatal)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The other findings."""
+        return tuple(finding.text for finding in self.findings if not finding.fatal)
+
+
+@dataclass(frozen=True, eq=False)
+class StatedMass:
+    """Mass properties that a model is to have; None where nothing is stated.
+
+    mass [kg], center_of_mass (3,) [m], inertia (3, 3) about the centre of mass [kg m^2]
+    """
+
+    mass: float | None = None
+    center_of_mass: Array | None = None
+    inertia: Array | None = None
+
+
+def check_model(model: MatrixModel, stated: StatedMass | None = None) -> MatrixReport:
+    """The report on a model; nothing is raised."""
+    asymmetry = {
+        name: _asymmetry(A)
+        for name, A in (("mass", model.M), ("stiffness", model.K), ("damping", model.D))
+        if A is not None
+    }
+    found = [Finding(text, True) for text in _not_finite(model)]
+    if found:
+        return MatrixReport(
+            np.nan, np.full(3, np.nan), np.full((3, 3), np.nan), asymmetry, np.full(6, np.nan), 0, tuple(found)
+        )
+    for name, value in asymmetry.items():
+        if value > SYMMETRIC:
+            text = f"its {name} matrix is not symmetric: |A - A^T| is {value:.2g} of its largest entry"
+            found.append(Finding(f"{text} (limit {SYMMETRIC:g}); was it written whole, or one triangle alone?", True))
+        elif value > ROUNDED:
+            text = f"its {name} matrix is symmetric to {value:.1e} of its largest entry (limit {ROUNDED:g})"
+            found.append(Finding(f"{text}; its symmetric part is taken"))
+    structure = model.structure()
+    M, K = symmetric_part(model.M), symmetric_part(model.K)
+    massless = int((np.asarray(abs(M).sum(axis=1)).ravel() == 0).sum())
+    found += _indefinite(M, K)
+    R = rigid_shapes(structure)
+    mass, centre, J, more = _mass_properties(R.T @ (M @ R))
+    found += more
+    if mass > 0:
+        R = rigid_shapes(structure, about=centre)
+    rigid = relative_energy(K, R)
+    found += _grounded(model, structure, K, R, rigid)
+    found += _coupled(model, K)
+    if stated is not None:
+        found += _differences(stated, mass, centre, J)
+    return MatrixReport(mass, centre, J, asymmetry, rigid, massless, tuple(found))
+
+
+def symmetric_part(A: sparse.csr_array) -> sparse.csr_array:
+    """(A + A^T) / 2."""
+    return sparse.csr_array((A + A.T) / 2)
+
+
+def _asymmetry(A: sparse.csr_array) -> float:
+    size = float(abs(A).max()) if A.nnz else 0.0
+    return float(abs(A - A.T).max()) / size if size else 0.0
+
+
+def _not_finite(model: MatrixModel) -> list[str]:
+    texts = []
+    for name, A in (("mass", model.M), ("stiffness", model.K), ("damping", model.D)):
+        if A is not None and not np.isfinite(A.data).all():
+            texts.append(f"its {name} matrix has {np.count_nonzero(~np.isfinite(A.data))} entries that are not finite")
+    if not model.M.count_nonzero():
+        texts.append("its mass matrix is zero; was another matrix meant?")
+    if not model.K.count_nonzero():
+        texts.append("its stiffness matrix is zero; was another matrix meant?")
+    return texts
+
+
+def _indefinite(M: sparse.csr_array, K: sparse.csr_array) -> list[Finding]:
+    """Negative eigenvalues of M and K, by the pivots of a factorisation of the scaled matrix (Sylvester's law)."""
+    found = []
+    for name, A in (("mass", M), ("stiffness", K)):
+        d = A.diagonal()
+        if (d < 0).any():
+            k = int(np.argmin(d))
+            text = f"its {name} matrix has {np.count_nonzero(d < 0)} negative entries on the diagonal"
+            found.append(
+                Finding(f"{text}, the least {d[k]:.4g} in row {k + 1} (limit 0); a {name} matrix has none", True)
+            )
+            continue
+        scale = sparse.diags_array(1.0 / np.sqrt(np.where(d > 0, d, 1.0)))
+        shifted = scale @ A @ scale + NEGATIVE * sparse.eye_array(len(d))
+        try:
+            count = negative_pivots(factors(sparse.csr_array(shifted)))
+        except RuntimeError:
+            continue  # singular to rounding
+        if count:
+            text = f"its {name} matrix has {count} negative eigenvalues (limit 0; those above -{NEGATIVE:g} of the "
+            why = (
+                "a body has no negative mass" if name == "mass" else "the body is unstable as it is, or signs are wrong"
+            )
+            found.append(Finding(f"{text}diagonal do not count); {why}", True))
+    return found
+
+
+def _mass_properties(G: Array) -> tuple[float, Array, Array, list[Finding]]:
+    """Mass, centre of mass and central inertia of R^T M R (6, 6) about the origin, and what does not agree in it."""
+    along = np.diag(G)[:3]
+    mass = float(along.mean())
+    found = []
+    if not mass > 0:
+        text = (
+            f"its mass in rigid translation is {mass:.4g} kg (limit 0); check mass matrix and map of degrees of freedom"
+        )
+        return mass, np.full(3, np.nan), np.full((3, 3), np.nan), [Finding(text, True)]
+    if np.ptp(along) > UNEQUAL * mass:
+        text = ", ".join(f"{value:.6g}" for value in along)
+        found.append(
+            Finding(
+                f"its mass is {text} kg along x, y, z (limit: {UNEQUAL:g} of their mean apart); are degrees of freedom "
+                "missing, or their order wrong?"
+            )
+        )
+    # e_a . (e_b x r) = eps_abc r_c
+    s = np.array([G[1, 3 + 2] - G[2, 3 + 1], G[2, 3 + 0] - G[0, 3 + 2], G[0, 3 + 1] - G[1, 3 + 0]]) / 2
+    centre = s / mass
+    J = G[3:, 3:] - mass * ((centre @ centre) * np.eye(3) - np.outer(centre, centre))
+    J = (J + J.T) / 2
+    principal = np.linalg.eigvalsh(J)
+    size = max(float(np.trace(G[3:, 3:])), 1e-300)
+    if principal[0] < -UNEQUAL * size or principal[2] - principal[0] - principal[1] > UNEQUAL * size:
+        text = ", ".join(f"{value:.6g}" for value in principal)
+        found.append(
+            Finding(
+                f"its principal inertias {text} kg m^2 about the centre of mass cannot be those of a body (the two "
+                "smaller sum to at least the largest); check coordinates and units"
+            )
+        )
+    return mass, centre, J, found
+
+
+def relative_energy(K: sparse.csr_array, R: Array) -> Array:
+    """Strain energy of the columns over the sum of its terms' sizes, as a root: |K R| about |K| |R| times this."""
+    size = np.abs(R)
+    whole = np.einsum("ik,ik->k", size, abs(K) @ size)
+    return np.abs(np.einsum("ik,ik->k", R, K @ R)) / np.maximum(whole, 1e-300)
+
+
+def _grounded(
+    model: MatrixModel, structure: GivenStructure, K: sparse.csr_array, R: Array, rigid: Array
+) -> list[Finding]:
+    """Rigid motions against which K has stiffness, and the node where the force is largest."""
+    found = []
+    for k in np.flatnonzero(rigid > GROUNDED):
+        force = K @ R[:, k]
+        stiffness = float(R[:, k] @ force)
+        row = int(np.argmax(np.abs(force)))
+        node, component = model.dofs[row]
+        unit = "N/m" if k < 3 else "N m/rad"
+        where = f"node {node}, {DIRECTIONS[component - 1]}" if component else f"modal coordinate {row + 1}"
+        found.append(
+            Finding(
+                f"its stiffness resists the rigid motion {DIRECTIONS[k]} with {stiffness:.4g} {unit}, {rigid[k]:.1e} "
+                f"of the sizes summed (limit {GROUNDED:g}), most at {where}: the model is grounded there, or its "
+                "coordinates and its stiffness do not belong together; give the matrices of the unsupported body"
+            )
+        )
+    return found
+
+
+def _coupled(model: MatrixModel, K: sparse.csr_array) -> list[Finding]:
+    """Stiffness between boundary and modal coordinates, which a Craig-Bampton model does not have."""
+    q = np.flatnonzero(model.dofs[:, 1] == 0)
+    b = np.flatnonzero(model.dofs[:, 1] > 0)
+    if not q.size or not b.size:
+        return []
+    d = np.sqrt(np.maximum(K.diagonal(), 0.0))
+    block = K[b][:, q].tocoo()
+    size = np.maximum(d[b][block.coords[0]] * d[q][block.coords[1]], 1e-300)
+    worst = float(np.max(np.abs(block.data) / size, initial=0.0))
+    if worst <= COUPLED:
+        return []
+    return [
+        Finding(
+            f"its stiffness couples boundary and modal coordinates by {worst:.1e} of their own (limit {COUPLED:g}): it "
+            "is no Craig-Bampton model, whose constraint modes and fixed-interface modes do not couple; it is used as "
+            "it is"
+        )
+    ]
+
+
+def _differences(stated: StatedMass, mass: float, centre: Array, J: Array) -> list[Finding]:
+    found = []
+    if stated.mass is not None and abs(mass - stated.mass) > STATED * stated.mass:
+        found.append(
+            Finding(f"its mass is {mass:.6g} kg, and {stated.mass:.6g} kg is stated (limit {STATED:.0%} apart)")
+        )
+    radius = float(np.sqrt(max(np.trace(J), 0.0) / (2 * mass))) if mass > 0 else 1.0
+    if stated.center_of_mass is not None:
+        apart = float(np.linalg.norm(centre - stated.center_of_mass))
+        if apart > STATED * radius:
+            text = ", ".join(f"{x:.6g}" for x in centre)
+            found.append(
+                Finding(
+                    f"its centre of mass is ({text}) m, {apart:.4g} m from that stated (limit {STATED * radius:.4g} m)"
+                )
+            )
+    if stated.inertia is not None:
+        apart = float(np.abs(J - stated.inertia).max())
+        limit = STATED * float(np.abs(stated.inertia).max())
+        if apart > limit:
+            found.append(
+                Finding(
+                    f"its inertia about the centre of mass differs from that stated by up to {apart:.6g} kg m^2 (limit "
+                    f"{limit:.4g})"
+                )
+            )
+    return found

@@ -1,0 +1,209 @@
+"""Mass and stiffness of a body with node coordinates and a map of degrees of freedom: the neutral model, in SI."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from femflex.body import MassMoments
+from femflex.decks.units import Units
+from femflex.fem.given import SCALAR, GivenStructure, given_structure
+from femflex.mesh import Mesh
+from femflex.reduction.inertia.mass_matrix import Distribution, KnownMoments, PointMasses
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+NODE = re.compile(r"node_(\d+)")
+
+
+@dataclass(frozen=True, eq=False)
+class Recovery:
+    """Displacement of places between the interfaces of a reduced model.
+
+    points  (p, 3)          places [m]
+    rows    (3 p, n_dof)    their displacement per dof, row 3 * place + axis
+    masses  (p,)            mass lumped at each place [kg]; None where it is not known
+    """
+
+    points: Array
+    rows: sparse.csr_array
+    masses: Array | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class MatrixModel:
+    """A body as matrices, in SI: a full finite element model, or a reduced one with modal coordinates.
+
+    name                        for messages
+    ids     (n,)                numbers of the nodes, all different
+    points  (n, 3)              their places [m]
+    dofs    (n_dof, 2)          number of the node and component 1..6 (x, y, z, rx, ry, rz) of every row; component 0
+                                for a scalar (modal) coordinate
+    M, K    (n_dof, n_dof)      mass and stiffness
+    D       (n_dof, n_dof)      damping; None where there is none
+    geometric (n_dof, n_dof)    stiffness of a steady stress, which adds to K; None where there is none
+    frames  (n, 3, 3)           rows are the axes along which the components of each node count; None: global axes
+    recovery                    places between the interfaces of a reduced model, or None
+    moments                     mass moments over (position, displacement of every unit dof), or None
+    groups                      name -> numbers of nodes (k,)
+    cells                       meshio cell name -> numbers of nodes (c, m), for pictures
+    names                       names of the matrices in their files: "M" -> "MAAX"
+    """
+
+    name: str
+    ids: Index
+    points: Array
+    dofs: Index
+    M: sparse.csr_array
+    K: sparse.csr_array
+    D: sparse.csr_array | None = None
+    geometric: sparse.csr_array | None = None
+    frames: Array | None = None
+    recovery: Recovery | None = None
+    moments: MassMoments | None = None
+    groups: Mapping[str, Index] = field(default_factory=dict)
+    cells: Mapping[str, Index] = field(default_factory=dict)
+    names: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        n = len(self.dofs)
+        if len(np.unique(self.ids)) < len(self.ids):
+            number = self.ids[np.argmax(np.bincount(np.searchsorted(np.unique(self.ids), self.ids)))]
+            raise ValueError(f"{self.name}: a node number is given twice, such as {number}; number nodes differently")
+        for name, matrix in (
+            ("mass", self.M),
+            ("stiffness", self.K),
+            ("damping", self.D),
+            ("geometric", self.geometric),
+        ):
+            if matrix is not None and matrix.shape != (n, n):
+                raise ValueError(
+                    f"{self.name}: the {name} matrix is {matrix.shape[0]} x {matrix.shape[1]}, and the map of degrees "
+                    f"of freedom has {n} rows; give matrices and map of one size"
+                )
+        wrong = np.flatnonzero((self.dofs[:, 1] < 0) | (self.dofs[:, 1] > 6))
+        if wrong.size:
+            raise ValueError(
+                f"{self.name}: row {wrong[0] + 1} of the map of degrees of freedom has component "
+                f"{self.dofs[wrong[0], 1]}; components are 1 to 6 (x, y, z, rx, ry, rz), and 0 for a modal coordinate"
+            )
+        unknown = np.setdiff1d(self.dofs[self.dofs[:, 1] > 0, 0], self.ids)
+        if unknown.size:
+            raise ValueError(
+                f"{self.name}: {unknown.size} nodes of the map of degrees of freedom have no coordinates, such as "
+                f"{unknown[:5].tolist()}; give the file that has them as `nodes`"
+            )
+
+    @property
+    def n_dof(self) -> int:
+        """Number of rows of the matrices."""
+        return len(self.dofs)
+
+    @property
+    def n_modal(self) -> int:
+        """Number of scalar (modal) coordinates."""
+        return int((self.dofs[:, 1] == 0).sum())
+
+    @property
+    def reduced(self) -> bool:
+        """Whether it has modal coordinates."""
+        return self.n_modal > 0
+
+    @property
+    def loaded(self) -> Index:
+        """Numbers (k,) of the nodes that have degrees of freedom, in the order of the map."""
+        found = self.dofs[self.dofs[:, 1] > 0, 0]
+        return np.asarray(found[np.sort(np.unique(found, return_index=True)[1])])
+
+    def nodes_of(self, group: str) -> Index:
+        """Numbers (k,) of the nodes of a group: one of `groups`, "all", or node_17. Raises ValueError otherwise."""
+        if group in self.groups:
+            return np.asarray(self.groups[group], np.int64)
+        if group == "all":
+            return self.loaded
+        if found := NODE.fullmatch(group):
+            return np.array([int(found[1])], np.int64)
+        raise ValueError(
+            f"group {group!r} is not in {self.name}; its groups are {sorted(self.groups)}, besides all "
+            f"and node_NUMBER; name one in `groups`, such as groups = {{ {group} = [1, 2, 3] }}"
+        )
+
+    def structure(self, groups: Sequence[str] = ()) -> GivenStructure:
+        """The Structure of the matrices, with these groups besides those of the model; K holds `geometric` too.
+
+        Raises ValueError for groups that are not known, or name nodes without degrees of freedom.
+        """
+        row_of = {int(number): k for k, number in enumerate(self.ids)}
+        wanted = {name: self.nodes_of(name) for name in dict.fromkeys([*self.groups, *groups])}
+        for name, nodes in wanted.items():
+            missing = [int(number) for number in nodes if int(number) not in row_of]
+            if missing:
+                raise ValueError(
+                    f"group {name!r} of {self.name} names nodes without coordinates, such as {missing[:5]}; the model "
+                    f"has {len(self.ids)} nodes, {self.ids[:5].tolist()} and on"
+                )
+        at = {name: np.unique([row_of[int(number)] for number in nodes]) for name, nodes in wanted.items()}
+
+        def rows(numbers: Index) -> Index:
+            return np.array([row_of[int(number)] for number in numbers.ravel()], np.int64).reshape(numbers.shape)
+
+        mesh = Mesh(self.points, {kind: rows(np.asarray(c)) for kind, c in self.cells.items()}, point_groups=at)
+        physical = self.dofs[:, 1] > 0
+        places = np.full((self.n_dof, 2), SCALAR, np.int64)
+        places[physical, 0] = rows(self.dofs[physical, 0])
+        places[physical, 1] = self.dofs[physical, 1] - 1
+        K = self.K if self.geometric is None else sparse.csr_array(self.K + self.geometric)
+        recovery = None if self.recovery is None else (self.recovery.points, self.recovery.rows)
+        return given_structure(mesh, places, self.M, K, self.D, self.frames, recovery)
+
+    @property
+    def distribution(self) -> Distribution | None:
+        """Where the mass is, as far as the model brings it along; None: at its nodes."""
+        if self.moments is not None:
+            return KnownMoments(self.moments)
+        if self.recovery is not None and self.recovery.masses is not None:
+            return PointMasses(self.recovery.masses, self.recovery.points, self.recovery.rows)
+        return None
+
+    def in_si(self, units: Units) -> MatrixModel:
+        """A copy in SI of a model in other units; modal coordinates count as numbers without unit.
+
+        A displacement of one unit is `units.length` metres, so that with S = diag(length for translations, 1 else)
+        M becomes mass length^2 S^-1 M S^-1, K the same over time^2, D over time.
+        """
+        if units.length == units.mass == units.time == 1.0:
+            return self
+        moves = (self.dofs[:, 1] > 0) & (self.dofs[:, 1] < 4)
+        inverse = sparse.diags_array(np.where(moves, 1.0 / units.length, 1.0))
+
+        def scaled(A: sparse.csr_array, power: int) -> sparse.csr_array:
+            return sparse.csr_array(inverse @ A @ inverse * (units.inertia / units.time**power))
+
+        recovery = self.recovery
+        if recovery is not None:
+            rows = sparse.csr_array(recovery.rows @ inverse * units.length)
+            masses = None if recovery.masses is None else recovery.masses * units.mass
+            recovery = Recovery(recovery.points * units.length, rows, masses)
+        return replace(
+            self,
+            points=self.points * units.length,
+            M=scaled(self.M, 0),
+            K=scaled(self.K, 2),
+            D=None if self.D is None else scaled(self.D, 1),
+            geometric=None if self.geometric is None else scaled(self.geometric, 2),
+            recovery=recovery,
+            moments=None if self.moments is None else _moments_in_si(self.moments, moves, units),
+        )
+
+
+def _moments_in_si(moments: MassMoments, moves: NDArray[np.bool_], units: Units) -> MassMoments:
+    """Moments whose columns are (position, displacement per unit dof): a length, or a length per unit of the dof."""
+    scale = np.concatenate([[units.length], np.where(moves, 1.0, units.length)])
+    second = moments.second * scale[:, None, None, None] * scale[None, None, :, None] * units.mass
+    return MassMoments(moments.mass * units.mass, moments.first * scale[:, None] * units.mass, second)

@@ -1,0 +1,145 @@
+"""Nastran: DMIG and GRID cards of bulk data and punch files; OP4 and OP2 through pyYeti."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from femflex.matrices.arrays import arrays_of, contents_of
+from femflex.matrices.contents import Contents, Entries, numbered, register, whole
+from femflex.matrices.coordinates import grids_of, nastran_number
+from femflex.matrices.model import MatrixModel
+from femflex.mesh.nastran_cards import read_deck
+
+Index = NDArray[np.int64]
+
+SQUARE, SYMMETRIC, RECTANGULAR = 1, 6, 9  # forms of a DMIG
+COMPLEX = (3, 4)  # types of its entries
+
+
+def _bulk(path: Path) -> Contents:
+    """DMIG matrices, GRID and SPOINT cards of a file."""
+    cards = read_deck(path).cards
+    contents = Contents()
+    grids_of(cards, contents)
+    headers: dict[str, tuple[int, int]] = {}
+    columns: dict[str, list[list[str]]] = {}
+    for name, f in cards:
+        if name != "DMIG":
+            continue
+        if f[1] == "0":
+            if int(f[3] or 1) in COMPLEX:
+                raise ValueError(f"{path.name}: DMIG {f[0]} is complex; femflex takes real matrices")
+            headers[f[0].upper()] = int(f[2] or SYMMETRIC), int(f[3] or 1)
+        else:
+            columns.setdefault(f[0].upper(), []).append(f)
+    unheaded = sorted(columns.keys() - headers.keys())
+    if unheaded:
+        raise ValueError(
+            f"{path.name}: DMIG {', '.join(unheaded)} has columns and no header (DMIG, NAME, 0, form, type); the file "
+            "may be cut"
+        )
+    for name, (form, _) in headers.items():
+        if form == RECTANGULAR:
+            contents.notes.append(f"DMIG {name} is rectangular (form 9), and is not used")
+            continue
+        contents.matrices[name] = _dmig(columns.get(name, []), form)
+    return contents
+
+
+def _dmig(columns: list[list[str]], form: int) -> Entries:
+    rows, cols, values = list[tuple[int, int]](), list[tuple[int, int]](), list[float]()
+    for f in columns:
+        column = int(f[1]), int(f[2] or 0)
+        for k in range(4, len(f) - 2, 4):
+            if not f[k]:
+                continue
+            rows.append((int(f[k]), int(f[k + 1] or 0)))
+            cols.append(column)
+            values.append(nastran_number(f[k + 2]))
+    pairs = np.array([*rows, *cols], np.int64).reshape(-1, 2)
+    dofs, number = numbered(pairs)
+    n = len(rows)
+    return Entries(whole(number[:n], number[n:], values, len(dofs), form == SYMMETRIC), dofs)
+
+
+def pyyeti(part: str) -> Any:
+    """The module pyyeti.nastran.PART. Raises ValueError, with the command that installs it, where it is missing."""
+    import importlib
+
+    try:
+        return importlib.import_module(f"pyyeti.nastran.{part}")
+    except ImportError:
+        raise ValueError(
+            "OP4 and OP2 files are read by pyYeti, which is not installed; install it: pip install 'femflex[matrices]'"
+        ) from None
+
+
+# name in an OP4 file (eight letters at most, lower case as pyYeti gives it) -> name among the arrays of a model
+OP4_NAMES = {
+    "kaa": "K", "maa": "M", "baa": "D", "kdaa": "geometric", "dofs": "dofs", "recpts": "recovery_points",
+    "recrows": "recovery", "recmass": "recovery_masses", "momfirst": "moments_first", "momsec": "moments_second",
+    "mommass": "moments_mass",
+}  # fmt: skip
+
+
+def _op4(path: Path) -> Contents:
+    found = pyyeti("op4").read(str(path), into="dct", sparse=(None, sparse.csr_matrix))
+    if "dofs" not in found or "nodes" not in found:
+        return Contents(matrices=_square(found))
+    given = {OP4_NAMES[name]: value for name, value in found.items() if name in OP4_NAMES}
+    nodes = np.asarray(found["nodes"])
+    for name in ("dofs", "moments_first", "moments_second"):
+        if name in given and sparse.issparse(given[name]):
+            given[name] = given[name].toarray()
+    return contents_of({**given, "nodes": nodes[:, 0], "points": nodes[:, 1:]})
+
+
+def op4_arrays(model: MatrixModel) -> dict[str, Any]:
+    """The matrices of a model for an OP4 file, by names of at most eight letters; NODES has number, x, y, z a row."""
+    arrays = arrays_of(model, dense=True)
+    out = {name: np.atleast_2d(np.asarray(arrays[own], float)) for name, own in OP4_NAMES.items() if own in arrays}
+    if "momsec" in out:
+        n = 3 * len(arrays["moments_first"])
+        out["momsec"] = arrays["moments_second"].reshape(n, n)
+    return {**out, "nodes": np.column_stack([model.ids, model.points])}
+
+
+def _square(found: dict[str, Any]) -> dict[str, Entries]:
+    """Square matrices by name, upper case, as pyYeti gives them."""
+    return {
+        name.upper(): Entries(sparse.csr_array(A))
+        for name, A in found.items()
+        if not isinstance(A, dict) and len(getattr(A, "shape", ())) == 2 and A.shape[0] == A.shape[1]
+    }
+
+
+def _op2(path: Path) -> Contents:
+    """DMIG entries (EXTSEOUT with DMIGOP2) and plain matrices of an OP2 file."""
+    contents = Contents()
+    try:
+        frames = pyyeti("bulk").rddmig(str(path), square=True)
+    except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
+        if "pip install" in str(error):
+            raise
+        frames = {}
+    for name, frame in frames.items():
+        if frame.shape[0] != frame.shape[1]:
+            contents.notes.append(f"{name} is rectangular, {frame.shape[0]} x {frame.shape[1]}, and is not used")
+            continue
+        dofs = np.array([tuple(pair) for pair in frame.index], np.int64)
+        contents.matrices[name.upper()] = Entries(sparse.csr_array(frame.to_numpy()), dofs)
+    if not contents.matrices:
+        contents.matrices = _square(pyyeti("op2").rdmats(str(path)))
+    if not contents.matrices:
+        raise ValueError(f"{path.name} holds no square matrix; write the matrices with DMIGOP2 or OUTPUT2")
+    return contents
+
+
+register("Nastran bulk data with DMIG or GRID cards", (".bdf", ".nas", ".dat", ".pch", ".asm", ".dmig", ".blk"), _bulk)
+register("Nastran OP4", (".op4",), _op4)
+register("Nastran OP2", (".op2",), _op2)

@@ -1,0 +1,366 @@
+"""The linearised motion of a craft, as a method of solution beside the integrators.
+
+Coordinates depart by y = (dxi, du, dz) from a reference x_r(t): the equilibrium nearest to the start, prescribed
+coordinates along their motion, a deploying body at its length. The departures obey
+
+    y' = A(t) y + b(t),    b = f(t, x_r) - x_r',
+
+with A the state matrix of M du' + (D + G) du + K dxi + R dz = 0 about x_r(t) under the loads that act in the
+equilibrium, and f the compiled rate under all loads. Loads thus act to first order. Of the coordinates channels are
+computed as in any run.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.linalg import expm
+
+from femflex.dynamics.equilibria.closed_motion import refuse_rolling
+from femflex.dynamics.equilibria.frozen import CIRCULAR
+from femflex.dynamics.equilibria.linearised import advanced, free_directions, held_freedoms, linearised, usual_sizes
+from femflex.dynamics.equilibria.states import moving_states
+from femflex.dynamics.joints.held_places import specified_states
+from femflex.dynamics.lowering.layout import BALL_NONE, BALL_QUATERNION, body_records
+from femflex.dynamics.model import Model, compile_system
+from femflex.dynamics.terms.by_source import SWITCHED
+from femflex.integrate import Block
+from femflex.integrate import resume as head
+from femflex.integrate.driver import BLOCK_SECONDS, ROWS, collected
+from femflex.integrate.outcome import Solution
+from femflex.integrate.protocol import Model as AnyModel
+from femflex.integrate.protocol import Progress
+from femflex.pipeline.rest import rest_of, rest_state, silent, with_loads_of
+from femflex.system import System
+
+Array = NDArray[np.float64]
+
+NUMBER = 20  # of the method in resume arrays
+RTOL = 1e-7  # error of a step over the largest departure so far
+LEAST = 1e-12  # departure in usual sizes below which there is none
+NODES = np.sqrt(0.6) * np.array([-1.0, 0.0, 1.0])  # Gauss points of a step, from -1 to 1
+SMALLEST = 1e-9  # part of an output step, the least step
+KNOTS, SPLINE = (9, 600), 1e-5  # points of a table of A, and its error before the last halving, of a row's largest
+NOISE = 3.0  # an error that falls less than this many times by a halving is that of the differences
+FOUND = 1e-12  # last step of Newton's method for an increment
+TRIES = 12
+
+
+@dataclass(frozen=True, eq=False)
+class LinearMotion:
+    """The method: departures by exponentials of A, forcing by its values at three points of a step."""
+
+    rtol: float = RTOL
+
+    @property
+    def name(self) -> str:
+        """Name in the result file."""
+        return "linearised"
+
+    @property
+    def order(self) -> int:
+        """Order of the global error in the step size; exact for constant A and loads of second degree in time."""
+        return 4
+
+    def blocks(self, model: AnyModel, times: Array, x0: Array, state: Array | None = None) -> Iterator[Block]:
+        """Blocks of the states at `times` (n_t,), ascending [s]; x0 (n_x,) is the state at times[0].
+
+        Raises ValueError for what has no linear motion, and for a run that is to be resumed.
+        """
+        if not isinstance(model, Model):
+            raise ValueError("a linearised motion is that of a compiled femflex system")
+        if state is not None:
+            raise ValueError("a linearised run is not resumed; run it anew")
+        return one_thread(self._blocks(Reference.of(model), np.asarray(times, float), np.asarray(x0, float)))
+
+    def solve(
+        self, model: AnyModel, times: Array, x0: Array, progress: Progress | None = None, state: Array | None = None
+    ) -> Solution:
+        """All states at `times` in one object."""
+        return collected(self.blocks(model, times, x0, state), progress, model.n_x)
+
+    def _blocks(self, about: Reference, times: Array, x0: Array) -> Iterator[Block]:
+        model = about.model
+        resume = np.concatenate([np.zeros(head.HEAD), x0])
+        resume[head.METHOD], resume[head.N_X] = NUMBER, model.n_x
+        resume[head.SMALLEST], resume[head.ACCEPTED] = math.inf, 0.0
+        breaks = np.unique(np.asarray(model.breaks, float))
+        steps = Steps(
+            about,
+            self.rtol,
+            resume,
+            np.array([times[0], *breaks[(breaks > times[0]) & (breaks < times[-1])], times[-1]]),
+        )
+        y, t = about.departure(x0, float(times[0])), float(times[0])
+        rows, start, stop_at = [], 0, perf_counter() + BLOCK_SECONDS
+        for k, goal in enumerate(times):
+            inner = breaks[(breaks > t) & (breaks < goal)]
+            for end in (*inner, goal):
+                if end > t:
+                    y, t = steps.moved(y, t, float(end)), float(end)
+            rows.append(about.state(t, y))
+            if len(rows) >= ROWS or perf_counter() > stop_at or k == len(times) - 1:
+                resume[head.T] = resume[head.LAST_OUT] = t
+                resume[head.HEAD :] = rows[-1]
+                yield Block(times[start : k + 1], np.array(rows), resume.copy())
+                rows, start, stop_at = [], k + 1, perf_counter() + BLOCK_SECONDS
+
+
+def one_thread(blocks: Iterator[Block]) -> Iterator[Block]:
+    """The blocks, with matrix products on one thread: for small matrices several only wait for each other."""
+    from threadpoolctl import threadpool_limits
+
+    while True:
+        with threadpool_limits(1):
+            block = next(blocks, None)
+        if block is None:
+            return
+        yield block
+
+
+class Steps:
+    """Steps of the departures with an error that is held by halving; matrices of equal steps are kept."""
+
+    def __init__(self, about: Reference, rtol: float, resume: Array, ends: Array) -> None:
+        self.about, self.rtol, self.resume, self.ends = about, rtol, resume, ends
+        self.tables: dict[int, CubicSpline] = {}
+        self.largest = LEAST * about.sizes
+        self.kept: dict[float, tuple[Array, Array]] = {}
+        self.h = math.inf
+
+    @cached_property
+    def matrix(self) -> Array:
+        """A (n_y, n_y) where it is constant."""
+        return self.about.matrix(0.0)
+
+    def matrices(self, t: float) -> Array:
+        """A (n_y, n_y) at a time, from a table of the smooth interval about it."""
+        k = min(max(int(np.searchsorted(self.ends, t)) - 1, 0), len(self.ends) - 2)
+        if k not in self.tables:
+            self.tables[k] = tabulated(self.about, float(self.ends[k]), float(self.ends[k + 1]))
+        return np.asarray(self.tables[k](t))
+
+    def moved(self, y: Array, t: float, end: float) -> Array:
+        """The departures at the end of a smooth interval."""
+        least = SMALLEST * (end - t)
+        while t < end:
+            h = min(self.h, end - t)
+            if end - t - h < 1e-9 * (end - t):
+                h = end - t
+            whole = self._step(y, t, h)
+            halves = self._step(self._step(y, t, h / 2), t + h / 2, h / 2)
+            size = np.maximum(self.largest, np.abs(halves))
+            error = float((np.abs(whole - halves) / (self.rtol * size)).max(initial=0.0)) / 15.0
+            if error > 1.0 and h > least:
+                self.h = h * max(0.25, 0.8 * error**-0.2)
+                self.resume[head.REJECTED] += 1
+                continue
+            y, t, self.largest = halves, end if h == end - t else t + h, size
+            self.resume[head.ACCEPTED] += 1
+            self.resume[head.SMALLEST] = min(self.resume[head.SMALLEST], h)
+            self.resume[head.LARGEST] = max(self.resume[head.LARGEST], h)
+            if h == self.h or error > 0.1:
+                self.h = h * min(4.0, 0.8 * max(error, 1e-9) ** -0.2)
+            elif h < self.h:
+                self.h = max(self.h, h * min(4.0, 0.8 * max(error, 1e-9) ** -0.2))
+        return y
+
+    def _step(self, y: Array, t: float, h: float) -> Array:
+        """y after h: exp(Omega) y plus the response to the parabola through b at three Gauss points."""
+        middle = t + h / 2
+        forcing = [self.about.forcing(middle + h / 2 * node) for node in NODES]
+        self.resume[head.EVALUATIONS] += len(forcing)
+        c = parabola(forcing, h)
+        if self.about.constant:
+            key = float(f"{h:.12e}")  # output times differ by rounding
+            if key not in self.kept:
+                self.kept[key] = response(self.matrix, key)
+            E, P = self.kept[key]
+            return np.asarray(E @ y + P @ np.concatenate(c))
+        A, B = (self.matrices(middle + sign * h / math.sqrt(12.0)) for sign in (-1.0, 1.0))
+        omega = h / 2 * (A + B) - h**2 * math.sqrt(3.0) / 12 * (A @ B - B @ A)  # Magnus' series to fourth order
+        n = len(y)
+        wide = np.zeros((n + 3, n + 3))
+        wide[:n, :n], wide[:n, n:] = omega, h * np.column_stack(c)
+        wide[n + 1, n] = wide[n + 2, n + 1] = h
+        return np.asarray(expm(wide)[:n] @ np.concatenate([y, [1.0, 0.0, 0.0]]))
+
+
+def tabulated(about: Reference, start: float, end: float) -> CubicSpline:
+    """A over a smooth interval, at points as close as the splines between them need."""
+    inside = 1e-9 * (end - start)
+    times = np.linspace(start + inside, end - inside, KNOTS[0])
+    values = np.array([about.matrix(float(t)) for t in times])
+    before = math.inf
+    while True:
+        table, middles = CubicSpline(times, values), (times[1:] + times[:-1]) / 2
+        between = np.array([about.matrix(float(t)) for t in middles])
+        size = np.abs(between * about.sizes).max(axis=(0, 2))[None, :, None] + 1e-300
+        error = float((np.abs(table(middles) - between) * about.sizes / size).max(initial=0.0))
+        order = np.argsort(np.concatenate([times, middles]), kind="stable")
+        times = np.concatenate([times, middles])[order]
+        values = np.concatenate([values, between])[order]
+        if error <= SPLINE or error > before / NOISE or len(times) > KNOTS[1]:
+            return CubicSpline(times, values)
+        before = error
+
+
+def response(A: Array, h: float) -> tuple[Array, Array]:
+    """exp(A h) (n, n), and the response (n, 3 n) over a step h to constant, s and s^2 / 2."""
+    n = len(A)
+    wide = np.zeros((4 * n, 4 * n))
+    wide[:n, :n] = h * A
+    wide[: 3 * n, n:] += h * np.eye(3 * n)
+    grown = np.asarray(expm(wide))
+    return grown[:n, :n], grown[:n, n:]
+
+
+def parabola(values: list[Array], h: float) -> tuple[Array, Array, Array]:
+    """c_0, c_1, c_2 of c_0 + c_1 s + c_2 s^2 / 2 over a step from s = 0 to h, through values at its Gauss points."""
+    a, b, c = values
+    node = float(NODES[2])
+    slope, bend = (c - a) / (2 * node), (c - 2 * b + a) / node**2  # by the coordinate from -1 to 1
+    return b - slope + bend / 2, (slope - bend) * 2 / h, bend * 4 / h**2
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """What the motion departs from.
+
+    model     under all loads;  calm  under those of the equilibrium alone, whose tangent is A
+    x         (n_x,) the state of reference, prescribed coordinates as they start
+    Z         (n_u, n) how all coordinates move with the independent ones;  own  places of these
+    inner     places in x of the states of effectors;  sizes (n_y,) usual sizes of departures
+    moves     whether prescribed coordinates move;  constant  whether A does not change over time
+    """
+
+    model: Model
+    calm: Model
+    x: Array
+    Z: Array
+    own: NDArray[np.int64]
+    inner: NDArray[np.int64]
+    sizes: Array
+    moves: bool
+    constant: bool
+
+    @classmethod
+    def of(cls, model: Model) -> Reference:
+        """The reference of a model. Raises ValueError for what has no linear motion."""
+        system = model.system
+        check(system)
+        about, calm_system, x = None, system, None
+        changes = bool(system.varying) or _turning_orbit(system)
+        if not changes:
+            about = rest_of(system)[0]
+            calm_system = with_loads_of(system, system, about)
+        else:
+            calm_system = replace(system, loads=tuple(silent(load) for load in system.loads))
+        calm = compile_system(calm_system)
+        if names := [name for name in model.omitted if name in SWITCHED]:
+            calm = calm.without(*names)
+        x = rest_state(about, calm) if about is not None else nominal_state(calm)
+        own, Z = free_directions(calm, 0.0, x)
+        inner = model.n_q + model.n_u + np.array(moving_states(system), int)
+        sizes = usual_sizes(model)[own]
+        sizes = np.concatenate([sizes, sizes, system.state_sizes()[inner - model.n_q - model.n_u]])
+        moves = any(profile.moves for joint in system.joints for profile in joint.held.values())
+        return cls(model, calm, x, Z, own, inner, sizes, moves, not (changes or moves))
+
+    def at(self, t: float) -> Array:
+        """x_r (n_x,)."""
+        return specified_states(self.model, np.array([t]), self.x[None])[0] if self.moves else self.x
+
+    def matrix(self, t: float) -> Array:
+        """A (n_y, n_y)."""
+        x = self.at(t)
+        held, udot = held_freedoms(self.calm), np.zeros(self.model.n_u)
+        if held.any() and not self.constant:
+            rate = self.calm.state_rate(t, x)[self.model.n_q : self.model.n_q + self.model.n_u]
+            udot = np.where(held, rate, 0.0)
+        return linearised(self.calm, t, x, udot).state_matrix()
+
+    def forcing(self, t: float) -> Array:
+        """b (n_y,): the free coordinates of x_r are at rest."""
+        rate = self.model.state_rate(t, self.at(t))
+        u = rate[self.model.n_q : self.model.n_q + self.model.n_u]
+        return np.concatenate([np.zeros(len(self.own)), u[self.own], rate[self.inner]])
+
+    def departure(self, x: Array, t: float) -> Array:
+        """The departures (n_y,) of a state (n_x,) from the reference."""
+        (q, u, z), (p, v, w) = self.model.parts(self.at(t)), self.model.parts(x)
+        first = self.model.n_q + self.model.n_u
+        away = increment(self.model, q, p)
+        return np.concatenate([away[self.own], (v - u)[self.own], (w - z)[self.inner - first]])
+
+    def state(self, t: float, y: Array) -> Array:
+        """The state (n_x,) of departures (n_y,)."""
+        n = len(self.own)
+        q, u, z = (part.copy() for part in self.model.parts(self.at(t)))
+        x = np.concatenate([advanced(self.model, q, self.Z @ y[:n]), u + self.Z @ y[n : 2 * n], z])
+        x[self.inner] += y[2 * n :]
+        return x
+
+
+def check(system: System) -> None:
+    """Raise ValueError for what has no linear motion."""
+    refuse_rolling(system, "a linearised run")
+    if system.controllers:
+        raise ValueError(
+            f"controller {system.controllers[0].name!r} is sampled, and a linearised run is continuous; leave it out, "
+            "or give it no period"
+        )
+    if any(joint.latches for joint in system.joints):
+        raise ValueError("a joint latches during the run, so there is no linearised run; lock it, or leave it free")
+    if system.loops and any(profile.moves for joint in system.joints for profile in joint.held.values()):
+        raise ValueError("with loops a linearised run needs prescribed joints that stay where they are")
+
+
+def nominal_state(model: Model) -> Array:
+    """The state (n_x,) of the undeformed craft at rest; in orbit along the orbital frame, joints as they start."""
+    q = model.parts(model.x0)[0].copy()
+    for record in body_records(model.table)[1:]:
+        first, elastic = int(record["q"]) + int(record["n_slide"]), int(record["qe"])
+        q[elastic : elastic + int(record["n"])] = 0.0
+        root = int(record["u"]) == 0
+        if root and model.system.frame.kind == "orbital" and record["ball"] != BALL_NONE:
+            n = 4 if record["ball"] == BALL_QUATERNION else 3
+            q[first : first + n] = np.eye(4)[0, :n] if n == 4 else 0.0
+    return model.at_rest(q)
+
+
+def increment(model: Model, q: Array, p: Array) -> Array:
+    """The increment (n_u,) along the quasi-velocities that leads from coordinates q (n_q,) to p, by Newton's method.
+
+    Quaternions of either sign are the same attitude, and angles count modulo 2 pi.
+    """
+    q, p, n = np.asarray(q, float), np.array(p, float), model.n_u
+    for first in model.renormalise:
+        four = slice(int(first), int(first) + 4)
+        if p[four] @ q[four] < 0:
+            p[four] = -p[four]
+    turns = np.array([unit == "rad" for _, unit in model.system.coordinate_names()], bool)
+    found, h = np.zeros(n), 1e-6
+    for _ in range(TRIES if n else 0):
+        there = advanced(model, q, found)
+        change = p - there
+        change[turns] -= 2 * np.pi * np.round(change[turns] / (2 * np.pi))
+        along = [(advanced(model, q, found + h * e) - advanced(model, q, found - h * e)) / (2 * h) for e in np.eye(n)]
+        step = np.linalg.lstsq(np.column_stack(along), change, rcond=None)[0]
+        found = found + step
+        if np.abs(step).max() <= FOUND * max(1.0, float(np.abs(found).max())):
+            break
+    return found
+
+
+def _turning_orbit(system: System) -> bool:
+    """Whether gravity or the frame's rate changes along the orbit."""
+    orbit = system.orbit
+    return orbit is not None and (orbit.eccentricity > CIRCULAR or system.frame.kind != "orbital")

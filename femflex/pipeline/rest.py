@@ -1,0 +1,64 @@
+"""The state of rest about which a craft is linearised, and the system that is at rest there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.dynamics.equilibria.equilibrium import Equilibrium, EquilibriumError, equilibrium
+from femflex.dynamics.equilibria.frozen import frozen_system
+from femflex.dynamics.equilibria.system_modes import without_variation
+from femflex.dynamics.model import Model
+from femflex.system import Load, System
+
+Array = NDArray[np.float64]
+
+
+def rest_of(system: System, at: float | None = None) -> tuple[Equilibrium, tuple[str, ...]]:
+    """The equilibrium nearest to the initial coordinates, and the names of what does not act in it.
+
+    at: time [s] at which loads and prescribed motions are taken. Left out, loads given over time do not act, prescribed
+    motions stay at their initial values, and where there is no equilibrium under the constant loads these do not act
+    either. Raises as `femflex.equilibrium`.
+    """
+    if at is not None:
+        return equilibrium(system, at), ()
+    still, left_out = without_variation(system)
+    try:
+        return equilibrium(still), left_out
+    except EquilibriumError:
+        if not still.loads:
+            raise
+    pushed = tuple(f"load {load.name!r} (no equilibrium under it)" for load in still.loads)
+    return equilibrium(replace(still, loads=())), left_out + pushed
+
+
+def rest_system(system: System, at: float | None, about: Equilibrium) -> System:
+    """The system under the loads of the equilibrium; loads that do not act there are zero, rotors keep their motors."""
+    if at is not None:
+        return frozen_system(system, at)
+    return frozen_system(with_loads_of(without_variation(system)[0], system, about))
+
+
+def with_loads_of(still: System, system: System, about: Equilibrium) -> System:
+    """The system `still` with the loads of the equilibrium, the other loads of the system at zero."""
+    acting = {load.name: load for load in about.moving.loads}
+    return replace(still, loads=tuple(acting.get(load.name, silent(load)) for load in system.loads))
+
+
+def silent(load: Load) -> Load:
+    """The load at zero."""
+    return replace(load, times=None, force=np.zeros(3), torque=np.zeros(3))
+
+
+def rest_state(about: Equilibrium, model: Model) -> Array:
+    """The state (n_x,) of the model at the equilibrium, rotors as they start."""
+    found = dict(
+        zip([name for name, _ in about.model.system.state_names()], about.model.parts(about.x)[2], strict=True)
+    )
+    x = model.at_rest(about.q)
+    for k, (name, _) in enumerate(model.system.state_names()):
+        x[model.n_q + model.n_u + k] = found.get(name, x[model.n_q + model.n_u + k])
+    return x

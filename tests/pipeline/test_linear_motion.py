@@ -1,0 +1,187 @@
+"""Linearised runs: an error of second order against the nonlinear motion, at rest, along an orbit and a deployment."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from typer.testing import CliRunner
+
+import femflex
+from femflex.body import Marker, rigid_body
+from femflex.case import CaseError, read_case
+from femflex.cli.app import app
+from femflex.dynamics import compile_system
+from femflex.integrate import Dop853
+from femflex.pipeline import prepare
+from femflex.pipeline.linear_motion import LinearMotion, increment
+from femflex.results import open_run
+from femflex.system import Controller, Environment, Load, Profile, System, prismatic, revolute
+
+CASES = Path(__file__).parents[2] / "cases"
+INERTIA = 0.2 + 2.0 * 0.25  # of the arm about its hinge
+
+
+def pendulum(size: float, ride: Profile | float = 0.0) -> System:
+    """A damped pendulum that begins `size` off its rest and is turned by as much of a torque; ride: of its hinge."""
+    arm = rigid_body(2.0, np.diag([0.1, 0.2, 0.2]), [0.5, 0, 0], {"end": Marker.rigid([1.0, 0.0, 0.0])})
+    torque = size * np.outer([3.0, 6.0, -3.0, 0.0], [0.0, 0.0, 1.0])
+    return System(
+        {"cart": rigid_body(1.0, np.eye(3)), "arm": arm},
+        (
+            prismatic("cart", axis=[1, 0, 0], name="ride", motion=(ride,)),
+            revolute("arm", "cart", name="hinge", q0=[-np.pi / 2 + size], damping=np.array([0.5])),
+        ),
+        environment=Environment(gravity=np.array([0.0, -9.81, 0.0])),
+        loads=(Load("turn", "arm", torque=torque, times=np.array([0.0, 1.0, 1.0, 2.0])),),
+    )
+
+
+def angle(system: System, times: np.ndarray) -> np.ndarray:
+    """The angle of the pendulum from its rest, linearised."""
+    model = compile_system(system)
+    found = LinearMotion().solve(model, times, model.x0)
+    return model.observe(found.times, found.states)["q"][:, 1] + np.pi / 2
+
+
+def test_a_pendulum_under_a_torque_over_time_is_its_matrix_exponential():
+    times = np.linspace(0, 3, 61)
+    seen = angle(pendulum(0.1), times)
+    y, torques = np.array([0.1, 0.0]), [(0.3, 0.3), (-0.3, 0.3), (0.0, 0.0)]
+    for start, (first, slope) in enumerate(torques):
+        wide = np.zeros((4, 4))
+        wide[:2] = [[0.0, 1.0, 0.0, 0.0], [-9.81 / INERTIA, -0.5 / INERTIA, 1.0 / INERTIA, 0.0]]
+        wide[2, 3] = 1.0
+        for k in np.flatnonzero((times > start) & (times < start + 1)):
+            assert seen[k] == pytest.approx((expm(wide * (times[k] - start)) @ [*y, first, slope])[0], abs=1e-8)
+        y = (expm(wide) @ [*y, first, slope])[:2]
+
+
+def test_a_hinge_that_rides_drives_the_pendulum_as_its_acceleration():
+    omega, size = 2.0, 0.05
+    ride = Profile(np.zeros(1), np.zeros((1, 1)), np.array([[size, omega, 0.0]]))  # size sin(omega t)
+    system = replace(pendulum(0.0, ride), loads=())
+    times = np.linspace(0, 4, 9)
+    A = np.array([[0.0, 1.0], [-9.81 / INERTIA, -0.5 / INERTIA]])
+    push = np.array([0.0, size * omega**2 / INERTIA])  # theta'' = ... - (m c / I) s'', s'' = -size omega^2 sin
+    steady = np.linalg.solve(1j * omega * np.eye(2) - A, push)
+    wanted = [(np.imag(steady * np.exp(1j * omega * t)) - expm(A * t) @ np.imag(steady))[0] for t in times]
+    assert angle(system, times) == pytest.approx(np.array(wanted), abs=1e-7 * size)
+
+
+def test_linear_and_nonlinear_runs_differ_at_third_order_of_a_symmetric_pendulum():
+    times, errors = np.linspace(0, 2, 11), []
+    for size in (0.2, 0.1, 0.05):
+        model = compile_system(pendulum(size))
+        full = Dop853(rtol=1e-11, atol=1e-13).solve(model, times, model.x0)
+        errors.append(np.abs(full.states[:, 1] + np.pi / 2 - angle(pendulum(size), times)).max())
+    assert np.diff(np.log2(errors)) == pytest.approx([-3.0, -3.0], abs=0.15)
+
+
+def test_increments_lead_from_one_attitude_to_another():
+    case = read_case(CASES / "eccentric_pitch.toml").with_values({"attitude.angles": ["30 deg", "-50 deg", "70 deg"]})
+    model = femflex.compile_system(femflex.build_system(case))
+    q = model.parts(model.x0)[0]
+    other = q[0].copy() * 0 + np.concatenate([q[:-4], [1.0, 0.0, 0.0, 0.0]])
+    step = increment(model, q, other)
+    from femflex.dynamics.equilibria.linearised import advanced
+
+    assert advanced(model, q, step) == pytest.approx(other, abs=1e-12)
+    assert np.abs(step).max() > 0.5
+
+
+def differences(case, times: int) -> float:
+    """Largest difference of the tip's deflection between the linearised and the nonlinear run."""
+    seen = []
+    for linearised in (False, True):
+        prepared = prepare(case, linearised=linearised)
+        found = prepared.integrator.solve(prepared.model, prepared.times[:times], prepared.model.x0)
+        seen.append(prepared.model.observe(found.times, found.states)["markers/beam.tip/deflection"])
+    return float(np.abs(seen[0] - seen[1]).max())
+
+
+@pytest.mark.filterwarnings("ignore::femflex.warning.PhysicsWarning")
+def test_along_a_deployment_the_difference_falls_with_the_cube_of_the_deflection_of_a_symmetric_beam():
+    case = read_case(CASES / "orbiter_deployment.toml").with_values(
+        {
+            "bodies.beam.length": {"kind": "smooth_step", "from": "15 m", "to": "18 m", "start": 0, "end": "20 s"},
+        }
+    )
+    sizes = ([0, 0.04, 0.04], [0, 0.02, 0.02])
+    errors = [differences(case.with_values({"bodies.beam.initial.relative": size}), 11) for size in sizes]
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(3.0, abs=0.1)
+
+
+def test_an_eccentric_orbit_drives_the_linear_pitch_as_the_nonlinear_one():
+    case = read_case(CASES / "eccentric_pitch.toml").with_values({"run.orbits": 1, "run.samples": 21})
+    prepared = prepare(case, linearised=True)
+    found = prepared.integrator.solve(prepared.model, prepared.times, prepared.model.x0)
+    pitch = prepared.model.observe(found.times, found.states)["attitude/angles"][:, 0]
+    full = prepare(case)
+    solved = full.integrator.solve(full.model, full.times, full.model.x0)
+    wanted = full.model.observe(solved.times, solved.states)["attitude/angles"][:, 0]
+    assert np.abs(pitch).max() > 0.013 and pitch == pytest.approx(wanted, abs=2e-3 * np.abs(wanted).max())
+
+
+PENDULUM = """
+title = "pendulum"
+[run]
+duration = "2 s"
+samples = 21
+[environment]
+gravity = 9.81
+[bodies.arm]
+kind = "rigid"
+mass = 1
+center_of_mass = [0, 0, -0.5]
+inertia = [1, 1, 1]
+[[joints]]
+kind = "revolute"
+child = "arm"
+name = "hinge"
+axis = [0, 1, 0]
+angle = "20 deg"
+[pictures]
+plots = ["q"]
+linearised = true
+[expect.start]
+channel = "q"
+component = "hinge.angle"
+at = 0
+value = "20 deg"
+tolerance = 1e-9
+source = "the start"
+"""
+
+
+def test_the_verb_leaves_both_runs_and_lays_them_over_each_other(tmp_path):
+    path, runner = tmp_path / "arm.toml", CliRunner()
+    path.write_text(PENDULUM)
+    done = runner.invoke(app, ["run", str(path), "-o", str(tmp_path / "arm.h5")])
+    assert done.exit_code == 0, done.stderr
+    assert "compared    linearised: " in done.stdout and (tmp_path / "arm_q.png").stat().st_size > 5000
+    with open_run(tmp_path / "arm.h5") as full, open_run(tmp_path / "arm_linearised.h5") as linear:
+        assert linear.linearised and not full.linearised and linear.complete
+        apart = np.abs(full["q"] - linear["q"]).max()
+        assert 1e-4 < apart < 0.02
+    done = runner.invoke(app, ["run", str(path), "--linearised", "-o", str(tmp_path / "l.h5"), "--no-pictures"])
+    assert done.exit_code == 0 and "linear equations about the equilibrium" in done.stdout
+    done = runner.invoke(app, ["run", str(path), "--linearised", "--resume", "-o", str(tmp_path / "arm_linearised.h5")])
+    assert done.exit_code == 2 or "complete already" in done.stdout
+
+
+def test_what_has_no_linear_motion_is_refused(tmp_path):
+    law = Controller("law", lambda t, seen, memory: (np.zeros(1), memory), 0.1, (), {"torque": "N m"})
+    model = compile_system(replace(pendulum(0.1), effectors=(law,)))
+    with pytest.raises(ValueError, match="controller 'law' is sampled, and a linearised run is continuous"):
+        LinearMotion().blocks(model, np.linspace(0, 1, 3), model.x0).__next__()
+    with pytest.raises(ValueError, match="a linearised run is not resumed"):
+        prepare(CASES / "eccentric_pitch.toml", tmp_path / "x.h5", resume=True, linearised=True)
+    (tmp_path / "arm.toml").write_text(
+        PENDULUM.replace("linearised = true", 'linearised = true\nwithout = ["gravity"]')
+    )
+    with pytest.raises(CaseError, match="found without and linearised; the plots hold one second run"):
+        read_case(tmp_path / "arm.toml")
