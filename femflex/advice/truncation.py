@@ -206,7 +206,7 @@ def unassessed_truncation(system: System, known: KnownBodies, richer: RicherCraf
     for name, body in system.bodies.items():
         if not body.n_modes or name not in known:
             continue
-        why = "the file of a body has no mesh" if known[name].origin.source is None else richer.lack
+        why = "its file has no elements" if known[name].origin.source is None else richer.lack
         if known[name].is_preloaded:
             why = "they are those about its preload"
         if why:

@@ -30,9 +30,14 @@ def info(
             if _starts_as_hdf5(file) and file.suffix.lower() not in FORMATS
             else _case(file)
             if file.suffix == ".toml"
+            else _matrices(file)
+            if file.suffix.lower() in MATRICES
             else _mesh_or_deck(file, units)
         )
     print(text)
+
+
+MATRICES = (".npz", ".mat", ".op4", ".op2", ".pch", ".dmig", ".asm", ".mtx", ".sti", ".mas", ".dof")  # suffixes
 
 
 def _starts_as_hdf5(file: Path) -> bool:
@@ -68,7 +73,9 @@ def _hdf5(file: Path) -> str:
 
         with open_run(file) as run:
             return repr(run)
-    raise ValueError(f"{file} is an HDF5 file, but neither a run nor a body of femflex")
+    if not kind:
+        return _matrices(file)
+    raise ValueError(f"{file} is an HDF5 file, but neither a run nor a body of femflex, nor one of matrices")
 
 
 def body_text(file: Path, body: object) -> str:
@@ -139,6 +146,12 @@ def _mesh_or_deck(file: Path, units: str) -> str:
             return f"{deck}\n\n{_mesh(file)}"
     except ValueError:  # elements of other coordinate systems, masses alone
         return deck
+
+
+def _matrices(file: Path) -> str:
+    from femflex.matrices.describe import describe_matrices
+
+    return describe_matrices(file)
 
 
 def _mesh(file: Path) -> str:
