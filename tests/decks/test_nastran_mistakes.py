@@ -52,7 +52,7 @@ def test_a_mistake_is_one_sentence_with_its_line(tmp_path, cards, sentence):
 
 def test_all_problems_come_together(tmp_path):
     with pytest.raises(DeckError) as found:
-        read(tmp_path, *GRIDS[:3], QUAD, "CQUAD4,8,5,1,2,3,3", "CONM2,9,1,,-3.", SHELL, control="SPC = 4")
+        read(tmp_path, *GRIDS[:3], QUAD, "CQUAD4,8,5,1,2,3,3", "CONM2,9,1,,-3.", SHELL, "SPC1,1,3,1", control="SPC = 4")
     assert len(found.value.problems) == 5
     assert "case control names SPC set 4, which the deck does not have" in str(found.value)
 

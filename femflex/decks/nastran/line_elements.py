@@ -43,14 +43,15 @@ def read_line_elements(model: NastranModel) -> None:
 
 
 def _bar(model: NastranModel, card: Card) -> None:
-    number, pid = card.integer(0), card.integer(1, card.integer(0))
+    number = card.integer(0)
+    default = model.bars.defaults.get(card.name)
+    pid = card.integer(1, default.integer(1, number) if default is not None else number)
     ends = [card.integer(2), card.integer(3)]
     if not model.grids.require(ends, card):
         return
     made = model.bars(pid)
     if made is None:
         return
-    default = model.bars.default if card.name == "CBAR" else None
     axes = model.grids.axes(ends[0])
     word = card.word(7)
     frames = word if word.isalpha() and len(word) == 3 else "GGG"
