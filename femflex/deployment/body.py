@@ -6,7 +6,7 @@ import itertools
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Literal, NamedTuple, TypedDict, Unpack
+from typing import Any, Literal, NamedTuple, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +48,7 @@ class DeployingBody(NamedTuple):
     start: tuple[float, float]
 
     def resting_rates(self, delta: Array, rest: str = "place") -> Array:
-        """Rates (n,) of coordinates delta (n,) at t = 0 for a deflection that rests at a fixed "place" of the length.
+        """Rates (n,) [delta/s] of coordinates delta (n,) at t = 0 for a deflection at rest at a "place" of length.
 
         rest: "material" for points of the material at rest, "coordinates" for none.
         """
@@ -111,7 +111,13 @@ def deploying_tapered_line(
         made.shapes, stock, at_tip, options.get("markers") or {},
         lambda sigma: line.mass_per_length * taper.mass(sigma), taper.bending,
     )  # fmt: skip
-    more = {"stock": stock, "drum_radius": radius, "at_tip": at_tip, "bounds": (least, most), "error": error}
+    more: dict[str, Any] = {
+        "stock": stock,
+        "drum_radius": radius,
+        "at_tip": at_tip,
+        "bounds": (least, most),
+        "error": error,
+    }
     more["sections"] = sections
     variation = variation_of(pieces, body, length, **more)
     return DeployingBody(body, variation, here, made.shapes, (first, float(length(0.0)[1])))
@@ -127,7 +133,7 @@ class Options(TypedDict, total=False):
     damping      fraction of critical damping, one or one for each coordinate
     drum         "root" (the default): material is drawn out of the parent; "tip": it is laid out from the tip
     drum_radius  [m], for the torque of the drum
-    markers      name -> distance from the exit over the length, beside "root" and "tip"
+    markers      name -> distance from the exit over the length, in addition to "root" and "tip"
     orientations marker -> its axes C_BM (3, 3). Left out: those of the member
     """
 
@@ -164,7 +170,12 @@ def _deployed(shapes: MemberShapes, length: Profile | Reel, options: Options) ->
     parts, shapes = member_parts(shapes, total, strain, damping, at_tip, markers)
     parts = _with_axes(parts, options)
     body = parts.body(first, skin=skin_of(shapes, first, whole, at_tip, options.get("drum_radius")))
-    more = {"stock": whole, "drum_radius": options.get("drum_radius"), "at_tip": at_tip, "bounds": (least, most)}
+    more: dict[str, Any] = {
+        "stock": whole,
+        "drum_radius": options.get("drum_radius"),
+        "at_tip": at_tip,
+        "bounds": (least, most),
+    }
     density = shapes.member_mass / shapes.reference
     more["sections"] = sections_of(shapes, whole, at_tip, markers, lambda sigma: density * one(sigma), one)
     if isinstance(length, Reel):

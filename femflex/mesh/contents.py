@@ -2,7 +2,7 @@
 
 Readers differ in how groups are reported; they all end in blocks of cells with group names, point groups and a count of
 elements that were not understood. What is common is done here: blocks of one type are joined, single-point cells become
-point groups, unknown cells are left out and said, points used by nothing are dropped.
+point groups, unknown cells are left out with a report, points used by nothing are dropped.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class WriteOptions:
-    """What a writer may be reported: binary or text, and the version of the format (None: the newest)."""
+    """Options of a writer: binary or text, and the version of the format (None: the newest)."""
 
     binary: bool = True
     version: str | None = None
