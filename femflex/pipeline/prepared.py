@@ -94,7 +94,7 @@ def prepare(
     from femflex.advice.advice import warn_of
     from femflex.advice.model_warnings import output_warnings
     from femflex.case import Case, read_case
-    from femflex.dynamics import compile_system
+    from femflex.pipeline.compiled import compiled
     from femflex.pipeline.decisions import decided
     from femflex.pipeline.integrator import chosen_integrator
     from femflex.pipeline.references import duration_of
@@ -112,8 +112,10 @@ def prepare(
             check_same_effectors(effectors, Path(output))
     found = decided(case, bodies)
     system = found.system
-    system = replace(system, effectors=(*system.effectors, *effectors), varying={**system.varying, **(varying or {})})
-    model = compile_system(system)
+    if effectors or varying:
+        more = {**system.varying, **(varying or {})}
+        system = replace(system, effectors=(*system.effectors, *effectors), varying=more)
+    model = compiled(system)
     if without:
         model = model.without(*without)
         system = model.system
