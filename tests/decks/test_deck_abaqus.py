@@ -190,14 +190,16 @@ def brick(more: str = "", material: str = STEEL, extra: str = "") -> str:
     root, tip = (re.sub(r"((?:\d+, ){8})", r"\1\n", one) for one in (root, tip))
     return (
         f"*NODE\n{nodes}\n*ELEMENT, TYPE=C3D20R, ELSET=ALL\n" + "\n".join(rows) + f"\n*NSET, NSET=ROOT\n{root}\n"
-        f"*NSET, NSET=TIP\n{tip}\n{material}{extra}*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL{more}\n*BOUNDARY\nROOT, 1, 3\n"
+        f"*NSET, NSET=TIP\n{tip}\n{material}{extra}*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL{more}\n*BOUNDARY\n"
+        "ROOT, 1, 3\n"
     )
 
 
 def test_steps_hold_what_they_say_and_the_frequency_step_is_in_force(tmp_path: Path):
     text = (
         brick()
-        + "*STEP\n*STATIC\n*BOUNDARY\nTIP, 2\n*END STEP\n*STEP\n*FREQUENCY\n5\n*BOUNDARY, OP=NEW\nROOT, 1, 3\n*END STEP\n"
+        + "*STEP\n*STATIC\n*BOUNDARY\nTIP, 2\n*END STEP\n"
+        + "*STEP\n*FREQUENCY\n5\n*BOUNDARY, OP=NEW\nROOT, 1, 3\n*END STEP\n"
     )
     made = deck(tmp_path, text)
     assert sorted(made.supports) == ["initial", "step 1", "step 2"] and made.default_supports == ("step 2",)
@@ -208,13 +210,15 @@ def test_steps_hold_what_they_say_and_the_frequency_step_is_in_force(tmp_path: P
 
 def test_orthotropic_solids_are_turned_by_their_orientation(tmp_path: Path):
     """Fibres along y by the material's axis 1: the same as a material stiff along y."""
-    stiff = "*MATERIAL, NAME=STEEL\n*ELASTIC, TYPE=ENGINEERING CONSTANTS\n{}, 0., 0., 0., 5000., 5000.,\n5000.\n*DENSITY\n1.6E-9\n"
+    stiff = "*MATERIAL, NAME=STEEL\n*ELASTIC, TYPE=ENGINEERING CONSTANTS\n"
+    stiff += "{}, 0., 0., 0., 5000., 5000.,\n5000.\n*DENSITY\n1.6E-9\n"
     system = "*ORIENTATION, NAME=TURNED\n0., 1., 0., -1., 0., 0.\n"
     along = brick("", stiff.format("9000., 150000., 9000."))
     turned = brick(", ORIENTATION=TURNED", stiff.format("150000., 9000., 9000."), system)
     assert frequencies(deck(tmp_path, turned)) == pytest.approx(frequencies(deck(tmp_path, along)), rel=1e-8)
 
 
+NODE_SURFACE = "*SURFACE, NAME=F, TYPE=NODE\nTIP, 1.\n"
 TIP_MASS = "*NODE\n9999, 100., 5., 5.\n*ELEMENT, TYPE=MASS, ELSET=LUMP\n9999, 9999\n*MASS, ELSET=LUMP\n1.E-3\n"
 
 
@@ -223,7 +227,7 @@ TIP_MASS = "*NODE\n9999, 100., 5., 5.\n*ELEMENT, TYPE=MASS, ELSET=LUMP\n9999, 99
     [
         "*RIGID BODY, NSET=TIP, REF NODE=9999\n",
         "*RIGID BODY, TIE NSET=TIP, REF NODE=9999\n",
-        "*SURFACE, NAME=FACE, TYPE=NODE\nTIP, 1.\n*COUPLING, CONSTRAINT NAME=C, REF NODE=9999, SURFACE=FACE\n*KINEMATIC\n1, 6\n",
+        NODE_SURFACE + "*COUPLING, CONSTRAINT NAME=C, REF NODE=9999, SURFACE=F\n*KINEMATIC\n1, 6\n",
         "*SURFACE, NAME=FACE\nALL, S4\n*COUPLING, CONSTRAINT NAME=C, REF NODE=9999, SURFACE=FACE\n*KINEMATIC\n",
         "*KINEMATIC COUPLING, REF NODE=9999\nTIP, 1, 6\n",
         "*MPC\nBEAM, TIP, 9999\n",

@@ -48,7 +48,7 @@ class System:
         r = x - self.origin
         axis = self.axes[2]
         across = r - float(r @ axis) * axis
-        if np.linalg.norm(across) < 1e-9 * max(np.linalg.norm(r), 1e-30):
+        if np.linalg.norm(across) < 1e-9 * max(float(np.linalg.norm(r)), 1e-30):
             across = self.axes[0]
         radial = across / np.linalg.norm(across)
         if self.kind == "C":
@@ -85,7 +85,7 @@ def system_of(values: Array, kind: str, length: float, keyword: Keyword) -> Syst
         x = np.cross([0.0, 1.0, 0.0] if abs(z[1]) < 0.9 * np.linalg.norm(z) else [1.0, 0, 0], z)
         y = np.cross(z, x)
     n = np.cross(x, y)
-    if not np.linalg.norm(n) > 1e-12 * max(np.linalg.norm(x) * np.linalg.norm(y), 1e-300):
+    if not np.linalg.norm(n) > 1e-12 * max(float(np.linalg.norm(x) * np.linalg.norm(y)), 1e-300):
         raise ValueError(
             f"{keyword.place(0)}: *{keyword.name} has points {values.tolist()}, which give no directions, as they lie "
             "on a line; correct them."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -80,10 +81,11 @@ class AbaqusModel:
 
     def group_of(self, nodes: list[int], name: str) -> str:
         """A group of several nodes, of that name or one like it."""
+        name = re.sub(r"\W+", "_", name).strip("_").lower()
         k, own = 1, name
         while own in self.build.point_groups:
             k += 1
-            own = f"{name} ({k})"
+            own = f"{name}_{k}"
         self.build.point_groups[own] = list(dict.fromkeys(self.row(node) for node in nodes))
         return own
 

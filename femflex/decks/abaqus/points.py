@@ -110,7 +110,7 @@ def _spring(model: AbaqusModel, one: Scoped) -> None:
             model.wanted.add(node)
             model.wanted_turning.update([node] if turns else [])
         unit = model.units.spring if components[0] < 3 else model.units.moment
-        model.bushings.append(ScalarSpring(tuple(terms), stiffness * unit))  # type: ignore[arg-type]
+        model.bushings.append(ScalarSpring(tuple(terms), stiffness * unit))
 
 
 def _elements(model: AbaqusModel, one: Scoped) -> list[Element]:

@@ -69,6 +69,8 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     deck = Deck(
         path.name, "Abaqus", mesh, (*model.build.members(), *_node_members(model)), tuple(model.point_masses),
         tuple(model.connections), tuple(model.bushings), supports, default, dict(model.build.row_of), units,
+        tuple(one.values.get("E", one.values.get("E1", 0.0)) for one in reading.materials.all()),
+        tuple(one.density for one in reading.materials.all()),
         dict(sorted(found.used.items())), found.left_out, tuple(found.notes),
     )  # fmt: skip
     return deck.with_unresisted_held()
@@ -90,13 +92,13 @@ def _lone_nodes(model: AbaqusModel) -> None:
     for turns in (False, True):
         own = [node for node in lone if (node in model.wanted_turning) == turns]
         if own:
-            model.build.point_groups["lone nodes" + (" that turn" if turns else "")] = [model.row(n) for n in own]
+            model.build.point_groups["lone_nodes" + ("_turning" if turns else "")] = [model.row(n) for n in own]
             model.turning.update(own if turns else [])
     model.moving.update(lone)
 
 
 def _node_members(model: AbaqusModel) -> list[Member]:
-    names = {"lone nodes": False, "lone nodes that turn": True}
+    names = {"lone_nodes": False, "lone_nodes_turning": True}
     return [
         Member(name, "nodes", options={"rotations": turns})
         for name, turns in names.items()

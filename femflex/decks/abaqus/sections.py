@@ -417,4 +417,4 @@ def _add(
     options: dict[str, Any],
 ) -> None:  # fmt: skip
     rows = [model.row(n) for n in element.nodes]
-    model.build.cell(element.cell, rows, key, elset, family, section, material, options, (), element.number)  # type: ignore[arg-type]
+    model.build.cell(element.cell, rows, key, elset, family, section, material, options, (), element.number)
