@@ -225,6 +225,9 @@ def _mpc(model: AbaqusModel, one: Scoped) -> None:
 def _equation(model: AbaqusModel, one: Scoped) -> None:
     """Terms (node or set, component, factor), four in a line; the first follows the others."""
     scope, keyword = one
+    if "remove" in keyword.parameters:
+        model.found.unused("*EQUATION, REMOVE", "the equations stay", place_of(keyword))
+        return
     if keyword.parameter("input"):
         model.found.unused("*EQUATION, INPUT", "equations in another file are left out", place_of(keyword))
     k = 0

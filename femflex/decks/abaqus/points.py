@@ -117,4 +117,11 @@ def _elements(model: AbaqusModel, one: Scoped) -> list[Element]:
     """Elements of the set that a keyword names."""
     scope, keyword = one
     numbers = model.flat.elements_of(keyword.parameter("elset"), scope, keyword.place())
-    return [model.flat.elements[number] for number in numbers if model.flat.elements[number].nodes]
+    found = [model.flat.elements[number] for number in numbers if model.flat.elements[number].nodes]
+    for element in found:
+        unknown = [node for node in element.nodes if node not in model.flat.nodes]
+        if unknown:
+            raise ValueError(
+                f"{element.place}: element {element.number} uses node {unknown[0]}, which no *NODE block defines."
+            )
+    return found

@@ -30,8 +30,9 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     """The Deck of an Abaqus or CalculiX file. Raises DeckError with all its problems."""
     model = AbaqusModel(read_flat(path), units, overrides)
     flat, found = model.flat, model.found
-    missing = {n for element in flat.elements.values() for n in (*element.nodes, *element.extra)} - flat.nodes.keys()
-    for element in flat.elements.values() if missing else ():
+    used = [element for element in flat.elements.values() if element.cell]  # fluid networks have nodes 0
+    missing = {n for element in used for n in (*element.nodes, *element.extra)} - flat.nodes.keys()
+    for element in used if missing else ():
         bad = sorted(missing & {*element.nodes, *element.extra})
         if bad:
             found.problem(
