@@ -57,7 +57,7 @@ class StrainPlaces:
 
 @dataclass(frozen=True, eq=False)
 class Contribution:
-    """What one member adds to the tables and to the picture; skin() makes what is drawn, when it is asked for.
+    """What one member adds to the tables and to the picture; skin() makes what is drawn, on request.
 
     places go with the blocks of strain, one by one; a family without them is not coloured by strain
     late() makes further blocks of strain, which depend on what other members have given the nodes

@@ -30,7 +30,7 @@ class Prepared:
     """A run before its first step: case, system, compiled model, integrator and why it was chosen, output times [s].
 
     decided: the case with what it left open written out, and the advice that this follows.
-    given: names of effectors and controllers beside those of the case.
+    given: names of effectors and controllers in addition to those of the case.
     """
 
     case: Case
@@ -85,7 +85,7 @@ def prepare(
 
     output: the result file, when it is to be checked before anything is built that it can be written, or resumed
     without: names of what is switched off (see `femflex.dynamics.terms.without`)
-    effectors: effectors and controllers beside those of the case
+    effectors: effectors and controllers in addition to those of the case
     varying: body name -> Variation, how its properties depend on time
     linearised: the motion of the linear equations (see `femflex.pipeline.linear_motion`)
 
@@ -94,7 +94,7 @@ def prepare(
     from femflex.advice.advice import warn_of
     from femflex.advice.model_warnings import output_warnings
     from femflex.case import Case, read_case
-    from femflex.dynamics import compile_system
+    from femflex.pipeline.compiled import compiled
     from femflex.pipeline.decisions import decided
     from femflex.pipeline.integrator import chosen_integrator
     from femflex.pipeline.references import duration_of
@@ -112,8 +112,10 @@ def prepare(
             check_same_effectors(effectors, Path(output))
     found = decided(case, bodies)
     system = found.system
-    system = replace(system, effectors=(*system.effectors, *effectors), varying={**system.varying, **(varying or {})})
-    model = compile_system(system)
+    if effectors or varying:
+        more = {**system.varying, **(varying or {})}
+        system = replace(system, effectors=(*system.effectors, *effectors), varying=more)
+    model = compiled(system)
     if without:
         model = model.without(*without)
         system = model.system

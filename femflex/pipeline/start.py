@@ -14,6 +14,7 @@ from femflex.case.case import Case
 from femflex.case.initial import EQUILIBRIUM
 from femflex.case.problems import CaseError, Problem
 from femflex.dynamics import compile_system
+from femflex.pipeline.compiled import compiled
 from femflex.pipeline.recovered import recovered
 from femflex.pipeline.references import channel_problems, motion_problems, size_problems
 from femflex.rotations import dcm_from_quaternion
@@ -38,7 +39,7 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None = None) -> System:
 
 def _check_references(case: Case, system: System) -> None:
     try:
-        channels = compile_system(system).channels
+        channels = compiled(system).channels
     except ValueError as error:  # a loop that cannot close
         raise CaseError(case.path.name, [Problem("", str(error.args[0]))]) from error
     channels = channels | recovered(case, system).channels

@@ -131,7 +131,7 @@ def _kept(table: Array, shape: tuple[int, ...], shares: Array | None) -> Array:
 def beam_field(beam: UniformBeam, functions: BeamFunctions, X: Array, nonlinear: bool, following: bool) -> StrainPart:
     """The part of a beam on admissible functions times X (count, n), with its `beam_strains`.
 
-    What is of fourth order in the energy stands beside the four strains as others, which have no name.
+    What is of fourth order in the energy is added to the four strains as others, which have no name.
     """
     found = beam_strains(beam, functions, X, following)
     s = len(found.linear) if nonlinear else NAMED
