@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femflex.assembly.acting_loads import acting_loads, added_shapes_text
+from femflex.assembly.decks import with_deck
 from femflex.assembly.deploying import build_deploying
 from femflex.assembly.extents import warn_of_doubtful_extents
 from femflex.assembly.functions import functions_of
@@ -166,6 +167,7 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
         made = build_matrix_body(case, table, modes, _damping(table.damping), turning_markers(case, name))
         return made.body, None, made.notes
     assert isinstance(table, FlexibleTable)
+    table = with_deck(case, name, table)
     given = structure_of(case, name, table, refine)
     added = acting_loads(case, name, table, marker_groups(table))
     structure, modeset = build_modes(given, table, modes, name, added, preload_of(case, name, table))

@@ -44,6 +44,7 @@ def system_of(case: Case, bodies: Mapping[str, Part] | None) -> System:
             springs=tuple(build_spring(table) for table in case.springs),
             sights=tuple(Sight(**table.model_dump()) for table in case.sights),
             reactions=case.run.reactions,
+            momenta=case.run.momenta,
             environment=Environment(
                 np.array(case.environment.gravity),
                 case.environment.attraction,

@@ -23,6 +23,7 @@ from femflex.case.run import PicturesTable, RunTable, StudyTable
 from femflex.case.section import Material, Section
 from femflex.case.sensor import SensorTable
 from femflex.case.sight import SightTable
+from femflex.case.stability import StabilityTable
 from femflex.case.thruster import TankTable, ThrusterTable
 from femflex.case.wheel import GyroTable, SeparationTable, SignalTable, WheelTable
 
@@ -86,6 +87,8 @@ class Case(Table):
     """Quantity and values of `femflex converge`."""
     campbell: CampbellTable | None = None
     """Speeds of the Campbell diagram."""
+    stability: StabilityTable | None = None
+    """Values over which stability is charted."""
     expect: ExpectationsTable = Field(default_factory=lambda: ExpectationsTable.model_validate({}))
     """Expected answers of the case, by name."""
 

@@ -6,7 +6,9 @@ import json
 import re
 import tomllib
 from collections.abc import Mapping
+from copy import deepcopy
 from difflib import get_close_matches
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,13 +19,23 @@ if TYPE_CHECKING:
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
+@lru_cache(maxsize=4)
+def _parsed(text: str) -> dict[str, Any]:
+    return tomllib.loads(text)
+
+
 def changed_text(text: str, values: Mapping[str, Any], name: str) -> str:
-    """The TOML text of a case in which these values stand at their key paths, such as "bodies.hub.mass".
+    """The TOML text of a case in which these values stand at their key paths (`changed_tables`)."""
+    return toml_text(changed_tables(text, values, name))
+
+
+def changed_tables(text: str, values: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """The tables of a case in which these values stand at their key paths, such as "bodies.hub.mass".
 
     Entries of lists go by their number, from 0: "loads.0.force". name: of the file, for errors.
     Raises ValueError for a path that leads nowhere; what stands at its end is not checked here.
     """
-    raw = tomllib.loads(text)
+    raw = deepcopy(_parsed(text))
     for path, value in values.items():
         *folders, last = path.split(".")
         table: Any = raw
@@ -36,7 +48,7 @@ def changed_text(text: str, values: Mapping[str, Any], name: str) -> str:
             table[last] = _plain(value)
         else:
             raise ValueError(_nowhere(path, name, f"{'.'.join(folders)} is {table!r}, which holds no keys"))
-    return toml_text(raw)
+    return raw
 
 
 def _entry(table: Any, key: str, where: str, path: str, name: str) -> Any:

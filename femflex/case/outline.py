@@ -42,6 +42,9 @@ MOUNTED = {
 }
 
 
+ADAPTERS: dict[int, tuple[Any, TypeAdapter[Any]]] = {}  # by the identity of the type, which stays alive here
+
+
 @dataclass(frozen=True)
 class Outline:
     """The parts of a case file; None stands for a part that is missing or has mistakes of its own.
@@ -101,9 +104,16 @@ def _part(kind: Any, value: Any) -> Any:
     if value is None:
         return None
     try:
-        return TypeAdapter(kind).validate_python(value)
+        return _adapter(kind).validate_python(value)
     except ValidationError:
         return None
+
+
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    """The reader of a type, made once: a case is read many times in a sweep."""
+    if id(kind) not in ADAPTERS:
+        ADAPTERS[id(kind)] = kind, TypeAdapter(kind)
+    return ADAPTERS[id(kind)][1]
 
 
 def _table(raw: Mapping[str, Any], key: str) -> Mapping[str, Any]:

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
-from femflex.case.changed import changed_text
+from femflex.case.changed import changed_tables, toml_text
 from femflex.case.crosscheck import cross_problems
 from femflex.case.magnitudes import warn_of_doubtful_magnitudes
 from femflex.case.outline import Outline, outline
@@ -40,7 +40,11 @@ def parse_case(text: str, path: Path = Path("case.toml")) -> Case:
 
     Raises CaseError with all problems of the text.
     """
-    raw = _toml(text, path)
+    return _checked(_toml(text, path), text, path)
+
+
+def _checked(raw: dict[str, Any], text: str, path: Path) -> Case:
+    """The case of tables that stand in a text. Raises CaseError with all their problems."""
     if deep := too_deep(raw):
         raise CaseError(path.name, [deep])
     problems: list[Problem] = []
@@ -70,10 +74,10 @@ def with_values(case: Case, values: Mapping[str, Any]) -> Case:
     if not case.text:
         raise ValueError("this case was not read from a file or a text, so it has no keys to change by their path")
     try:
-        text = changed_text(case.text, values, case.path.name)
+        raw = changed_tables(case.text, values, case.path.name)
     except ValueError as error:
         raise CaseError(case.path.name, [Problem("", str(error))]) from None
-    return parse_case(text, case.path)
+    return _checked(raw, toml_text(raw), case.path)
 
 
 def _mesh_problems(parts: Outline, folder: Path) -> list[Problem]:
@@ -84,7 +88,7 @@ def _mesh_problems(parts: Outline, folder: Path) -> list[Problem]:
     return [
         p
         for name, body in bodies.items()
-        if os.path.isfile(folder / body.mesh)
+        if body.mesh is not None and os.path.isfile(folder / body.mesh)
         for p in group_problems(name, body, folder)
     ]
 

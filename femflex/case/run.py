@@ -29,6 +29,8 @@ class RunTable(Table):
     """Number of rows, first and last included, in place of output_step. Both left out: 1001."""
     reactions: StrictBool = False
     """Report the force and torque that every joint transmits."""
+    momenta: StrictBool = False
+    """Report canonical momenta and the Hamiltonian."""
     rtol: Annotated[float, Quantity("", above=0.0, most=0.1)] | None = None
     """Relative error tolerance of a step. Left out: 1e-11 (dop853), 1e-9 (esdirk4) or 1e-6 (generalized_alpha)."""
     atol: Annotated[float, Quantity("", above=0.0)] | None = None

@@ -15,8 +15,8 @@ from femflex.case.sentences import schema_problems
 from femflex.case.units import UnitError, split_quantity
 from femflex.case.values import Count, Whole
 
-Design = Literal["grid", "list", "random", "latin_hypercube", "sobol"]
-DRAWN = ("random", "latin_hypercube", "sobol")
+Design = Literal["grid", "list", "random", "latin_hypercube", "sobol", "sobol_indices"]
+DRAWN = ("random", "latin_hypercube", "sobol", "sobol_indices")
 
 
 class VaryTable(Table):
@@ -67,10 +67,11 @@ class SweepTable(Table):
     case: str
     """Case file, from the folder of this file."""
     design: Design = "grid"
-    """How values are combined: grid (all with all), list (first with first, and so on), random, latin_hypercube or
-    sobol (quasi-random)."""
+    """How values are combined: grid (all with all), list (first with first, and so on), random, latin_hypercube,
+    sobol (quasi-random), or sobol_indices (also gives the share of every value in the variance of the outputs)."""
     members: Whole | None = None
-    """Number of runs, for random, latin_hypercube and sobol."""
+    """Number of runs, for random, latin_hypercube and sobol. For sobol_indices a power of 2: with k values it takes
+    members x (k + 2) runs."""
     seed: Annotated[int, Count(0)] = 0
     """Seed of the scatter."""
     vary: Annotated[dict[str, VaryTable], Field(min_length=1)]
@@ -87,6 +88,10 @@ class SweepTable(Table):
         drawn = self.design in DRAWN
         if drawn != (self.members is not None):
             refuse(f"found design = {self.design!r} {'without' if drawn else 'with'} members; they go with {DRAWN}")
+        if self.design == "sobol_indices" and (
+            (self.members or 0) < 2 or (self.members or 0) & ((self.members or 0) - 1)
+        ):
+            refuse(f"found members = {self.members}; design = 'sobol_indices' needs a power of 2, such as 64")
         for path, table in self.vary.items():
             if drawn == (table.values is not None):
                 need = "between or normal" if drawn else "values"

@@ -32,6 +32,9 @@ def sweep(
         str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, such as tcp://host:8786.")
     ] = None,
     envelope: Annotated[bool, typer.Option("--envelope", help="Draw histories, not outputs over inputs.")] = False,
+    indices: Annotated[
+        bool, typer.Option("--indices", help="Draw Sobol indices (design = 'sobol_indices'), not outputs over inputs.")
+    ] = False,
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print for programs.")] = False,
@@ -57,7 +60,7 @@ def sweep(
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"interrupted; femflex sweep {study} -o {result} --resume goes on") from None
     if PICTURE in files:
-        draw(found, files[PICTURE], study.stem, (theme, force, envelope))
+        draw(found, files[PICTURE], study.stem, (theme, force), "indices" if indices else "envelope" * envelope)
     failed = [(k, text) for k, text in enumerate(found.problems) if text]
     for number, text in failed[:FAILURES]:
         print_error(f"run {number} failed: {text}")
@@ -68,24 +71,30 @@ def sweep(
             "outputs": {k: v.tolist() for k, v in found.outputs.items()}, "units": found.units,
             "percentiles": found.percentiles.tolist(),
             "percentiles_of_outputs": {k: v.tolist() for k, v in found.of_outputs().items()},
+            "sobol_indices": {k: v.tolist() for k, v in found.sobol.items()},
         })  # fmt: skip
         return
     print_table(
         ["output", *(f"{p:g} %" for p in found.percentiles), "unit"],
         [[name, *(f"{v:.6g}" for v in row), found.units.get(name, "")] for name, row in found.of_outputs().items()],
     )
+    for name, values in found.sobol.items():
+        rows = [[key, f"{one:.4g}", f"{total:.4g}"] for key, (one, total) in zip(found.inputs, values, strict=True)]
+        print_table(["value", "first order", "total"], rows, f"share in the variance of {name} (Sobol indices)")
     print(f"runs        {len(found.problems)}, of which {len(failed)} failed")
     print(f"kept        {result}")
     if PICTURE in files:
         print(f"picture     {files[PICTURE]}")
 
 
-def draw(found: Sweep, path: Path, title: str, how: tuple[str, bool, bool]) -> None:
-    """Draw outputs over inputs, or the envelopes of histories."""
-    from femflex.view.swept import plot_envelopes, plot_scatter
+def draw(found: Sweep, path: Path, title: str, how: tuple[str, bool], kind: str) -> None:
+    """Draw outputs over inputs, the envelopes of histories, or Sobol indices."""
+    from femflex.view.swept import plot_envelopes, plot_indices, plot_scatter
 
-    theme, force, envelope = how
-    if envelope:
+    theme, force = how
+    if kind == "indices":
+        plot_indices(list(found.inputs), found.sobol, path, theme, title, force=force)
+    elif kind == "envelope":
         bands = found.of_histories()
         plot_envelopes(found.time, found.histories, bands, found.percentiles, path, theme, title, force=force)
     else:

@@ -32,6 +32,7 @@ from femflex.dynamics.motion import equations
 from femflex.dynamics.reports.channels import channels_of, row_length, row_places
 from femflex.dynamics.reports.contacts import observe_contacts
 from femflex.dynamics.reports.drive_report import observe_held
+from femflex.dynamics.reports.momenta import observe_momenta
 from femflex.dynamics.reports.monitors import ROW_DISSIPATED
 from femflex.dynamics.reports.observe import observe
 from femflex.dynamics.reports.sights import observe_sights
@@ -264,6 +265,8 @@ class Model(Summarised):
             out |= self.constraints.observe(times, states)
         if self.system.reactions:
             out |= observe_reactions(self, times, states)
+        if self.system.momenta:
+            out |= observe_momenta(self, times, states, rows, out["monitors/energy"])
         if self.system.segments:
             from femflex.dynamics.reports.segmented import observe_segmented
 

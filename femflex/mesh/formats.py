@@ -35,18 +35,23 @@ Writer = Callable[[Path, Mesh, WriteOptions], None]
 
 @dataclass(frozen=True)
 class Format:
-    """Name for messages, reader and writer of one format, and bytes of memory that reading a byte of it takes."""
+    """Name for messages, reader and writer of one format, and bytes of memory that reading a byte of it takes.
+
+    write: None where the format is read only.
+    """
 
     name: str
     read: Reader
-    write: Writer
+    write: Writer | None
     memory: float = 10.0  # measured on 160,000 quads: 2 to 9
 
 
 FORMATS: dict[str, Format] = {}  # by suffix
 
 
-def register(name: str, suffixes: tuple[str, ...], read: Reader, write: Writer, memory: float = 10.0) -> None:
+def register(
+    name: str, suffixes: tuple[str, ...], read: Reader, write: Writer | None = None, memory: float = 10.0
+) -> None:
     """Make a format known under its suffixes."""
     for suffix in suffixes:
         FORMATS[suffix] = Format(name, read, write, memory)

@@ -94,7 +94,7 @@ def prepare(
     from femflex.advice.advice import warn_of
     from femflex.advice.model_warnings import output_warnings
     from femflex.case import Case, read_case
-    from femflex.dynamics import compile_system
+    from femflex.pipeline.compiled import compiled
     from femflex.pipeline.decisions import decided
     from femflex.pipeline.integrator import chosen_integrator
     from femflex.pipeline.references import duration_of
@@ -112,8 +112,10 @@ def prepare(
             check_same_effectors(effectors, Path(output))
     found = decided(case, bodies)
     system = found.system
-    system = replace(system, effectors=(*system.effectors, *effectors), varying={**system.varying, **(varying or {})})
-    model = compile_system(system)
+    if effectors or varying:
+        more = {**system.varying, **(varying or {})}
+        system = replace(system, effectors=(*system.effectors, *effectors), varying=more)
+    model = compiled(system)
     if without:
         model = model.without(*without)
         system = model.system
@@ -130,9 +132,7 @@ def prepare(
     check_periods(system, float(times[-1] - times[0]))
     reasons = " ".join([reason, *sampling(system)])
     names = tuple(effector.name for effector in effectors)
-    prepared = Prepared(case, system, model, integrator, reasons, times, found, names)
-    _ = prepared.recovered  # its errors come before the run
-    return prepared
+    return Prepared(case, system, model, integrator, reasons, times, found, names)
 
 
 def _linear(model: Model) -> tuple[Integrator, str]:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from femflex.assembly import build_mesh, build_modes, build_part
+from femflex.assembly.decks import with_deck
 from femflex.assembly.open_choices import open_joints
 from femflex.assembly.shared import shared_structures
 from femflex.assembly.structures import preload_of, structure_of
@@ -259,4 +260,4 @@ def _study(case: Case) -> StudyTable:
 def _flexible(case: Case, name: str) -> FlexibleTable:
     table = case.bodies[name]
     assert isinstance(table, FlexibleTable)
-    return table
+    return with_deck(case, name, table)

@@ -51,6 +51,7 @@ class System(Summarised):
     effectors    forces computed by functions, with states of their own, and sampled controllers
     sights       axes that are to look at a station on the Earth
     reactions    whether runs report what the joints carry
+    momenta      whether runs report canonical momenta and the Hamiltonian
     keep         joints, or slides and turns such as "drive.angle", whose initial values stay exact where loops close
     varying  body name -> Variation: how its properties depend on time
     segments  body cut into segments -> names of the bodies that are its segments, near to far (see `assembled`)
@@ -75,6 +76,7 @@ class System(Summarised):
     sights: tuple[Sight, ...] = ()
     effectors: tuple[Effector | Controller, ...] = ()
     reactions: bool = False
+    momenta: bool = False
     keep: tuple[str, ...] = ()
     environment: Environment = field(default_factory=Environment)
     z0: dict[str, float] = field(default_factory=dict)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -93,6 +93,33 @@ def plot_envelopes(
         ax.margins(x=0)
         finish(ax, [name], colours)
     axes[-1].set_xlabel(f"time [{unit}]")
+    return saved(figure, path, dpi, force)
+
+
+def plot_indices(
+    inputs: Sequence[str],
+    indices: Mapping[str, Array],
+    path: str | Path,
+    theme: str = "light",
+    title: str = "Sobol indices",
+    dpi: int = 150,
+    force: bool = False,
+) -> Path:
+    """Path of a picture (.png or .svg) of first-order and total Sobol indices (n_inputs, 2) of each output, as bars."""
+    check_kind(path)
+    if not indices:
+        raise ValueError("the sweep has no Sobol indices; take design = 'sobol_indices'")
+    colours = theme_of(theme)
+    figure, axes = figure_of(len(indices), title, colours, sharex=True)
+    places = np.arange(len(inputs))
+    for ax, (name, values) in zip(axes, indices.items(), strict=True):
+        for k, word in enumerate(("first order", "total")):
+            ax.barh(places + 0.2 - 0.4 * k, np.nan_to_num(values[:, k]), 0.36, color=colours.lines[k], label=word)
+        ax.set_yticks(places, list(inputs))
+        ax.invert_yaxis()
+        ax.set_title(name, fontsize=9, color=colours.text, loc="left")
+        finish(ax, [name], colours)
+    axes[-1].set_xlabel("share in the variance")
     return saved(figure, path, dpi, force)
 
 

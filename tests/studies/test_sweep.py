@@ -15,7 +15,7 @@ from femflex.case import CaseError
 from femflex.case.sweep import parse_sweep
 from femflex.cli.app import app
 from femflex.studies.sweep import open_sweep, sweep
-from femflex.studies.sweep.design import designed, unit_samples
+from femflex.studies.sweep.design import designed, indices, unit_samples
 from femflex.studies.sweep.journal import journal_of
 
 SPUN = """
@@ -197,3 +197,42 @@ def test_a_file_that_is_no_sweep_is_refused(tmp_path):
         open_sweep(tmp_path / "x.h5")
     with pytest.raises(CaseError, match="there is no such file"):
         sweep(tmp_path / "none.toml", tmp_path / "s.h5")
+
+
+def test_sobol_indices_of_a_product_are_its_closed_form(study, tmp_path):
+    """Speed = 2 torque / inertia: for independent factors X Y the variances follow from those of X and 1 / Y."""
+    path = study(('"latin_hypercube"\nmembers = 6', '"sobol_indices"\nmembers = 64'))
+    table = parse_sweep(path.read_text())
+    rows = designed(table)
+    assert len(rows) == 64 * 4
+    inertia, torque = (np.array([float(str(row[key]).split()[0]) for row in rows]) for key in table.vary)
+    found = indices(table, 2.0 * torque / inertia)
+    mean = np.log(3.0) / 2.0  # of 1 / J, J uniform from 1 to 3
+    v_inv, v_torque = (1 - 1 / 3.0) / 2.0 - mean**2, 0.5**2
+    whole = (v_inv + mean**2) * (v_torque + 16.0) - mean**2 * 16.0
+    first = np.array([16.0 * v_inv, mean**2 * v_torque]) / whole
+    assert found[:, 0] == pytest.approx(first, abs=0.05) and found[:, 1] == pytest.approx(1 - first[::-1], abs=0.05)
+    again = indices(table, np.where(np.arange(len(rows)) == 3, np.nan, torque))
+    assert np.isnan(again).all()
+    assert designed(table) == designed(table)
+
+
+def test_a_sweep_for_sobol_indices_keeps_prints_and_draws_them(study, tmp_path):
+    path = study(('"latin_hypercube"\nmembers = 6', '"sobol_indices"\nmembers = 4'))
+    words = [
+        "sweep",
+        str(path),
+        "-o",
+        str(tmp_path / "s.h5"),
+        "-o",
+        str(tmp_path / "s.png"),
+        "--indices",
+        "--workers",
+        "1",
+    ]
+    done = CliRunner().invoke(app, words)
+    assert done.exit_code == 0, done.stderr
+    assert "share in the variance of speed" in done.stdout and "runs        16" in done.stdout
+    assert open_sweep(tmp_path / "s.h5").sobol["speed"].shape == (2, 2) and (tmp_path / "s.png").stat().st_size > 5000
+    with pytest.raises(CaseError, match="found members = 6; design = 'sobol_indices' needs a power of 2, such as 64"):
+        parse_sweep(path.read_text().replace("members = 4", "members = 6"))

@@ -17,6 +17,7 @@ from femflex.dynamics.reports import monitors
 from femflex.dynamics.reports import observe as seen
 from femflex.dynamics.reports.contacts import contact_channels
 from femflex.dynamics.reports.drive_report import held_channels
+from femflex.dynamics.reports.momenta import momenta_channels
 from femflex.dynamics.reports.sights import sight_channels
 from femflex.dynamics.reports.static_stretch import stretching_markers
 from femflex.dynamics.reports.variations import variation_channels
@@ -170,7 +171,7 @@ def channels_of(system: System) -> dict[str, Channel]:
         out["monitors/supplied"] = Channel("W", "power of loads without a potential and of effectors")
     out |= held_channels(system) | law_channels(system) | orbit_channels(system)
     out |= sight_channels(system) | contact_channels(system)
-    return out | constraint_channels(system) | reaction_channels(system)
+    return out | constraint_channels(system) | reaction_channels(system) | momenta_channels(system)
 
 
 def constraint_channels(system: System) -> dict[str, Channel]:

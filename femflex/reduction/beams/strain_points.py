@@ -48,7 +48,8 @@ def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool)
         own = gradients if whole else seen.linear_map @ gradients
         rows[chunk] = own if shares is None else np.einsum("ekq,eqgn->ekgn", shares[chunk], own)
     weight = points.weight
-    lever = np.broadcast_to(places.lever, (e, q)) if np.ndim(places.lever) else np.full((1, 1), places.lever)
+    known = places.lever if not nonlinear or places.sampled_lever is None else places.sampled_lever
+    lever = np.broadcast_to(known, (e, q)) if np.ndim(known) else np.full((1, 1), known)
     if shares is not None and lever.size > 1:
         lever = np.einsum("ekq,eq->ek", shares, lever)
     if shares is not None:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from femflex.case import Case
-from femflex.pipeline.balanced import decided_at_rest
 from femflex.studies.linear.linear_model import linear_model
+from femflex.studies.varied import VariedCase
 
 Complex = NDArray[np.complex128]
 
@@ -33,8 +33,9 @@ def root_locus(case: Case, path: str, values: Sequence[Any]) -> RootLocus:
     that the case does not take, ValueError where the number of states changes, and as `femflex.equilibrium`.
     """
     rows: list[Complex] = []
+    varied = VariedCase.of(case, [path])
     for value in values:
-        model = linear_model(decided_at_rest(case.with_values({path: value})).system, [], [])
+        model = linear_model(varied.system({path: value}), [], [])
         found = model.eigenvalues()
         if rows and len(found) != len(rows[-1]):
             raise ValueError(

@@ -7,13 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.assembly import build_part
-from femflex.assembly.shared import shared_structures
 from femflex.case import Case, CaseError
 from femflex.case.evaluate import measured, measured_unit
 from femflex.case.measure import OF_SYSTEM, MeasureTable
@@ -25,12 +23,14 @@ from femflex.pipeline import prepare
 from femflex.pipeline.balanced import case_modes
 from femflex.pipeline.decisions import decided
 from femflex.pipeline.guard import Runaway
+from femflex.studies.varied import VariedCase
 from femflex.system import Channel, Part
 from femflex.warning import PhysicsWarning
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from threadpoolctl import ThreadpoolController
 
-BUILDING = ("bodies", "materials", "sections")  # tables that change bodies; without them these are built once
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -52,25 +52,6 @@ class Outcome:
     time: list[float]
     histories: list[list[float]]
     problem: str = ""
-
-
-@dataclass(frozen=True, eq=False)
-class Base:
-    """The case before its values are changed, and its bodies; none where members change more than rigid ones.
-
-    rigid: names of the bodies that every member builds anew.
-    """
-
-    case: Case
-    table: SweepTable
-    bodies: Mapping[str, Part] | None
-    rigid: tuple[str, ...] = ()
-
-    def bodies_of(self, case: Case) -> Mapping[str, Part] | None:
-        """The bodies of a member; None where its case is to build and choose all of them."""
-        if self.bodies is None:
-            return None
-        return {**self.bodies, **{name: build_part(case, name) for name in self.rigid}}
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,42 +80,35 @@ class Watched:
 
 
 @lru_cache(maxsize=4)
-def base_of(plan: Plan) -> Base:
+def base_of(plan: Plan) -> tuple[VariedCase, SweepTable]:
     """What all members share, built once in every process."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)
         table = parse_sweep(plan.sweep_text)
-        case = parse_case(plan.case_text, Path(plan.case_path))
-        changed = [path.split(".") for path in table.vary if path.partition(".")[0] in BUILDING]
-        rigid = [keys[1] for keys in changed if keys[0] == "bodies" and _is_rigid(case, keys)]
-        if len(rigid) < len(changed):
-            return Base(case, table, None)
-        chosen = decided(case, loaded=False).case
-        with shared_structures():
-            parts = {name: build_part(chosen, name) for name in chosen.bodies}
-        return Base(case, table, parts, tuple(dict.fromkeys(rigid)))
+        return VariedCase.of(parse_case(plan.case_text, Path(plan.case_path)), table.vary), table
 
 
-def _is_rigid(case: Case, keys: list[str]) -> bool:
-    """Whether key path ends within the table of a rigid body."""
-    return len(keys) > 2 and keys[1] in case.bodies and case.bodies[keys[1]].kind == "rigid"
+@lru_cache(maxsize=1)
+def _threads() -> ThreadpoolController:
+    """The thread pools of this process, looked for once."""
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
 
 
 def run_member(plan: Plan, number: int, values: Mapping[str, Any]) -> Outcome:
     """The outcome of a member; what goes wrong with it is its problem, and no error."""
-    from threadpoolctl import threadpool_limits
-
-    with warnings.catch_warnings(), threadpool_limits(1):
+    with warnings.catch_warnings(), _threads().limit(limits=1):
         warnings.simplefilter("ignore", PhysicsWarning)
         try:
-            return _outcome(base_of(plan), number, values)
+            return _outcome(*base_of(plan), number, values)
         except (CaseError, ValueError, KeyError, IntegrationError, ArithmeticError, np.linalg.LinAlgError) as error:
             text = str(error.args[0]) if isinstance(error, KeyError) and error.args else str(error)
             return Outcome(number, [], [], [], [], " ".join(text.split()) or type(error).__name__)
 
 
-def _outcome(base: Base, number: int, values: Mapping[str, Any]) -> Outcome:
-    case, table = base.case.with_values(values), base.table
+def _outcome(base: VariedCase, table: SweepTable, number: int, values: Mapping[str, Any]) -> Outcome:
+    case = base.case.with_values(values)
     bodies = base.bodies_of(case)
     paths = [one.channel for one in table.outputs.values() if one.channel is not None]
     kept = [text.partition(":")[0] for text in table.histories]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from femflex.case import read_case
 from femflex.case.sweep import SweepTable, read_sweep, split_number
 from femflex.case.units import UnitError
 from femflex.results.place import check_place
-from femflex.studies.sweep.design import designed
+from femflex.studies.sweep.design import designed, indices
 from femflex.studies.sweep.journal import add, begin, journal_of, read_journal
 from femflex.studies.sweep.member import Outcome, Plan
 from femflex.studies.sweep.workers import outcomes
@@ -33,6 +33,7 @@ class Sweep:
     units        key path or name -> unit
     time         (n_t,) [s];  histories  channel -> (n, n_t)
     percentiles  (n_p,);  problems (n,) what broke a member off, "" where nothing did
+    sobol        name of an output -> (n_inputs, 2) first-order and total indices; empty for other designs
     """
 
     inputs: dict[str, Array]
@@ -42,6 +43,7 @@ class Sweep:
     histories: dict[str, Array]
     percentiles: Array
     problems: tuple[str, ...]
+    sobol: dict[str, Array] = field(default_factory=dict)
 
     def of_outputs(self) -> dict[str, Array]:
         """Percentiles (n_p,) of every output, in its unit, over the members that did not fail."""
@@ -148,8 +150,9 @@ def gathered(table: SweepTable, members: list[dict[str, Any]], done: list[Outcom
         name: np.array([row.histories[k] if row.histories else [np.nan] * len(time) for row in rows])
         for k, name in enumerate(table.histories)
     }
-    percentiles = np.array(table.percentiles)
-    return Sweep(inputs, outputs, units, time, histories, percentiles, tuple(row.problem for row in rows))
+    percentiles, wanted = np.array(table.percentiles), table.design == "sobol_indices"
+    sobol = {name: indices(table, values) for name, values in outputs.items()} if wanted else {}
+    return Sweep(inputs, outputs, units, time, histories, percentiles, tuple(row.problem for row in rows), sobol)
 
 
 def _number(value: Any) -> tuple[float, str]:
@@ -184,6 +187,8 @@ def written(found: Sweep, path: Path, plan: Plan) -> None:
         for group, columns in (("outputs", found.of_outputs()), ("histories", found.of_histories())):
             for name, values in columns.items():
                 file[f"percentiles_of_{group}/{name.replace('/', '|')}"] = values
+        for name, values in found.sobol.items():
+            file[f"sobol_indices/{name}"] = values
         file.create_dataset("problems", data=np.array(found.problems, object), dtype=h5py.string_dtype())
     os.replace(part, path)
     PARTS.discard(part)
@@ -212,4 +217,5 @@ def open_sweep(path: str | Path) -> Sweep:
         return Sweep(
             columns["inputs"], columns["outputs"], units, np.asarray(file["time"]), columns["histories"],
             np.asarray(file["percentiles"]), problems,
+            {name: np.asarray(data) for name, data in file.get("sobol_indices", {}).items()},
         )  # fmt: skip

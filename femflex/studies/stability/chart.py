@@ -1,0 +1,132 @@
+"""Stability over two values: a grid, and the boundaries between its regions traced by bisection."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.studies.stability.judgement import NONE, Judgement
+
+Array = NDArray[np.float64]
+Judge = Callable[[float, float], Judgement]
+Progress = Callable[[float], object]
+
+HALVINGS = 7  # of an edge of the grid that a boundary crosses: to 1 / 128 of it
+Edge = tuple[int, int, int]  # first and second number of its first node, and 0 along the first value or 1
+
+
+@dataclass(frozen=True, eq=False)
+class Chart:
+    """Stability over values first (n,) and second (m,).
+
+    names       of the two values, and their units
+    kinds       (n, m) see `femflex.studies.stability.judgement`;  growth (n, m) [1/s]
+    boundaries  (kind on one side, kind on the other, points (k, 2)) of every line between two regions
+    error       how far a point of a boundary may be off, in the two values
+    """
+
+    names: tuple[str, str]
+    units: tuple[str, str]
+    first: Array
+    second: Array
+    kinds: NDArray[np.int64]
+    growth: Array
+    boundaries: tuple[tuple[int, int, Array], ...]
+    error: tuple[float, float]
+
+
+def stability_chart(
+    judge: Judge,
+    first: Sequence[float],
+    second: Sequence[float],
+    names: tuple[str, str] = ("first", "second"),
+    units: tuple[str, str] = ("", ""),
+    progress: Progress | None = None,
+) -> Chart:
+    """The chart of a judgement over two lists of rising values.
+
+    Boundaries are found on the edges of the grid by bisection, and joined through its cells: a region that lies between
+    nodes of the grid is not seen. progress is called with the number of grid points done.
+    """
+    a, b = np.asarray(first, float), np.asarray(second, float)
+    for name, values in zip(names, (a, b), strict=True):
+        if len(values) < 2 or not (np.diff(values) > 0).all():
+            raise ValueError(f"the values of {name} are to rise; found {values[:6].tolist()}")
+    kinds, growth = np.empty((len(a), len(b)), np.int64), np.empty((len(a), len(b)))
+    for i, x in enumerate(a):
+        for j, y in enumerate(b):
+            found = judge(float(x), float(y))
+            kinds[i, j], growth[i, j] = found.kind, found.growth
+            if progress is not None:
+                progress(float(i * len(b) + j + 1))
+    crossings = _crossings(judge, a, b, kinds)
+    error = (float(np.diff(a).max()) / 2**HALVINGS, float(np.diff(b).max()) / 2**HALVINGS)
+    return Chart(names, units, a, b, kinds, growth, tuple(_joined(kinds, crossings)), error)
+
+
+def _crossings(judge: Judge, a: Array, b: Array, kinds: NDArray[np.int64]) -> dict[Edge, Array]:
+    """Points (2,) on the edges of the grid at which the kind changes; edges to where there is none are left out."""
+    found = {}
+    for along in (0, 1):
+        for i in range(len(a) - (along == 0)):
+            for j in range(len(b) - (along == 1)):
+                ends = kinds[i, j], kinds[i + (along == 0), j + (along == 1)]
+                if ends[0] == ends[1] or NONE in ends:
+                    continue
+                low = np.array([a[i], b[j]])
+                high = np.array([a[i + (along == 0)], b[j + (along == 1)]])
+                for _ in range(HALVINGS):
+                    middle = (low + high) / 2
+                    kind = judge(*map(float, middle)).kind
+                    low, high = (middle, high) if kind == ends[0] else (low, middle)
+                found[i, j, along] = (low + high) / 2
+    return found
+
+
+def _joined(kinds: NDArray[np.int64], crossings: dict[Edge, Array]) -> list[tuple[int, int, Array]]:
+    """The crossings joined through the cells, as lines as long as can be."""
+    links: dict[tuple[int, int], list[tuple[Edge, Edge]]] = {}
+    for i in range(kinds.shape[0] - 1):
+        for j in range(kinds.shape[1] - 1):
+            around: list[Edge] = [(i, j, 0), (i + 1, j, 1), (i, j + 1, 0), (i, j, 1)]
+            pairs: dict[tuple[int, int], list[Edge]] = {}
+            for edge in around:
+                if edge in crossings:
+                    pairs.setdefault(_sides(kinds, edge), []).append(edge)
+            for sides, edges in pairs.items():
+                links.setdefault(sides, []).extend(zip(edges[::2], edges[1::2], strict=False))
+    out = []
+    for sides, segments in links.items():
+        for line in _chains(segments):
+            out.append((*sides, np.array([crossings[edge] for edge in line])))
+    return out
+
+
+def _sides(kinds: NDArray[np.int64], edge: Edge) -> tuple[int, int]:
+    i, j, along = edge
+    ends = int(kinds[i, j]), int(kinds[i + (along == 0), j + (along == 1)])
+    return min(ends), max(ends)
+
+
+def _chains(segments: list[tuple[Edge, Edge]]) -> list[list[Edge]]:
+    """Segments with common ends as lines."""
+    left, lines = list(segments), []
+    while left:
+        line = list(left.pop())
+        grown = True
+        while grown:
+            grown = False
+            for k, (p, q) in enumerate(left):
+                for end, other in ((p, q), (q, p)):
+                    if line[-1] == end or line[0] == end:
+                        line = [*line, other] if line[-1] == end else [other, *line]
+                        left.pop(k)
+                        grown = True
+                        break
+                if grown:
+                    break
+        lines.append(line)
+    return lines

@@ -1,0 +1,83 @@
+"""Whether an equilibrium or a periodic motion is stable, and by what."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.case import CaseError
+from femflex.dynamics.equilibria.equilibrium import EquilibriumError
+from femflex.dynamics.equilibria.linearised import frame_rate, linearised, usual_sizes
+from femflex.integrate import IntegrationError
+from femflex.pipeline.rest import rest_of
+from femflex.studies.floquet import floquet, periodic_state
+from femflex.system import System
+
+Complex = NDArray[np.complex128]
+
+NONE, UNSTABLE, GYROSCOPIC, STATIC = -1, 0, 1, 2
+KINDS = {
+    NONE: "none",
+    UNSTABLE: "unstable",
+    GYROSCOPIC: "stable by gyroscopic forces alone",
+    STATIC: "stable",
+}
+DEFINITE = 1e-9  # of the square of the orbit's rate times the largest inertia: a stiffness above minus this is none
+
+
+@dataclass(frozen=True, eq=False)
+class Judgement:
+    """Kind of KINDS, growth [1/s] of the fastest motion, poles [1/s] or multipliers (n,), and why there is none."""
+
+    kind: int
+    growth: float
+    values: Complex
+    problem: str = ""
+
+    @property
+    def stable(self) -> bool:
+        """Whether nothing grows."""
+        return self.kind > UNSTABLE
+
+
+def none(problem: str) -> Judgement:
+    """The judgement where there is nothing to judge."""
+    return Judgement(NONE, float("nan"), np.zeros(0, complex), problem)
+
+
+def judged_rest(system: System) -> Judgement:
+    """The stability of the equilibrium of a system by its poles.
+
+    In orbit it is by gyroscopic forces alone where the stiffness is not positive definite. Without an equilibrium there
+    is none to judge.
+    """
+    try:
+        about, _ = rest_of(system)
+    except (EquilibriumError, ValueError) as error:
+        return none(str(error))
+    values = about.eigenvalues
+    growth = float(values.real.max(initial=0.0))
+    if not about.stable:
+        return Judgement(UNSTABLE, growth, values)
+    if about.model.system.frame.kind != "orbital":
+        return Judgement(STATIC, growth, values)
+    linear = linearised(about.model, 0.0, about.x)
+    names = [name for name, _ in about.model.system.velocity_names()]
+    sizes = usual_sizes(about.model)[[names.index(name) for name in linear.names]]
+    energy = (linear.K + linear.K.T) / 2 * np.outer(sizes, sizes)
+    eigenvalues = np.linalg.eigvalsh(energy) if len(energy) else np.zeros(1)
+    scale = frame_rate(about.model.system) ** 2 * np.abs(linear.M * np.outer(sizes, sizes)).max(initial=0.0)
+    return Judgement(STATIC if eigenvalues[0] >= -DEFINITE * scale else GYROSCOPIC, growth, values)
+
+
+def judged_motion(system: System, period: float, shooting: bool = False) -> Judgement:
+    """The stability of the motion of a period [s] by its Floquet multipliers, found by shooting if requested."""
+    try:
+        found = floquet(system, period, periodic_state(system, period) if shooting else None)
+    except (ValueError, IntegrationError, CaseError) as error:
+        return none(str(error))
+    largest = float(np.abs(found.multipliers).max(initial=0.0))
+    growth = float(np.log(max(largest, 1e-300)) / period)
+    return Judgement(STATIC if found.stable else UNSTABLE, growth, found.multipliers)

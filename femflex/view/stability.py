@@ -1,0 +1,244 @@
+"""Stability over values of a case as pictures: charts of two values, loci of poles or multipliers over one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.view.convergence import check_kind
+from femflex.view.plot import finish, raised, saved
+from femflex.view.theme import Theme, theme_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+SHADES = {0: ("trace", 0.16), 1: ("lines1", 0.30), 2: ("lines2", 0.30)}  # colour and strength of each kind
+REGIONS = {
+    -1: "no equilibrium, or no such body",
+    0: "unstable",
+    1: "stable by gyroscopic forces alone",
+    2: "stable",
+}
+
+
+class Charted(Protocol):
+    """What is drawn of a chart (femflex.studies.stability.Chart)."""
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """Of the two values."""
+
+    @property
+    def units(self) -> tuple[str, str]:
+        """Of the two values."""
+
+    @property
+    def first(self) -> Array:
+        """(n,)."""
+
+    @property
+    def second(self) -> Array:
+        """(m,)."""
+
+    @property
+    def kinds(self) -> NDArray[np.int64]:
+        """(n, m): -1 none, 0 unstable, 1 and 2 stable."""
+
+    @property
+    def boundaries(self) -> tuple[tuple[int, int, Array], ...]:
+        """Kinds on both sides and points (k, 2) of every boundary."""
+
+
+class Located(Protocol):
+    """What is drawn of a locus (femflex.studies.stability.Locus)."""
+
+    @property
+    def of(self) -> str:
+        """Poles or multipliers."""
+
+    @property
+    def name(self) -> str:
+        """Of the value."""
+
+    @property
+    def unit(self) -> str:
+        """Of the value."""
+
+    @property
+    def values(self) -> Array:
+        """(n,)."""
+
+    @property
+    def branches(self) -> Complex:
+        """(n, k)."""
+
+    @property
+    def kinds(self) -> NDArray[np.int64]:
+        """(n,): -1 none, 0 unstable, 1 and 2 stable."""
+
+    @property
+    def critical(self) -> tuple[float, ...]:
+        """Values at which stability changes."""
+
+
+def plot_chart(
+    chart: Charted,
+    path: str | Path,
+    theme: str = "light",
+    title: str = "Stability",
+    dpi: int = 150,
+    force: bool = False,
+    second: Charted | None = None,
+    left_out: Sequence[str] = (),
+    known: Sequence[tuple[str, Array]] = (),
+) -> Path:
+    """Path of a picture (.png or .svg) of the regions of a chart and their traced boundaries.
+
+    second: the chart with `left_out` left out, whose boundaries are dashed; known: names and points (k, 2) of curves
+    from elsewhere, dotted.
+    """
+    check_kind(path)
+    from matplotlib.colors import to_rgba
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+
+    colours = theme_of(theme)
+    figure = Figure(figsize=(8.6, 6.2), layout="constrained", facecolor=colours.background)
+    ax = figure.subplots()
+    figure.suptitle(title, color=colours.text, fontsize=12, fontweight="bold")
+    shades = {kind: to_rgba(_shade(name, colours), alpha) for kind, (name, alpha) in SHADES.items()}
+    shades[-1] = to_rgba(colours.faint, 0.45)
+    picture = np.array([[shades[int(kind)] for kind in row] for row in chart.kinds.T])
+    ax.imshow(picture, origin="lower", aspect="auto", extent=_extent(chart), interpolation="nearest", zorder=0)
+    for _, _, points in chart.boundaries:
+        ax.plot(*points.T, color=colours.text, linewidth=1.4, zorder=3)
+    handles: list[Any] = [
+        Patch(facecolor=shades[k], label=REGIONS[k]) for k in (2, 1, 0, -1) if (chart.kinds == k).any()
+    ]
+    if second is not None:
+        style: dict[str, Any] = {"color": colours.lines[0], "linewidth": 1.4, "linestyle": (0, (4, 2))}
+        lines = [ax.plot(*points.T, zorder=4, **style)[0] for _, _, points in second.boundaries]
+        if lines:
+            lines[0].set_label(f"dashed: without {', '.join(left_out)}")
+            handles.append(lines[0])
+    for k, (name, points) in enumerate(known):
+        style = {"color": colours.lines[3], "linewidth": 1.6, "linestyle": (0, (1, 1.6))}
+        handles += ax.plot(*points.T, zorder=5, label="dotted: " + name, **style) if k == 0 else []
+        if k:
+            ax.plot(*points.T, zorder=5, **style)
+    ax.set_xlim(chart.first[0], chart.first[-1])
+    ax.set_ylim(chart.second[0], chart.second[-1])
+    ax.set_xlabel(_labelled(chart.names[0], chart.units[0]))
+    ax.set_ylabel(_labelled(chart.names[1], chart.units[1]))
+    finish(ax, (), colours)
+    legend = ax.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.11), frameon=False, ncols=2)
+    for text in legend.get_texts():
+        text.set_color(colours.text)
+    return saved(figure, path, dpi, force)
+
+
+def plot_locus(
+    locus: Located,
+    path: str | Path,
+    theme: str = "light",
+    title: str = "Stability",
+    dpi: int = 150,
+    force: bool = False,
+    second: Located | None = None,
+    left_out: Sequence[str] = (),
+) -> Path:
+    """Path of a picture (.png or .svg) of poles or multipliers in the complex plane and over the value.
+
+    Of poles frequency and growth stand over the value, of multipliers their size and angle. Values at which stability
+    changes are marked. second: the locus with `left_out` left out, dashed.
+    """
+    check_kind(path)
+    from matplotlib.figure import Figure
+
+    colours = theme_of(theme)
+    figure = Figure(figsize=(11.0, 6.0), layout="constrained", facecolor=colours.background)
+    axes = figure.subplot_mosaic("AB;AC")
+    figure.suptitle(title, color=colours.text, fontsize=12, fontweight="bold")
+    unit = f" [{raised(locus.unit)}]" if locus.unit not in ("", "1") else ""
+    for one, dashed in ((locus, False), (second, True)):
+        if one is not None:
+            _located(axes, one, colours, dashed)
+    plane, above, below = axes["A"], axes["B"], axes["C"]
+    if locus.of == "poles":
+        plane.axvline(0.0, color=colours.faint, linewidth=0.9)
+        plane.set_xlabel("growth [1/s]")
+        plane.set_ylabel("frequency [Hz]")
+        above.set_ylabel("frequency [Hz]")
+        below.set_ylabel("growth [1/s]")
+        below.axhline(0.0, color=colours.faint, linewidth=0.9)
+    else:
+        turn = np.linspace(0, 2 * np.pi, 200)
+        plane.plot(np.cos(turn), np.sin(turn), color=colours.faint, linewidth=0.9)
+        plane.set_aspect("equal", adjustable="datalim")
+        plane.set_xlabel("real part")
+        plane.set_ylabel("imaginary part")
+        above.set_ylabel("size")
+        above.axhline(1.0, color=colours.faint, linewidth=0.9)
+        below.set_ylabel("angle [deg]")
+    below.set_xlabel(locus.name + unit)
+    above.sharex(below)
+    below.set_xlim(locus.values[0], locus.values[-1])
+    for ax in (above, below):
+        for value in locus.critical:
+            ax.axvline(value, color=colours.trace, linewidth=1.0, linestyle=(0, (4, 2)))
+    for value in locus.critical:
+        above.annotate(f"{value:.5g}", (value, 1.0), (3, -10), xycoords=("data", "axes fraction"),
+                       textcoords="offset points", fontsize=8, color=colours.trace)  # fmt: skip
+    if second is not None:
+        plane.plot([], [], color=colours.text, linestyle=(0, (4, 2)), label=f"dashed: without {', '.join(left_out)}")
+        for text in plane.legend(loc="upper left", frameon=False, fontsize=8).get_texts():
+            text.set_color(colours.text)
+    for ax in axes.values():
+        finish(ax, (), colours)
+    return saved(figure, path, dpi, force)
+
+
+def _located(axes: dict[str, Axes], locus: Located, colours: Theme, dashed: bool) -> None:
+    """The branches of a locus, poles below the real axis left out; a ring where each begins, a dot where it ends."""
+    poles = locus.of == "poles"
+    kept = [k for k in range(locus.branches.shape[1]) if not poles or np.nanmax(locus.branches[:, k].imag) >= 0]
+    for number, k in enumerate(kept):
+        branch = locus.branches[:, k]
+        style: dict[str, Any] = {"color": colours.lines[number % len(colours.lines)], "linewidth": 1.4}
+        if dashed:
+            style |= {"linestyle": (0, (4, 2)), "linewidth": 1.0}
+        x, y = branch.real, branch.imag / (2 * np.pi if poles else 1.0)
+        if poles:
+            x, y = np.where(branch.imag >= 0, x, np.nan), np.where(branch.imag >= 0, y, np.nan)
+        axes["A"].plot(x, y, **style)
+        if not dashed:
+            axes["A"].plot(x[:1], y[:1], "o", color=style["color"], markerfacecolor="none", markersize=5)
+            axes["A"].plot(x[-1:], y[-1:], "o", color=style["color"], markersize=5)
+        over = (y, x) if poles else (np.abs(branch), np.degrees(np.angle(branch)))
+        for ax, values in zip((axes["B"], axes["C"]), over, strict=True):
+            if poles or ax is axes["B"]:
+                ax.plot(locus.values, values, **style)
+            else:
+                ax.plot(locus.values, values, ".", color=style["color"], markersize=3)
+
+
+def _extent(chart: Charted) -> tuple[float, float, float, float]:
+    """The grid's cells about its points."""
+    (a, b), (c, d) = ((values[0], values[-1]) for values in (chart.first, chart.second))
+    h, k = (b - a) / (len(chart.first) - 1) / 2, (d - c) / (len(chart.second) - 1) / 2
+    return float(a - h), float(b + h), float(c - k), float(d + k)
+
+
+def _shade(name: str, colours: Theme) -> str:
+    return colours.trace if name == "trace" else colours.lines[int(name.removeprefix("lines"))]
+
+
+def _labelled(name: str, unit: str) -> str:
+    return f"{name} [{raised(unit)}]" if unit not in ("", "1") else name

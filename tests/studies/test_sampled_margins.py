@@ -1,0 +1,76 @@
+"""Exact discrete models of sampled loops against closed forms of a double integrator."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from femflex.case import read_case
+from femflex.pipeline.decisions import build_system
+from femflex.studies.linear import margins, sampled_model
+from femflex.system import System
+
+DELAYED = Path(__file__).parents[2] / "cases" / "delayed_samples.toml"
+J, P, D, T = 40.0, 6.0, 16.0, 0.5  # inertia without the wheel, gains and period of the case
+
+
+def craft(delay: float, **values: object) -> System:
+    """The craft of the case with another delay of its sensors."""
+    rest = {"attitude.angles": [0, 0, 0], "sensors.star.delay": delay, "sensors.gyro.delay": delay}
+    return build_system(read_case(DELAYED).with_values({**rest, **values}))
+
+
+def plant() -> tuple[np.ndarray, np.ndarray]:
+    """Exact step of J theta'' = u with u held."""
+    return np.array([[1.0, T], [0.0, 1.0]]), np.array([[T**2 / (2 * J)], [T / J]])
+
+
+def about_z(values: np.ndarray, wanted: np.ndarray) -> float:
+    """Largest distance of the wanted multipliers from those found."""
+    return max(float(np.abs(values - one).min()) for one in wanted)
+
+
+def test_multipliers_of_a_sampled_loop_are_those_of_the_double_integrator():
+    A, B = plant()
+    wanted = np.linalg.eigvals(A - B @ [[P, D]])
+    model = sampled_model(craft(0.0))
+    assert about_z(model.multipliers(), wanted) < 1e-7 and model.period == T
+
+
+def test_margins_are_those_of_the_closed_forms():
+    """gain 2 J / (D T) by Jury's test at z = -1; the others at which the multipliers of the changed loop reach 1."""
+    found = margins(sampled_model(craft(0.0)), "share/y")
+    assert found.gain_up == pytest.approx(2 * J / (D * T), rel=1e-3)
+    A, B = plant()
+
+    def loop(omega: float) -> complex:
+        z = np.exp(1j * omega * T)
+        return complex((-np.array([[P, D]]) @ np.linalg.solve(z * np.eye(2) - A, B))[0, 0])
+
+    assert abs(loop(found.crossover)) == pytest.approx(1.0, abs=1e-4)
+    assert found.phase == pytest.approx(np.angle(loop(found.crossover)) % (2 * np.pi), abs=1e-3)
+    assert found.delay == pytest.approx(found.phase / found.crossover, rel=1e-9)
+    least = min(abs(1 - loop(w)) for w in np.geomspace(1e-3, np.pi / T, 4000))
+    assert found.modulus == pytest.approx(least, rel=1e-2)
+
+
+def test_the_loop_with_its_gain_at_the_margin_is_at_its_limit():
+    for gain, stable in ((9.9, True), (10.1, False)):
+        values = {"controllers.law.stiffness": gain * P, "controllers.law.damping": gain * D}
+        largest = np.sort(np.abs(sampled_model(craft(0.0, **values)).multipliers()))[::-1]
+        free = largest[largest > 1 + 1e-6]
+        assert (len(free) == 0) == stable
+
+
+def test_mistakes_are_answered():
+    with pytest.raises(KeyError, match=r"there is no sampled command 'share/x'; did you mean 'share/y'"):
+        margins(sampled_model(craft(0.0)), "share/x")
+    with pytest.raises(ValueError, match=r"is called again 0\.1 s after its sample, as for a delay"):
+        sampled_model(craft(0.1))
+    with pytest.raises(ValueError, match=r"are called every 0\.5 s from 0 s and every 0\.25 s from 0 s"):
+        sampled_model(craft(0.0, **{"controllers.share.period": "0.25 s"}))
+    continuous = read_case(DELAYED.with_name("slew_notch.toml"))
+    with pytest.raises(ValueError, match="the craft has no sampled controller"):
+        sampled_model(build_system(continuous))
