@@ -40,11 +40,15 @@ class ShapeFunctions(Protocol):
 
 
 class Axes(Protocol):
-    """Where a member stands in its body: the exit and its axes."""
+    """Where a member stands in its body: the exit and its axes, and the tension at its tip that supports hold up."""
 
     @property
     def root(self) -> Any:
-        """The exit, body frame (3,) [m]."""
+        """The exit [m], body frame."""
+
+    @property
+    def tension(self) -> float:
+        """Axial force at the tip [N]."""
 
     @property
     def frame(self) -> Array:
