@@ -82,7 +82,7 @@ def _orbit_lines(prepared: Prepared) -> list[str]:
 
 def _attraction_lines(system: System) -> list[str]:
     """How the central attraction is taken over a large craft, and what its gradient leaves out."""
-    from femflex.system.attraction import LARGE, is_integrated, reach
+    from femflex.system.attraction import LARGE, free_members, is_integrated, reach
 
     found, environment = reach(system), system.environment
     if found is None:
@@ -90,9 +90,11 @@ def _attraction_lines(system: System) -> list[str]:
     lines = []
     if is_integrated(system) or found.ratio > LARGE:
         how = "integrated over points of mass" if is_integrated(system) else "by its gradient"
+        when = " at the start" if free_members(system) else ""
         lines.append(
-            f"attraction  {how}: the craft reaches {found.size:.4g} m, {found.ratio:.2g} of the distance from the "
-            f"centre (auto integrates from {LARGE:g} on); the gradient is wrong by {found.error:.2%} of itself there"
+            f"attraction  {how}: the craft reaches {found.size:.4g} m{when}, {found.ratio:.2g} of the distance from "
+            f"the centre (auto integrates from {LARGE:g} on); the gradient is wrong by {found.error:.2%} of itself "
+            "there"
         )
     if environment.oblateness:
         lines.append(f"oblateness  J2 = {environment.oblateness:.9g}, pole along the inertial Z axis")
@@ -121,7 +123,7 @@ def print_run_summary(run: Run, system: System, output: Path) -> None:
         f"done        {output}: {s.get('accepted', 0)} steps, {s.get('rejected', 0)} rejected, "
         f"{s.get('evaluations', 0)} evaluations"
     )
-    for line in (*latch_lines(run), *tank_lines(run)):
+    for line in (*latch_lines(run), *tank_lines(run), *reach_lines(run, system)):
         print(line)
     for path in conserved_monitors(run, system):
         value = run[path]
@@ -167,6 +169,20 @@ def tank_lines(run: Run) -> list[str]:
         )
         out.append(f"tank        {name} {state}")
     return out
+
+
+def reach_lines(run: Run, system: System) -> list[str]:
+    """How far a craft with free lengths reached in orbit, and what the gradient of the attraction leaves out there."""
+    from femflex.system.attraction import LARGE, free_members, reach
+
+    lengths = {name: float(run[f"bodies/{name}/length"].max()) for name in free_members(system)}
+    found = reach(system, lengths) if lengths else None
+    if found is None or found.ratio <= LARGE:
+        return []
+    return [
+        f"attraction  by its gradient: the craft reached {found.size:.4g} m, {found.ratio:.2g} of the distance from "
+        f"the centre; the gradient is wrong by {found.error:.2%} of itself there"
+    ]
 
 
 def conserved_monitors(run: Run, system: System) -> list[str]:

@@ -6,7 +6,7 @@ import itertools
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Literal, NamedTuple, TypedDict, Unpack
+from typing import Any, Literal, NamedTuple, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,7 +111,13 @@ def deploying_tapered_line(
         made.shapes, stock, at_tip, options.get("markers") or {},
         lambda sigma: line.mass_per_length * taper.mass(sigma), taper.bending,
     )  # fmt: skip
-    more = {"stock": stock, "drum_radius": radius, "at_tip": at_tip, "bounds": (least, most), "error": error}
+    more: dict[str, Any] = {
+        "stock": stock,
+        "drum_radius": radius,
+        "at_tip": at_tip,
+        "bounds": (least, most),
+        "error": error,
+    }
     more["sections"] = sections
     variation = variation_of(pieces, body, length, **more)
     return DeployingBody(body, variation, here, made.shapes, (first, float(length(0.0)[1])))
@@ -164,7 +170,12 @@ def _deployed(shapes: MemberShapes, length: Profile | Reel, options: Options) ->
     parts, shapes = member_parts(shapes, total, strain, damping, at_tip, markers)
     parts = _with_axes(parts, options)
     body = parts.body(first, skin=skin_of(shapes, first, whole, at_tip, options.get("drum_radius")))
-    more = {"stock": whole, "drum_radius": options.get("drum_radius"), "at_tip": at_tip, "bounds": (least, most)}
+    more: dict[str, Any] = {
+        "stock": whole,
+        "drum_radius": options.get("drum_radius"),
+        "at_tip": at_tip,
+        "bounds": (least, most),
+    }
     density = shapes.member_mass / shapes.reference
     more["sections"] = sections_of(shapes, whole, at_tip, markers, lambda sigma: density * one(sigma), one)
     if isinstance(length, Reel):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from femflex.fem.eigen.canonical import canonical
 from femflex.fem.eigen.modes import dense_modes
 
 Array = NDArray[np.float64]
+Shapes = TypeVar("Shapes", bound=MemberShapes)
 Strain = Literal["linear", "condensed"]
 
 
@@ -66,7 +67,7 @@ def exit_marker(shapes: MemberShapes) -> MarkerSeries:
     return MarkerSeries({0: np.asarray(shapes.axes.root, float)}, none, none, shapes.axes.frame.T)
 
 
-def with_columns(shapes: MemberShapes, X: Array, condensed: bool) -> MemberShapes:
+def with_columns(shapes: Shapes, X: Array, condensed: bool) -> Shapes:
     """The shapes with their columns, and with those slaved to them if the strain is condensed."""
     shapes = replace(shapes, X=X)
     if not condensed:

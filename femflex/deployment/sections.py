@@ -88,10 +88,10 @@ class MemberSections:
         a = _acceleration(motion, (self.values, self.chi, self.chi2), (ratio, rate, acceleration))
         S = outboard @ (dm[:, None] * a)
         if self.tip is not None:
-            *stowed, jump = self.tip
+            Z, chi, chi2, jump = self.tip
             mass = self._mass_between(L, self.stock)
             leaving = float(self.density(np.array([L]))[0])
-            own = mass * _acceleration(motion, tuple(stowed), (ratio, rate, acceleration))[0]
+            own = mass * _acceleration(motion, (Z, chi, chi2), (ratio, rate, acceleration))[0]
             S += own + leaving * abs(U) * np.sign(U) * rate * (at(jump, ratio) @ motion.y)[0]
         for marker, force in attached:
             S[self.stations <= self.markers.get(marker, 0.0)] += force

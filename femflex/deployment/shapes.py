@@ -42,7 +42,9 @@ class ShapeFunctions(Protocol):
 class Axes(Protocol):
     """Where a member stands in its body: the exit and its axes."""
 
-    root: Any
+    @property
+    def root(self) -> Any:
+        """The exit, body frame (3,) [m]."""
 
     @property
     def frame(self) -> Array:

@@ -66,7 +66,7 @@ class MaterialTaper:
             if len(values) != len(points):
                 raise ValueError(f"{len(values)} factors on {name} are given at {len(points)} points; give one at each")
         made = {name: partial(_straight, points, np.asarray(values, float)) for name, values in factors.items()}
-        return cls(**made, knots=tuple(float(x) for x in points if x > 0.0))  # type: ignore[arg-type]
+        return cls(**made, knots=tuple(float(x) for x in points if x > 0.0))
 
 
 def _straight(points: Array, values: Array, sigma: Array) -> Array:

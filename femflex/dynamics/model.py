@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from femflex.dynamics.clock import Clock
     from femflex.dynamics.constraints.constrained import Constraints
     from femflex.dynamics.effectors.events import AllEvents
-    from femflex.dynamics.joints.latches import Latches
+    from femflex.dynamics.latches import Latches
 
 Array = NDArray[np.float64]
 
@@ -166,7 +166,7 @@ class Model(Summarised):
         if not (latched or eventful):
             return None
         from femflex.dynamics.effectors.events import AllEvents, StateEvents
-        from femflex.dynamics.joints.latches import Latches
+        from femflex.dynamics.latches import Latches
 
         if not eventful:
             return Latches(self)

@@ -164,7 +164,7 @@ class Adaptive(ABC):
                     status, written = fill(resume, vectors, todo[count:], rows[count:], span, budget)
                     if status == head.PAUSE:
                         budget = adapted(budget, perf_counter() - called)
-                    elif status == head.END and not due:
+                    elif status == head.END and not due and not struck_next(clock, vectors[0], resume):
                         self.start_anew(model, resume, until(clock, vectors[0], resume[head.T], todo[-1], breaks))
                     if pace.hopeless(trials_of(resume), resume[head.T], span[0]):
                         status, resume[head.CAUSE] = head.STUCK, head.CREEPING
@@ -194,6 +194,11 @@ def until(clock: Clock | None, x: Array, t: float, end: float, breaks: Array) ->
     """
     stop, lo, hi = interval(t, end, breaks)
     return stop if clock is None else max(t, min(stop, clock.next(x))), lo, hi
+
+
+def struck_next(clock: Clock | None, x: Array, resume: Array) -> bool:
+    """Whether a clock changes the state x (n_x,) at the time reached, after which the method begins anew anyway."""
+    return clock is not None and clock.next(x) <= float(resume[head.T])
 
 
 def adapted(budget: int, seconds: float) -> int:

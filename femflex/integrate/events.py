@@ -118,6 +118,8 @@ class Stepper:
             self.clock.strike(t, x)
             self.method.go_on(self.model, resume, self.interval(t))
             return False
+        from femflex.integrate.driver import struck_next
+
         span = self.interval(t)
         last_out, taken = resume[head.LAST_OUT], resume[head.ACCEPTED]
         just_after = np.array([np.nextafter(t, math.inf)])  # a row inside the step makes it dense
@@ -126,7 +128,8 @@ class Stepper:
         if resume[head.ACCEPTED] > taken:
             if not self.finish(todo, rows):
                 return True
-        if resume[head.T] >= span[0] and resume[head.T] < self.end and resume[head.DENSE]:
+        ended = resume[head.T] >= span[0] and resume[head.T] < self.end and resume[head.DENSE]
+        if ended and not struck_next(self.clock, self.vectors[0], resume):
             self.start_anew()
         return bool(status == head.STUCK)
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from femflex.advice.deployed import SlackWatch
 from femflex.advice.stiffening import StiffeningWatch
 from femflex.advice.tension import TensionWatch
 from femflex.pipeline.guard import Runaway, Singularities, first_overflow, warn_of_passage
@@ -44,6 +45,7 @@ def integrate(
     model, known = prepared.model.for_run(), prepared.decided.known
     runaway, singularities = Runaway(model, known, prepared.decided.notes), Singularities(model)
     stiffening, tension = StiffeningWatch(model, known), TensionWatch(model, known)
+    slack = SlackWatch(model)
     if model.constraints is not None:
         model.constraints.forget_passage()
     stresses = prepared.recovered
@@ -68,6 +70,7 @@ def integrate(
                     singularities.watch(times, seen)
                     stiffening.watch(seen)
                     tension.watch(times, seen)
+                    slack.watch(times, seen)
                     written = float(times[-1])
                 if error is not None:
                     raise error
@@ -87,6 +90,7 @@ def integrate(
     warn_of_passage(model)
     stiffening.warn()
     tension.warn()
+    slack.warn()
 
 
 @contextmanager

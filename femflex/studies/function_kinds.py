@@ -217,13 +217,13 @@ def _choices(table: BodyTable) -> dict[str, dict[str, Any]]:
 
 def with_functions_of(case: Case, names: Sequence[str], kind: str, level: int | None = None) -> Case:
     """The case with that type of functions in these bodies, and `level` of them a field where it is given."""
-    bodies = dict(case.bodies)
+    bodies: dict[str, Any] = dict(case.bodies)
     for name in names:
         table = bodies[name]
         assert isinstance(table, AnalyticTable | DeployingTable) and table.functions is not None
         functions = table.functions.model_copy(update=_choices(table)[kind])
-        table = table.model_copy(update={"functions": functions})
-        bodies[name] = table if level is None else with_level(table, "modes", level)
+        changed = table.model_copy(update={"functions": functions})
+        bodies[name] = changed if level is None else with_level(changed, "modes", level)
     return case.model_copy(update={"bodies": bodies})
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,14 +41,17 @@ class Reach:
         return 1.5 * self.ratio
 
 
-def reach(system: System) -> Reach | None:
-    """The size of a system as it may stretch out, against its orbit; None without an orbit."""
+def reach(system: System, lengths: Mapping[str, float] | None = None) -> Reach | None:
+    """The size of a system as it may stretch out, against its orbit; None without an orbit.
+
+    lengths: of bodies whose length is free [m]; left out, those at the start
+    """
     if system.orbit is None:
         return None
     sizes: dict[str, float] = {}
     for name in system.order:
         parent = system.joint_of(name).parent
-        own = max(extent(system.bodies[name]), longest(system, name))
+        own = max(extent(system.bodies[name]), longest(system, name), (lengths or {}).get(name, 0.0))
         sizes[name] = (0.0 if parent is None else sizes[parent]) + own
     radius = system.orbit.semi_major_axis * (1.0 - system.orbit.eccentricity)
     return Reach(max(sizes.values()), radius)
@@ -67,6 +71,12 @@ def longest(system: System, name: str) -> float:
     """Largest length of a body that deploys [m]; 0 of others, and where its length is free."""
     table = system.varying[name].write if name in system.varying else None
     return table.bounds[1] if isinstance(table, LengthTable) else 0.0
+
+
+def free_members(system: System) -> list[str]:
+    """Names of the bodies whose length is free."""
+    tables = {name: variation.write for name, variation in system.varying.items()}
+    return [name for name, table in tables.items() if isinstance(table, LengthTable) and isinstance(table.length, str)]
 
 
 def is_integrated(system: System) -> bool:

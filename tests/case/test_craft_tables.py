@@ -175,6 +175,25 @@ length = 0.2
         assert np.abs(run["monitors/momentum"]).max() < 1e-12
         speed = np.diff(distance)[-1] / np.diff(t)[-1]
         assert speed == pytest.approx(0.1 * np.sqrt(200 * (1 / 1 + 1 / 200)), rel=1e-6)  # l sqrt(k / mu)
+    at_speed = (
+        text.replace('release = "2 s"', 'release_at = { signal = "clock.value", above = 1.5 }')
+        + """
+[signals.clock]
+kind = "linear"
+times = [0, 10]
+values = [0, 5]
+"""
+    )
+    with package.run(parse_case(at_speed), tmp_path / "at.h5") as run:
+        distance, t = run["effectors/spring/distance"], run.time
+        assert distance[t <= 3.0] == pytest.approx(0.1) and distance[t > 3.0].min() > 0.1
+        assert np.abs(run["monitors/momentum"]).max() < 1e-12
+    with pytest.raises(ValueError, match=r"'effectors/clok/value', at which joint 'latch' opens, is no channel"):
+        prepare(parse_case(at_speed.replace("clock.value", "clok.value")))
+    with pytest.raises(ValueError, match="found release and release_at together; give one of them"):
+        prepare(parse_case(at_speed.replace("release_at", "release = 2\nrelease_at")))
+    with pytest.raises(ValueError, match="found none of above, below; give one of them"):
+        prepare(parse_case(at_speed.replace(", above = 1.5", "")))
     with pytest.raises(ValueError, match="give it to a joint whose coordinates are all slides and single turns"):
         prepare(parse_case(text.replace("general", "free").replace("slides =", "#").replace("turns =", "#")))
 

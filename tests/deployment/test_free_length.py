@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from femflex.body import rigid_body
 from femflex.deployment import DeployingLine, Reel, StringFunctions, deploying_line
 from femflex.dynamics import compile_system
-from femflex.integrate import integrator
+from femflex.integrate import IntegrationError, integrator
 from femflex.system import Environment, Orbit, System, universal, weld
 
 G = 9.81
@@ -143,7 +143,47 @@ def test_what_is_wrong_with_a_reel_is_said():
         System({"arm": made.body}, (weld("arm"),), varying={"arm": made.variation})
 
 
-def test_implicit_integrators_refuse_free_lengths():
+@pytest.mark.parametrize("method", ["esdirk4", "generalized_alpha"])
+def test_implicit_integrators_refuse_free_lengths(method):
     model = compile_system(falling_chain(Reel("reel", 1.0, 0.5)))
-    with pytest.raises(ValueError, match="free length"):
-        integrator("esdirk4").solve(model, np.linspace(0, 1, 3), model.x0)
+    made = integrator(method, step=1e-3) if "alpha" in method else integrator(method)
+    with pytest.raises(ValueError, match="body 'chain' has a free length, and implicit integrators know lengths given"):
+        made.solve(model, np.linspace(0, 1, 3), model.x0)
+
+
+def test_a_check_by_scipy_takes_free_lengths():
+    """Another program's Runge-Kutta method over the same right-hand side."""
+    model = compile_system(falling_chain(Reel("reel", 1.0, 0.5, damping=2.0), tip_mass=3.0))
+    times = np.linspace(0, 0.5, 3)
+    own = integrator("dop853", rtol=1e-11, atol=1e-13).solve(model, times, model.x0).states
+    found = solve_ivp(model.state_rate, (0, 0.5), model.x0, t_eval=times, method="Radau", rtol=1e-9, atol=1e-11).y.T
+    assert own[-1] == pytest.approx(found[-1], rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("reel", "sentence"),
+    [
+        (Reel("reel", 4.0, 2.0), r"the free length of body 'chain' has come to its stock of 5 m at \d"),
+        (Reel("reel", 1.0, -2.0, tension=5.0), r"the free length of body 'chain' has come to zero at -\d"),
+    ],
+)
+def test_the_end_of_a_free_length_is_said_by_name(reel, sentence):
+    line = DeployingLine(mass_per_length=2.0, direction=(0, 0, -1))
+    made = deploying_line(line, None, reel, stock=5.0)
+    system = System({"chain": made.body}, (weld("chain"),), varying={"chain": made.variation},
+                    effectors=(reel.effector(5.0),))  # fmt: skip
+    model = compile_system(system)
+    with pytest.raises(IntegrationError, match=sentence) as stopped:
+        integrator("dop853").solve(model, np.linspace(0, 5, 51), model.x0)
+    assert len(stopped.value.times) > 1
+    assert not 0.01 < model.parts(stopped.value.states[-1])[2][0] < 4.99
+
+
+def test_a_run_of_a_free_length_goes_on_bit_for_bit():
+    model, times = compile_system(falling_chain(Reel("reel", 1.0, 0.5), tip_mass=3.0)), np.linspace(0, 1, 2500)
+    method = integrator("dop853")
+    whole = method.solve(model, times, model.x0)
+    first = method.solve(model, times, model.x0, progress=lambda t: True)  # stops after one block of rows
+    assert 0 < len(first.times) < len(times)
+    rest = method.solve(model, times, model.x0, state=first.resume)
+    assert np.array_equal(np.concatenate([first.states, rest.states]), whole.states)

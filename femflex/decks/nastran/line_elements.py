@@ -199,7 +199,7 @@ def _section(model: NastranModel, made: BarProperty, length: float) -> Stiffness
     given = {}
     for name, v in values.items():
         given[name] = v[0] if all(value == v[0] for value in v) else ([x * length for x in made.at], v)
-    return StiffnessSection(**given)  # type: ignore[arg-type]
+    return StiffnessSection(**given)
 
 
 def _options(model: NastranModel, made: BarProperty, card: Card) -> dict[str, object]:

@@ -31,6 +31,7 @@ def with_middles(
     if missing and card.name not in model.incomplete:
         model.incomplete.add(card.name)
         model.bulk.found.note(
-            f"{card} and other {card.name} leave out some of their middle nodes; these are put in the middle of the edges"
+            f"{card} and other {card.name} leave out some of their middle nodes; these are put in the middle of the "
+            "edges"
         )
     return rows

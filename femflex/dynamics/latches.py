@@ -65,7 +65,11 @@ class Latches:
     def values(self, t: float, x: Array) -> Array:
         """How far each open latch's coordinate, or the channel at which it opens, has to go; 1 for a closed one."""
         out = np.array([_to_go(p, t, x) for p in self.places])
-        waiting = {k: p.latch.opens for k, p in enumerate(self.places) if _waits(p, x)}
+        waiting = {
+            k: p.latch.opens
+            for k, p in enumerate(self.places)
+            if isinstance(p.latch.opens, Threshold) and x[p.time] >= 0.0  # closed until a threshold is crossed
+        }
         if waiting:
             seen = self._sensing.read(t, x, sorted({opens.channel for opens in waiting.values()}))
             for k, opens in waiting.items():
