@@ -55,8 +55,9 @@ ALLOWED = {
 ALONE = {
     "meshio": {"mesh"},
     "pyvista": {"view"},
-    "vtkmodules": {"view"},
+    "vtkmodules": {"mesh", "view"},
     "skfem": {"fem"},
+    "mapdl_archive": {"mesh"},
     "pint": {"case"},
     "typer": {"cli"},
     "rich": {"cli"},

@@ -24,6 +24,7 @@ PACKAGES = (
     "femflex.fem",
     "femflex.fem.sections",
     "femflex.reduction",
+    "femflex.matrices",
     "femflex.body",
     "femflex.system",
     "femflex.dynamics",

@@ -1,4 +1,4 @@
-"""What to choose and what to warn of, judged from a System and a duration: never from the text of a case."""
+"""Choices and warnings from a System and a duration, never from the text of a case."""
 
 from __future__ import annotations
 

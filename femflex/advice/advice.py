@@ -10,7 +10,7 @@ from typing import Any
 
 from femflex.warning import PhysicsWarning
 
-KEEPS = " (strain = 'linear' would keep it so)"
+KEEPS = " (set strain = 'linear' for linear strain)"
 SILENT = ("spin", "joints", "responses")  # choices that the word on a body's shapes tells of
 
 
@@ -56,7 +56,7 @@ def doubt(body: str, decision: str, reason: str, value: float | None = None, lim
 
 
 def notes_of(advice: Iterable[Advice]) -> dict[str, str]:
-    """What is to be said of each body, its doubts apart: one line for each, by name."""
+    """Notes on each body without the warnings: one line for each, by name."""
     found: dict[str, list[str]] = {}
     for one in advice:
         if one.body and not one.doubt and one.decision not in SILENT:

@@ -37,9 +37,9 @@ def advise(
     (linear strain where spin, loads or bends call for more) are doubts, and given as PhysicsWarning too unless `warn`
     is false.
 
-    origins  what bodies were reduced from, by name: with it buckling, curved shapes and truncation are judged as well
+    origins  what bodies were reduced from, by name: with it buckling, curved shapes and truncation are assessed as well
     fastest  (3,) a steady spin that the system is to be looked at too [rad/s]
-    band     frequency up to which modes of the craft matter beside the first three [Hz]
+    band     frequency up to which modes of the craft matter in addition to the first three [Hz]
     """
     known = KnownBodies(origins or {})
     elastic = [name for name, body in system.bodies.items() if body.n_modes]

@@ -59,21 +59,21 @@ def response_note(structure: Structure, modes: ModeSet, tensors: StrainTensors) 
     if found.sound:
         return ""
     return (
-        f"its static responses represent their own loads; it is too stiff for others: its lowest mode, bent by "
-        f"{found.deflection:.3g} m, stores {found.alone:.3g} times its linear energy, and the structure stores "
-        f"{found.relaxed:.3g} times that energy. derivatives = 'auto' represents those too, with more coordinates"
+        f"its static responses represent their own loads. For other loads it is too stiff: with its lowest mode "
+        f"deflected by {found.deflection:.3g} m, its strain energy is {found.alone:.3g} times the linear one, and "
+        f"{found.relaxed:.3g} times in the structure. Set derivatives = 'auto' for other loads; it adds coordinates"
     )
 
 
 def curvature_note(structure: Structure, modes: ModeSet) -> str:
-    """What should be said of derivatives at rest of a structure that softens as it bends; nothing where it does not."""
+    """Note on derivatives at rest of a structure that softens as it bends; empty where it does not."""
     left, high = softest(structure, modes), rise(structure)
     if left > SOFTENED or not high:
         return ""
     how = f"to {left:.0%} of that at rest" if left > 0 else "below zero (snap-through)"
     return (
-        f"it is curved (rise {high:.3g} m). Bent one way, the tangent stiffness of a low mode falls {how}, which modal "
-        "derivatives at rest represent only in part. For such deflections set strain = 'nonlinear' with "
+        f"it is curved (rise {high:.3g} m). Bent one way, the tangent stiffness of a low mode falls {how}; modal "
+        "derivatives at rest represent this only in part. For such deflections set strain = 'nonlinear' with "
         f"responses = {RESPONSES}, deflection = '{REACHED * high:.2g} m' and the load in `loads` or `attachment`"
     )
 

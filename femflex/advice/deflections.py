@@ -67,7 +67,7 @@ class DeflectionWatch:
     def warn(self, verb: str, note: str = "") -> None:
         """Warn when the body was bent by more than its strain is good for, with both numbers.
 
-        note: what was said of the body before.
+        note: earlier note on the body.
         """
         body = self._body
         bound, way = BENT, f"{self.remedy}, "

@@ -138,8 +138,8 @@ def _idle_torques(system: System) -> Iterator[Advice]:
             continue
         text = (
             f"loads[{load.name}]: none of the {body.n_modes} shapes of body {load.body!r} turns its marker "
-            f"{load.marker!r}, though they move it, so that the torque bends nothing; choose a marker on several "
-            "nodes, or shapes that turn"
+            f"{load.marker!r}, so that the torque bends nothing. Name a marker on several nodes, or add shapes "
+            "that turn it (`loads` in the reduction)"
         )
         yield doubt(load.body, "torque", text, 0.0)
 
@@ -153,8 +153,8 @@ def _light_sets(system: System) -> Iterator[Advice]:
         carried = carried_mass(body)
         if carried < CARRIED:
             text = (
-                f"bodies.{name}: its {body.n_modes} modes carry at most {carried:.0%} of its mass in any direction, "
-                f"less than {CARRIED:.0%}; more modes, or `attachment` shapes, follow an accelerated root better"
+                f"bodies.{name}: the effective mass of its {body.n_modes} modes is at most {carried:.0%} of its mass "
+                f"in any direction (limit {CARRIED:.0%}). Add modes, or `attachment` shapes for an accelerated root"
             )
             yield doubt(name, "mass", text, carried, CARRIED)
 
@@ -167,7 +167,7 @@ def carried_mass(body: FlexibleBody) -> float:
 
 
 def _loose_bodies(system: System) -> Iterator[Advice]:
-    """Free bodies that nothing joins to the others, beside bodies with joints: one joint may have been forgotten."""
+    """Free bodies without a joint, in a craft whose other bodies have joints: one joint may have been forgotten."""
     parents = {joint.parent for joint in system.joints}
     tied = {body for _, body, _ in tie_places(system.loops, system.constraints, system.springs)}
     others = [joint for joint in system.joints if not _is_free(system, joint)]

@@ -112,7 +112,7 @@ def _first(error: Exception) -> str:
 
 
 def estimate_times(model: Model, until: float) -> Array:
-    """The times that are looked at: spread out, denser under specified sines, beside all jumps and as answers swing."""
+    """Times of the estimate: spread out, denser under prescribed sines, at jumps and where responses oscillate."""
     sines = [profile.sines[:, 1].max(initial=0.0) for joint in model.system.joints for profile in joint.held.values()]
     turns = max(sines, default=0.0) * until / (2.0 * np.pi)
     rows = ROWS if model.constraints is None else ROWS // CLOSED

@@ -38,5 +38,5 @@ def spin_advice(system: System, rigid: RigidEstimate, known: KnownBodies) -> lis
             continue
         if fastest > most or swept > most * duration > 0.0:
             ratio = float(np.sqrt(max(fastest, swept / duration if duration > 0.0 else 0.0)) / first)
-            out.append(Advice(name, "spin", True, "it is spun up fast for its first frequency", ratio, SPUN))
+            out.append(Advice(name, "spin", True, "its spin is fast relative to its first frequency", ratio, SPUN))
     return out

@@ -104,7 +104,7 @@ def strain_of_extent(name: str, reach: MotionExtent) -> Advice:
         why = f"axial compression (loads or inertia) may {how}, which linear strain leaves out"
         found = (fallen, LEEWAY * STIFFENED)
     elif reach.bent > LEEWAY * BENT:
-        why = f"{_bent(reach)} (limit {LEEWAY * BENT:.0%}; linear strain holds up to about {BENT:.0%})"
+        why = f"{_bent(reach)} (limit {LEEWAY * BENT:.0%}; linear strain is valid up to about {BENT:.0%})"
         found = (reach.bent, LEEWAY * BENT)
     elif stretched > LEEWAY * STIFFENED:
         why = (
@@ -141,8 +141,8 @@ def _with_buckling(chosen: Advice, near: BucklingMargin | None) -> Advice:
 def _bent(reach: MotionExtent) -> str:
     size = f"of its size of {reach.size:.3g} m"
     if reach.start > LEEWAY * BENT:
-        return f"the body starts bent by {reach.start:.0%} {size}"
-    return f"loads and motions may bend it by {reach.bent:.0%} {size}"
+        return f"its initial deflection is {reach.start:.1%} {size}"
+    return f"loads and motions may bend it by {reach.bent:.1%} {size}"
 
 
 def _far(reach: MotionExtent) -> str:
@@ -150,8 +150,8 @@ def _far(reach: MotionExtent) -> str:
     if reach.bent <= SWUNG:
         return ""
     return (
-        f"; the estimated deflection is {reach.bent:.0%} of its size, and condensed strain holds up to about "
-        f"{SWUNG:.0%}. If it really bends so far, {reach.dividing}"
+        f"; the estimated deflection is {reach.bent:.0%} of its size, and condensed strain is valid up to about "
+        f"{SWUNG:.0%}. If the run confirms it, {reach.dividing}"
     )
 
 
@@ -163,7 +163,7 @@ def _small(reach: MotionExtent, raised: float, fallen: float, way: str) -> str:
         return f"{way} raises the first frequency by {raised:.2%}"
     if reach.fastest < STILL:
         return "it does not turn"
-    return f"turning at {reach.fastest:.4g} rad/s does not stiffen it (by less than {TOLD:.3%})"
+    return f"turning at {reach.fastest:.4g} rad/s changes its first frequency by less than {TOLD:.3%}"
 
 
 def _hardly_bent(reach: MotionExtent) -> str:

@@ -110,7 +110,7 @@ class TensionWatch:
                 warnings.warn(
                     f"body {one.body!r}: its {one.block.family} on group {one.block.group!r} went {what} at t = "
                     f"{seen.time:.6g} s near ({place}): its {PRINCIPAL[s]} falls to {seen.value:.4g} {UNITS[s]}, below "
-                    "zero, and the model bears that compression. Raise the tension, or lower what takes it away",
+                    "zero, and the model carries that compression. Raise the tension, or lower the load against it",
                     PhysicsWarning,
                     stacklevel=2,
                 )

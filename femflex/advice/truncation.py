@@ -201,12 +201,12 @@ def _named(system: System, richer: RicherCraft) -> str:
 
 
 def unassessed_truncation(system: System, known: KnownBodies, richer: RicherCraft) -> list[Advice]:
-    """A word on each body whose set is not judged."""
+    """A note on each body whose set is not assessed."""
     out = []
     for name, body in system.bodies.items():
         if not body.n_modes or name not in known:
             continue
-        why = "the file of a body has no mesh" if known[name].origin.source is None else richer.lack
+        why = "its file has no elements" if known[name].origin.source is None else richer.lack
         if known[name].is_preloaded:
             why = "they are those about its preload"
         if why:

@@ -1,9 +1,9 @@
 """What acts on a meshed body where the case says: loads, weight, a steady spin, the bodies and loops that hang on it.
 
 Where strain is linear and the reduction says nothing of `loads`, the static shapes of those of the case's loads stand
-beside the modes that these answer by less than 99 % (what hangs on a body: `joint_shapes`). With nonlinear strain they
+beside the modes that these answer by less than 99 % (attached bodies: `joint_shapes`). With nonlinear strain they
 count for more: vibration modes hold the stress under such a load badly, and four of them let a strip tip over sideways
-17 % too late. There the slow static shapes of all these stand beside the modes; that of weight and spin where the
+17 % too late. There the slow static shapes of all these are added to the modes; that of weight and spin where the
 reduction says nothing of `attachment`. A spin pulls at every place by its distance: the answers to
 accelerations of the clamp are close to how modes change under it (at 12 sqrt(EI / m L^4) four modes are 2 % off in the
 first frequency, eight 0.2 %, and four with four of these 0.02 %).
@@ -35,7 +35,7 @@ class ActingLoads:
 
     loads   mesh group -> directions of forces and moments
     base    directions of accelerations of its clamp, in whose way it is pulled
-    causes  what pulls so, in words
+    causes  the loads that act so, in words
     least   share of a load's work that the modes must leave over
     """
 
@@ -68,7 +68,7 @@ def acting_loads(case: Case, name: str, table: FlexibleTable, groups: Mapping[st
     asked = "attachment" not in r.model_fields_set
     heavy, spun = asked and any(case.environment.gravity), asked and spins_steadily(case) if r.spin is None else r.spin
     loads = _loaded((*load_directions(case, name), *_carried(case, name)), r, groups)
-    causes = ("its weight",) * heavy + ("its spin",) * spun
+    causes = ("weight",) * heavy + ("spin",) * spun
     ways = DIRECTIONS if spun else DIRECTIONS[:3] if heavy else ()
     return ActingLoads(loads, tuple(way for way in ways if way not in r.attachment), causes)
 
@@ -103,7 +103,7 @@ def load_directions(case: Case, name: str) -> Iterator[tuple[str, list[str]]]:
 
 
 def _carried(case: Case, name: str) -> Iterator[tuple[str, list[str]]]:
-    """Where other bodies hang on this one; what a ball joint carries has no moment."""
+    """Markers with attached bodies, and the directions of their loads; a ball joint transmits no moment."""
     loops: list[JointTable] = list(case.loops)
     ends = [(joint, joint.parent, joint.parent_marker) for joint in (*case.joints, *loops)]
     ends += [(loop, loop.child, loop.child_marker) for loop in loops]
@@ -113,14 +113,14 @@ def _carried(case: Case, name: str) -> Iterator[tuple[str, list[str]]]:
 
 
 def added_shapes_text(found: ActingLoads, modes: ModeSet, joints: Mapping[str, Sequence[str]]) -> str:
-    """What is said of the shapes that were added for what acts on the body, joints: those for its joints."""
+    """Note on the static shapes that were added for the loads of a body; joints: those added for its joints."""
     count = modes.kinds.count("attachment") + modes.kinds.count(UNANSWERED)
     if not count or not (found or joints):
         return ""
     parts, keys = [], []
     if found:
         places = [f"{group} {' '.join(directions)}" for group, directions in found.loads.items()]
-        parts.append(f"of what acts on it ({', '.join([*places, *found.causes])})")
+        parts.append(f"of its loads ({', '.join([*places, *found.causes])})")
         keys += ["loads = {}"] * bool(found.loads) + ["attachment = []"] * bool(found.base)
     if joints:
         parts.append(f"of its joints ({', '.join(f'{group} {chr(32).join(ways)}' for group, ways in joints.items())})")

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from femflex.assembly.acting_loads import acting_loads, added_shapes_text
+from femflex.assembly.decks import with_deck
 from femflex.assembly.deploying import build_deploying
 from femflex.assembly.extents import warn_of_doubtful_extents
 from femflex.assembly.functions import functions_of
@@ -54,9 +55,9 @@ from femflex.warning import PhysicsWarning
 
 @dataclass(frozen=True, eq=False)
 class BuiltBody:
-    """A body as its table says it, its origin, and what is to be said of how it was made.
+    """A body as its table says it, its origin, and notes on how it was made.
 
-    origin: None of a body cut into segments; notes: what is in its set beside what the table says.
+    origin: None of a body cut into segments; notes: what is in its set in addition to the table.
     """
 
     part: Part
@@ -166,6 +167,7 @@ def _body(case: Case, name: str, table: BodyTable, modes: int | None, refine: in
         made = build_matrix_body(case, table, modes, _damping(table.damping), turning_markers(case, name))
         return made.body, None, made.notes
     assert isinstance(table, FlexibleTable)
+    table = with_deck(case, name, table)
     given = structure_of(case, name, table, refine)
     added = acting_loads(case, name, table, marker_groups(table))
     structure, modeset = build_modes(given, table, modes, name, added, preload_of(case, name, table))
@@ -227,9 +229,10 @@ def _meshed(
 
 
 def _warn_of_stiffness(name: str, structure: Structure, modeset: ModeSet, body: FlexibleBody) -> None:
-    """Warn of a set that was asked for as it is and cannot stretch."""
+    """Warn of a set that was requested unchanged and cannot stretch."""
     if lack := lack_of_stretch(structure, modeset, body.strain):
-        text = f"bodies.{name}: {lack}; it is taken as it is, as derivatives = 'none' asks, and bends far too little"
+        kept = "derivatives = 'none' is set, so it is used unchanged, and its deflections are far too small"
+        text = f"bodies.{name}: {lack}; {kept}"
         warnings.warn(text, PhysicsWarning, stacklevel=2)
 
 

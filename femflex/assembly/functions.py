@@ -1,7 +1,7 @@
-"""Admissible functions of a case's analytic bodies: those of their tables, and the static shapes of spin beside them.
+"""Admissible functions of a case's analytic bodies: those of their tables, and the added static shapes of spin.
 
 Three characteristic functions along a direction are 0.5 % off in the first frequency of a blade on a hub of its own
-length at 12 sqrt(EI / m L^4), and 1 % in the second; with the two static shapes of spin beside them 0.01 and 0.04 %.
+length at 12 sqrt(EI / m L^4), and 1 % in the second; with the two static shapes of spin added 0.01 and 0.04 %.
 Polynomials hold these shapes themselves, from the fourth on.
 """
 
@@ -20,7 +20,7 @@ HELD = 4  # polynomials along a direction that hold these shapes; they have all 
 
 
 def functions_of(case: Case, name: str, table: AnalyticTable, modes: int | None) -> tuple[BeamFunctions, str]:
-    """The functions of a body, of `modes` a field instead of the case's if given, and what is said of them."""
+    """The functions of a body, of `modes` a field instead of the case's if given, and the notes on them."""
     f = table.functions
     counts = {key: getattr(f, key) for key in ("y", "z", "axial", "torsion")}
     if modes is not None:
@@ -63,15 +63,15 @@ def _can_be_static(f: FunctionsTable) -> bool:
 def _added(counts: dict[str, int]) -> str:
     n = sum((STATIC if key in "yz" else 1) for key, count in counts.items() if count)
     return (
-        f"{n} static shapes of what acts on it (its spin) in addition to its functions (spin = false in its functions "
+        f"{n} static shapes of its loads (spin) in addition to its functions (spin = false in its functions "
         "would leave them out)"
     )
 
 
 def _joined(counts: dict[str, int], ends: Sequence[str], more: int, spun: bool) -> str:
-    """What is said of the static shapes of joints; spun: those of the root are those of its spin too."""
+    """Note on the static shapes of joints; spun: those of the root are those of its spin too."""
     n = more * sum((STATIC if key in "yz" else 1) for key, count in counts.items() if count)
-    cause = f"{'what acts on it (its spin) and of ' * spun}its joints ({', '.join(ends)})"
+    cause = f"{'its loads (spin) and of ' * spun}its joints ({', '.join(ends)})"
     return (
         f"{n} static shapes of {cause} in addition to its functions (joints = [] in its functions would leave them out)"
     )
@@ -82,9 +82,9 @@ def _few(n: int) -> str:
     if n >= HELD:
         return ""
     return (
-        f"no static shapes of what acts on it (its spin) are added to polynomials, which hold them from {HELD} along a "
-        f"direction on (it has {n}): a fast blade has its first two frequencies within 0.5 % with {HELD} of them, and "
-        f"within 0.25 % with {HELD + 1}"
+        f"no static shapes of its loads (spin) are added to polynomials, which represent them with {HELD} or more "
+        f"functions per direction (it has {n}). The first two frequencies of a fast blade are within 0.5 % with {HELD} "
+        f"functions, and within 0.25 % with {HELD + 1}"
     )
 
 
@@ -94,6 +94,6 @@ def _missing(case: Case, name: str, f: FunctionsTable) -> str:
     if not places or f.family == "polynomial":
         return ""
     return (
-        f"no static shapes of what acts on it ({', '.join(places)}) are added to characteristic functions; polynomials "
-        "hold those of forces and moments at the tip"
+        f"no static shapes of its loads ({', '.join(places)}) are added to characteristic functions. "
+        "family = 'polynomial' represents forces and moments at the tip"
     )

@@ -97,7 +97,7 @@ def _check_reached(found: Array, wanted: Array, name: str, by: str) -> None:
 
 
 def _rounded(found: Array, wanted: Array) -> Array:
-    """Without components that are rounding beside what was wanted."""
+    """Without components that are rounding compared with the requested ones."""
     return np.where(np.abs(found) < 1e-9 * np.linalg.norm(wanted), 0.0, found)
 
 

@@ -140,7 +140,7 @@ def _springs(table: JointTable, first: str = "") -> dict[str, Any]:
 
 
 def root_joint(case: Case, bodies: Mapping[str, Part]) -> tuple[Joint | None, dict[str, Part]]:
-    """The joint of the body that hangs from no joint, as [attitude] says, and the bodies with its libration marker.
+    """The joint of the root body, from [attitude], and the bodies with its libration marker.
 
     None when every body already has a joint.
     """

@@ -99,7 +99,7 @@ def with_tables(case: Case, tables: Mapping[str, BodyTable]) -> Case:
 
 
 def with_strains(case: Case, strains: Mapping[str, Strain]) -> Case:
-    """The case with the strain of some bodies said; nonlinear with the shapes in which it stretches."""
+    """The case with the strain of some bodies set; nonlinear with the shapes in which it stretches."""
     tables = {}
     for name, strain in strains.items():
         table = case.bodies[name]
@@ -120,7 +120,7 @@ def _stretch(table: BodyTable) -> dict[str, object]:
 
 
 def with_joints(case: Case, chosen: Mapping[str, Mapping[str, list[str]]]) -> Case:
-    """The case with the static shapes of joints of some bodies said: group -> directions; of beams, their ends."""
+    """The case with the static shapes of joints of some bodies set: group -> directions; of beams, their ends."""
     return with_tables(case, {name: _with_joints(case.bodies[name], ways) for name, ways in chosen.items()})
 
 
@@ -132,7 +132,7 @@ def _with_joints(table: BodyTable, ways: Mapping[str, list[str]]) -> BodyTable:
 
 
 def with_spin(case: Case, names: Collection[str]) -> Case:
-    """The case with the static shapes of spin asked for in the tables of these bodies."""
+    """The case with the static shapes of spin requested in the tables of these bodies."""
     tables = {}
     for name in names:
         table = case.bodies[name]

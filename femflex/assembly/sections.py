@@ -65,7 +65,7 @@ def build_section(
     materials: Mapping[str, tables.Material],
     coupled: bool = False,
 ) -> tuple[Any, Material | None]:
-    """The section a family takes, and the material it takes beside it (none for plates, whose section holds it).
+    """The section a family takes, and its material (none for plates, whose section holds it).
 
     Raises ValueError when the section and the member's material do not go together.
     """

@@ -58,8 +58,8 @@ def build_segments(
         raise CaseError(case.path.name, [Problem(where, str(error))]) from error
     if force := member.options.get("prestress"):
         warnings.warn(
-            f"bodies.{name}: the prestress of {force:g} N on {member.group!r} is let go, and 0 N are left: segments "
-            "are welded end to end, and nothing holds them apart. Leave segments or the prestress out",
+            f"bodies.{name}: the prestress of {force:g} N on {member.group!r} relaxes to 0 N, because its "
+            "segments are welded end to end and no support reacts it. Remove segments or the prestress",
             PhysicsWarning,
             stacklevel=2,
         )

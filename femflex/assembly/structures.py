@@ -9,12 +9,13 @@ from functools import partial
 import numpy as np
 
 from femflex.assembly.acting_loads import ActingLoads
+from femflex.assembly.decks import deck_members, deck_of, with_deck
 from femflex.assembly.sections import build_material, build_section, build_solid_material
 from femflex.assembly.shared import shared_parts
 from femflex.case.body import FlexibleTable, MemberTable
 from femflex.case.case import Case
 from femflex.case.connection import DistributingInterfaceTable, EquationTable, RigidInterfaceTable
-from femflex.case.mesh_groups import file_mesh, mesh_problems
+from femflex.case.mesh_groups import file_mesh, mesh_problems, with_places
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.reduction import (
     CantileverTable,
@@ -33,6 +34,7 @@ from femflex.fem import (
     Member,
     PointMass,
     Rigid,
+    ScalarSpring,
     Structure,
     Term,
     build_structure,
@@ -73,7 +75,9 @@ def build_mesh(case: Case, name: str, table: FlexibleTable, refine: int = 0) -> 
 
     Raises CaseError with every group the body names that the mesh does not have.
     """
-    mesh = file_mesh(case.path.parent, table)
+    deck = deck_of(case, name, table)
+    table = with_deck(case, name, table)
+    mesh = file_mesh(case.path.parent, table) if deck is None else with_places(deck.mesh, table)
     if problems := list(mesh_problems(name, table, mesh)):
         raise CaseError(case.path.name, problems)
     places = {marker: entry.position for marker, entry in table.markers.items() if entry.position is not None}
@@ -87,11 +91,12 @@ def build_mesh(case: Case, name: str, table: FlexibleTable, refine: int = 0) -> 
 
 def structure_of(case: Case, name: str, table: FlexibleTable, refine: int = 0) -> Structure:
     """The Structure of a body on its own mesh, refined `refine` times more: one where `shared_structures` has it."""
+    table = with_deck(case, name, table)
     made = shared_parts()
     if made is None:
         return build_structure_of(case, name, table, build_mesh(case, name, table, refine))
-    own = {"mesh", "mesh_unit", "groups", "refine", "members", "markers", "connections", "regions"}
-    said = own | {"point_masses", "bushings"}
+    own = {"mesh", "deck", "units", "overrides", "mesh_unit", "groups", "refine", "members", "markers"}
+    said = own | {"connections", "regions", "point_masses", "bushings"}
     parts = [table.model_dump_json(include=said), *case.materials.items(), *case.sections.items()]
     key = f"{case.path} {refine} {_far(table)} {supports_of(getattr(table.reduction, 'clamp', {}))} {parts}"
     new = key not in made.structures
@@ -103,9 +108,14 @@ def structure_of(case: Case, name: str, table: FlexibleTable, refine: int = 0) -
 
 def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) -> Structure:
     """The Structure of a body's members and point masses on its mesh, its dofs laid along the axes of its clamps."""
+    deck, table = deck_of(case, name, table), with_deck(case, name, table)
     supports = supports_of(getattr(table.reduction, "clamp", {}))
-    members, attached = members_of(case, name, table), (point_masses_of(table), bushings_of(table))
-    return build_structure(mesh, members, attached[0], supports, connections_of(table), attached[1])
+    members, masses, springs = members_of(case, name, table), point_masses_of(table), bushings_of(table)
+    if deck is None:
+        return build_structure(mesh, members, masses, supports, connections_of(table), springs)
+    joined = [*deck.connections, *connections_of(table)]
+    masses, springs = [*deck.point_masses, *masses], [*deck.bushings, *springs]
+    return build_structure(mesh, deck_members(deck, members), masses, supports, joined, springs)
 
 
 def members_of(case: Case, name: str, table: FlexibleTable) -> list[Member]:
@@ -167,7 +177,7 @@ def mean_motion(case: Case) -> float | None:
     return float(np.sqrt(o.mu / a**3))
 
 
-def bushings_of(table: FlexibleTable) -> list[Bushing]:
+def bushings_of(table: FlexibleTable) -> list[Bushing | ScalarSpring]:
     """The springs and bushings of a body."""
     return [
         Bushing(b.group, b.to, (b.stiffness, 0.0, 0.0) if b.stiffness else b.translation, b.rotation, b.axes)
@@ -185,7 +195,7 @@ def build_modes(
 ) -> tuple[Structure, ModeSet]:
     """The structure a body's reduction works on and its mode set, of `modes` modes instead of the case's if given.
 
-    acting: what acts on it; those static shapes of that are added to a cantilever set that are slow beside it.
+    acting: its loads; their static shapes that are slow compared with a cantilever set are added to it.
     preload: steady loads of its own equilibrium.
     Initial stress is first let go where the clamps do not hold it (`relaxed`); doubts of it are reported for the body
     of that name.
@@ -223,7 +233,7 @@ def build_modes(
 def with_static_derivatives(
     structure: Structure, modes: ModeSet, keep: int | str, deflection: float | None, where: str
 ) -> ModeSet:
-    """The set with so many static derivatives; warns where it has fewer of them than are asked for."""
+    """The set with so many static derivatives; warns where it has fewer of them than requested."""
     found = with_derivatives(structure, modes, keep, deflection)
     kept = found.n_modes - modes.n_modes
     if isinstance(keep, int) and kept < keep:

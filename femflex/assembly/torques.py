@@ -56,7 +56,7 @@ def has_torque(case: Case, table: LoadTable) -> bool:
 
 
 def _lost(load: Load, rows: MarkerRows, table: BodyTable) -> str:
-    """What is said of a torque that acts about axes its marker shows no rotation about; nothing where none does."""
+    """Message on a torque about axes for which its marker has no rotation; empty where there is none."""
     blind = rows.blind
     if not blind.shape[1]:
         return ""
@@ -73,7 +73,7 @@ def _lost(load: Load, rows: MarkerRows, table: BodyTable) -> str:
     return (
         f"found {largest:.4g} N m at marker {load.marker!r} of body {load.body!r}, which {what}: its nodes have none "
         "of their own there and lie on one point or line, so that the torque would bend nothing. Name a group of "
-        f"several nodes around the place (markers.{load.marker} = {{ group = ... }}): it then works on how they move"
+        f"several nodes around the place (markers.{load.marker} = {{ group = ... }}): it then displaces them"
     )
 
 

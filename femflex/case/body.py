@@ -9,6 +9,7 @@ from pydantic import ConfigDict, Field, StrictBool, ValidationInfo, field_valida
 from femflex.case.base import Name, Table, exactly_one, refuse
 from femflex.case.body_base import BodyTable as BodyTable
 from femflex.case.connection import Connection, RegionTable
+from femflex.case.deck import OverrideValues
 from femflex.case.deploying import DeployingTable
 from femflex.case.inertia import InertiaMatrix
 from femflex.case.matrices import MatricesTable
@@ -24,7 +25,7 @@ STRETCHABLE = ("cantilever", "free_free", "craig_bampton")
 
 
 class ImbalanceTable(Table):
-    """Imbalance of a rotor about its z axis, beside mass, inertia and centre of the balanced one."""
+    """Imbalance of a rotor about its z axis, in addition to mass, inertia and centre of the balanced one."""
 
     static: Annotated[float, Quantity("kg m")] = 0.0
     """Static imbalance: the centre of mass moves by static / mass along x."""
@@ -137,8 +138,16 @@ class FlexibleTable(BodyTable):
 
     kind: Literal["flexible"]
     """Selects this body: finite elements on a mesh."""
-    mesh: str
-    """Mesh file, relative to the case file."""
+    mesh: str | None = None
+    """Mesh file, relative to the case file. Left out, with deck: that of the deck."""
+    deck: str | None = None
+    """Input file of another solver (Nastran, Abaqus) with elements, properties, materials, connections and supports, in
+    place of mesh. Its properties, sets and nodes are groups: pid_3, set_4, node_17. Left out: a mesh is given."""
+    units: str = "m-kg-s"
+    """Units of the deck: length-mass-time or length-force-time, such as mm-t-s, m-kg-s, in-lbf-s or mm-kg-ms."""
+    overrides: Annotated[dict[str, dict[str, float]], OverrideValues()] = Field(default_factory=dict)
+    """Values that replace the deck's, by property or material: { pid_3 = { thickness = "2 mm" }, mat_1 = { E = "70
+    GPa" } }."""
     mesh_unit: Literal["m", "mm", "cm", "inch"] = "m"
     """Unit of the mesh file's coordinates."""
     refine: Annotated[int, Count(0)] = 0
@@ -146,8 +155,9 @@ class FlexibleTable(BodyTable):
     groups: dict[Name, str] = Field(default_factory=dict)
     """Names for groups that a format only numbers: wanted name -> name in the file, such as panel = "PID 1" or root =
     "SET 4" (Nastran)."""
-    members: Annotated[list[MemberTable], Field(min_length=1)]
-    """Mesh groups that become structure, each with family, section and material."""
+    members: list[MemberTable] = Field(default_factory=list)
+    """Mesh groups that become structure, each with family, section and material. Of a deck those alone that replace its
+    own elements."""
     point_masses: list[PointMassTable] = Field(default_factory=list)
     """Concentrated masses at mesh points."""
     connections: list[Connection] = Field(default_factory=list)
@@ -190,6 +200,28 @@ class FlexibleTable(BodyTable):
             return values
         stretches = reduction.get("method") in STRETCHABLE and reduction.get("derivatives") not in ("none", 0)
         return {**values, "strain": "condensed" if stretches else "linear"}
+
+    @property
+    def source(self) -> str:
+        """The file that the body is made of: its mesh or its deck."""
+        return self.mesh or self.deck or ""
+
+    @model_validator(mode="after")
+    def _mesh_or_deck(self) -> FlexibleTable:
+        if self.mesh is not None and self.deck is not None:
+            refuse("found mesh and deck; give one of them")
+        if self.mesh is None and self.deck is None:
+            refuse("found neither mesh nor deck; give the file of one")
+        if self.deck is None and not self.members:
+            refuse("found no members; name the groups of the mesh that become structure")
+        given = sorted(self.model_fields_set & {"units", "overrides"})
+        if self.deck is None and given:
+            refuse(f"found {', '.join(given)} without a deck; a mesh has mesh_unit, and its members have the values")
+        if self.deck is not None and (self.mesh_unit != "m" or self.groups):
+            refuse("found mesh_unit or groups with a deck; give units, and name groups as the deck does (pid_3, set_4)")
+        if self.deck is not None and self.cut is not None:
+            refuse("found segments in a member of a deck; bodies that are cut into segments have a mesh")
+        return self
 
     @model_validator(mode="after")
     def _preloaded_whole(self) -> FlexibleTable:
@@ -286,8 +318,8 @@ class AnalyticTable(BodyTable):
     functions: FunctionsTable
     """Number and kind of admissible functions."""
     strain: Strain | None = None
-    """Strain energy, as for meshed bodies. nonlinear needs axial functions, beside which the rest of the stretch
-    follows; condensed has its own."""
+    """Strain energy, as for meshed bodies. nonlinear needs axial functions; condensed adds
+    its own dependent ones."""
     damping: DampingTable | None = None
     """Structural damping. Left out: none."""
 

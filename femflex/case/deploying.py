@@ -144,7 +144,7 @@ class DeployingTable(BodyTable):
     GJ: Stiffness = 0.0
     """Torsional stiffness; needed with torsion functions."""
     tension: Annotated[float, Quantity("N", least=0.0)] = 0.0
-    """Axial force at the tip that supports outside the member hold up, such as booms beside a blanket."""
+    """Axial force at the tip that supports outside the member hold up, such as booms on both sides of a blanket."""
     tip: Literal["free", "held"] = "free"
     """Support of the tip of a tether or membrane: free, or held on the member's line."""
     ry: Annotated[float, Quantity("m", least=0.0)] = 0.0
@@ -183,7 +183,7 @@ class DeployingTable(BodyTable):
     """What is at rest at t = 0 in a bent member that moves out: the deflection at a fixed place; that of a material
     point; or the coordinates, so that the shape grows with the length."""
     markers: dict[Name, DeployingMarkerTable] = Field(default_factory=dict)  # type: ignore[assignment]
-    """Markers by name beside root and tip."""
+    """Markers by name, in addition to root and tip."""
 
     def own_markers(self) -> tuple[str, ...]:
         """The member's two ends."""

@@ -34,7 +34,7 @@ class GravityValue(_Readable):
 
 
 class EnvironmentTable(Table):
-    """What surrounds the craft beside its orbit."""
+    """Environment of the craft, except its orbit."""
 
     gravity: Annotated[Vector, GravityValue()] = (0.0, 0.0, 0.0)
     """Uniform gravity on the ground: a number acts along -z, three components are along inertial axes. Zero in orbit.

@@ -1,4 +1,4 @@
-"""[[joints]]: how a body hangs from another, or from the base frame; the plain kinds, and all of them."""
+"""[[joints]]: how a body is attached to another, or to the base frame; the plain kinds, and all of them."""
 
 from __future__ import annotations
 

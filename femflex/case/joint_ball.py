@@ -56,8 +56,8 @@ class Spherical(JointTable):
             refuse(f"found rotation {self.rotation!r} and motion.angles, whose coordinates are those of `sequence`")
         if self.turning and (self.rebase or is_extrinsic(self.sequence)):
             refuse(
-                f"found sequence {self.sequence!r} and rebase = {str(self.rebase).lower()} with motion.angles; held "
-                "angles are those of an intrinsic sequence such as 'xyz', and are never re-based"
+                f"found sequence {self.sequence!r} and rebase = {str(self.rebase).lower()} with motion.angles; "
+                "prescribed angles are those of an intrinsic sequence such as 'xyz', and are never re-based"
             )
         for key in ("rates", "stiffness", "damping"):
             if self.turning and any(getattr(self, key)):

@@ -81,7 +81,7 @@ class JointTable(Table):
         names = list(self.coordinates())
         for kind, k in [*((law.kind, law.freedom) for law in laws), *(("latch", latch.freedom) for latch in latches)]:
             if k < len(held) and held[k] is not None:
-                refuse(f"found a {kind} on {names[k]!r}, which is held by motion; it would do nothing, so drop it")
+                refuse(f"found a {kind} on {names[k]!r}, whose motion is prescribed; it has no effect, so remove it")
         return self
 
     def motions(self, key: str) -> tuple[Motion | None, ...]:
@@ -107,10 +107,8 @@ class JointTable(Table):
             if not given or (other == begins and motion.locked):
                 continue
             if other in others:
-                refuse(
-                    f"found {other} for a coordinate that is {held} by motion.{key}; it would do nothing, so drop it"
-                )
-            refuse(f"found {other} for a coordinate that is {held} by motion.{key}; the motion says where it begins")
+                refuse(f"found {other} for a coordinate that is {held} by motion.{key}; it has no effect, so remove it")
+            refuse(f"found {other} for a coordinate that is {held} by motion.{key}; the motion sets its initial value")
 
     @model_validator(mode="after")
     def _base_has_one_marker(self) -> JointTable:

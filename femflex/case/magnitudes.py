@@ -11,7 +11,7 @@ from femflex.case.matrices import MatricesTable
 from femflex.case.section import Core, Isotropic, Layup, Orthotropic, Sandwich
 from femflex.warning import PhysicsWarning
 
-LOWEST = 80e3  # m; no orbit lasts a turn below
+LOWEST = 80e3  # m; drag ends an orbit below within a revolution
 DENSITIES = 1.0, 2.5e4  # kg/m^3: aerogel, osmium
 MODULI = 1e5, 1.5e12  # Pa: soft foam, diamond
 STRUCTURAL = 5e8, 1.5e12  # Pa; what is built with, and a mistaken unit is taken to mean
@@ -30,7 +30,9 @@ def _orbit(case: Case) -> Iterator[str]:
     if altitude is not None and altitude < LOWEST:
         kilometres = LOWEST <= 1e3 * altitude
         other = (
-            f'; if kilometres were meant, write "{altitude:g} km"' if kilometres else "; no orbit lasts a turn there"
+            f'; if kilometres were meant, write "{altitude:g} km"'
+            if kilometres
+            else "; drag ends an orbit there within a revolution"
         )
         yield f"orbit.perigee_altitude: found {altitude:g} m, below {LOWEST / 1e3:g} km{other}"
 

@@ -34,7 +34,7 @@ def file_mesh(folder: Path, table: FlexibleTable) -> Mesh:
     """The mesh of a body as its file has it, in metres. Raises ValueError and OSError."""
     from femflex.mesh import read_mesh
 
-    mesh = read_mesh(folder / table.mesh, dict(table.groups) or None)
+    mesh = read_mesh(folder / table.source, dict(table.groups) or None)
     return with_places(mesh if table.mesh_unit == "m" else mesh.scaled(UNITS[table.mesh_unit]), table)
 
 
@@ -43,7 +43,7 @@ def with_places(mesh: Mesh, table: FlexibleTable) -> Mesh:
     from femflex.mesh.regions import with_box, with_point_at, with_points, with_whole
 
     own = mesh.points
-    mesh = with_whole(mesh, [group for _, group in _groups_named("", table)])
+    mesh = with_whole(mesh, [group for _, group in groups_named("", table)])
     for name, region in table.regions.items():
         if region.box is not None:
             mesh = with_box(mesh, name, *region.box, within=region.within)
@@ -65,9 +65,9 @@ def mesh_problems(name: str, table: FlexibleTable, mesh: Mesh) -> Iterator[Probl
         if entry.position is not None:
             at = np.array(entry.position)
             yield from _distance_problems(f"bodies.{name}.markers.{marker}.position", mesh, mesh.nearest_point(at), at)
-    for where, group in _groups_named(name, table):
+    for where, group in groups_named(name, table):
         if group not in mesh.groups:
-            text = f"found {group!r}, which is no group of {table.mesh}; {near(group, mesh.groups)}"
+            text = f"found {group!r}, which is no group of {table.source}; {near(group, mesh.groups)}"
             known = f" (it has {', '.join(map(repr, mesh.groups))})" if "did you mean" in text else ""
             yield Problem(where, text + known)
             continue
@@ -77,7 +77,8 @@ def mesh_problems(name: str, table: FlexibleTable, mesh: Mesh) -> Iterator[Probl
             yield Problem(where, str(error))
 
 
-def _groups_named(name: str, table: FlexibleTable) -> Iterator[tuple[str, str]]:
+def groups_named(name: str, table: FlexibleTable) -> Iterator[tuple[str, str]]:
+    """Where a body names groups of its mesh, and their names."""
     yield from ((f"bodies.{name}.members[{m.group}].group", m.group) for m in table.members)
     yield from ((f"bodies.{name}.point_masses[{m.group}].group", m.group) for m in table.point_masses)
     for connection in table.connections:

@@ -65,7 +65,7 @@ def check_no_input(case: Case, output: Path) -> None:
 def _named_files(outline: Outline) -> Iterator[tuple[str, str]]:
     for name, body in outline.bodies.items():
         if isinstance(body, FlexibleTable):
-            yield f"bodies.{name}.mesh", body.mesh
+            yield f"bodies.{name}.{'mesh' if body.deck is None else 'deck'}", body.source
         if isinstance(body, FileTable):
             yield f"bodies.{name}.file", body.file
         if isinstance(body, MatricesTable):

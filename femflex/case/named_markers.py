@@ -67,7 +67,7 @@ def markers(outline: Outline, folder: Path) -> Iterator[Problem]:
 
 def _as_group(body: BodyTable | None, owner: str | None, marker: str, folder: Path) -> str:
     """The advice to declare a marker whose name is that of a group of the body's mesh."""
-    if not isinstance(body, FlexibleTable) or not os.path.isfile(folder / body.mesh):
+    if not isinstance(body, FlexibleTable) or body.mesh is None or not os.path.isfile(folder / body.mesh):
         return ""
     from femflex.mesh import read_mesh
 

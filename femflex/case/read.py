@@ -88,7 +88,7 @@ def _mesh_problems(parts: Outline, folder: Path) -> list[Problem]:
     return [
         p
         for name, body in bodies.items()
-        if os.path.isfile(folder / body.mesh)
+        if body.mesh is not None and os.path.isfile(folder / body.mesh)
         for p in group_problems(name, body, folder)
     ]
 

@@ -149,7 +149,7 @@ class CantileverTable(Stretchable):
     """Directions of acceleration of the clamp whose static shapes are added. Left out: none, or those of the weight
     where there is gravity, strain is nonlinear or condensed, and derivatives = 'auto'."""
     spin: StrictBool | None = None
-    """Static shapes of a spin beside the modes (the slow ones of all six accelerations). It needs nonlinear or
+    """Static shapes of a spin in addition to the modes (the slow ones of all six accelerations). It needs nonlinear or
     condensed strain with derivatives = 'auto'. Left out: true for bodies of beams with at most five modes that spin
     steadily or are expected to spin up fast, unless `attachment` is given."""
     loads: dict[str, list[Component]] = Field(default_factory=dict)
@@ -184,7 +184,7 @@ class CraigBamptonTable(Stretchable):
     interfaces: list[str] = Field(default_factory=list)
     """Groups of nodes that joints hold; a segment's interfaces are its two ends."""
     modes: Annotated[int, Count(0)]
-    """Number of fixed-interface modes kept beside the constraint modes."""
+    """Number of fixed-interface modes kept in addition to the constraint modes."""
     clamp: Clamp = Field(default_factory=dict)
     """Groups clamped in the body frame, written as for cantilever modes."""
     interface: Literal["rigid", "nodal"] = "rigid"
@@ -241,11 +241,11 @@ class FunctionsTable(Table):
     static: StrictBool = False
     """The last functions are the static shapes of an accelerated root."""
     spin: StrictBool | None = None
-    """Static shapes of a spin beside the functions: two more along y and along z, one of axial displacement and one of
-    torsion, where strain is not linear. Only for clamped-free characteristic functions. Left out: true where the case
-    spins steadily, or is expected to spin up fast for the body, unless `static` is given."""
+    """Static shapes of a spin in addition to the functions: two more along y and along z, one of axial
+    displacement and one of torsion, where strain is not linear. Only for clamped-free characteristic functions. Left
+    out: true where the case spins steadily, or is expected to spin up fast for the body, unless `static` is given."""
     joints: list[Literal["root", "tip"]] | None = None
-    """Static shapes of an accelerated root and of a tip force and moment beside the functions: two more along y and z
-    for each, one of axial displacement and one of torsion. Only for clamped-free characteristic functions. Left out:
-    those that change one of the craft's first three elastic frequencies, or one below `band`, by 0.05 %, unless
+    """Static shapes of an accelerated root and of a tip force and moment in addition to the functions: two more along y
+    and z for each, one of axial displacement and one of torsion. Only for clamped-free characteristic functions. Left
+    out: those that change one of the craft's first three elastic frequencies, or one below `band`, by 0.05 %, unless
     `static` is given."""

@@ -1,4 +1,4 @@
-"""[run], [pictures] and [study]: how long, how exactly, what is left behind, and what convergence is judged by."""
+"""[run], [pictures] and [study]: how long, how exactly, its pictures, and the quantity of convergence studies."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class _Scale(_Readable):
 
 
 class PicturesTable(Table):
-    """What `run` leaves beside the result file, drawn off screen. Looks are those of `femflex render`."""
+    """Pictures that `run` writes next to the result file, drawn off screen. Looks are those of `femflex render`."""
 
     times: Annotated[tuple[float, ...], Quantity("s", (None,), least=0.0)] = ()
     """Times at which the deformed craft is drawn."""
@@ -144,12 +144,12 @@ class PicturesTable(Table):
     """Camera: auto, fixed, follow, orbital, body or body:NAME."""
     view: Direction | None = None
     """Direction from the scene to the camera, in the camera's frame. Left out: chosen automatically."""
-    fit: Literal["run", "picture"] = "run"
-    """Extent that the camera frames: the whole run, or the instant of each picture."""
+    fit: Literal["run", "picture"] = "picture"
+    """Extent that the camera frames in pictures: the whole run, or the instant of each. Movies frame the whole run."""
     triads: StrictBool = True
     """Draw the axes of frames."""
-    edges: Literal["sharp", "mesh", "none"] = "sharp"
-    """Edges drawn: sharp ones, all mesh edges, or none."""
+    edges: Literal["auto", "sharp", "mesh", "none"] = "auto"
+    """Edges drawn: sharp ones, all mesh edges, or none. auto: sharp ones, and faint mesh lines where they are apart."""
     size: tuple[Pixels, Pixels] = (1280, 720)
     """Width and height of pictures in pixels."""
 
@@ -164,7 +164,7 @@ class StudyTable(Table):
     """What `femflex converge` looks at."""
 
     quantity: MeasureTable
-    """Quantity whose convergence is judged."""
+    """Quantity whose convergence is assessed."""
     modes: Annotated[list[Whole] | None, Field(min_length=3)] = None
     """Numbers of modes that are tried. Left out: chosen from the case."""
     refinements: Annotated[list[Annotated[int, Count(0)]] | None, Field(min_length=2)] = None

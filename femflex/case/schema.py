@@ -9,7 +9,7 @@ from femflex.case.case import Case
 
 
 def json_schema() -> dict[str, Any]:
-    """The JSON Schema (2020-12) of a case; `unit` beside a value names the SI unit of plain numbers."""
+    """The JSON Schema (2020-12) of a case; `unit` next to a value names the SI unit of plain numbers."""
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "femflex case"}
     return {**Case.model_json_schema(), **head}
 

@@ -25,7 +25,7 @@ ROOT_KEYS = (
 
 
 def tree(outline: Outline) -> Iterator[Problem]:
-    """Joints name bodies that exist, every body hangs from one joint at most, and nothing hangs from itself."""
+    """Joints name bodies that exist, every body is the child of one joint at most, and no body of itself."""
     parent: dict[str, str | None] = {}
     for where, joint in outline.joints.items():
         if joint is None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pint import UnitRegistry
 
-# What a unit measures, said in messages; keys are also the units a case key may ask for.
+# What a unit measures, for messages; keys are also the units of case keys.
 NOUNS = {
     "": "plain number",
     "m": "length",
@@ -59,7 +59,7 @@ _EXPONENT = re.compile(r"(?:\^|\*\*)\s*\(?\s*-?\d{1,2}(?:\.\d{1,3})?(?:/\d)?\s*\
 
 
 class UnitError(ValueError):
-    """A string with a unit cannot be read, or has another dimension than asked for."""
+    """A string with a unit cannot be read, or has another dimension than expected."""
 
 
 def to_si(text: str, unit: str) -> float:

@@ -1,4 +1,4 @@
-"""What is said of the bodies of a system, their strain and their shapes, and as JSON: the same by every verb."""
+"""Notes on the bodies of a system, their strain and their shapes, as text and JSON: the same from every verb."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ if TYPE_CHECKING:
 
 
 def print_notes(notes: Mapping[str, str]) -> None:
-    """Print them, a line for each body."""
+    """Print them, a line for each body that has one."""
     for name, note in notes.items():
-        print(f"body        {name}: {note}")
+        if note:
+            print(f"body        {name}: {note}")
 
 
 def strain_data(decided: Decided) -> dict[str, dict[str, Any]]:
-    """Strain of each elastic body, what is said of it, and the advice on it, as --json prints them."""
+    """Strain of each elastic body, the notes and the advice on it, as --json prints them."""
     notes = decided.notes
     return {
         name: {

@@ -55,8 +55,8 @@ def _print_curve(data: dict[str, Any]) -> None:
     print_table(["amplitude m", "Hz", "over small motion"], rows)
     for low, high in data["gaps_m"]:
         print(
-            f"between {low:.4g} and {high:.4g} m a higher harmonic meets another mode, into whose vibrations the curve "
-            "leads off: stepped over"
+            f"between {low:.4g} and {high:.4g} m a higher harmonic is in internal resonance with another "
+            "mode; the curve is not computed there"
         )
 
 
@@ -87,7 +87,7 @@ def backbone_data(body: FlexibleBody, amplitudes: list[float]) -> tuple[dict[str
 
 
 def amplitude_note(body: FlexibleBody) -> str:
-    """What is to be said of a frequency that cannot change with the amplitude; nothing of one that can."""
+    """Note on a frequency that cannot change with the amplitude; empty for one that can."""
     if body.strain_form != "linear":
         return ""
     return (

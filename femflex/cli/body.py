@@ -10,6 +10,8 @@ import typer
 from femflex.cli.progress import Patience
 from femflex.cli.verb import verb
 
+MODELS = (".npz", ".mat", ".op4", ".bdf", ".pch", ".dmig")  # suffixes of models for other programs
+
 
 @verb("femflex body cases/orbiter_beam.toml beam -o beam.h5")
 def body(
@@ -19,12 +21,28 @@ def body(
     number: Annotated[
         int | None, typer.Option("-n", "--number", min=1, help="Number of modes instead of the case's.")
     ] = None,
+    interface: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--interface",
+            help="Marker that is an interface of a Craig-Bampton model, written to .npz, .h5, .mat, .op4 or .bdf; "
+            "may be repeated.",
+        ),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
 ) -> None:
-    """Reduce one body of a case and save it; a case uses it with kind = "file"."""
+    """Reduce one body of a case and save it; a case uses it with kind = "file".
+
+    With --interface it is written as a Craig-Bampton model for other programs, and used with kind = "matrices".
+    """
     from femflex.results.place import check_place
 
-    target = output or Path(f"{name}.h5")
+    target = output or Path(f"{name}.npz" if interface else f"{name}.h5")
+    if not interface and target.suffix.lower() in MODELS:
+        raise ValueError(
+            f"{target} would be a Craig-Bampton model, which needs interfaces: --interface MARKER; a body file for "
+            "femflex is .h5"
+        )
     check_place(target, force)
     with Patience("reducing the body"):
         from femflex.case import read_case
@@ -36,7 +54,19 @@ def body(
         check_no_input(read, target)
         bodies, notes = advised_bodies(read, [name], modes=number)
         reduced = bodies[name]
-        save_body(target, reduced, force=force)
+        if interface:
+            from femflex.matrices import craig_bampton_model, write_matrices
+
+            model = craig_bampton_model(reduced, interface, name)
+            write_matrices(model, target, force=force)
+        else:
+            save_body(target, reduced, force=force)
+    if interface:
+        print(
+            f"{target}: Craig-Bampton model of {reduced.moments.mass:.6g} kg, {model.n_dof - model.n_modal} interface "
+            f"and {model.n_modal} modal coordinates, interfaces {', '.join(interface)}; SI"
+        )
+        return
     print(
         f"{target}: {reduced.moments.mass:.6g} kg, {reduced.n_modes} elastic coordinates, "
         f"{reduced.strain_form} strain, markers {', '.join(sorted(reduced.markers))}"

@@ -124,7 +124,7 @@ def diagram_paths(output: Path) -> tuple[Path, Path]:
 
 
 def write_diagram_files(case: Case, output: Path, force: bool) -> list[str]:
-    """Make the diagram a case asks for beside its result file; names of the expectations that do not hold."""
+    """Make the diagram of a case next to its result file; names of the expectations that do not hold."""
     from femflex.case.verdicts import judged_diagram
 
     table, picture = diagram_paths(output)
@@ -159,7 +159,7 @@ class CampbellOutputs:
                 check_place(path, self.force)
 
     def tell(self, case: Case, found: Campbell, beside: dict[str, Any] | None = None) -> None:
-        """Print the diagram, as JSON where something goes beside it there, and leave the files asked for."""
+        """Print the diagram, as JSON where something is added to it there, and write the requested files."""
         from femflex.case.verdicts import judged_diagram
 
         assert case.campbell is not None

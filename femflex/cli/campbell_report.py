@@ -10,7 +10,7 @@ from femflex.cli.tables import print_table
 if TYPE_CHECKING:
     from femflex.studies.campbell import Branch, Campbell
 
-TOLD = 1e-6  # damping ratio below which there is none to tell
+TOLD = 1e-6  # damping ratio below which none is printed
 
 
 def print_campbell(found: Campbell, scale: float, unit: str) -> None:
@@ -29,12 +29,12 @@ def print_campbell(found: Campbell, scale: float, unit: str) -> None:
         ]
         print_table([unit, *names], rows, title)
 
-    table("frequency in the spinning frame, Hz (* grows)", "frequencies")
+    table("frequency in the spinning frame, Hz (* unstable)", "frequencies")
     ratios = np.array([branch.damping_ratios[asked] for branch in found.branches])
     if np.nanmax(np.abs(ratios), initial=0.0) > TOLD:
-        table("damping ratio of what swings (* grows)", "damping_ratios")
+        table("damping ratio of oscillating modes (* unstable)", "damping_ratios")
     if between := int((~found.asked).sum()):
-        print(f"followed    through {between} speeds in between, where shapes change fast")
+        print(f"followed    through {between} additional speeds, where mode shapes change fast")
     for branch in found.branches:
         if branch.becomes:
             print(f"branch      {branch.name} ends as {branch.becomes}")

@@ -52,7 +52,7 @@ def check(
 
 
 def advice_copy(case: Path, decided: Decided, force: bool) -> Path:
-    """The copy of a case with the advice in it, beside the case."""
+    """The copy of a case with the advice in it, in the folder of the case."""
     from femflex.case import read_case
     from femflex.pipeline.advised_case import advised_text
     from femflex.results.place import check_place

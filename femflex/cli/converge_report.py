@@ -52,7 +52,7 @@ class StudyOutputs:
             printers.get(found.over, print_study)(found)  # type: ignore[operator]
 
     def tell(self, findings: list[Finding], notes: Mapping[str, str], complete: bool) -> None:
-        """Print what they come to together, with the notes on bodies as JSON too, and draw them if asked for."""
+        """Print what they come to together, with the notes on bodies as JSON too, and draw them on request."""
         from femflex.studies import choice, choice_text
 
         if self.as_json and len(findings) == 1:
@@ -84,7 +84,7 @@ def print_forms(found: StrainStudy) -> None:
         rows.append(
             [form.strain, *counts, str(form.followers), *text, "<-" if form.strain == found.recommended else ""]
         )
-    heads = ["strain", "coordinates", "vibration", "derivatives", "following", "value", "difference", "seconds", ""]
+    heads = ["strain", "coordinates", "vibration", "derivatives", "dependent", "value", "difference", "seconds", ""]
     print_table(heads, rows)
     print(fill(f"verdict     {found.verdict}", 110, subsequent_indent=" " * 12))
 
@@ -129,5 +129,5 @@ def derivatives_apart(found: Convergence) -> tuple[list[list[str]], list[str]]:
         inside = found.derivatives + (found.followers if of == "shapes" else 0)
         parts, heads = [found.counts - inside, found.derivatives], [*heads, "vibration", "derivatives"]
     if found.followers.any():
-        parts, heads = [*parts, found.followers], [*heads, "following"]
+        parts, heads = [*parts, found.followers], [*heads, "dependent"]
     return [[str(part[k]) for part in parts] for k in range(len(found.levels))], heads

@@ -106,7 +106,7 @@ def print_modes(case: Case, modes: SystemModes, number: int | None) -> None:
         print(f"and {len(modes.names) - shown} modes above, which -n and --json list\n")
     print(f"about       {frame_text(modes.about)}")
     if modes.left_out:
-        print(f"left out    {', '.join(modes.left_out)}; --at takes the values at a time")
+        print(f"left out    {', '.join(modes.left_out)}. Use --at TIME to evaluate them at a time")
     print_stability(modes.about)
     for verdict in judged_modes(case, modes):
         print(f"expected    {verdict}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Annotated
 
@@ -12,21 +13,31 @@ from femflex.cli.verb import verb
 
 
 @verb("femflex info meshes/panel.msh")
-def info(file: Annotated[Path, typer.Argument(help="Mesh, body, case or run file.", show_default=False)]) -> None:
-    """Say what a file holds: groups of a mesh, modes of a body, tables of a case, channels of a run."""
+def info(
+    file: Annotated[Path, typer.Argument(help="Mesh, deck, body, case or run file.", show_default=False)],
+    units: Annotated[str, typer.Option("--units", help="Units of a deck, such as mm-t-s.")] = "m-kg-s",
+) -> None:
+    """Say what a file holds: groups of a mesh, cards of a deck, modes of a body, tables of a case, channels."""
     if not file.is_file():
         raise FileNotFoundError(
             f"{file} does not exist" if not file.exists() else f"{file} is a folder; name a file in it"
         )
+    from femflex.mesh.formats import FORMATS
+
     with Patience(f"reading {file.name}"):
         text = (
             _hdf5(file)
-            if _starts_as_hdf5(file) and file.suffix != ".med"
+            if _starts_as_hdf5(file) and file.suffix.lower() not in FORMATS
             else _case(file)
             if file.suffix == ".toml"
-            else _mesh(file)
+            else _matrices(file)
+            if file.suffix.lower() in MATRICES
+            else _mesh_or_deck(file, units)
         )
     print(text)
+
+
+MATRICES = (".npz", ".mat", ".op4", ".op2", ".pch", ".dmig", ".asm", ".mtx", ".sti", ".mas", ".dof")  # suffixes
 
 
 def _starts_as_hdf5(file: Path) -> bool:
@@ -62,7 +73,9 @@ def _hdf5(file: Path) -> str:
 
         with open_run(file) as run:
             return repr(run)
-    raise ValueError(f"{file} is an HDF5 file, but neither a run nor a body of femflex")
+    if not kind:
+        return _matrices(file)
+    raise ValueError(f"{file} is an HDF5 file, but neither a run nor a body of femflex, nor one of matrices")
 
 
 def body_text(file: Path, body: object) -> str:
@@ -100,7 +113,7 @@ def _case(file: Path) -> str:
     lines.append(f"orbit   {case.orbit.kind}")
     lines += [f"gravity {_list(case.environment.gravity)} m/s^2"] if any(case.environment.gravity) else []
     lines += [
-        f"body    {name}: {table.kind}" + (f" from {table.mesh}" if table.kind == "flexible" else "")
+        f"body    {name}: {table.kind}" + (f" from {table.source}" if table.kind == "flexible" else "")
         for name, table in case.bodies.items()
     ]
     lines += [f"joint   {joint.kind} from {joint.parent or 'the base frame'} to {joint.child}" for joint in case.joints]
@@ -112,7 +125,36 @@ def _case(file: Path) -> str:
     return "\n".join(lines)
 
 
+def _mesh_or_deck(file: Path, units: str) -> str:
+    """Lines about a mesh, and about the deck where the file is one."""
+    from femflex.decks import READERS, read_deck
+    from femflex.decks.report import describe
+    from femflex.decks.units import units_of
+
+    declared = units_of(units)
+    if not any(file.suffix.lower() in reader.suffixes for reader in READERS.values()):
+        return _mesh(file)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # said by `describe`
+            deck = describe(read_deck(file, declared))
+    except ValueError as error:
+        return f"{_mesh(file)}\n\nas a deck: {error}"
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return f"{deck}\n\n{_mesh(file)}"
+    except ValueError:  # elements of other coordinate systems, masses alone
+        return deck
+
+
+def _matrices(file: Path) -> str:
+    from femflex.matrices.describe import describe_matrices
+
+    return describe_matrices(file)
+
+
 def _mesh(file: Path) -> str:
     from femflex.mesh import describe, read_mesh
 
-    return f"{file.name}: mesh\n{describe(read_mesh(file))}"
+    return f"{file.name}: mesh\n{describe(read_mesh(file, strict=False))}"

@@ -181,5 +181,5 @@ def print_model(model: LinearModel, small: StateSpace, data: dict[str, Any]) -> 
         return
     print(f"about       {frame_text(model.about)}")
     if model.left_out:
-        print(f"left out    {', '.join(model.left_out)}; --at takes the values at a time")
+        print(f"left out    {', '.join(model.left_out)}. Use --at TIME to evaluate them at a time")
     print_stability(model.about)

@@ -187,9 +187,9 @@ def kind_counts(kinds: tuple[str, ...]) -> str:
 
 
 def dependent_count(body: FlexibleBody) -> str:
-    """How many shapes follow the coordinates of a condensed body, for a heading; nothing where none do."""
+    """Number of dependent shapes of a condensed body, for a heading; empty where there are none."""
     led = body.kinds[body.n_modes :]
-    return f", {len(body.slaves)} shapes follow ({', '.join(dict.fromkeys(led))})" if led else ""
+    return f", {len(body.slaves)} dependent shapes ({', '.join(dict.fromkeys(led))})" if led else ""
 
 
 def print_mac(body: FlexibleBody, other: FlexibleBody, title: str) -> None:

@@ -10,7 +10,7 @@ DIAGRAM_SUFFIXES = (".png", ".svg")
 
 
 def outputs(paths: Sequence[Path], kinds: Mapping[str, Sequence[str]]) -> dict[str, Path]:
-    """The files asked for, by their kind.
+    """The requested files, by their kind.
 
     kinds: suffixes (lower case) that each kind of file may have.
 

@@ -1,4 +1,4 @@
-"""The pictures a case asks `run` to leave beside its result file."""
+"""The pictures of a case that `run` writes next to its result file."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def picture_paths(table: PicturesTable, output: Path) -> list[Path]:
-    """Paths of everything the table asks for, beside the result file."""
+    """Paths of all pictures of the table, next to the result file."""
     return [path for path, _ in _wanted(table, output)]
 
 

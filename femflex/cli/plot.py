@@ -17,7 +17,7 @@ def plot(
     channels: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Channels, such as attitude/angles; left out, the telling ones. `femflex info` lists them.",
+            help="Channels, such as attitude/angles; left out, a default selection. `femflex info` lists them.",
             show_default=False,
         ),
     ] = None,

@@ -59,7 +59,7 @@ def render(
         ),
     ] = None,
     size: Annotated[str, typer.Option("--size", help="Width and height in pixels.")] = "1280x720",
-    edges: Annotated[str, typer.Option("--edges", help="sharp, mesh or none.")] = "sharp",
+    edges: Annotated[str, typer.Option("--edges", help="auto, sharp, mesh or none.")] = "auto",
     no_triads: Annotated[bool, typer.Option("--no-triads", help="Leave out the axes of bodies and frame.")] = False,
     trace: Annotated[
         list[str] | None, typer.Option("--trace", help="Marker BODY.MARKER whose path is drawn; may be repeated.")
@@ -101,7 +101,7 @@ def render(
 
 
 def place_of_camera(run: Run, camera: str | None, view: tuple[float, ...] | None) -> dict[str, Any]:
-    """Camera, view and fit as asked for, or where nothing is asked as the case of the run has its own pictures."""
+    """Camera, view and fit of the options, or else those of the pictures of the run's case."""
     if camera is not None or view is not None:
         return {"camera": camera or "auto", "view": view}
     from femflex.case.run import PicturesTable

@@ -86,8 +86,8 @@ def run(
     missed += [] if without or linearised else print_modes_verdicts(read)
     if missed:
         print_error(
-            f"warning: the run is done, but what the case expects of {', '.join(missed)} does not hold; either "
-            f"something has changed, or [expect] has to"
+            f"warning: the run is complete, but these expected values of the case do not hold: {', '.join(missed)}. "
+            f"Check the model, or correct [expect]"
         )
 
 

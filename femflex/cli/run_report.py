@@ -1,4 +1,4 @@
-"""What `femflex run` says before it begins and when it is done."""
+"""Texts that `femflex run` prints before and after the integration."""
 
 from __future__ import annotations
 
@@ -74,8 +74,8 @@ def _orbit_lines(prepared: Prepared) -> list[str]:
         f"{orbit.eccentricity:.6g}"
     )
     motion = (
-        f"            period {orbit.period:.6g} s, n = {orbit.mean_motion:.6g} rad/s, begins at anomaly "
-        f"{degrees(orbit.true_anomaly):.4g} deg"
+        f"            period {orbit.period:.6g} s, n = {orbit.mean_motion:.6g} rad/s, true anomaly "
+        f"{degrees(orbit.true_anomaly):.4g} deg at t = 0"
     )
     return [text, motion, *_attraction_lines(prepared.system)]
 
@@ -235,7 +235,7 @@ def print_verdicts(case: Case, run: Run) -> list[str]:
     """Names of the expectations of the case that do not hold; prints all of them. They are those of the full case."""
     if run.without:
         if case.expect.answers:
-            print("expected    not judged: the expectations are those of the full case")
+            print("expected    not checked: they are for the case with all terms")
         return []
     from femflex.case.verdicts import judged
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def second_output(case: Case, output: Path) -> Path | None:
-    """Where the second run goes, None when none is asked for."""
+    """Where the second run goes, None without one."""
     if case.pictures is None or not (case.pictures.without or case.pictures.linearised):
         return None
     word = "linearised" if case.pictures.linearised else "without"
@@ -39,7 +39,7 @@ def check_left_out(prepared: Prepared) -> None:
 
 @contextmanager
 def second_run(case: Case, output: Path, force: bool) -> Iterator[Run | None]:
-    """The second run, open for reading; one that runs away is kept as far as it got, and that is said."""
+    """The second run, open for reading; one that diverges is kept up to there, with a report."""
     path = second_output(case, output)
     if path is None or case.pictures is None:
         yield None

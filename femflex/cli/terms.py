@@ -25,12 +25,13 @@ def terms(
         list[str] | None,
         typer.Option(
             "--coordinate",
-            help="Coordinate to explain, such as beam.delta1; may be repeated; `all`. Left out, the telling ones.",
+            help="Coordinate to explain, such as beam.delta1; may be repeated; `all`. Left out, a default selection.",
             show_default=False,
         ),
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="PNG or SVG picture: motion, and what pushes it, stacked.")
+        Path | None,
+        typer.Option("-o", "--output", help="PNG or SVG picture: the motion, and the terms that drive it, stacked."),
     ] = None,
     start: Annotated[str | None, typer.Option("--from", help="First time: seconds, or a text such as '2 min'.")] = None,
     end: Annotated[str | None, typer.Option("--to", help="Last time.")] = None,
@@ -41,7 +42,7 @@ def terms(
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
     title: Annotated[str | None, typer.Option("--title", help="Left out, that of the case.")] = None,
     whole: Annotated[
-        bool, typer.Option("--whole", help="Draw the inertia as one, not by whose acceleration it is.")
+        bool, typer.Option("--whole", help="Draw the inertia as one term, not split by accelerating coordinate.")
     ] = False,
     keep: Annotated[
         bool, typer.Option("--keep", help="Keep the terms in the run, as channels terms/elastic and so on.")
@@ -99,9 +100,10 @@ def readable_part(found: Explanation, places: list[int], wanted: bool) -> tuple[
     first, last = readable_span(found, places) if wanted else (found.time[0], found.time[-1])
     if last >= found.time[-1]:
         return found, ""
-    return found.until(
-        last
-    ), f", {first:g} to {last:g} s of {found.time[-1]:g} s, where single swings can be seen; --from and --to choose"
+    return (
+        found.until(last),
+        f", {first:g} to {last:g} s of {found.time[-1]:g} s, which shows single oscillations (--from, --to)",
+    )
 
 
 def keep_terms(file: Path, found: Explanation, lock: FileLock) -> None:

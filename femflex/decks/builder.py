@@ -76,7 +76,7 @@ class Builder:
         cells.append(rows)
         if key not in self._members:
             k = self._names[name] = self._names.get(name, 0) + 1
-            self._members[key] = _Gathered(f"{name} part {k}", family, section, material, options or {})
+            self._members[key] = _Gathered(f"{name}-part{k}", family, section, material, options or {})
         self._members[key].rows.setdefault(kind, []).append(row)
         for group in (name, *groups):
             self.cell_groups.setdefault(group, {}).setdefault(kind, []).append(row)
@@ -106,7 +106,7 @@ class Builder:
 
     def _group(self, one: _Gathered) -> str:
         """The group of a member: that of its property where it is the only part of it."""
-        name, _, part = one.name.rpartition(" part ")
+        name, _, part = one.name.rpartition("-part")
         return name if part == "1" and self._names[name] == 1 else one.name
 
 

@@ -35,6 +35,7 @@ class Deck:
     default_supports names of those in force where nobody names any
     points_of_ids    number of a node in the deck -> row of mesh.points; a node without a row is used by nothing
     units            that the deck was declared to be in
+    moduli, densities  of its materials, Young's [Pa] and [kg/m^3], by which the units are judged
     used             kind of card -> how many were used
     unused           cards the structure is made without, with the consequence of each
     notes            sentences on what was decided in reading
@@ -51,6 +52,8 @@ class Deck:
     default_supports: tuple[str, ...] = ()
     points_of_ids: Mapping[int, int] = field(default_factory=dict)
     units: Units = field(default_factory=Units)
+    moduli: tuple[float, ...] = ()
+    densities: tuple[float, ...] = ()
     used: Mapping[str, int] = field(default_factory=dict)
     unused: tuple[UnusedCard, ...] = ()
     notes: tuple[str, ...] = ()
@@ -114,7 +117,7 @@ class Deck:
             if support.axes == GLOBAL:
                 nodes = nodes[[any((int(n), c) not in fixed for c in support.components) for n in nodes]]
             if len(nodes):
-                groups[f"autospc {k + 1}"], own[f"autospc {k + 1}"] = nodes, support
+                groups[f"autospc-{k + 1}"], own[f"autospc-{k + 1}"] = nodes, support
         if not own:
             return self
         count = sum(len(support.components) * len(groups[name]) for name, support in own.items())

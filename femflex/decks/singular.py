@@ -26,12 +26,16 @@ def unresisted(structure: Structure, points: Index) -> list[tuple[Index, Support
     supports: dict[tuple[float, ...], Support] = {}
     for kind, rows in enumerate((structure.translation, structure.rotation)):
         block, own = _blocks(structure.K, rows)
-        nodes = points[own[points]]
+        nodes = points[own[points].any(axis=1)]
         if not len(nodes):
             continue
+        overall = float(np.abs(block[nodes]).max(initial=0.0))
+        for a in range(3):  # components that follow others count as stiff
+            follows = nodes[~own[nodes, a]]
+            block[follows, a] = block[follows, :, a] = 0.0
+            block[follows, a, a] = np.maximum(np.abs(block[follows]).max(axis=(1, 2)), max(overall, 1.0) * 1e-12)
         value, vectors = np.linalg.eigh(block[nodes])
         largest = value[:, 2]
-        overall = largest.max(initial=0.0)
         loose = value <= RATIO * np.maximum(largest[:, None], np.finfo(float).tiny)
         loose |= (largest <= 1e-14 * overall)[:, None]
         for node, free, axes in zip(nodes, loose, vectors.swapaxes(1, 2), strict=True):
@@ -51,7 +55,7 @@ def unresisted(structure: Structure, points: Index) -> list[tuple[Index, Support
 
 
 def _blocks(K: sparse.csr_array, rows: sparse.csr_array) -> tuple[Array, NDArray[np.bool_]]:
-    """Stiffness (n, 3, 3) of nodes against their own three components, and which (n,) move by dofs of their own."""
+    """Stiffness (n, 3, 3) of nodes against their own three components, and which (n, 3) have a dof of their own."""
     n = rows.shape[0] // 3
     moved = (rows @ K).tocsr()
     block, gram = np.zeros((n, 3, 3)), np.zeros((n, 3, 3))
@@ -60,5 +64,5 @@ def _blocks(K: sparse.csr_array, rows: sparse.csr_array) -> tuple[Array, NDArray
             other = rows[b::3]
             block[:, a, b] = np.asarray(moved[a::3].multiply(other).sum(axis=1)).ravel()
             gram[:, a, b] = np.asarray(rows[a::3].multiply(other).sum(axis=1)).ravel()
-    own = np.abs(gram - np.eye(3)).max(axis=(1, 2)) < SAME
+    own = np.abs(gram - np.eye(3)).max(axis=2) < SAME
     return (block + block.swapaxes(1, 2)) / 2, own

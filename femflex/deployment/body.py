@@ -48,7 +48,7 @@ class DeployingBody(NamedTuple):
     start: tuple[float, float]
 
     def resting_rates(self, delta: Array, rest: str = "place") -> Array:
-        """Rates (n,) of coordinates delta (n,) at t = 0 for a deflection that rests at a fixed "place" of the length.
+        """Rates (n,) [delta/s] of coordinates delta (n,) at t = 0 for a deflection at rest at a "place" of length.
 
         rest: "material" for points of the material at rest, "coordinates" for none.
         """
@@ -133,7 +133,7 @@ class Options(TypedDict, total=False):
     damping      fraction of critical damping, one or one for each coordinate
     drum         "root" (the default): material is drawn out of the parent; "tip": it is laid out from the tip
     drum_radius  [m], for the torque of the drum
-    markers      name -> distance from the exit over the length, beside "root" and "tip"
+    markers      name -> distance from the exit over the length, in addition to "root" and "tip"
     orientations marker -> its axes C_BM (3, 3). Left out: those of the member
     """
 

@@ -75,7 +75,7 @@ class ElementFunctions:
 
     @property
     def knots(self) -> Array:
-        """Inner ends of the elements."""
+        """Inner ends of the elements (k,), parts of the length [1]."""
         return self.edges[1:-1]
 
     @property
@@ -90,7 +90,7 @@ class ElementFunctions:
 
     @property
     def blocks(self) -> list[tuple[Index, int]]:
-        """Functions (k,) of each field, and how many of its modes are kept."""
+        """Numbers (k,) of the functions of each field, and how many of its modes are kept."""
         found, first = [], 0
         for name, kept, bends in self._fields():
             n = len(self._nodal(bends, name in "yz"))
@@ -99,7 +99,7 @@ class ElementFunctions:
         return found
 
     def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
-        """Derivative by x of u, v, w, theta (len(xi), 4, count) at x = xi length."""
+        """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1]."""
         found, first = np.zeros((len(xi), 4, self.count)), 0
         rows = {"y": 1, "z": 2, "axial": 0, "torsion": 3}
         for name, _, bends in self._fields():

@@ -32,7 +32,7 @@ class LineFunctions(Protocol):
         """The largest number of functions of one field."""
 
     def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
-        """Derivative by x of u, v, w, theta (len(xi), 4, count) at x = xi length."""
+        """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1]."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ class StringFunctions:
         return max(self.y, self.z, self.axial) + 1
 
     def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
-        """Derivative by x of u, v, w, theta (len(xi), 4, count) at x = xi length."""
+        """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1]."""
         found, first = np.zeros((len(xi), 4, self.count)), 0
         for row, n in ((1, self.y), (2, self.z), (0, self.axial)):
             if n:
@@ -136,7 +136,7 @@ class DeployingLine:
 
     @property
     def sections(self) -> tuple[Array, Array]:
-        """Offsets (k, 3) of points of a section, member axes, and their shares of its mass (k,)."""
+        """Offsets (k, 3) [m] of points of a section, member axes, and their shares of its mass (k,)."""
         if not (self.ry or self.rz):
             return np.zeros((1, 3)), np.ones(1)
         return section_points(np.array(self.rz**2), np.array(self.ry**2), self.rotary_inertia)

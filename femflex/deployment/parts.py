@@ -37,7 +37,7 @@ def member_parts(
     strain      "condensed": bending draws the member in, so that axial loads and inertia stiffen or soften it to second
                 order (THEORY section 6); "linear": they do not
     damping     fraction of critical damping of each coordinate at every length
-    markers     name -> xi, beside "root" and "tip"
+    markers     name -> xi, in addition to "root" and "tip"
     """
     xi, weight = shapes.quadrature
     V1: Series = {0: np.zeros((0, 0))}

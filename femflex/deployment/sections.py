@@ -88,10 +88,10 @@ class MemberSections:
         a = _acceleration(motion, (self.values, self.chi, self.chi2), (ratio, rate, acceleration))
         S = outboard @ (dm[:, None] * a)
         if self.tip is not None:
-            Z, chi, chi2, jump = self.tip
+            values, carried, carried2, jump = self.tip
             mass = self._mass_between(L, self.stock)
             leaving = float(self.density(np.array([L]))[0])
-            own = mass * _acceleration(motion, (Z, chi, chi2), (ratio, rate, acceleration))[0]
+            own = mass * _acceleration(motion, (values, carried, carried2), (ratio, rate, acceleration))[0]
             S += own + leaving * abs(U) * np.sign(U) * rate * (at(jump, ratio) @ motion.y)[0]
         for marker, force in attached:
             S[self.stations <= self.markers.get(marker, 0.0)] += force
@@ -159,7 +159,7 @@ def sections_of(
         stations=STATIONS, at_xi=xi, weight=weight, values=series[0], chi=chi, chi2=chi2, tip=tip,
         tangent=mean(STATIONS, 1), bends=bends, stiffness=stiffness, density=density, factor=factor,
         reference=shapes.reference, stock=stock, markers={"tip": 1.0, **markers},
-        support=float(line.tension), slackens=bare,  # type: ignore[attr-defined]
+        support=float(line.tension), slackens=bare,
     )  # fmt: skip
 
 

@@ -40,11 +40,15 @@ class ShapeFunctions(Protocol):
 
 
 class Axes(Protocol):
-    """Where a member stands in its body: the exit and its axes."""
+    """Where a member stands in its body: the exit and its axes, and the tension at its tip that supports hold up."""
 
     @property
     def root(self) -> Any:
-        """The exit, body frame (3,) [m]."""
+        """The exit [m], body frame."""
+
+    @property
+    def tension(self) -> float:
+        """Axial force at the tip [N]."""
 
     @property
     def frame(self) -> Array:
@@ -198,7 +202,7 @@ def clean(function: Callable[[Array], Array], xi: Array) -> Array:
 
 
 def grid(n: int, m: int, closed: bool) -> Index:
-    """Quadrilaterals between neighbours of points (n, m); closed: the last of each row is beside the first."""
+    """Quadrilaterals between neighbours of points (n, m); closed: the last of each row is next to the first."""
     at, side = np.meshgrid(np.arange(n - 1), np.arange(m if closed else m - 1), indexing="ij")
     ring = np.stack([at, at + 1, at + 1, at], axis=-1) * m
     around = np.stack([side, side, (side + 1) % m, (side + 1) % m], axis=-1)

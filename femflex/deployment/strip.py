@@ -100,18 +100,18 @@ class StripFunctions:
 
     @property
     def knots(self) -> Array:
-        """Inner ends of elements along, if it has any."""
+        """Inner ends of the elements along (k,), parts of the length [1]; empty without elements."""
         return np.asarray(getattr(self.along, "knots", ()), float)
 
     @property
     def blocks(self) -> list[tuple[NDArray[np.intp], int]] | None:
-        """All functions of elements, and how many of their modes are kept; None for admissible functions."""
+        """Numbers (k,) of the functions of elements, and number of modes kept; None for admissible functions."""
         if not hasattr(self.along, "blocks"):
             return None
         return [(np.arange(self.count), self.along.most * self.across)]
 
     def deflections(self, xi: Array, eta: Array, derivative: int = 0, crosswise: int = 0) -> Array:
-        """Derivatives by xi and by eta = 2 y / b of w at (xi, eta), (len(xi), len(eta), count)."""
+        """Derivatives (n_xi, n_eta, n) of w [m] by xi and eta = 2 y / b at (xi, eta) [1], per coordinate."""
         X = self.along.fields(xi, 1.0, derivative)[:, 2]
         Y = legendre.legder(np.eye(self.across), crosswise) if crosswise else np.eye(self.across)
         across = legendre.legval(eta, Y).T.reshape(len(eta), self.across)

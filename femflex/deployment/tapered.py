@@ -189,7 +189,9 @@ def tapered_line(
         raw = TaperedLine(replace(shapes, X=np.eye(shapes.functions.count)), taper, stock, np.zeros(1), at_tip)
         values = raw.values(shapes.reference)
         M = np.einsum("kala->kl", values["second"][1:, :, 1:, :])
-        shapes = with_columns(shapes, columns_of(shapes.functions, M, values["V1"]), condensed)
+        bent = with_columns(shapes, columns_of(shapes.functions, M, values["V1"]), condensed)
+        assert isinstance(bent, LineShapes)
+        shapes = bent
     return TaperedLine(shapes, taper, stock, np.broadcast_to(ratio, (shapes.n,)) if ratio.ndim == 0 else ratio, at_tip)
 
 

@@ -65,11 +65,7 @@ class Latches:
     def values(self, t: float, x: Array) -> Array:
         """How far each open latch's coordinate, or the channel at which it opens, has to go; 1 for a closed one."""
         out = np.array([_to_go(p, t, x) for p in self.places])
-        waiting = {
-            k: p.latch.opens
-            for k, p in enumerate(self.places)
-            if isinstance(p.latch.opens, Threshold) and x[p.time] >= 0.0  # closed until a threshold is crossed
-        }
+        waiting = {k: opens for k, p in enumerate(self.places) if (opens := _awaited(p, x)) is not None}
         if waiting:
             seen = self._sensing.read(t, x, sorted({opens.channel for opens in waiting.values()}))
             for k, opens in waiting.items():
@@ -80,7 +76,7 @@ class Latches:
         """How fast that changes; 0 for a closed one."""
         n_q = self.model.n_q
         out = np.array([_approach(p, x, n_q) for p in self.places])
-        waiting = [k for k, p in enumerate(self.places) if _waits(p, x)]
+        waiting = [k for k, p in enumerate(self.places) if _awaited(p, x) is not None]
         if waiting:
             dx = self.model.state_rate(t, x)
             ahead, behind = (self.values(t + sign * STEP, x + sign * STEP * dx) for sign in (1.0, -1.0))
@@ -105,9 +101,9 @@ class Latches:
         x[self.model.n_q : self.model.n_q + self.model.n_u] = after
 
 
-def _waits(p: Place, x: Array) -> bool:
-    """Whether a latch is closed until a threshold is crossed."""
-    return isinstance(p.latch.opens, Threshold) and x[p.time] >= 0.0
+def _awaited(p: Place, x: Array) -> Threshold | None:
+    """The threshold until which a latch is closed, None where it awaits none."""
+    return p.latch.opens if isinstance(p.latch.opens, Threshold) and x[p.time] >= 0.0 else None
 
 
 def _to_go(p: Place, t: float, x: Array) -> float:

@@ -44,18 +44,20 @@ class StrainPlaces:
     """Where the points of a strain block lie, x (e, q, 3) [m], and of what they are a part: line, plate or solid.
 
     sampled (e, q, 3): those of `StrainBlock.sampled`, left out where they are the same. lever: of lines the section's
-    polar radius (e, q) that twist is carried with, of plates half the thickness [m].
+    polar radius (e, q) that twist is carried with, of plates half the thickness [m]; sampled_lever: the same at the
+    points of `sampled`, left out where it is the same.
     """
 
     kind: str
     x: Array
     sampled: Array | None = None
     lever: Array | float = 0.0
+    sampled_lever: Array | float | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Contribution:
-    """What one member adds to the tables and to the picture; skin() makes what is drawn, when it is asked for.
+    """What one member adds to the tables and to the picture; skin() makes what is drawn, on request.
 
     places go with the blocks of strain, one by one; a family without them is not coloured by strain
     late() makes further blocks of strain, which depend on what other members have given the nodes

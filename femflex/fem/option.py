@@ -19,12 +19,14 @@ class Option:
     meaning  in words, for the README and the schema
     unit     SI unit of its numbers ("" for plain ones); None for a word, a whole number or a truth value
     shapes   how many numbers it may take: 0 for one alone
+    field    whether it may be a formula of x, y and z in place of numbers
     """
 
     default: Any
     meaning: str
     unit: str | None = None
     shapes: tuple[int, ...] = (0,)
+    field: bool = False
 
 
 Options = Mapping[str, Option]

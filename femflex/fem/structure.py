@@ -39,7 +39,7 @@ Index = NDArray[np.int64]
 class Member:
     """A mesh group that becomes structure: the family of its elements, their section, material and options.
 
-    Which sections, materials and options a family takes is said in its own docstring (`femflex.fem.FAMILIES`).
+    Which sections, materials and options a family takes is stated in its own docstring (`femflex.fem.FAMILIES`).
     """
 
     group: str
@@ -114,7 +114,7 @@ class Structure:
 
     @cached_property
     def skin(self) -> StructureSkin | None:
-        """The drawn surface of all members, made when it is first asked for; None when no member has one."""
+        """The drawn surface of all members, made at the first request; None when no member has one."""
         return _merged_skin([part() for part in self.skin_parts], self.T)
 
     @property
@@ -133,11 +133,11 @@ class Structure:
         return self.T.shape[1]
 
     def clamped_dofs(self, group: str, components: Sequence[str] | Support = COMPONENTS) -> Index:
-        """Independent dofs (k,), ascending, that are zero where the group's nodes have a support; see `held_dofs`."""
+        """Numbers of independent dofs (k,), ascending, zero where the group's nodes are supported; see `held_dofs`."""
         return self.held_dofs({group: components})
 
     def held_dofs(self, supports: Supports) -> Index:
-        """Independent dofs (k,), ascending, that are zero under the supports.
+        """Numbers of the independent dofs (k,), ascending, that are zero under the supports.
 
         supports: group -> components of "x", "y", "z", "rx", "ry", "rz" (global axes), all six for a clamp, the first
         three for a ball joint; or a Support with axes of its own. They act on the nodes, and on all that lies between

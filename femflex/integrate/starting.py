@@ -37,4 +37,4 @@ def first_step(
 
 def norm(v: Array) -> float:
     """Root mean square of v."""
-    return float(np.sqrt(np.mean(v**2)))
+    return float(np.sqrt(np.mean(v**2))) if v.size else 0.0

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 SYMMETRIC = 1e-6  # |A - A^T| over the largest entry of A: beyond, a matrix is not symmetric
 ROUNDED = 1e-10  # the same, beyond which it is noted that the symmetric part is taken
 GROUNDED = 1e-6  # strain energy of a rigid motion over the sum of its terms' sizes, beyond which K holds the body
-NEGATIVE = 1e-9  # shift of the diagonal, relative, below which eigenvalues count as zero
+NEGATIVE = 1e-7  # shift of the diagonal, relative, below which eigenvalues count as zero
 UNEQUAL = 1e-4  # difference of the masses along x, y and z, relative
 COUPLED = 1e-6  # |K_bq| of a Craig-Bampton model over the geometric mean of diagonal entries
 STATED = 0.01  # difference of mass properties from those stated, relative
@@ -83,17 +83,17 @@ class StatedMass:
 
 def check_model(model: MatrixModel, stated: StatedMass | None = None) -> MatrixReport:
     """The report on a model; nothing is raised."""
-    asymmetry = {
-        name: _asymmetry(A)
+    apart = {
+        name: asymmetry(A)
         for name, A in (("mass", model.M), ("stiffness", model.K), ("damping", model.D))
         if A is not None
     }
     found = [Finding(text, True) for text in _not_finite(model)]
     if found:
         return MatrixReport(
-            np.nan, np.full(3, np.nan), np.full((3, 3), np.nan), asymmetry, np.full(6, np.nan), 0, tuple(found)
+            np.nan, np.full(3, np.nan), np.full((3, 3), np.nan), apart, np.full(6, np.nan), 0, tuple(found)
         )
-    for name, value in asymmetry.items():
+    for name, value in apart.items():
         if value > SYMMETRIC:
             text = f"its {name} matrix is not symmetric: |A - A^T| is {value:.2g} of its largest entry"
             found.append(Finding(f"{text} (limit {SYMMETRIC:g}); was it written whole, or one triangle alone?", True))
@@ -114,7 +114,7 @@ def check_model(model: MatrixModel, stated: StatedMass | None = None) -> MatrixR
     found += _coupled(model, K)
     if stated is not None:
         found += _differences(stated, mass, centre, J)
-    return MatrixReport(mass, centre, J, asymmetry, rigid, massless, tuple(found))
+    return MatrixReport(mass, centre, J, apart, rigid, massless, tuple(found))
 
 
 def symmetric_part(A: sparse.csr_array) -> sparse.csr_array:
@@ -122,7 +122,8 @@ def symmetric_part(A: sparse.csr_array) -> sparse.csr_array:
     return sparse.csr_array((A + A.T) / 2)
 
 
-def _asymmetry(A: sparse.csr_array) -> float:
+def asymmetry(A: sparse.csr_array) -> float:
+    """|A - A^T| over the largest entry of A."""
     size = float(abs(A).max()) if A.nnz else 0.0
     return float(abs(A - A.T).max()) / size if size else 0.0
 

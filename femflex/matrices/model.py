@@ -117,12 +117,12 @@ class MatrixModel:
 
     @property
     def loaded(self) -> Index:
-        """Numbers of the nodes that have degrees of freedom, in the order of the map."""
+        """Numbers (k,) of the nodes that have degrees of freedom, in the order of the map."""
         found = self.dofs[self.dofs[:, 1] > 0, 0]
         return np.asarray(found[np.sort(np.unique(found, return_index=True)[1])])
 
     def nodes_of(self, group: str) -> Index:
-        """Numbers of the nodes of a group: one of `groups`, "all", or node_17. Raises ValueError with what is known."""
+        """Numbers (k,) of the nodes of a group: one of `groups`, "all", or node_17. Raises ValueError otherwise."""
         if group in self.groups:
             return np.asarray(self.groups[group], np.int64)
         if group == "all":

@@ -26,6 +26,7 @@ def _bulk(path: Path) -> Contents:
     cards = read_deck(path).cards
     contents = Contents()
     grids_of(cards, contents)
+    contents.dofs = _external(cards)
     headers: dict[str, tuple[int, int]] = {}
     columns: dict[str, list[list[str]]] = {}
     for name, f in cards:
@@ -49,6 +50,13 @@ def _bulk(path: Path) -> Contents:
             continue
         contents.matrices[name] = _dmig(columns.get(name, []), form)
     return contents
+
+
+def _external(cards: list[tuple[str, list[str]]]) -> Index | None:
+    """Map of degrees of freedom of an external superelement by EXTRN cards: node and components, 0 for scalars."""
+    pairs = [pair for name, f in cards if name == "EXTRN" for pair in zip(f[::2], f[1::2], strict=False) if pair[0]]
+    rows = [(int(node), int(c)) for node, components in pairs for c in components or "0"]
+    return np.array(rows, np.int64) if rows else None
 
 
 def _dmig(columns: list[list[str]], form: int) -> Entries:

@@ -242,9 +242,10 @@ def _map(
     known = next((part.dofs for part in contents if part.dofs is not None), None)
     if known is not None:
         return known
+    modal = np.array([(number, 0) for number in sorted(set().union(*(c.scalars for c in contents)))], np.int64)
     for width in (3, 6):
-        if n == width * len(ids):
-            return _repeated(ids, width)
+        if n == width * len(ids) + len(modal):
+            return np.concatenate([_repeated(ids, width), modal.reshape(-1, 2)])
     raise ValueError(
         f"{label} has no map of degrees of freedom, and its {n} rows are neither three nor six for each of its "
         f'{len(ids)} nodes; give a map of node and component 1 to 6 per row, dofs = "map.csv"'

@@ -20,12 +20,15 @@ COINCIDENT = 1e-9  # of the mesh's extent: points closer than this are taken for
 FLAT = 1e-12  # length, area or volume below this times the longest edge to that power counts as zero
 
 
-def check(mesh: Mesh, source: str = "the mesh") -> None:
-    """Raise ValueError for cells that have no size or are turned inside out; warn of loose and coincident points."""
+def check(mesh: Mesh, source: str = "the mesh", strict: bool = True) -> None:
+    """Raise ValueError for cells that have no size or are turned inside out; warn of loose and coincident points.
+
+    strict: False warns of bad cells, too.
+    """
     problems = [*_degenerate(mesh), *_inverted(mesh)]
-    if problems:
+    if problems and strict:
         raise ValueError(f"{source}: " + " ".join(problems))
-    for text in (_loose(mesh), _coincident(mesh)):
+    for text in (*problems, _loose(mesh), _coincident(mesh)):
         if text:
             warnings.warn(f"{source}: {text}", PhysicsWarning, stacklevel=3)
 

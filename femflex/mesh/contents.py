@@ -2,7 +2,7 @@
 
 Readers differ in how groups are reported; they all end in blocks of cells with group names, point groups and a count of
 elements that were not understood. What is common is done here: blocks of one type are joined, single-point cells become
-point groups, unknown cells are left out and said, points used by nothing are dropped.
+point groups, unknown cells are left out with a report, points used by nothing are dropped.
 """
 
 from __future__ import annotations
@@ -44,15 +44,18 @@ class Contents:
     left_out: Mapping[str, int] = field(default_factory=dict)
 
 
-def to_mesh(contents: Contents, source: str) -> Mesh:
-    """Mesh of a file's contents; `source` is the file's name for messages."""
+def to_mesh(contents: Contents, source: str, strict: bool = True) -> Mesh:
+    """Mesh of a file's contents; `source` is the file's name for messages.
+
+    Raises ValueError where no cell is left, unless strict is False: then the mesh has points alone.
+    """
     left_out = Counter(contents.left_out)
     blocks = [block for block in contents.blocks if block.cell in CELL_TYPES]
     for block in contents.blocks:
         if block.cell not in CELL_TYPES and len(block.nodes):
             left_out[block.cell] += len(block.nodes)
     listed = ", ".join(f"{name} ({count})" for name, count in sorted(left_out.items()))
-    if left_out and blocks:
+    if left_out and (blocks or not strict):
         warnings.warn(
             f"{source}: elements not understood and left out: {listed}; {sum(len(b.nodes) for b in blocks)} are kept. "
             f"Understood are {sorted(CELL_TYPES)}.",
@@ -67,6 +70,8 @@ def to_mesh(contents: Contents, source: str) -> Mesh:
     for group in contents.empty:
         cell_groups.setdefault(group, {})
     mesh = without_vertices(Mesh(points, cells, cell_groups, dict(contents.point_groups)))
+    if not mesh.cells and not strict:
+        return mesh
     if not mesh.cells:
         found = f", only {listed}" if listed else ""
         raise ValueError(f"{source} holds no elements that are understood{found}; understood are {sorted(CELL_TYPES)}.")

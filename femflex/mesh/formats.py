@@ -23,7 +23,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class WriteOptions:
-    """What a writer may be reported: binary or text, and the version of the format (None: the newest)."""
+    """Options of a writer: binary or text, and the version of the format (None: the newest)."""
 
     binary: bool = True
     version: str | None = None
@@ -35,18 +35,23 @@ Writer = Callable[[Path, Mesh, WriteOptions], None]
 
 @dataclass(frozen=True)
 class Format:
-    """Name for messages, reader and writer of one format, and bytes of memory that reading a byte of it takes."""
+    """Name for messages, reader and writer of one format, and bytes of memory that reading a byte of it takes.
+
+    write: None where the format is read only.
+    """
 
     name: str
     read: Reader
-    write: Writer
+    write: Writer | None
     memory: float = 10.0  # measured on 160,000 quads: 2 to 9
 
 
 FORMATS: dict[str, Format] = {}  # by suffix
 
 
-def register(name: str, suffixes: tuple[str, ...], read: Reader, write: Writer, memory: float = 10.0) -> None:
+def register(
+    name: str, suffixes: tuple[str, ...], read: Reader, write: Writer | None = None, memory: float = 10.0
+) -> None:
     """Make a format known under its suffixes."""
     for suffix in suffixes:
         FORMATS[suffix] = Format(name, read, write, memory)

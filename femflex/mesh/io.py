@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from femflex.mesh import io_abaqus, io_gmsh, io_med, io_nastran, io_vtk
+from femflex.mesh import io_abaqus, io_ansys, io_exodus, io_gmsh, io_med, io_nastran, io_unv, io_vtk, io_xdmf
 from femflex.mesh.check import check
 from femflex.mesh.contents import renamed, to_mesh, without_vertices
 from femflex.mesh.formats import WriteOptions, format_of
@@ -17,17 +17,30 @@ from femflex.mesh.midside import with_middle_nodes
 from femflex.mesh.upright import upright
 from femflex.reading import reading
 
-__all__ = ["io_abaqus", "io_gmsh", "io_med", "io_nastran", "io_vtk", "read_mesh", "write_mesh"]
+__all__ = [
+    "io_abaqus",
+    "io_ansys",
+    "io_exodus",
+    "io_gmsh",
+    "io_med",
+    "io_nastran",
+    "io_unv",
+    "io_vtk",
+    "io_xdmf",
+    "read_mesh",
+    "write_mesh",
+]
 
 COMPRESSED = 20  # a compressed .vtu or .med may hold as much more than its size says
 ADVICE = "The file may be cut short, damaged or of another format; write it again from its source."
 
 
-def read_mesh(path: str | Path, groups: Mapping[str, str] | None = None) -> Mesh:
-    """Mesh of a file, by its suffix: .msh, .bdf/.nas/.dat, .inp, .vtu, .vtk or .med.
+def read_mesh(path: str | Path, groups: Mapping[str, str] | None = None, strict: bool = True) -> Mesh:
+    """Mesh of a file, by its suffix: .msh, .bdf/.nas/.dat, .inp, .med, .vtu, .vtk, .exo, .xdmf, .unv or .cdb.
 
     groups renames, {wanted name: name in the file}; for Nastran the file's names are "PID 1", "SET 4" and the like.
-    Elements and points without meaning are left out and said; the mesh is checked (see check.py).
+    Elements and points without meaning are left out and reported; the mesh is checked (see check.py). With
+    strict=False, to look at a file, cells without size or folded are warned of, and a file without cells gives points.
     """
     path = Path(path)
     kind = format_of(path)
@@ -38,10 +51,10 @@ def read_mesh(path: str | Path, groups: Mapping[str, str] | None = None) -> Mesh
     require_memory(need, f"{path.name}: reading it", "take a coarser mesh, or free some memory.")
     with reading(path, kind.name, ADVICE), limited_memory(COMPRESSED * need):
         contents = with_middle_nodes(kind.read(path), path.name)
-        mesh = to_mesh(contents, path.name)
+        mesh = to_mesh(contents, path.name, strict)
     mesh = renamed(mesh, groups, contents.titles, path.name)
     mesh = upright(mesh, path.name)
-    check(mesh, path.name)
+    check(mesh, path.name, strict)
     return mesh
 
 
@@ -53,6 +66,8 @@ def write_mesh(path: str | Path, mesh: Mesh, *, binary: bool = True, version: st
     """
     path = Path(path)
     kind = format_of(path)
+    if kind.write is None:
+        raise ValueError(f"{path.name}: {kind.name} is read only; write {path.stem}.msh or .vtu instead.")
     if not mesh.cells:
         raise ValueError(f"a mesh without cells cannot be written to {path.name}.")
     if not path.parent.is_dir():

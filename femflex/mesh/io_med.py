@@ -25,6 +25,7 @@ Families = dict[int, list[str]]
 NAME = "MED"
 # MED lists the faces of its 27-node brick as bottom, four sides, top; VTK as -x, +x, -y, +y, -z, +z.
 H27_FROM_VTK = [*range(20), 24, 22, 21, 23, 20, 25, 26]
+SEVEN = "TR7"  # a triangle of six nodes and one in its middle, which is left out
 LONGEST = 80  # bytes of a group name
 
 
@@ -41,15 +42,15 @@ def read(path: Path) -> Contents:
         blocks, left_out = [], dict[str, int]()
         for code, group in step["MAI"].items() if "MAI" in step else ():
             count = int(group["NOD"].attrs["NBR"]) if "NOD" in group else 0
-            if code not in known:
+            if code not in known and code != SEVEN:
                 left_out[f"MED {code}"] = count
                 continue
-            cell = known[code]
-            n = len(CELL_TYPES[cell].nodes)
+            cell = known.get(code, "triangle6")
+            n = 7 if code == SEVEN else len(CELL_TYPES[cell].nodes)
             listed = np.asarray(group["NOD"][()], np.int64)
             if not count or len(listed) != n * count:
                 raise ValueError(f"it claims {count} cells of type {code} and lists {len(listed)} nodes of them")
-            nodes = listed.reshape(n, count).T - 1
+            nodes = listed.reshape(n, count).T[:, : len(CELL_TYPES[cell].nodes)] - 1
             mine = _groups(cell_families, _family_of(group, count))
             if cell == "vertex":
                 point_groups = _united(point_groups, {name: nodes[rows, 0] for name, rows in mine.items()})
@@ -162,7 +163,7 @@ def _families(group: Any, key: str) -> Families:
     for family in group[key].values() if group is not None and key in group else ():
         names = family["GRO/NOM"][()] if "GRO" in family else []
         families[int(family.attrs["NUM"])] = [
-            np.asarray(name, np.int8).tobytes().split(b"\0")[0].decode("utf-8", "replace").strip() for name in names
+            np.asarray(name).tobytes().split(b"\0")[0].decode("utf-8", "replace").strip() for name in names
         ]
     return families
 

@@ -1,123 +1,85 @@
-"""VTU and legacy VTK: a group is a marker array of that name, 1 where a cell or point belongs to it, 0 elsewhere.
+"""VTU and legacy VTK, by VTK itself: a group is a marker array of that name, 1 where an item belongs to it, else 0.
 
 Other integer arrays with few values (MaterialIDs, CellEntityIds) are read as one group per value, MaterialIDs_3.
-meshio does not know most type names that VTK writes to legacy files, reads their int as 64 bits, and writes arrays that
-VTK does not read; so the arrays of legacy files are read and written here and meshio is given the cells alone.
 """
 
 from __future__ import annotations
 
-import re
-import tempfile
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote, unquote
+from urllib.parse import quote
 
 import numpy as np
-from numpy.typing import NDArray
 
-from femflex.mesh.contents import Block, Contents
-from femflex.mesh.formats import WriteOptions, load_meshio, meshio_speaking, register
+from femflex.mesh.contents import Contents
+from femflex.mesh.formats import WriteOptions, register
 from femflex.mesh.mesh import Mesh
-from femflex.mesh.vtk_legacy import (
-    Arrays,
-    attributes_section,
-    cell_types,
-    geometry_and_attributes,
-    is_binary,
-    read_attributes,
-)
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from femflex.mesh.vtk_data import TYPES, WEDGE, Arrays, leaf_contents, make_grid
+from femflex.mesh.vtk_process import read_leaves
 
 VTU, VTK = "VTU", "legacy VTK"
-MOST_VALUES = 64  # an integer array with more values than this is a field, not groups
+LEGACY = 42  # version that programs besides VTK read, too
 
 
 def read_vtu(path: Path) -> Contents:
     """Contents of a .vtu file."""
-    with meshio_speaking(path, VTU) as said:
-        raw = load_meshio().vtu.read(path)
-    kept = sum(len(part.data) for part in raw.cells)
-    unknown = sorted(set(re.findall(r"cannot handle \(type (\d+)\)", " ".join(said.getvalue().split()))))
-    counted = re.search(rb'NumberOfCells="\s*(\d+)', path.read_bytes())
-    left_out = {f"VTK type {', '.join(unknown)}": int(counted[1]) - kept} if unknown and counted else {}
-    blocks = [Block(part.type, np.asarray(part.data, np.int64), {}) for part in raw.cells]
-    return _contents(raw.points, blocks, raw.cell_data, raw.point_data, left_out)
+    (leaf,) = read_leaves("vtu", path)
+    return leaf_contents(leaf)
 
 
 def read_vtk(path: Path) -> Contents:
-    """Contents of a legacy .vtk file."""
-    data = path.read_bytes()
-    geometry, attributes = geometry_and_attributes(data)
-    understood = load_meshio()._vtk_common.vtk_to_meshio_type
-    with meshio_speaking(path, VTK):
-        kinds = cell_types(geometry)
-    unknown = {int(kind): int((kinds == kind).sum()) for kind in np.unique(kinds) if int(kind) not in understood}
-    left_out = {f"VTK type {kind}": count for kind, count in unknown.items()}
-    if len(kinds) and sum(unknown.values()) == len(kinds):
-        return Contents(np.zeros((0, 3)), [], left_out=left_out)
-    with tempfile.TemporaryDirectory() as folder, meshio_speaking(path, VTK):
-        plain = Path(folder) / "plain.vtk"
-        plain.write_bytes(geometry)
-        raw = load_meshio().vtk.read(plain)
-        cell_arrays, point_arrays = read_attributes(attributes, is_binary(data))
-    stays = ~np.isin(kinds, list(unknown)) if len(kinds) else slice(None)  # meshio leaves the others out
-    blocks = [Block(part.type, np.asarray(part.data, np.int64), {}) for part in raw.cells]
-    ends = np.cumsum([len(block.nodes) for block in blocks])[:-1]
-    per_block = {name: np.split(values[stays], ends) for name, values in cell_arrays.items()}
-    return _contents(raw.points, blocks, per_block, point_arrays, left_out)
+    """Contents of a legacy .vtk file of any single data set."""
+    (leaf,) = read_leaves("vtk", path)
+    return leaf_contents(leaf)
 
 
 def write_vtu(path: Path, mesh: Mesh, options: WriteOptions) -> None:
     """Write a .vtu file."""
-    cells, points = _markers(mesh)
-    ends = np.cumsum([len(nodes) for nodes in mesh.cells.values()])[:-1]
-    raw = load_meshio().Mesh(
-        mesh.points,
-        list(mesh.cells.items()),
-        point_data=points,
-        cell_data={name: np.split(values, ends) for name, values in cells.items()},
-    )
-    with meshio_speaking(path, VTU, "written"):
-        load_meshio().vtu.write(path, raw, binary=options.binary)
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridWriter
+
+    writer = vtkXMLUnstructuredGridWriter()
+    writer.SetDataModeToBinary() if options.binary else writer.SetDataModeToAscii()
+    _write(path, mesh, writer)
 
 
 def write_vtk(path: Path, mesh: Mesh, options: WriteOptions) -> None:
     """Write a legacy .vtk file."""
-    with meshio_speaking(path, VTK, "written"):
-        load_meshio().vtk.write(path, load_meshio().Mesh(mesh.points, list(mesh.cells.items())), binary=options.binary)
-    with path.open("ab") as file:
-        file.write(attributes_section(*_markers(mesh), options.binary))
+    if not options.binary:
+        path.write_text(_legacy_text(mesh), encoding="utf-8")
+        return
+    from vtkmodules.vtkIOLegacy import vtkUnstructuredGridWriter
+
+    writer = vtkUnstructuredGridWriter()
+    writer.SetFileVersion(LEGACY)
+    writer.SetFileTypeToBinary()
+    _write(path, mesh, writer)
 
 
-def _contents(
-    points: Array, blocks: list[Block], cell_data: dict[str, list[Any]], point_data: Arrays, left_out: dict[str, int]
-) -> Contents:
-    """Contents with groups from marker arrays per block and over points."""
-    for name, parts in cell_data.items():
-        for group, member in _membership(unquote(name), [np.asarray(part) for part in parts]).items():
-            for block, inside in zip(blocks, member, strict=True):
-                block.groups[group] = np.flatnonzero(inside)
-    point_groups = {
-        group: np.flatnonzero(member[0])
-        for name, values in point_data.items()
-        for group, member in _membership(unquote(name), [np.asarray(values)]).items()
-    }
-    return Contents(points, blocks, point_groups, left_out=left_out)
+def _legacy_text(mesh: Mesh) -> str:
+    """A legacy file as text; VTK itself writes 11 digits of a number."""
+    counts = {cell: len(nodes) for cell, nodes in mesh.cells.items()}
+    size = sum(nodes.size for nodes in mesh.cells.values()) + sum(counts.values())
+    lines = ["# vtk DataFile Version 4.2", "mesh", "ASCII", "DATASET UNSTRUCTURED_GRID"]
+    lines += [f"POINTS {len(mesh.points)} double", *(f"{x!r} {y!r} {z!r}" for x, y, z in mesh.points.tolist())]
+    lines.append(f"CELLS {sum(counts.values())} {size}")
+    for cell, nodes in mesh.cells.items():
+        rows = nodes[:, WEDGE] if cell == "wedge" else nodes
+        lines += [" ".join(map(str, [len(row), *row])) for row in rows.tolist()]
+    lines.append(f"CELL_TYPES {sum(counts.values())}")
+    lines += [str(TYPES[cell]) for cell, count in counts.items() for _ in range(count)]
+    for section, arrays in zip(("CELL_DATA", "POINT_DATA"), _markers(mesh), strict=True):
+        for k, (name, values) in enumerate(arrays.items()):
+            lines += [f"{section} {len(values)}", f"FIELD FieldData {len(arrays)}"] if k == 0 else []
+            # a reader of VTK decodes %20 once more
+            lines += [f"{quote(name, safe='')} 1 {len(values)} int", " ".join(map(str, values.tolist()))]
+    return "\n".join([*lines, ""])
 
 
-def _membership(name: str, parts: list[NDArray[Any]]) -> dict[str, list[NDArray[np.bool_]]]:
-    """Membership per block for every group an array tells; none for real-valued and vector arrays."""
-    if not parts or any(part.dtype.kind not in "iub" or part.ndim != 1 for part in parts):
-        return {}
-    values = np.unique(np.concatenate(parts))
-    if len(values) > MOST_VALUES:
-        return {}
-    if set(values.tolist()) <= {0, 1}:
-        return {name: [part == 1 for part in parts]}
-    return {f"{name}_{value}": [part == value for part in parts] for value in values}
+def _write(path: Path, mesh: Mesh, writer: Any) -> None:
+    writer.SetInputData(make_grid(mesh.points, dict(mesh.cells), *_markers(mesh)))
+    writer.SetFileName(str(path))
+    if not writer.Write() or not path.is_file():
+        raise ValueError(f"{path.name} could not be written as {VTU} or {VTK}; is there space on the disk?")
 
 
 def _markers(mesh: Mesh) -> tuple[Arrays, Arrays]:

@@ -10,8 +10,8 @@ from pathlib import Path
 
 from femflex.warning import PhysicsWarning
 
-STATED = 1e9  # bytes from which the need is said
-MARGIN = 2e9  # bytes beside the mesh's own, for libraries loaded on the way
+STATED = 1e9  # bytes from which the need is reported
+MARGIN = 2e9  # bytes in addition to the mesh's own, for libraries loaded on the way
 CGROUP = Path("/sys/fs/cgroup")
 
 

@@ -66,7 +66,7 @@ class Mesh:
         return max((CELL_TYPES[name].dimension for name in self.cells), default=0)
 
     def group_points(self, name: str) -> Index:
-        """Sorted point indices of the point group `name`, or else of all nodes of the cell group of that name."""
+        """Sorted point indices (k,) of the point group `name`, or else of all nodes of the cell group of that name."""
         of_cells = np.empty(0, np.int64)
         if name not in self.point_groups or self.cell_groups.get(name):
             parts = [rows.ravel() for rows in self.group_cells(name).values()]
@@ -86,13 +86,13 @@ class Mesh:
         return points
 
     def midside_points(self) -> Index:
-        """Sorted indices of the points that are corners of no cell: the further nodes of cells of second order."""
+        """Sorted indices (k,) of the points that are corners of no cell: the further nodes of cells of second order."""
         corners = [rows[:, : CELL_TYPES[kind].n_corners].ravel() for kind, rows in self.cells.items()]
         further = [rows[:, CELL_TYPES[kind].n_corners :].ravel() for kind, rows in self.cells.items()]
         return np.setdiff1d(np.concatenate([*further, []]), np.concatenate([*corners, []])).astype(np.int64)
 
     def group_cells(self, name: str) -> dict[str, Index]:
-        """Connectivity (k, nodes) by cell type of the cell group `name`."""
+        """Connectivity (k, nodes), indices of points, by cell type of the cell group `name`."""
         if name not in self.cell_groups:
             hint = f" {name!r} is a group of points; cells are needed here." if name in self.point_groups else ""
             known = sorted(self.cell_groups) if hint else self.groups
@@ -148,7 +148,7 @@ class Mesh:
         cells: Mapping[str, Mapping[str, ArrayLike]] | None = None,
         points: Mapping[str, ArrayLike] | None = None,
     ) -> Mesh:
-        """The mesh with groups added or replaced: cells {name: {cell type: rows}}, points {name: rows}."""
+        """The mesh with groups added or replaced: cells {name: {cell type: rows (k,)}}, points {name: rows (k,)}."""
         cell_groups = {g: {c: np.asarray(r) for c, r in by_type.items()} for g, by_type in (cells or {}).items()}
         point_groups = {g: np.asarray(rows) for g, rows in (points or {}).items()}
         return replace(

@@ -117,6 +117,8 @@ def _lines(path: Path, main: Path, depth: int) -> Iterator[Line]:
             name = name[1:].split(quote)[0]
         else:
             name = name.split("$")[0].strip()
+        if depth == 0 and any(re.match(r"\s*CEND\b", line, re.I) for line in held[k:]):
+            continue  # of executive control: no part of the model
         if depth >= DEPTH:
             raise ValueError(f"{path.name}:{number}: files include each other more than {DEPTH} deep.")
         yield from _lines(_included(name, path, main, number), main, depth + 1)

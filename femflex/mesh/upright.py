@@ -1,4 +1,4 @@
-"""Solids whose nodes are numbered inside out, all of a type alike: turned to the right order with a warning."""
+"""Solids whose nodes are numbered inside out: turned to the right order with a warning."""
 
 from __future__ import annotations
 
@@ -9,22 +9,28 @@ import numpy as np
 
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.mesh import Mesh
-from femflex.mesh.quality import sizes
+from femflex.mesh.quality import qualities
 from femflex.warning import PhysicsWarning
 
 
 def upright(mesh: Mesh, source: str = "the mesh") -> Mesh:
-    """The mesh with cells of those solid types mirrored whose volumes are all negative; warns where there are such.
+    """The mesh with those solid cells mirrored that are regular so, and inside out as they are; warns where any are.
 
-    Types of which some cells alone are inside out stay as they are.
+    Cells that are folded either way stay as they are.
     """
     cells = dict(mesh.cells)
     for name, nodes in mesh.cells.items():
         cell = CELL_TYPES[name]
-        if cell.dimension == 3 and np.all(sizes(mesh.points, name, nodes) < 0):
-            cells[name] = nodes[:, cell.mirrored]
+        if cell.dimension != 3:
+            continue
+        mirrored = nodes[:, cell.mirrored]
+        turned = qualities(mesh.points, name, nodes) < 0
+        turned[turned] = qualities(mesh.points, name, mirrored[turned]) > 0
+        if turned.any():
+            cells[name] = np.where(turned[:, None], mirrored, nodes)
+            count = f"all {len(nodes)}" if turned.all() else f"{int(turned.sum())} of {len(nodes)}"
             warnings.warn(
-                f"{source}: all {len(nodes)} cells of type {name} are inside out (their volumes are negative); their "
+                f"{source}: {count} cells of type {name} are inside out (their volumes are negative); their "
                 "nodes are taken in the mirrored order. Correct the order of nodes in the file",
                 PhysicsWarning,
                 stacklevel=3,

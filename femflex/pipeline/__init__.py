@@ -46,7 +46,7 @@ def run(
     resume    go on with the unfinished run in `output`; the answer is that of an uninterrupted one, bit for bit
               (a complete one is returned as it is)
     without   names of what is switched off, such as "gravity_gradient", a load or "flexibility"; the file says so
-    effectors effectors and controllers beside those of the case; a run with any is resumed by giving the same again
+    effectors effectors and controllers added to those of the case; to resume such a run, give the same again
     progress  called with the time reached [s] after every block
     varying   body name -> Variation: how its properties depend on time; to resume such a run, give the same again
     linearised  solve the linear equations about the equilibrium, or along a deployment (`pipeline.linear_motion`)

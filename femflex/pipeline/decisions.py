@@ -1,4 +1,4 @@
-"""Systems and bodies of cases with all that their tables leave open decided: strain, and shapes beside their modes.
+"""Systems and bodies of cases, with strain and additional shapes decided where their tables leave them open.
 
 The bodies are built as their tables say, linear where these say nothing. Advice on the system that they make is written
 into the tables, and the bodies that it changes are built again, of the same structures.
@@ -83,7 +83,7 @@ class Decided:
 
     @property
     def notes(self) -> dict[str, str]:
-        """What is to be said of each body, its doubts apart."""
+        """Notes on each body, without its warnings."""
         return notes_of(self.advice)
 
 
@@ -109,7 +109,7 @@ def decided(
     """The case with all choices made, and its system: of these bodies, or of its own.
 
     Doubts are in its advice, not given as warnings; a run watches on its own what linear strain leaves out of bodies
-    that ask for it. thorough: that is estimated here too. loaded: bodies whose strain is given are judged by what
+    that ask for it. thorough: that is estimated here too. loaded: bodies whose strain is given are assessed by what
     buckles them, which costs a Lanczos run for each.
 
     Raises CaseError with everything that does not fit together.
@@ -290,7 +290,7 @@ def _stretching(
 
 
 def _alone(case: Case, wanted: Advice) -> tuple[Built, Advice]:
-    """A body in the form that is wanted, or else in the other, and what is said of it then."""
+    """A body in the form that is wanted, or else in the other, and the note on it."""
     refused: list[str] = []
     tried: list[Strain] = [wanted.choice, OTHER[wanted.choice]]
     for strain in tried:
@@ -358,7 +358,7 @@ def advised_bodies(
 
 
 def _own_notes(name: str, built: BuiltBody) -> str:
-    """What is to be said of a body by itself."""
+    """Note on a body alone."""
     if built.origin is None or not isinstance(built.part, FlexibleBody):
         return ""
     advice = [Advice(name, "shapes", None, text) for text in built.notes]
@@ -391,7 +391,7 @@ def _strain_notes(case: Case, warning: bool = False) -> tuple[Case, dict[str, st
             found = decided(case, loaded=False)
     except CaseError as error:
         first = error.problems[0]
-        note = f"strain is linear: its system cannot be built to see what it calls for ({first.where}: {first.text})"
+        note = f"strain is linear: its system cannot be built for a motion estimate ({first.where}: {first.text})"
         return case, dict.fromkeys(names, note)
     if warning:
         warn_of((one for one in found.advice if one.category is TruncationWarning), stacklevel=4)

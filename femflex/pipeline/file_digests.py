@@ -37,7 +37,10 @@ def file_digests(case: Case) -> dict[str, dict[str, str]]:
 def _files(case: Case) -> Iterator[tuple[str, str, Callable[[Path], str]]]:
     for name, body in case.bodies.items():
         if isinstance(body, FlexibleTable):
-            yield f"bodies.{name}.mesh", body.mesh, _mesh_digest
+            if body.deck is not None:
+                yield f"bodies.{name}.deck", body.deck, _deck_digest
+            else:
+                yield f"bodies.{name}.mesh", body.source, _mesh_digest
         if isinstance(body, FileTable):
             yield f"bodies.{name}.file", body.file, _body_digest
         if isinstance(body, MatricesTable):
@@ -61,6 +64,13 @@ def _mesh_digest(path: Path) -> str:
     from femflex.mesh import read_mesh
 
     return content_digest(read_mesh(path))
+
+
+def _deck_digest(path: Path) -> str:
+    from femflex.decks import read_deck
+
+    deck = read_deck(path)
+    return content_digest([deck.mesh, deck.members, deck.point_masses, deck.connections, deck.bushings, deck.supports])
 
 
 def _load_digest(path: Path) -> str:

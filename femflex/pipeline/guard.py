@@ -177,7 +177,7 @@ class Singularities:
         for path, (least, t) in self._least.items():
             if least < CLOSE:
                 name = path.removeprefix("joints/").removesuffix("/singularity")
-                of, way = "the singularity of its rotation set", "Ask for rebase, or for Euler parameters."
+                of, way = "the singularity of its rotation set", "Set rebase = true, or use Euler parameters."
                 if path in self._turning:
                     of, way = "gimbal lock of its free turns", "Choose a sequence of turns that stays clear of it."
                 warnings.warn(

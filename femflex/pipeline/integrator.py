@@ -1,4 +1,4 @@
-"""The integrator of a run: chosen or asked for, with tolerances that fit the size of its coordinates."""
+"""The integrator of a run: selected or requested, with tolerances that fit the size of its coordinates."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class Prepared:
     """A run before its first step: case, system, compiled model, integrator and why it was chosen, output times [s].
 
     decided: the case with what it left open written out, and the advice that this follows.
-    given: names of effectors and controllers beside those of the case.
+    given: names of effectors and controllers in addition to those of the case.
     """
 
     case: Case
@@ -85,7 +85,7 @@ def prepare(
 
     output: the result file, when it is to be checked before anything is built that it can be written, or resumed
     without: names of what is switched off (see `femflex.dynamics.terms.without`)
-    effectors: effectors and controllers beside those of the case
+    effectors: effectors and controllers in addition to those of the case
     varying: body name -> Variation, how its properties depend on time
     linearised: the motion of the linear equations (see `femflex.pipeline.linear_motion`)
 
@@ -132,9 +132,7 @@ def prepare(
     check_periods(system, float(times[-1] - times[0]))
     reasons = " ".join([reason, *sampling(system)])
     names = tuple(effector.name for effector in effectors)
-    prepared = Prepared(case, system, model, integrator, reasons, times, found, names)
-    _ = prepared.recovered  # its errors come before the run
-    return prepared
+    return Prepared(case, system, model, integrator, reasons, times, found, names)
 
 
 def _linear(model: Model) -> tuple[Integrator, str]:

@@ -22,7 +22,7 @@ CHECKED = ("monitors/kinetic", "monitors/elastic")
 def rebuilt(run: Run, case: str | Path | None = None, varying: Mapping[str, Variation] | None = None) -> Model:
     """The model that made a run, without what was switched off in it.
 
-    case: where the case file is now, when it has moved; meshes are looked for beside it, its text is the run's.
+    case: where the case file is now, when it has moved; meshes are searched in its folder, its text is the run's.
     varying: the bodies that vary with time, as they were handed to the run.
     Raises ValueError when the run keeps no case, its folder is gone, or the meshes have changed since; CaseError when
     they are not there.
@@ -59,7 +59,7 @@ def rebuilt(run: Run, case: str | Path | None = None, varying: Mapping[str, Vari
 
 
 def effectors_of(run: Run) -> list[str]:
-    """Names of the effectors and controllers that Python gave to a run beside its case."""
+    """Names of the effectors and controllers that Python gave to a run in addition to its case."""
     return list(filter(None, str(run.attributes.get("effectors", "")).split(", ")))
 
 

@@ -15,6 +15,7 @@ from femflex.case.initial import EQUILIBRIUM
 from femflex.case.problems import CaseError, Problem
 from femflex.dynamics import compile_system
 from femflex.pipeline.compiled import compiled
+from femflex.pipeline.recovered import recovered
 from femflex.pipeline.references import channel_problems, motion_problems, size_problems
 from femflex.rotations import dcm_from_quaternion
 from femflex.system import Part, System, started
@@ -41,6 +42,7 @@ def _check_references(case: Case, system: System) -> None:
         channels = compiled(system).channels
     except ValueError as error:  # a loop that cannot close
         raise CaseError(case.path.name, [Problem("", str(error.args[0]))]) from error
+    channels = channels | recovered(case, system).channels
     problems = [*channel_problems(case, channels), *motion_problems(case, system)]
     problems += size_problems(case, system, channels, Path.cwd())
     if problems:

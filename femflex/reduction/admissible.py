@@ -127,7 +127,7 @@ def _own_columns(
 ) -> tuple[Array, Array]:
     """Columns (count, own) of the coordinates over the functions, and their frequencies where they are modes.
 
-    Those of static shapes that stand beside the others come last, without mass in common with these.
+    Those of added static shapes come last, without mass in common with these.
     """
     n, added = functions.own, functions.added
     X = np.zeros((functions.count, n))

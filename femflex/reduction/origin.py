@@ -1,4 +1,4 @@
-"""What a body was reduced from: by that its shapes, and what it bears, can be judged after it is made."""
+"""What a body was reduced from, so that its shapes and its loads can be assessed after the reduction."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class Meshed:
 
     groups    marker -> mesh group
     supports  mesh group -> support, of the groups that the set clamps in some components alone
-    answered  mesh groups whose static shapes were requested beside the set's modes
-    deflection, third_derivatives  for which the set was made, where that was said
+    answered  mesh groups whose static shapes were requested in addition to the set's modes
+    deflection, third_derivatives  for which the set was made, where given
     """
 
     structure: Structure

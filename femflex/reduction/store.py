@@ -1,4 +1,4 @@
-"""A reduced body in an HDF5 file: written beside and moved into place, read back bit for bit.
+"""A reduced body in an HDF5 file: written under another name and moved into place, read back bit for bit.
 
 Layout: attributes `format` "femflex body", `format_version`, `femflex_version`, `kinds`; datasets with a `description`
 and `units` each:
@@ -212,7 +212,7 @@ def _unescaped(name: str) -> str:
 
 
 def _place(target: Path, image: bytes) -> None:
-    """Write a file beside and move it into place; HDF5 itself does not survive a disk that gets full."""
+    """Write a file under another name and move it into place; HDF5 itself does not survive a disk that gets full."""
     handle, beside = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
     try:
         with os.fdopen(handle, "wb") as file:

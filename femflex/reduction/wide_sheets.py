@@ -14,7 +14,7 @@ from femflex.reduction.modes.modeset import ModeSet
 CROSSWISE = 10.0  # width^2 curvature / thickness (Searle's parameter) from which shapes that curve crosswise are stiff
 SMALL = 0.05  # bend over length from which it matters
 FAR = 0.2  # bend over the diagonal that a sheet's set is to serve: condensed strain holds no further
-FLAT = 1e-6  # of the length, that a sheet's points may lie beside their plane
+FLAT = 1e-6  # of the length, that a sheet's points may lie off their plane
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def sheet_of(structure: Structure) -> Sheet | None:
 
 
 def with_own_bends(structure: Structure, modes: ModeSet, wanted: int | None, deflection: float | None) -> ModeSet:
-    """The set with so many third derivatives; where none are said, with what a wide thin sheet wants.
+    """The set with so many third derivatives; where none are given, with what a wide thin sheet wants.
 
     That is one shape, found as far as the sheet may bend, or at rest where its way there is not found.
     """
@@ -69,7 +69,7 @@ def with_own_bends(structure: Structure, modes: ModeSet, wanted: int | None, def
 
 
 def of_sheet(structure: Structure, modes: ModeSet, wanted: int | None) -> str:
-    """What should be said of a set on a wide thin sheet; nothing where its modes alone do. wanted: as it was made."""
+    """Note on a set on a wide thin sheet; empty where its modes suffice. wanted: as it was made."""
     sheet, third = sheet_of(structure), "third derivative" in modes.kinds
     if sheet is None:
         return ""

@@ -11,7 +11,7 @@ Layout, version 1 (plain HDF5 1.8 format; any HDF5 reader opens it):
     /bodies/<name>.<k>/...  segment k of a body cut into segments; /bodies/<name>/{position,attitude} is then where the
                           body would be undeformed, and its markers' deflections are counted from there
     /markers/<body>.<marker>/{position,velocity,deflection}
-    /terms/<name>         (n, n_u) when asked for: every term of M udot + h - Q = 0, names as /u
+    /terms/<name>         (n, n_u) on request: every term of M udot + h - Q = 0, names as /u
     /attitude/angles  /orbit/...  /loads/<name>/...  /monitors/...
     /model/<body>         attributes: mass, n_modes; omega (n,), kinds (n,), markers/<name> (3,) [m],
                           points (n_p, 3) [m], cells/<type> (n_c, nodes), shapes (n, n_p, 3)
@@ -26,9 +26,9 @@ A run in progress, or one that was killed or interrupted, has `complete` False a
 their time is nan (in files up to 256 MB all else too), and `open_run` leaves them away. The file opens and is
 consistent at every moment, also while it is written: room for all rows is laid out before the first, blocks go into it,
 `progress` is written last, and how the run ended goes into room of its own (`ended` is text of fixed length, bytes to
-h5py). What changes the layout (a run that stops early is trimmed, a trimmed one resumed) is written beside as
+h5py). What changes the layout (a run that stops early is trimmed, a trimmed one resumed) is written next to it as
 `<file>.part` and moved into place. An existing file is refused unless `force` is given, and then replaced only when the
-new run has its first block. While a file is written, `.<file>.lock` beside it keeps other writers away (`lock`).
+new run has its first block. While a file is written, `.<file>.lock` next to it keeps other writers away (`lock`).
 """
 
 from femflex.results.adding import add_channels

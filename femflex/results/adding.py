@@ -20,7 +20,7 @@ from femflex.results.reader import open_run
 from femflex.system.channel import Channel
 
 Array = NDArray[np.float64]
-LAYOUT_BYTES = 20_000  # of a channel, beside its values
+LAYOUT_BYTES = 20_000  # of a channel, in addition to its values
 
 
 def add_channels(path: str | Path, channels: Mapping[str, tuple[Channel, Array]], lock: FileLock | None = None) -> None:

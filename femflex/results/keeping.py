@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-PARTS: set[Path] = set()  # files being written beside their place, of no use before they are moved there
+PARTS: set[Path] = set()  # files being written next to their place, of no use before they are moved there
 _held: list[str] = []  # what has been begun and is worth ending well
 
 

@@ -1,6 +1,6 @@
 """Lock of a result file against a second writer.
 
-It is an advisory lock of the operating system on an empty file beside the result file, `.<name>.lock`. The system
+It is an advisory lock of the operating system on an empty file next to the result file, `.<name>.lock`. The system
 releases it when the process ends, however it ends, so that a killed run never blocks the next one. Readers take no
 lock. Where the file system has no locks (some network folders) or the system has no `fcntl` (Windows), writers are not
 kept apart.

@@ -61,7 +61,7 @@ def open_hdf5(path: Path) -> h5py.File:
 
 
 class Run:
-    """A run as read from its file: `run.time`, `run["bodies/panel/position"]`; arrays are read when asked for.
+    """A run as read from its file: `run.time`, `run["bodies/panel/position"]`; arrays are read on request.
 
     >>> with open_run("run.h5") as run:  # doctest: +SKIP
     ...     angles = run["attitude/angles"]  # (n_t, 3)

@@ -89,8 +89,8 @@ def backbone(body: FlexibleBody, mode: int, amplitudes: Sequence[float], harmoni
 
 def _within(gap: tuple[float, float]) -> str:
     return (
-        f"between amplitudes of {gap[0]:.4g} and {gap[1]:.4g} m the motion is one of another mode, which meets a "
-        "higher harmonic there; ask for amplitudes below or above"
+        f"between amplitudes of {gap[0]:.4g} and {gap[1]:.4g} m a higher harmonic is in internal "
+        "resonance with another mode; request amplitudes below or above"
     )
 
 

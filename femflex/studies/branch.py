@@ -1,4 +1,4 @@
-"""The free vibrations of growing amplitude that one mode becomes, and nothing else that balances beside them.
+"""The free vibrations of growing amplitude that one mode becomes, without the other periodic solutions.
 
 Equations of harmonic balance have many solutions of an amplitude: other modes, and every motion once more as its own
 k-th harmonic at 1/k of the frequency. The branch is therefore followed by the length of its arc (`arc`), in steps that
@@ -30,7 +30,7 @@ FALLEN = 0.5  # amplitude over the largest before at which the branch has turned
 class Branch:
     """What was found of a branch.
 
-    found   motions at the amplitudes asked for, as far as there are
+    found   motions at the requested amplitudes, as far as there are
     points  all motions on the way, in order along the branch
     gaps    (from, to) amplitudes [m] between which a tongue was stepped over
     ended   why the branch was followed no further; nothing where all amplitudes were come to
@@ -47,7 +47,7 @@ def followed(problem: HarmonicBalance, rest: Vibration, mode: Array, amplitudes:
     branch = Branch()
     here = _begun(problem, rest, mode, float(amplitudes[0]))
     if here is None:
-        branch.ended = _ended(float(amplitudes[0]), rest, "no motion balances a little beyond")
+        branch.ended = _ended(float(amplitudes[0]), rest, "no periodic solution is found beyond it")
         return branch
     places, length = [here], FIRST
     for amplitude in map(float, amplitudes):
@@ -99,7 +99,7 @@ def _reach(
 def _other(problem: HarmonicBalance, to: Place | None, peak: float, count: int) -> str:
     """Why a place does not belong to the vibrations sought; nothing where it does."""
     if to is None:
-        return "no motion balances a little beyond (as where a higher harmonic meets another mode)"
+        return "no periodic solution is found beyond it (possibly an internal resonance with another mode)"
     hertz, share = to.at.omega / (2 * np.pi), first_share(problem, to)
     if share < LEADING:
         return f"what follows, at {hertz:.4g} Hz, is another motion: its first harmonic has {share:.2g} of it"

@@ -31,7 +31,7 @@ class Convergence:
     levels, counts (n,)
     values  (n,)  the quantity
     changes (n,)  from the level before, nan first
-    errors  (n,)  estimated, absolute; nan where nothing can be said
+    errors  (n,)  estimated, absolute; nan where none can be estimated
     trend         law by which the errors fall, limit and its uncertainty
     tolerance     largest error relative to `scale` that counts as converged
     own           level at which the case itself stands, None where its bodies differ
@@ -62,7 +62,7 @@ class Convergence:
 
     @property
     def changes(self) -> Array:
-        """Change from the level before, (n,), nan first."""
+        """Change from the level before (n,), in the unit of the quantity, nan first."""
         return np.concatenate([[np.nan], np.diff(self.values)])
 
     @property
@@ -100,7 +100,7 @@ class Convergence:
 
     @property
     def x(self) -> Array:
-        """What the law is in, (n,): elastic coordinates, segments, or cells along an edge of the case's own."""
+        """Resolution (n,) [1]: elastic coordinates, segments, or cells along an edge of the case's own."""
         return resolution(self.over, self.levels, self.counts)
 
     @property

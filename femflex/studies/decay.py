@@ -25,7 +25,7 @@ SURELY = 3.0  # differences within so many times the rounding estimated are take
 
 
 def mode_trend(counts: ArrayLike, values: ArrayLike, noise: ArrayLike = 0.0) -> Trend:
-    """The trend of values (n,) at ascending counts (n,); noise (n,) is their rounding error, if known."""
+    """The trend of values (n,), in any unit, at ascending counts (n,); noise (n,) is their rounding error, if known."""
     n, v = np.asarray(counts, float), np.asarray(values, float)
     noise = np.broadcast_to(np.asarray(noise, float), v.shape)
     if len(v) < 2:

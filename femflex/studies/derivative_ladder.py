@@ -1,4 +1,4 @@
-"""The levels of a study over derivative shapes: how many of them nonlinear bodies keep beside their modes."""
+"""The levels of a study over derivative shapes: how many of them nonlinear bodies keep in addition to their modes."""
 
 from __future__ import annotations
 

@@ -135,7 +135,7 @@ def explain(run: Run, model: Model, span: tuple[float, float] | None = None) -> 
 
 
 def chosen(found: Explanation, names: Sequence[str]) -> list[int]:
-    """Places of the named coordinates ("all" for every one), or of the telling ones."""
+    """Places of the named coordinates ("all" for every one), or of a default selection."""
     if list(names) == ["all"]:
         return list(range(len(found.names)))
     return [found.index(name) for name in names] or found.telling()

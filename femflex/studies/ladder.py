@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from femflex.assembly import build_mesh, build_modes, build_part
+from femflex.assembly.decks import with_deck
 from femflex.assembly.open_choices import open_joints
 from femflex.assembly.shared import shared_structures
 from femflex.assembly.structures import preload_of, structure_of
@@ -49,7 +50,7 @@ class Built:
 
     @property
     def added(self) -> int:
-        """How many of the coordinates of all bodies are static shapes beside modes."""
+        """How many of the coordinates of all bodies are static shapes in addition to modes."""
         return sum(int(is_added(getattr(body, "kinds", ())).sum()) for body in self.bodies.values())
 
     @property
@@ -259,4 +260,4 @@ def _study(case: Case) -> StudyTable:
 def _flexible(case: Case, name: str) -> FlexibleTable:
     table = case.bodies[name]
     assert isinstance(table, FlexibleTable)
-    return table
+    return with_deck(case, name, table)

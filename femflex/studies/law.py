@@ -25,7 +25,7 @@ class Law:
     reference: float
 
     def error(self, x: ArrayLike) -> Array:
-        """The error at x, (...,)."""
+        """The error at x (...,), in the unit of the quantity."""
         return np.asarray(self.size * shape(self.kind, self.rate, np.asarray(x, float), self.reference))
 
     def reaches(self, error: float) -> float:
@@ -50,7 +50,7 @@ class Trend:
     state    one, few       too few values to tell
              constant       no change above rounding
              law            errors fall by `law`; the limit is extrapolated
-             settling       the last changes are small beside the earlier ones, but follow no law
+             settling       the last changes are small compared with the earlier ones, but follow no law
              swinging       the last changes have both signs
              unsettled      the changes do not fall; there is no limit to speak of (nan)
     limit    best estimate of the limit, spread its own uncertainty

@@ -35,6 +35,6 @@ def check_studies(case: Case, varied: Sequence[str]) -> None:
     if "strain" in varied and "derivatives" in varied[list(varied).index("strain") :]:
         turned = [word for word in varied if word != "strain"] + ["strain"]
         raise ValueError(
-            f"found --over {','.join(varied)}: whether there are derivatives to vary would hang on what the study over "
-            f"strain chooses; give --over {','.join(turned)}"
+            f"found --over {','.join(varied)}: derivatives can be varied only if the study over strain selects a form "
+            f"that has them; give --over {','.join(turned)}"
         )

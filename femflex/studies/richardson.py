@@ -23,7 +23,7 @@ SURELY = 3.0  # changes within so many times the rounding estimated are taken fo
 
 
 def observed_order(x: ArrayLike, values: ArrayLike) -> float:
-    """Order p of v_0 + c x^-p through three values at ascending x, from (v1 - v0) / (v2 - v1).
+    """Order p [1] of v_0 + c x^-p through values (3,), in any unit, at ascending x (3,), from (v1 - v0) / (v2 - v1).
 
     log(v1 - v0) / (v2 - v1) / log 2 when x doubles. nan when the changes differ in sign; 0 when they do not fall.
     """
@@ -39,13 +39,13 @@ def observed_order(x: ArrayLike, values: ArrayLike) -> float:
 
 
 def extrapolated(x: ArrayLike, values: ArrayLike, order: float) -> float:
-    """The limit v_0 of v_0 + c x^-order through two values at ascending x."""
+    """The limit v_0, in the unit of the values, of v_0 + c x^-order through values (2,) at ascending x (2,)."""
     (x0, x1), (v0, v1) = np.asarray(x, float), np.asarray(values, float)
     return float(v1 + (v1 - v0) / math.expm1(order * math.log(x1 / x0)))
 
 
 def mesh_trend(x: ArrayLike, values: ArrayLike, noise: ArrayLike = 0.0) -> Trend:
-    """The trend of values (n,) at cells per length x (n,), ascending; noise (n,) is their rounding error, if known."""
+    """The trend of values (n,), in any unit, at ascending cells per length x (n,); noise (n,): rounding, if known."""
     x, v = np.asarray(x, float), np.asarray(values, float)
     noise = np.broadcast_to(np.asarray(noise, float), v.shape)
     if len(v) < 2:

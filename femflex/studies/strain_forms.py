@@ -44,7 +44,7 @@ class StrainForm:
 
 @dataclass(frozen=True, eq=False)
 class StrainStudy:
-    """The three forms, judged against the one that holds furthest."""
+    """The three forms, compared with the most accurate one."""
 
     title: str
     tolerance: float
@@ -116,7 +116,7 @@ def strain_forms(case: Case, tolerance: float | None = None, progress: Progress 
         if progress is not None:
             progress(k / len(FORMS))
         forms.append(_form(with_strain_of(case, names, strain), names, strain))
-    own = {name: case.bodies[name].strain or "not said" for name in names}  # type: ignore[union-attr]
+    own = {name: case.bodies[name].strain or "not set" for name in names}  # type: ignore[union-attr]
     return StrainStudy(described(table.quantity), tolerance or table.tolerance, tuple(forms), own)
 
 

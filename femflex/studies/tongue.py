@@ -16,7 +16,7 @@ LEAST = 5e-3  # of an amplitude: step in search of the far side
 
 
 def over(problem: HarmonicBalance, places: list[Place], amplitude: float) -> Place | None:
-    """The place of least amplitude beyond a tongue, or that of an amplitude asked for; None where none is near.
+    """The place of least amplitude beyond a tongue, or that of a requested amplitude; None where none is near.
 
     places: in order along the branch, up into the tongue or to its brink.
     """
@@ -45,7 +45,7 @@ def first_share(problem: HarmonicBalance, place: Place) -> float:
 
 
 def _nearest(problem: HarmonicBalance, peak: float, far: Place, amplitude: float) -> Place:
-    """From a place beyond a tongue down to its far side, or to an amplitude asked for."""
+    """From a place beyond a tongue down to its far side, or to a requested amplitude."""
     least = amplitude if peak < amplitude < far.at.amplitude else peak
     step = (far.at.amplitude - least) / 2
     while far.at.amplitude > least and step > LEAST * peak:

@@ -41,9 +41,9 @@ def level_text(found: Convergence, level: int) -> str:
         return text
     led = int(found.followers[at[0]]) if at.size and found.followers.size else 0
     if led and found.over == "derivatives":
-        return f"{text} a body ({count} shapes, {led} of them derivative shapes that follow)"
+        return f"{text} a body ({count} shapes, {led} of them dependent derivative shapes)"
     of_them = f", {apart} of them derivative shapes" if apart else ""
-    of_them += f", and {led} derivative shapes that follow" if led else ""
+    of_them += f", and {led} dependent derivative shapes" if led else ""
     return f"{text} a body ({count} elastic coordinates{of_them})"
 
 
@@ -77,7 +77,9 @@ def _all(found: Convergence) -> str:
 
 
 def _one(found: Convergence) -> str:
-    return f"There is a value at {level_text(found, int(found.levels[0]))} alone, which says nothing of convergence."
+    return (
+        f"There is a value at {level_text(found, int(found.levels[0]))} only; convergence needs at least three levels."
+    )
 
 
 def _few(found: Convergence) -> str:
@@ -101,9 +103,15 @@ def _constant(found: Convergence) -> str:
 
 def _unsettled(found: Convergence) -> str:
     changes = ", ".join(f"{change:.2g}" for change in found.changes[-3:] if math.isfinite(change))
+    last = np.abs(found.changes[-2:])
+    if len(last) == 2 and last[1] < last[0] and len(found.levels) == 3:
+        return (
+            f"Three levels are too few here: the changes over {_span(found)} ({changes} {found.unit}) follow no law, "
+            "so no error is estimated. Add levels."
+        )
     return (
         f"Does not converge over {_span(found)}: the changes do not fall (the last are {changes} {found.unit}). "
-        "No limit is estimated; look at the quantity itself, or try more levels."
+        "No limit is estimated; look at the quantity itself, or add levels."
     )
 
 
@@ -133,8 +141,8 @@ def _trend(found: Convergence) -> str:
         case "rounded":
             return "Only the first change is above rounding, too few for an order."
         case "swinging":
-            return "Values swing about, so nothing is extrapolated and no order claimed; errors are the last changes."
-    return "The changes fall, but by no clear law, so nothing is extrapolated; errors are the last changes."
+            return "Values oscillate, so there is no extrapolation and no order; errors are the last changes."
+    return "The changes fall without a clear law, so there is no extrapolation; errors are the last changes."
 
 
 def _needed(found: Convergence) -> str:

@@ -16,7 +16,9 @@ from femflex.view.window import LIGHTS
 
 Array = NDArray[np.float64]
 
-THIN, THICK, DOT = 1.1, 4.0, 9.0  # pixels: edges of faces, bodies that are lines, bodies that are points
+THIN, FAINT, THICK, DOT = 1.1, 0.8, 4.0, 9.0  # pixels: edges of faces, mesh lines, lines and points as bodies
+WIRES = ("edges", "mesh")  # kinds of lines that keep the theme's colour
+PALE = 0.25  # opacity of mesh lines
 VEIL = 0.16  # opacity
 
 
@@ -39,8 +41,8 @@ class BodyActor:
         self._parts = _parts(surface)
         self._actors = []
         for kind, data in self._parts.items():
-            look: dict[str, Any] = {"color": theme.edge if kind == "edges" else colour}
-            if bar is not None and kind != "edges":
+            look: dict[str, Any] = {"color": theme.edge if kind in WIRES else colour}
+            if bar is not None and kind not in WIRES:
                 data.point_data["painted"] = np.zeros(data.n_points, np.float32)
                 look = {"scalars": "painted", "cmap": theme.colour_map(bar.signed), "clim": bar.limits}
                 look["nan_color"] = colour
@@ -60,6 +62,12 @@ class BodyActor:
             self._delta = np.array(delta)
             self._deform(self._delta, scale, self._delta if own is None else own)
 
+    def rescale(self, top: float) -> None:
+        """Colour from none to this displacement [m], where the displacement colours."""
+        if self._bar is not None and self._paint is None:
+            for actor in self._actors:
+                actor.mapper.SetScalarRange(0.0, top * self._bar.factor)
+
     def _deform(self, delta: Array, scale: float, own: Array) -> None:
         painted = None if self._paint is None else self._paint.values(own)
         for kind, data in self._parts.items():
@@ -69,21 +77,26 @@ class BodyActor:
             if kind == "faces":
                 data.point_data["Normals"][:] = self._surface.normals(points)
                 data.GetPointData().GetNormals().Modified()
-            if self._bar is not None and kind != "edges":
+            if self._bar is not None and kind not in WIRES:
                 shown = length if painted is None else painted[_points(self._surface, kind).numbers]
                 data.point_data["painted"][:] = shown * np.float32(self._bar.factor)
                 data.GetPointData().GetArray("painted").Modified()
             data.Modified()
 
 
-def add_ghost(plotter: Any, surface: Surface, theme: Theme, pixel: float) -> None:
-    """Draw the undeformed body as a veil with its sharp edges."""
+def add_ghost(plotter: Any, surface: Surface, theme: Theme, pixel: float) -> list[Any]:
+    """Draw the undeformed body as a veil with its sharp edges; returns its actors, at the identity pose."""
+    actors = []
     for kind, data in _parts(surface).items():
+        if kind == "mesh":
+            continue
         actor = plotter.add_mesh(data, color=theme.ghost, smooth_shading=False, reset_camera=False)
         _style(actor, kind, pixel, surface.closed)
         actor.prop.opacity = VEIL if kind == "faces" else 0.9
         actor.prop.line_width = pixel * THIN
         actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 4.0)  # behind what it touches
+        actors.append(actor)
+    return actors
 
 
 class TraceActor:
@@ -127,6 +140,7 @@ def _parts(surface: Surface) -> dict[str, Any]:
     cells = {
         "faces": {"faces": _packed(surface.triangles, surface.quads)},
         "edges": {"lines": _packed(surface.edges)},
+        "mesh": {"lines": _packed(surface.mesh)},
         "lines": {"lines": _packed(surface.lines)},
         "dots": {"verts": _packed(surface.dots[:, None])},
     }
@@ -154,7 +168,8 @@ def _style(actor: Any, kind: str, pixel: float, closed: bool) -> None:
         actor.GetShaderProperty().AddFragmentShaderReplacement("//VTK::Light::Impl", True, matt_shading(), False)
         return
     style.lighting = False
-    style.line_width = pixel * (THIN if kind == "edges" else THICK)
+    style.line_width = pixel * {"edges": THIN, "mesh": FAINT}.get(kind, THICK)
+    style.opacity = PALE if kind == "mesh" else 1.0
     style.point_size = pixel * DOT
     style.render_points_as_spheres = kind == "dots"
     actor.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, -4.0)

@@ -112,7 +112,7 @@ def _orders(ax: Axes, diagram: Spun, colours: Theme, scale: float, top: float) -
 
 
 def _names(ax: Axes, ends: list[tuple[float, str, str]], top: float) -> None:
-    """Names beside the ends of the branches, moved apart where they would lie on each other."""
+    """Names next to the ends of the branches, moved apart where they would lie on each other."""
     places = [height / top for height, _, _ in ends]
     for _ in range(200):
         moved = False

@@ -144,7 +144,7 @@ def _count_ticks(ax: Axes, study: Studied) -> None:
 
 
 def finish(ax: Axes, colours: Theme, inside: bool = False) -> None:
-    """The look of all axes of studies; the legend stands beside them or, where there is no room, inside."""
+    """The look of all axes of studies; the legend stands next to them or, where there is no room, inside."""
     ax.set_facecolor(colours.background)
     ax.grid(True, color=colours.faint, alpha=0.25, linewidth=0.6)
     ax.tick_params(colors=colours.text, which="both", labelsize=9)

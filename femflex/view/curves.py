@@ -27,14 +27,15 @@ STEADY = 1e-4  # of its size: a curve that changes less is shown from its first 
 FLAT = 0.05  # of the largest range on the same axes: angles that move by less get axes of their own
 STILL = 1e-6  # of that range: an angle that does not move
 APART = 0.6 * np.pi  # angle between two rows up to which its way is reported
-NEGLIGIBLE = 1e-3  # of the largest on the same axes: a curve that is not shown unless asked for
+NEGLIGIBLE = 1e-3  # of the largest on the same axes: a curve that is shown on request only
+ROUNDED = 1e-8  # of the largest on the same axes: zero to rounding, shown only if its component is named
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
     """One component over time: label, values (n_t,) and unit; `quantity` is what the ordinate is called.
 
-    time (n_t,) [s]; second: of the other run of two that are laid over each other
+    time (n_t,) [s]; second: of the other run of two that are laid over each other; named: its component was requested
     """
 
     label: str
@@ -43,6 +44,7 @@ class Curve:
     quantity: str
     time: Array
     second: bool = False
+    named: bool = False
 
     @property
     def axes(self) -> tuple[str, str]:
@@ -53,7 +55,7 @@ class Curve:
 def curves_of(
     run: Run, channels: Sequence[str] | None = None, degrees: bool = True, other: Run | None = None
 ) -> list[list[Curve]]:
-    """Curves of channels in readable units, those on one pair of axes together; without channels, the telling ones.
+    """Curves of channels in readable units, those on one pair of axes together; without channels, a default selection.
 
     A channel is a path ("attitude/angles"), or a path and a component by name or by number from 1
     ("attitude/angles:pitch", "q:1"), or "energy minus work". Raises KeyError for one that the run has not.
@@ -66,9 +68,9 @@ def curves_of(
         found += [replace(curve, second=True) for channel in there for curve in _curves(other, channel)]
     if not found:
         raise ValueError("no channels are named to plot; give some, or leave them out for the usual ones")
-    keys = dict.fromkeys(curve.axes for curve in found)
+    keys, limit = dict.fromkeys(curve.axes for curve in found), NEGLIGIBLE if channels is None else ROUNDED
     groups = [part for key in keys for part in by_range([curve for curve in found if curve.axes == key])]
-    return [_changes(_readable(group if channels else _noticeable(group), degrees)) for group in groups]
+    return [_changes(_readable(_noticeable(group, limit), degrees)) for group in groups]
 
 
 def by_range(group: list[Curve]) -> list[list[Curve]]:
@@ -120,7 +122,12 @@ def _curves(run: Run, channel: str) -> list[Curve]:
     named = {"angles": "attitude", "q": "coordinate", "u": "velocity"}.get(quantity, quantity)
     return [
         Curve(
-            f"{owner} {names[k % len(names)]}".strip() or quantity, values[:, k], units[k % len(units)], named, run.time
+            f"{owner} {names[k % len(names)]}".strip() or quantity,
+            values[:, k],
+            units[k % len(units)],
+            named,
+            run.time,
+            named=bool(component),
         )
         for k in wanted
     ]
@@ -193,14 +200,15 @@ def _size(group: list[Curve]) -> float:
     return max(float(np.abs(curve.values).max(initial=0.0)) for curve in group)
 
 
-def _noticeable(group: list[Curve]) -> list[Curve]:
+def _noticeable(group: list[Curve], limit: float) -> list[Curve]:
+    """The curves that reach `limit` of the largest, and those whose component was requested."""
     largest = _size(group)
-    seen = {curve.label for curve in group if _size([curve]) >= NEGLIGIBLE * largest}
+    seen = {curve.label for curve in group if curve.named or _size([curve]) >= limit * largest}
     return [curve for curve in group if curve.label in seen]
 
 
 def _readable(group: list[Curve], degrees: bool) -> list[Curve]:
-    """The curves with lengths in one unit that suits the first run's largest, and angles in degrees if asked for."""
+    """The curves with lengths in one unit that suits the first run's largest, and angles in degrees on request."""
     unit, factor, largest = group[0].unit, 1.0, _size([curve for curve in group if not curve.second] or group)
     if unit == "m" and largest > 0:
         factor, unit = length_unit(largest)

@@ -37,7 +37,7 @@ def energy_account(run: Run) -> dict[str, Array]:
     where the energy is no balance, on a specified orbit.
     """
     if not has_balance(run) or "monitors/jacobi" in run:
-        raise ValueError("on a specified orbit the energy is no balance; plot monitors/jacobi instead")
+        raise ValueError("energy is not conserved on a specified orbit; plot monitors/jacobi instead")
     out = {}
     for path, name in STORED.items():
         if path in run:

@@ -8,7 +8,7 @@ from typing import TypedDict
 
 from femflex.view.theme import Theme, theme_of
 
-EDGES = ("sharp", "mesh", "none")
+EDGES = ("auto", "sharp", "mesh", "none")
 FITS = ("run", "picture")
 
 
@@ -36,12 +36,13 @@ class Look:
     theme    "light" or "dark"
     size     width and height [pixels]
     scale    magnification of the elastic displacement, 1 is true; "auto" makes it visible. The picture says it.
-             (Bodies stand where they truly are, so a body on a magnified one seems detached.)
+             (Bodies stand where they truly are, so a body on a magnified one seems detached; the undeformed bodies
+             are drawn as a veil.)
     colour   what colours flexible bodies: "displacement", "energy" or "strain:<name>" (view.paint tells the names)
     camera   "auto", "fixed", "follow", "orbital", "body" or "body:<name>"
     view     direction from the scene to the camera, in the camera's frame; None shows the most of the craft
     triads   axes of the bodies, and of the orbital or inertial frame in the corner
-    edges    "sharp", "mesh" (every edge of the elements) or "none"
+    edges    "sharp", "mesh" (every edge of the elements), "none"; "auto" adds faint mesh lines where they are apart
     traces   markers, "<body>.<marker>", whose path is drawn
     fit      "run": the camera is framed over the whole run; "picture": over the one drawn
     title    None takes the run's
@@ -55,7 +56,7 @@ class Look:
     camera: str = "auto"
     view: tuple[float, float, float] | None = None
     triads: bool = True
-    edges: str = "sharp"
+    edges: str = "auto"
     traces: tuple[str, ...] = ()
     fit: str = "run"
     title: str | None = None

@@ -18,7 +18,7 @@ from femflex.view.movie import Progress, write_movie, write_png
 from femflex.view.output import placed
 from femflex.view.overlay import add_text
 from femflex.view.shape_paint import ShapePaint, shape_paint
-from femflex.view.surface import SEEN, breadth, surface_of
+from femflex.view.surface import APART, SEEN, breadth, surface_of, twist_of
 from femflex.view.theme import Theme, theme_of
 from femflex.view.units import Bar
 from femflex.view.window import Image, grabbed, open_window, place_camera
@@ -26,6 +26,7 @@ from femflex.view.window import Image, grabbed, open_window, place_camera
 Array = NDArray[np.float64]
 
 AMPLITUDE = 0.14  # largest displacement drawn, parts of the body's size
+TWISTED = 0.5  # rad; largest twist of slender parts, which widens them by 12 %
 MOST = 12  # shapes of a montage when none are named
 SAMPLES = 2
 Z = np.array([0.0, 0.0, 1.0])
@@ -179,14 +180,15 @@ class _ModeScene:
         self, skin: Skin, theme: Theme, size: tuple[int, int], view: Any, samples: int, paint: ShapePaint | None
     ) -> None:
         self._skin, self._samples, self._unit = skin, samples, np.zeros(len(skin.shapes))
-        self._quadrature = self._unit
+        self._quadrature, self._twist = self._unit, twist_of(skin)
         width, height = size[0] * samples, size[1] * samples
-        self._plotter = open_window((width, height), theme, shaded=False)  # even, so that tiles join
+        self._plotter = open_window((width, height), theme)
         self._size = float(np.linalg.norm(np.ptp(skin.points, axis=0))) or 1.0
         place = self._view(view, size[0] / size[1])
         place_camera(self._plotter, place)
         slender = breadth(skin) * place.pixels(size[1]) < SEEN
-        surface, pixel = surface_of(skin, "thick" if slender else "sharp"), height / 720 + 0.35 * samples
+        surface = surface_of(skin, "thick" if slender else "auto", APART / place.pixels(size[1]))
+        pixel = height / 720 + 0.35 * samples
         self._paint = paint
         bar = Bar(1.0, "", AMPLITUDE * self._size, 4)
         if self._paint is not None:
@@ -201,7 +203,9 @@ class _ModeScene:
         """Turn to shape `number`, counted from 0, and to one that moves a quarter of a cycle later, if any."""
         largest = np.linalg.norm(self._skin.shapes[number], axis=1).max()
         self._unit = np.zeros(len(self._skin.shapes))
-        self._unit[number] = AMPLITUDE * self._size / largest if largest else 0.0
+        if largest:
+            self._unit[number] = min(AMPLITUDE * self._size / largest, TWISTED / max(self._twist[number], 1e-300))
+            self._body.rescale(self._unit[number] * largest)
         self._quadrature = np.zeros(len(self._skin.shapes))
         if quadrature is not None:
             self._quadrature[quadrature] = self._unit[number]
@@ -252,7 +256,7 @@ def _arranged(tiles: list[Image], title: str, theme: Theme) -> Image:
 
 
 def _title_band(title: str, width: int, height: int, theme: Theme) -> Image:
-    plotter = open_window((width, height), theme, shaded=False)
+    plotter = open_window((width, height), theme)
     add_text(plotter.renderer, title, (0.5, 0.45), 0.5 * height, theme.text, "center center", bold=True)
     image = grabbed(plotter)
     plotter.close()

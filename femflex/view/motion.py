@@ -125,7 +125,7 @@ def motion(
 
 
 def traced_markers(run: Run) -> list[str]:
-    """Markers whose path can be drawn; beside them places of contact can, such as "constraints/contact"."""
+    """Markers whose path can be drawn; places of contact can too, such as "constraints/contact"."""
     return [path.split("/")[1] for path in run if path.startswith("markers/") and path.endswith("/position")]
 
 

@@ -117,7 +117,7 @@ def _encoder(path: Path, width: int, height: int, fps: float) -> subprocess.Pope
 
 
 def _finished(process: subprocess.Popen[bytes] | None) -> str:
-    """Close the encoder; what it said when it failed, or ""."""
+    """Close the encoder; its message when it failed, or ""."""
     if process is None or process.stdin is None or process.stdin.closed:
         return ""
     try:

@@ -1,4 +1,4 @@
-"""Files that appear whole: written beside and moved into place."""
+"""Files that appear whole: written under another name and moved into place."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from femflex.results.place import check_place
 
 @contextmanager
 def placed(path: str | Path, force: bool = False) -> Iterator[Path]:
-    """A name beside `path` to write to, of the same suffix; what is there moves to `path` at the end.
+    """A name in the folder of `path` to write to, of the same suffix; what is there moves to `path` at the end.
 
     An interrupt (Ctrl-C) moves what was written so far; any other error removes it. Raises the OSErrors of
     `check_place`: an existing file is refused unless `force`.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from femflex.view.framing import View
 from femflex.view.theme import Theme
-from femflex.view.units import Bar
+from femflex.view.units import Bar, length_unit, round_below
 
 Array = NDArray[np.float64]
 
@@ -19,8 +19,11 @@ ALIGN = {"left": 0, "center": 1, "right": 2, "bottom": 0, "top": 2}
 CORNER = (0.19, 0.175)  # centre of the corner triad from the left and the bottom, parts of the height
 CORNER_ARM = 0.075  # length of its axes
 LETTER = 0.023  # height of letters
+END_ON = 0.15  # sine of the angle to the line of sight below which an axis is a dot, named below it
 BAR_PLACE = (0.151, 0.128)  # sides of the colour bar from the right rim, parts of the height
 BAR_HEIGHT = (0.22, 0.74)  # its ends
+SCALE_PLACE = (0.345, 0.045)  # middle of the length scale, parts of width and height
+SCALE_REACH = 0.3  # its greatest length, parts of the height
 
 
 def add_text(
@@ -85,6 +88,34 @@ def add_colour_bar(renderer: Any, bar: Bar, theme: Theme, size: tuple[int, int])
     add_text(renderer, title, (1 - 0.025 * unit, high + 0.035), pixels, theme.text, "right bottom")
 
 
+def add_length_scale(renderer: Any, metre: float, theme: Theme, size: tuple[int, int]) -> None:
+    """A bar of a round length at the bottom; metre: size of one in the middle of the scene, parts of the height."""
+    import pyvista as pv
+    from vtkmodules.vtkCommonCore import vtkPoints
+    from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+    from vtkmodules.vtkRenderingCore import vtkActor2D, vtkCoordinate, vtkPolyDataMapper2D
+
+    length = round_below(SCALE_REACH / metre)
+    half, middle = 0.5 * length * metre * size[1] / size[0], SCALE_PLACE[0]
+    low, tick = SCALE_PLACE[1], 0.012
+    points, cells = vtkPoints(), vtkCellArray()
+    ends = [(middle - half, low + tick), (middle - half, low), (middle + half, low), (middle + half, low + tick)]
+    cells.InsertNextCell(4, [points.InsertNextPoint(x, y, 0.0) for x, y in ends])
+    line, place, mapper, actor = vtkPolyData(), vtkCoordinate(), vtkPolyDataMapper2D(), vtkActor2D()
+    line.SetPoints(points)
+    line.SetLines(cells)
+    place.SetCoordinateSystemToNormalizedViewport()
+    mapper.SetInputData(line)
+    mapper.SetTransformCoordinate(place)
+    actor.SetMapper(mapper)
+    actor.GetProperty().SetColor(*pv.Color(theme.text).float_rgb)
+    actor.GetProperty().SetLineWidth(max(1.0, size[1] / 480))
+    renderer.AddViewProp(actor)
+    factor, unit = (1.0, "m") if length >= 1.0 else length_unit(length)
+    label = f"{length * factor:g} {unit}"
+    add_text(renderer, label, (middle, low + 0.012), size[1] * LETTER, theme.text, "center bottom")
+
+
 @cache
 def _font(bold: bool) -> str:
     """The file of a font that has every sign used, and comes with matplotlib."""
@@ -129,8 +160,11 @@ class CornerTriad:
         self._actor.SetUserMatrix(matrix(np.zeros(3), C_VR))
         for (actor, letters), (x, y) in zip(self._labels, (self._axes[:2] @ C_VR).T, strict=True):
             beyond = 0.02 + 0.3 * LETTER * letters * abs(x)  # half the word's width lies beyond the tip
-            length = np.hypot(x, y) or 1.0
-            right, up = (CORNER_ARM * c + beyond * c / length for c in (x, y))
+            length = np.hypot(x, y)
+            if length < END_ON:
+                right, up = -beyond, -beyond
+            else:
+                right, up = (CORNER_ARM * c + beyond * c / length for c in (x, y))
             actor.SetPosition((CORNER[0] + right) / self._aspect, CORNER[1] + up)
 
 

@@ -1,4 +1,4 @@
-"""What colours a body beside its displacement: strain energy density, or one strain, from its strain field."""
+"""Colours of a body other than its displacement: strain energy density, or one strain, from its strain field."""
 
 from __future__ import annotations
 

@@ -31,6 +31,7 @@ class Plan:
     """What is settled for all pictures of a scene.
 
     skins     body -> Skin;  arms  body -> lengths of its axes (3,) [m], none where they are not drawn
+    undeformed  bodies whose undeformed shape means something: neither cut into segments nor growing
     camera, body  frame of the camera;  view  its place in it
     scale     magnification of the elastic displacement
     largest   elastic displacement of the whole run [m], reached at time peak [s]
@@ -41,6 +42,7 @@ class Plan:
     """
 
     skins: dict[str, Skin]
+    undeformed: frozenset[str]
     arms: dict[str, Array]
     camera: str
     body: str
@@ -86,7 +88,10 @@ def planned(run: Run, look: Look, time: float | None = None) -> Plan:
     if look.colour == "displacement":
         bar = colour_bar(largest) if largest > TINY else None
     span = float(run.time[0]), float(run.time[-1])
-    return Plan(skins, arms, camera, body, view, scale, largest, peak, span, bar, paints, SIGHT * size)
+    still = frozenset(
+        name for name, skin in skins.items() if skin.growth is None and not whole_of(name, cut_bodies(run))
+    )
+    return Plan(skins, still, arms, camera, body, view, scale, largest, peak, span, bar, paints, SIGHT * size)
 
 
 def _view(points: Array, look: Look, camera: str, bar: bool) -> View:

@@ -168,7 +168,7 @@ def figure_of(count: int, title: str, colours: Theme, sharex: bool) -> tuple[Fig
 
 
 def finish(ax: Axes, group: Sequence[object], colours: Theme) -> None:
-    """Give axes the theme's colours, and a legend of what is in the group beside them."""
+    """Give axes the theme's colours, and a legend of the group next to them."""
     ax.set_facecolor(colours.background)
     ax.grid(True, color=colours.faint, alpha=0.25, linewidth=0.6)
     ax.tick_params(colors=colours.text, which="both", labelsize=9)

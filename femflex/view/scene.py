@@ -8,14 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.results import Run
-from femflex.view.actors import BodyActor, SightActor, TraceActor
+from femflex.view.actors import BodyActor, SightActor, TraceActor, add_ghost
 from femflex.view.extent import some_rows
 from femflex.view.growing import lengths_line
 from femflex.view.look import Look
 from femflex.view.motion import Motion, motion
-from femflex.view.overlay import BAR_HEIGHT, CORNER, CornerTriad, add_colour_bar, add_text, matrix, triad_actor
+from femflex.view.overlay import (
+    BAR_HEIGHT,
+    CornerTriad,
+    add_colour_bar,
+    add_length_scale,
+    add_text,
+    matrix,
+    triad_actor,
+)
 from femflex.view.plan import Plan
-from femflex.view.surface import SEEN, breadth, surface_of
+from femflex.view.surface import APART, SEEN, breadth, surface_of
 from femflex.view.units import clock
 from femflex.view.window import Image, grabbed, open_window, place_camera
 
@@ -34,9 +42,10 @@ class Scene:
     def __init__(self, run: Run, look: Look, plan: Plan, samples: int = 1, note: str = "") -> None:
         self._run, self._plan, self._samples = run, plan, samples
         theme, (width, height) = look.colours, (look.size[0] * samples, look.size[1] * samples)
-        self._plotter = open_window((width, height), theme, shaded=samples > 1)
+        self._plotter = open_window((width, height), theme)
         place_camera(self._plotter, plan.view)
         pixel = height / 720
+        self._ghosts: dict[str, list[Any]] = {}
         self._bodies = self._add_bodies(look, pixel)
         self._triads: dict[str, Any] = {}
         self._path_times = run.time[some_rows(run)] if look.traces else np.zeros(0)
@@ -56,6 +65,10 @@ class Scene:
             delta = moving.delta[name][k] if name in moving.delta else np.zeros(0)
             own = moving.amplitudes[name][k] if name in moving.amplitudes else delta
             actor.show(moving.position[name][k], moving.attitude[name][k], delta, plan.scale, own)
+        for name, ghosts in self._ghosts.items():
+            pose = matrix(moving.position[name][k], moving.attitude[name][k])
+            for ghost in ghosts:
+                ghost.SetUserMatrix(pose)
         for name, triad in self._triads.items():
             triad.SetUserMatrix(matrix(moving.position[name][k], moving.attitude[name][k]))
         for name, trace in self._traces.items():
@@ -65,7 +78,7 @@ class Scene:
         if self._corner is not None:
             self._corner.show(moving.reference[k])
         lengths = lengths_line({name: float(length[k]) for name, length in moving.lengths.items()})
-        self._clock.SetInput(f"t = {clock(t, plan.span[1] - plan.span[0])}{lengths}")
+        self._clock.SetInput(f"t = {clock(t, plan.span[1] - plan.span[0])}{lengths}" if len(self._run) > 1 else lengths)
 
     def image(self) -> Image:
         """The picture, (height, width, 3)."""
@@ -84,13 +97,17 @@ class Scene:
     def _add_bodies(self, look: Look, pixel: float) -> dict[str, BodyActor]:
         theme, actors, rigid = look.colours, {}, 0
         for name, skin in self._plan.skins.items():
-            slender = breadth(skin) * self._plan.view.pixels(look.size[1]) < SEEN
-            surface = surface_of(skin, "thick" if slender else look.edges)
+            metre = self._plan.view.pixels(look.size[1])
+            slender = breadth(skin) * metre < SEEN
+            edges = "sharp" if look.edges == "auto" and not len(skin.shapes) else look.edges
+            surface = surface_of(skin, "thick" if slender else edges, APART / metre)
             paint = self._plan.paints.get(name)
             deforms = self._plan.bar if len(skin.shapes) and (paint or not self._plan.paints) else None
             colour = theme.rigid[rigid % len(theme.rigid)]
             rigid += deforms is None
             actors[name] = BodyActor(self._plotter, surface, colour, theme, deforms, pixel, paint)
+            if len(skin.shapes) and self._plan.scale != 1.0 and name in self._plan.undeformed:
+                self._ghosts[name] = add_ghost(self._plotter, surface, theme, pixel)
         return actors
 
     def _add_triads(self, look: Look, size: tuple[int, int]) -> None:
@@ -100,21 +117,22 @@ class Scene:
         orbital = "orbit/attitude" in self._run
         names = ("normal", "up", "flight") if orbital else ("X", "Y", "Z")
         self._corner = CornerTriad(self._plotter, self._plan.view, names, look.colours, size)
-        said, where = f"{'orbital' if orbital else 'inertial'} axes", (CORNER[0] * size[1] / size[0], 0.035)
-        add_text(self._plotter.renderer, said, where, size[1] / 48, look.colours.faint, "center bottom")
+        text = f"{'orbital' if orbital else 'inertial'} axes" + "; arrows on bodies: x, y, z" * bool(self._triads)
+        add_text(self._plotter.renderer, text, (0.02, 0.035), size[1] / 48, look.colours.faint, "left bottom")
 
     def _add_texts(self, look: Look, size: tuple[int, int], note: str) -> Any:
         theme, renderer, plan, (width, height) = look.colours, self._plotter.renderer, self._plan, size
+        add_length_scale(renderer, plan.view.pixels(1), theme, size)
         title = self._run.title if look.title is None else look.title
-        fitting = 0.6 * width / (0.66 * max(1, len(title)))  # beside the clock
+        fitting = 0.78 * width / (0.66 * max(1, len(title)))  # left of the clock
         add_text(renderer, title, (0.02, 0.965), min(height / 30, fitting), theme.text, bold=True)
         if plan.bar is not None:
-            said = "deformation true to scale" if plan.scale == 1.0 else f"deformation × {plan.scale:g}"
-            add_text(renderer, said, (0.98, 0.035), height / 40, theme.text, "right bottom")
+            shown = "deformation true to scale" if plan.scale == 1.0 else f"deformation × {plan.scale:g}"
+            add_text(renderer, shown, (0.98, 0.035), height / 40, theme.text, "right bottom")
             add_colour_bar(renderer, plan.bar, theme, size)
             if len(self._run) > 1:
                 below = (1 - 0.025 * height / width, BAR_HEIGHT[0] - 0.055)
                 add_text(renderer, WHOLE, below, height / 48, theme.faint, "right bottom")
         if note:
-            add_text(renderer, note, (0.5, 0.035), height / 40, theme.faint, "center bottom")
+            add_text(renderer, note, (0.55, 0.035), height / 40, theme.faint, "center bottom")
         return add_text(renderer, "", (0.98, 0.965), height / 32, theme.text, "right top")

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 AWAY = 3.0  # times the range of the first run that a second may go beyond it and still be shown whole
 SHOWN = 1.0  # of that range, shown beyond it where the second goes further
-INSTEAD = {"nonlinear strain": "linear strain"}  # what is left where something is switched off, said more plainly
+INSTEAD = {"nonlinear strain": "linear strain"}  # what is left where something is switched off
 
 
 def title_of(run: Run) -> str:
@@ -26,7 +26,7 @@ def title_of(run: Run) -> str:
 
 
 def apart(run: Run, other: Run) -> str:
-    """What a run is beside another, in words: its title, what it leaves out, or the name of its file."""
+    """What a run is compared with another, in words: its title, what it leaves out, or the name of its file."""
     if run.title != other.title:
         return title_of(run)
     same = _left_out(run) == _left_out(other) and run.linearised == other.linearised

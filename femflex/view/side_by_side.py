@@ -105,7 +105,7 @@ def _kinds(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
 
 
 def _beside(ax: Axes, k: int, form: Any, study: Any, colours: Theme) -> None:
-    """The difference of a form beside its value, or why it has none."""
+    """The difference of a form next to its value, or why it has none."""
     if not form.problem and form is study.reference:
         return
     text = textwrap.fill(form.problem, 22) if form.problem else f"{study.difference(form):.2g} off"

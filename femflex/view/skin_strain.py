@@ -48,7 +48,7 @@ def carried(part: StrainPart, points: Array) -> sparse.csr_array:
 
 
 def along_lines(part: StrainPart, points: Array) -> sparse.csr_array:
-    """Weights (n, p) that carry values at a line's points linearly to places beside the line."""
+    """Weights (n, p) that carry values at a line's points linearly to points off the line."""
     _, near = cKDTree(part.places).query(points, k=[1, 2])
     near = np.asarray(near, np.int64)
     a, b = part.places[near[:, 0]], part.places[near[:, 1]]

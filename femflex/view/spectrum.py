@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 WINDOW = "Blackman–Harris window"  # side lobes 92 dB down: what is seen is signal; two lines merge below 4 / T
 PADDING = 4  # finer frequencies than the record's own, so that peaks are smooth
-PROMINENCE = 8.0  # a peak stands out of the valley beside it by this factor
+PROMINENCE = 8.0  # a peak stands out of the valley next to it by this factor
 LEAST_CYCLES = 2.5  # in the record; the place of a slower peak cannot be reported
 FLOOR = 1e-4  # of the highest peak; smaller ones are not reported, and may be side lobes
 

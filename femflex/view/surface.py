@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 
 from femflex.body import Skin
 
@@ -28,6 +29,8 @@ CORNERS = {
 }
 FEATURE_ANGLE = np.deg2rad(50.0)  # sharper edges are drawn and split the shading; tubes have at least 8 sides
 SEEN = 4.0  # pixels; bodies less broad are drawn with thick lines
+APART = 4.0  # pixels between mesh lines that are drawn; nearer ones would darken the surface
+SLENDER = 0.4  # second over first extent of a part below which it has an axis
 MERGE = 1e-7  # of the size: points nearer than this that move alike are one
 
 
@@ -66,10 +69,10 @@ class Points:
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """What is drawn of a body: faces over `skin`; edges, lines and dots over `wires`.
+    """What is drawn of a body: faces over `skin`; edges, mesh, lines and dots over `wires`.
 
     Points of the skin are shared where the shading is smooth and split at sharp edges.
-    triangles (k, 3), quads (k, 4); edges (k, 2), lines (k, 2), dots (k,): numbers of points
+    triangles (k, 3), quads (k, 4); edges (k, 2), mesh (k, 2) faint, lines (k, 2), dots (k,): numbers of points
     closed  whether every edge has two faces, which then look outward (back faces need not be drawn)
     """
 
@@ -79,6 +82,7 @@ class Surface:
     closed: bool
     wires: Points
     edges: Index
+    mesh: Index
     lines: Index
     dots: Index
     summing: sparse.csr_array  # (n_p, n_faces) adds the faces around each point of the skin
@@ -90,9 +94,10 @@ class Surface:
         return np.asarray(total / np.where(length > 0, length, 1.0)[:, None], np.float32)
 
 
-def surface_of(skin: Skin, drawn_edges: str = "sharp") -> Surface:
+def surface_of(skin: Skin, drawn_edges: str = "sharp", apart: float = np.inf) -> Surface:
     """The surface of a skin; its edges are the "sharp" ones, those of the "mesh", or "none".
 
+    "auto" draws the sharp ones, and the others as faint mesh lines if their median length is above `apart` [m].
     "thick" makes all edges lines of the body itself, so that one too slender to be seen is seen.
 
     Raises ValueError for cells that cannot be drawn.
@@ -103,20 +108,23 @@ def surface_of(skin: Skin, drawn_edges: str = "sharp") -> Surface:
     keep, merged = _merged(skin)
     by_corners = {k: [merged[c[:, :k]] for name, c in skin.cells.items() if CORNERS[name] == k] for k in (1, 2, 3, 4)}
     cells = {k: np.concatenate([np.zeros((0, k), np.int64), *parts]) for k, parts in by_corners.items()}
-    sides = _edges(skin.points[keep], cells[3], cells[4], drawn_edges)
+    sides = _edges(skin.points[keep], cells[3], cells[4], "sharp" if drawn_edges == "auto" else drawn_edges)
+    mesh = _mesh_lines(skin.points[keep], cells[3], cells[4], sides, apart) if drawn_edges == "auto" else sides[:0]
     edges, lines = (sides[:0], np.concatenate([cells[2], sides])) if drawn_edges == "thick" else (sides, cells[2])
     source, triangles, quads, closed = _oriented(skin.points[keep], cells[3], cells[4])
-    used, wires = np.unique(np.concatenate([edges.ravel(), lines.ravel(), cells[1].ravel()]), return_inverse=True)
-    of_edges, of_lines = edges.size, edges.size + lines.size
+    tables = [edges.ravel(), mesh.ravel(), lines.ravel(), cells[1].ravel()]
+    used, wires = np.unique(np.concatenate(tables), return_inverse=True)
+    parts = np.split(wires, np.cumsum([table.size for table in tables])[:-1])
     return Surface(
         skin=Points.of(skin, keep[source]),
         triangles=triangles,
         quads=quads,
         closed=closed,
         wires=Points.of(skin, keep[used.astype(np.int64)]),
-        edges=wires[:of_edges].reshape(-1, 2),
-        lines=wires[of_edges:of_lines].reshape(-1, 2),
-        dots=wires[of_lines:],
+        edges=parts[0].reshape(-1, 2),
+        mesh=parts[1].reshape(-1, 2),
+        lines=parts[2].reshape(-1, 2),
+        dots=parts[3],
         summing=_summing(len(source), triangles, quads),
     )
 
@@ -131,6 +139,33 @@ def breadth(skin: Skin) -> float:
     )
     length = np.linalg.norm(np.ptp(p, axis=0))
     return float(area / (np.pi * length)) if length else 0.0
+
+
+def twist_of(skin: Skin) -> Array:
+    """Largest twist (n,) of each shape at unit amplitude about the axes of slender parts [rad]; 0 without such parts.
+
+    A shape is linear in its amplitude, so that a twist of theta widens a tube by sqrt(1 + theta^2).
+    """
+    keep, merged = _merged(skin)
+    faces = {k: [merged[c[:, :k]] for name, c in skin.cells.items() if CORNERS.get(name) == k] for k in (3, 4)}
+    sides = _sides(*(np.concatenate([np.zeros((0, k), np.int64), *parts]) for k, parts in faces.items()))
+    points, shapes, twist = skin.points[keep], skin.shapes[:, keep], np.zeros(len(skin.shapes))
+    links = sparse.csr_array((np.ones(len(sides)), (sides[:, 0], sides[:, 1])), shape=(len(keep), len(keep)))
+    _, part = connected_components(links, directed=False)
+    for number in np.unique(part[sides[:, 0]]):
+        own = sides[part[sides[:, 0]] == number]
+        own_points = points[part == number]
+        _, extent, axes = np.linalg.svd(own_points - own_points.mean(axis=0), full_matrices=False)
+        if extent[1] > SLENDER * extent[0]:
+            continue
+        along, side = axes[0], np.diff(points[own], axis=1)[:, 0]
+        length = np.linalg.norm(side, axis=1)
+        across = (np.abs(side @ along) < 0.1 * length) & (length > 0)
+        turned = np.diff(shapes[:, own[across]], axis=2)[:, :, 0]
+        turned -= (turned @ along)[..., None] * along
+        turned = np.linalg.norm(turned, axis=2) / length[across]
+        twist = np.maximum(twist, turned.max(axis=1, initial=0.0))
+    return twist
 
 
 def _merged(skin: Skin) -> tuple[Index, Index]:
@@ -192,6 +227,15 @@ def _edges(points: Array, triangles: Index, quads: Index, which: str) -> Index:
     np.add.at(total, side.reshape(-1), normal[_face_of_corner(triangles, quads)])
     smooth = (count == 2) & (np.linalg.norm(total, axis=1) > 2 * np.cos(FEATURE_ANGLE / 2))
     return np.asarray(unique[~smooth])
+
+
+def _mesh_lines(points: Array, triangles: Index, quads: Index, sharp: Index, apart: float) -> Index:
+    """Sides (k, 2) that are not sharp, if half of them are longer than `apart` [m]; else none."""
+    sides = np.unique(np.sort(_sides(triangles, quads), axis=1), axis=0)
+    if not len(sides) or np.median(np.linalg.norm(np.diff(points[sides], axis=1)[:, 0], axis=1)) <= apart:
+        return sides[:0]
+    n = len(points)
+    return np.asarray(sides[~np.isin(sides @ [n, 1], sharp @ [n, 1])])
 
 
 def _area_vectors(points: NDArray[Any], triangles: Index, quads: Index) -> NDArray[Any]:

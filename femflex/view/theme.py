@@ -20,8 +20,7 @@ class Theme:
     lines    colours of curves, in turn
     """
 
-    background: str
-    sky: str  # background at the top of a picture
+    background: str  # of stills, movies, montages and plots
     text: str
     faint: str  # second lines, grids
     rigid: tuple[str, ...]  # bodies without elastic displacement, in turn
@@ -45,7 +44,6 @@ class Theme:
 THEMES = {
     "light": Theme(
         background="#ffffff",
-        sky="#dfe6ee",
         text="#1c2733",
         faint="#6a7886",
         rigid=("#b9bfc6", "#a5aeb8", "#cdc8bd"),
@@ -59,7 +57,6 @@ THEMES = {
     ),
     "dark": Theme(
         background="#10151c",
-        sky="#26313f",
         text="#eef2f6",
         faint="#97a5b4",
         rigid=("#98a1ab", "#828d99", "#b0ab9f"),

@@ -39,11 +39,13 @@ class Bar:
 
 
 def length_unit(largest: float) -> tuple[float, str]:
-    """Factor and name of the unit in which a length [m] reads between 1 and 1000, cm only from 2 cm to 2 m.
+    """Factor and name of the unit in which a length [m] reads well: km from 10 km, cm only from 2 cm to 2 m.
 
-    >>> length_unit(33.0), length_unit(0.3), length_unit(0.004)
-    ((1.0, 'm'), (100.0, 'cm'), (1000.0, 'mm'))
+    >>> length_unit(6.8e6), length_unit(33.0), length_unit(0.3), length_unit(0.004)
+    ((0.001, 'km'), (1.0, 'm'), (100.0, 'cm'), (1000.0, 'mm'))
     """
+    if largest >= 1e4:
+        return 1e-3, "km"
     if largest >= 2.0:
         return 1.0, "m"
     if largest >= 2e-2:

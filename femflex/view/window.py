@@ -12,17 +12,15 @@ from femflex.view.theme import Theme
 
 Image = NDArray[np.uint8]
 
-LIGHTS = (((0.3, 0.0, 1.0), 0.75), ((-0.7, 0.8, 0.7), 0.55))  # beside the camera, at z = 1: direction and intensity
+LIGHTS = (((0.3, 0.0, 1.0), 0.75), ((-0.7, 0.8, 0.7), 0.55))  # next to the camera, at z = 1: direction and intensity
 
 
 class NoRenderer(RuntimeError):
     """No off-screen renderer starts on this machine; results are not touched by it."""
 
 
-def open_window(size: tuple[int, int], theme: Theme, shaded: bool = True) -> Any:
+def open_window(size: tuple[int, int], theme: Theme) -> Any:
     """A pyvista plotter of that size (pixels) off screen, one sample a pixel, with the theme's background.
-
-    shaded draws the background with a sky, which costs 5 ms of a frame.
 
     Raises NoRenderer when neither a display nor EGL nor OSMesa can be had.
     """
@@ -45,7 +43,7 @@ def open_window(size: tuple[int, int], theme: Theme, shaded: bool = True) -> Any
             "no picture can be drawn: no off-screen renderer starts here; install EGL or OSMesa "
             "(on Debian and Ubuntu: libegl1 or libosmesa6), or draw the pictures from the result file elsewhere"
         )
-    plotter.set_background(theme.background, top=theme.sky if shaded else None)
+    plotter.set_background(theme.background)
     for place, intensity in LIGHTS:
         plotter.add_light(
             pv.Light(position=place, focal_point=(0, 0, 0), intensity=intensity, light_type="camera light")

@@ -58,7 +58,7 @@ def test_a_strip_under_its_weight_keeps_that_of_the_weight(write_case):
     weight = body.moments.first[1:, 2] / body.moments.mass
     unit = WEIGHT / END_LOAD * PRANDTL * MICHELL
     assert body.n_modes == 6 and critical(body, weight, unit) == pytest.approx(1.0, abs=1.3e-2)
-    assert "2 static shapes of what acts on it (its weight) in addition to its modes (attachment = []" in body.note
+    assert "2 static shapes of its loads (weight) in addition to its modes (attachment = []" in body.note
     assert built(write_case, HEAVY, ("modes = 4", "modes = 4, attachment = []")).n_modes == 4
 
 
@@ -71,7 +71,7 @@ def test_the_tip_sags_as_the_beam_does(write_case):
 
 def test_the_shapes_are_told_of_and_the_stretch_of_a_slender_beam_is_not_among_them(write_case):
     body = built(write_case, STRIP, ("[0, 0, -1400]", '[0, 0, -1400]\nframe = "inertial"'))
-    assert "static shapes of what acts on it (TIP x y z) in addition to its modes (loads = {}" in body.note
+    assert "static shapes of its loads (TIP x y z) in addition to its modes (loads = {}" in body.note
     assert body.n_modes <= 6 and body.omega[: body.n_modes].max() < 8 * body.omega[:4].max()
     assert "TIP" not in body.markers
 
@@ -100,7 +100,7 @@ def test_a_body_that_carries_another_keeps_the_shapes_of_its_seat(write_case):
 )
 def test_a_basis_that_is_chosen_stays_as_it_is(write_case, change):
     body = built(write_case, STRIP, change)
-    assert body.kinds.count("attachment") == 0 and "what acts on it" not in body.note
+    assert body.kinds.count("attachment") == 0 and "of its loads" not in body.note
 
 
 @pytest.mark.parametrize(("modes", "added"), [(2, 1), (8, 0)])

@@ -108,5 +108,5 @@ def test_the_pull_along_a_boom_is_no_coordinate_however_many_modes_stand_beside_
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         body = noted_system(case_in(tmp_path)).bodies["wing"]
-    assert "2 static shapes of what acts on it (its weight)" in body.note
+    assert "2 static shapes of its loads (weight)" in body.note
     assert body.n_modes == 18

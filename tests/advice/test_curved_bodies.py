@@ -132,7 +132,7 @@ def test_the_advice_that_a_curved_body_gets_can_be_followed(arch):
     own = 'modes = 1, loads = { CROWN = ["z"] }, responses = 8, deflection = "9 cm"'
     body, _ = told(arch(("modes = 2", own), ("damping =", 'strain = "nonlinear"\ndamping =')))
     assert body.kinds.count("response") == 8
-    assert "its static responses represent their own loads" in body.note and "'auto' represents those too" in body.note
+    assert "its static responses represent their own loads" in body.note and "'auto' for other loads" in body.note
 
 
 def test_an_arch_that_stands_and_is_carried_off_by_its_load_is_not_told_of_spin(arch, tmp_path):

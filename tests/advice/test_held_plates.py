@@ -83,7 +83,7 @@ def test_a_plate_between_held_edges_is_not_taken_for_linear(tmp_path):
     body, w = plate(tmp_path, "clamped", 134.9, 4)
     assert w == pytest.approx(exact("clamped", 134.9), rel=3e-3)
     assert "strain is condensed: loads and motions may bend it by 0.017 m. Stretching between its supports" in body.note
-    assert "1 static shape of what acts on it (its weight)" in body.note
+    assert "1 static shape of its loads (weight)" in body.note
 
 
 @pytest.mark.slow

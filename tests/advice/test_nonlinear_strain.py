@@ -152,7 +152,7 @@ def told(*words: object) -> str:
 def test_the_verbs_show_the_derivatives_and_store_the_tensors(write_case, craft, tmp_path):
     path = write_case(craft.replace(PLAIN, reduction(", derivatives = 3")))
     shown = told("modes", path, "--bodies")
-    assert "7 elastic coordinates (4 vibration, 3 derivative), 3 shapes follow (section); nonlinear strain" in shown
+    assert "7 elastic coordinates (4 vibration, 3 derivative), 3 dependent shapes (section); nonlinear strain" in shown
     assert sum(line.rstrip().endswith("derivative") for line in shown.splitlines()) == 3
     data = json.loads(told("modes", path, "--bodies", "--json"))["boom"]
     assert data["strain"] == "nonlinear" and data["mode_kinds"].count("derivative") == 3

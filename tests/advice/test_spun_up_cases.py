@@ -78,7 +78,7 @@ name = "wheel"
 body = "hub"
 torque = [0, 0, {}]
 """
-KEPT = "static shapes of what acts on it (its spin) "
+KEPT = "static shapes of its loads (spin) "
 
 
 def built(folder, text):
@@ -161,7 +161,7 @@ def test_few_polynomials_are_told_how_many_a_spin_wants(tmp_path):
         built(tmp_path, ANALYTIC.replace("y = 2", f'y = {n}, family = "polynomial"') + MOTION).bodies["beam"].note
         for n in (3, 4)
     )
-    assert "which hold them from 4 along a direction on (it has 3)" in few and "within 0.25 % with 5" in few
+    assert "with 4 or more functions per direction (it has 3)" in few and "within 0.25 % with 5" in few
     assert "polynomials" not in enough
 
 
@@ -174,5 +174,5 @@ def test_characteristic_functions_say_which_loads_they_are_no_static_shapes_of(t
         for family in ("characteristic", "polynomial")
     }
     notes = {family: system.bodies["beam"].note for family, system in found.items()}
-    assert "no static shapes of what acts on it (tip y) are added to characteristic" in notes["characteristic"]
+    assert "no static shapes of its loads (tip y) are added to characteristic" in notes["characteristic"]
     assert "tip" not in notes["polynomial"]

@@ -486,8 +486,8 @@ def test_doubtful_bodies_are_warned_of_with_both_numbers(craft: str, write_case:
     assert bodies["boom"].n_modes == 2  # the pair of a round boom is kept whole
     with pytest.warns(
         PhysicsWarning,
-        match=r"its 2 modes carry at most 61% of its mass in any direction, less "
-        r"than 75%",
+        match=r"the effective mass of its 2 modes is at most 61% of its mass in any direction "
+        r"\(limit 75%\)",
     ):
         warn_of(decided(one).advice)
     sound = read_case(write_case())

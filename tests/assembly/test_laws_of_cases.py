@@ -69,4 +69,4 @@ def test_laws_need_a_free_coordinate_of_their_own():
     assert "a latch on a joint without a slide or turn of its own" in problems("kind = 'weld'\n" + law)
     assert "key 'coordinate' of the latch is missing" in problems("kind = 'universal'\n" + law)
     told = problems("kind = 'revolute'\nmotion.angle = 'locked'\n" + law)
-    assert "found a latch on 'angle', which is held by motion" in told
+    assert "found a latch on 'angle', whose motion is prescribed" in told

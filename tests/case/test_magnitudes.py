@@ -22,7 +22,7 @@ CORE = "core = { material = 'aluminium', thickness = '20 mm' }\n"
 # what is swapped in the case, and what is told; old "" appends
 READ = [
     ("", ORBIT.format(400), r"perigee_altitude: found 400 m, below 80 km; if kilometres were meant, write \"400 km\""),
-    ("", ORBIT.format("'3 m'"), r"found 3 m, below 80 km; no orbit lasts a turn there"),
+    ("", ORBIT.format("'3 m'"), r"found 3 m, below 80 km; drag ends an orbit there within a revolution"),
     ('"2700 kg/m^3"', "2.7", r"density: found 2.7 kg/m\^3, .* write \"2.7 g/cm\^3\" \(2700 kg/m\^3\)"),
     ('"2700 kg/m^3"', "2.7e6", r"density: found 2.7e\+06 kg/m\^3; materials have 1 to 25000 kg/m\^3$"),
     ('"70 GPa"', "70", r"aluminium.E: found 70 Pa; materials have 100000 to .* write \"70 GPa\""),

@@ -9,6 +9,7 @@ import jsonschema
 import pytest
 
 from femflex.case import CaseError, read_case
+from femflex.case.options import read_options
 from femflex.case.schema import json_schema
 from femflex.fem import FAMILIES
 from femflex.fem.option import OPTIONS
@@ -76,3 +77,28 @@ def test_options_that_are_refused_do_not_fit_the_schema_either(craft: str):
 def test_the_page_of_members_lists_the_options_of_every_family(family: str):
     row = next(line for line in MEMBERS.read_text(encoding="utf-8").splitlines() if line.startswith(f"| `{family}`"))
     assert {name for name in OPTIONS[family] if f"`{name}`" in row} == set(OPTIONS[family])
+
+
+def test_fields_of_shells_are_formulas_of_place():
+    given = {
+        "thickness": {"formula": "0.002 * (1 + x)"},
+        "axis": {"formula": ["-y", "x", "0"]},
+        "density": "2.7 g/cm^3",
+    }
+    found = read_options("shell", given)
+    assert found["thickness"] == "0.002 * (1 + x)" and found["axis"] == ("-y", "x", "0")
+    assert found["density"] == pytest.approx(2700.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"thickness": {"formulas": "x"}}, "thickness: found .* a field is a number, or { formula"),
+        ({"thickness": {"formula": ["x", "y", "z"]}}, "thickness: found 3 formulas; it takes 1"),
+        ({"axis": {"formula": "x"}}, "axis: found 1 formulas; it takes 3"),
+        ({"extra_mass": "2 kg"}, "extra_mass: found '2 kg'"),
+    ],
+)
+def test_fields_that_are_no_formulas_are_refused(given, words):
+    with pytest.raises(ValueError, match=words):
+        read_options("shell", given)

@@ -76,7 +76,7 @@ def test_the_table_has_rigid_modes_by_name_and_the_exact_frequencies(femflex, ca
     code, out, err = femflex("modes", case())
     assert code == 0 and err == ""
     assert "translation x" in out and "rotation z" in out and "bending 1" in out and f"{EXACT[0]:.3g}" in out
-    assert "left out    load 'pulse'; --at takes the values at a time" in out
+    assert "left out    load 'pulse'. Use --at TIME to evaluate them at a time" in out
     assert "stability   stable: no small motion grows" in out and "above 1e-08 of the larger of" in out
     assert "expected    first:" in out and "holds" in out
     short = femflex("modes", case(), "-n", "7")[1]

@@ -34,9 +34,9 @@ def test_steel_in_millimetres_read_as_metres_is_said_to_be_implausible():
 
 
 def deck() -> Deck:
-    mesh = Mesh([[0, 0, 0], [1, 0, 0]], {"line": [[0, 1]]}, {"pid_3": {"line": [0]}}, {"spc_1 123456": [0]})
+    mesh = Mesh([[0, 0, 0], [1, 0, 0]], {"line": [[0, 1]]}, {"pid_3": {"line": [0]}}, {"spc_1-123456": [0]})
     member = Member("pid_3", "beam", StiffnessSection(1e7, 50.0, 80.0, 40.0, 1.0))
-    held = {"spc_1": {"spc_1 123456": Support(("x", "y", "z", "rx", "ry", "rz"))}}
+    held = {"spc_1": {"spc_1-123456": Support(("x", "y", "z", "rx", "ry", "rz"))}}
     return Deck("one.bdf", "Nastran", mesh, (member,), supports=held, default_supports=("spc_1",), points_of_ids={7: 1})
 
 

@@ -9,12 +9,12 @@ from femflex.fem.sections import Tube
 from femflex.mesh import Mesh
 from femflex.mesh.generators import box, line
 
-ALUMINIUM = Material(7e10, 0.3, 2700.0)
+SOFT = Material(7e7, 0.3, 270.0)
 
 
 def brick(counts=(4, 1, 1)):
     """A solid bar of 2.0 x 0.3 x 0.2 m; faces "left" and "right"."""
-    return build_structure(box(2.0, 0.3, 0.2, *counts), [Member("volume", "solid", None, ALUMINIUM)])
+    return build_structure(box(2.0, 0.3, 0.2, *counts), [Member("volume", "solid", None, SOFT)])
 
 
 def boom(n=6, tip=True):
@@ -22,4 +22,4 @@ def boom(n=6, tip=True):
     mesh = line([[0.1, 0.2, 0.0], [2.1, 1.2, 2.0]], n)
     mesh = Mesh(mesh.points, mesh.cells, mesh.cell_groups, {"root": [0], "tip": [len(mesh.points) - 1]})
     masses = [PointMass("tip", 2.0, np.diag([0.2, 0.1, 0.15]))] if tip else []
-    return build_structure(mesh, [Member("line", "beam", Tube(0.06, 0.004), ALUMINIUM, {"order": 3})], masses)
+    return build_structure(mesh, [Member("line", "beam", Tube(0.06, 0.004), SOFT, {"order": 3})], masses)

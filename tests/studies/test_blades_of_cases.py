@@ -133,7 +133,7 @@ def test_an_analytic_blade_of_three_functions_has_them_too_on_a_hub_of_its_lengt
         (tmp_path / "blade.toml").write_text(ANALYTIC.format(more=more))
         system = noted_system(read_case(tmp_path / "blade.toml"))
         found[more] = frequencies(system, 4)[-1]
-        kept = "4 static shapes of what acts on it (its spin)" in system.bodies["blade"].note
+        kept = "4 static shapes of its loads (spin)" in system.bodies["blade"].note
         assert kept == (not more)
     exact = Rotating(12.0, hub=1.0, lag=1.9).exact(found[""], within=2e-3)
     assert found[""] == pytest.approx(exact, rel=5e-4)

@@ -81,4 +81,4 @@ def test_shapes_that_follow_are_counted_apart_from_coordinates(built: Callable[.
     print_study(found)
     assert "derivatives shapes vibration derivatives following" in " ".join(capsys.readouterr().out.split())
     told = level_text(found, 2)
-    assert told == "2 derivative shapes a body (5 shapes, 2 of them derivative shapes that follow)"
+    assert told == "2 derivative shapes a body (5 shapes, 2 of them dependent derivative shapes)"

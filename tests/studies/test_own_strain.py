@@ -102,5 +102,5 @@ def test_a_backbone_that_ends_early_keeps_what_it_had(written: Written):
 
 def test_modes_tell_of_condensed_strain_and_of_what_follows(written: Written):
     code, out, _ = told("modes", written(("modes = 4 }", DERIVED)), "--backbone", "1 mm")
-    assert code == 0 and "3 elastic coordinates, 2 shapes follow (derivative); condensed strain" in out
+    assert code == 0 and "3 elastic coordinates, 2 dependent shapes (derivative); condensed strain" in out
     assert "free vibration in mode 1 by its amplitude" in out

@@ -56,13 +56,24 @@ def test_a_picture_has_its_size_and_shows_the_bodies(tmp_path, run, theme):
 def test_the_picture_says_title_time_and_scale(tmp_path, run, texts):
     render_picture(run, tmp_path / "a.png", time=3.0, **SMALL)
     found = texts()
-    assert {"A box with a boom and a panel", "t = 3.00 s", "deformation true to scale", "inertial axes"} <= set(found)
+    assert {
+        "A box with a boom and a panel",
+        "t = 3.00 s",
+        "deformation true to scale",
+        "inertial axes; arrows on bodies: x, y, z",
+    } <= set(found)
     assert {"X", "Y", "Z"} <= set(found) and "elastic\ndisplacement\n[cm]" in found
 
 
 def test_a_magnified_picture_says_by_how_much(tmp_path, orbiting, texts):
     render_picture(orbiting, tmp_path / "a.png", time=754.2, scale=2.5, title="Mine", **SMALL)
-    assert {"Mine", "t = 12 min 34.2 s", "deformation × 2.5", "orbital axes", "flight"} <= set(texts())
+    assert {
+        "Mine",
+        "t = 12 min 34.2 s",
+        "deformation × 2.5",
+        "orbital axes; arrows on bodies: x, y, z",
+        "flight",
+    } <= set(texts())
 
 
 def test_the_colour_bar_ends_at_the_largest_displacement_of_the_run(run):

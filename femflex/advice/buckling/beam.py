@@ -104,7 +104,7 @@ class BeamBuckling:
         return np.asarray(self.basis.T @ self.stress(load) @ self.basis)
 
     def moved(self, load: Array) -> float:
-        """See Elastic: what the ends move, beside the rigid motions."""
+        """See Elastic: what the ends move, in addition to the rigid motions."""
         n = self.body.n_modes
         answer = np.linalg.solve(self.K, load[:n])
         return max(float(np.linalg.norm(one.phi[:, :n] @ answer)) for one in self.body.markers.values())

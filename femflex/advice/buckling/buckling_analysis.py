@@ -1,8 +1,8 @@
 """Linear buckling of a body under all its loads, at the worst instant of a motion.
 
 K_sigma is linear in the load. The loads of all instants are written in a few patterns, their K_sigma confined to few
-shapes picks the instant, and there the whole structure is judged. Sudden loads count once: what swings about the stress
-that they bring swings faster than the shape that buckles follows.
+shapes picks the instant, and there the whole structure is assessed. Sudden loads count once: the
+oscillation about their stress is faster than the buckling shape follows.
 """
 
 from __future__ import annotations

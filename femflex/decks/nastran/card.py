@@ -71,7 +71,7 @@ class Card:
 
     def components(self, k: int, default: str = "") -> tuple[int, ...]:
         """Field k as components 1 to 6, such as 12346; 0 and blank name none. Raises FieldError."""
-        word = self.word(k, default)
+        word = self.word(k, default).replace(" ", "")
         if not re.fullmatch(r"[0-6]*", word):
             raise FieldError(f"{self} has {word!r} in field {k + 2}, where components 1 to 6 are needed")
         return tuple(sorted({int(c) for c in word if c != "0"}))

@@ -79,7 +79,7 @@ def _bar(model: NastranModel, card: Card) -> None:
     # elements of one orientation vector are one member; the vector across each serves where axes are turned
     shared = alpha == 0 and v is not None
     orientation = v / np.linalg.norm(v) if shared and v is not None else y
-    rows = [_end(model, ends[k], points[k], f"{card.name.lower()}_{number} end {'AB'[k]}") for k in (0, 1)]
+    rows = [_end(model, ends[k], points[k], f"{card.name.lower()}_{number}-end{'AB'[k]}") for k in (0, 1)]
     pins = [tuple(c for c in card.components(k)) for k in (8, 9)]
     if alpha and any(set(p) & {2, 3} in ({2}, {3}) or set(p) & {5, 6} in ({5}, {6}) for p in pins):
         raise ValueError(f"{card} has pin flags for one plane alone and a section with I12; give principal axes")
@@ -112,7 +112,7 @@ def _add_bar(
     options: dict[str, object], pins: tuple[int, ...], at: list[int],
 ) -> None:  # fmt: skip
     if pins:
-        name = f"{card.name.lower()}_{card.integer(0)} pins {'-'.join(map(str, at))}"
+        name = f"{card.name.lower()}_{card.integer(0)}-pins{'-'.join(map(str, at))}"
         model.build.point_groups[name] = list(at)
         options = {**options, "release": tuple(WORDS[c - 1] for c in pins), "release_at": name}
     model.build.cell(

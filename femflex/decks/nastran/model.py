@@ -63,7 +63,7 @@ class NastranModel:
         k, found = 1, name
         while found in self.build.point_groups:
             k += 1
-            found = f"{name} ({k})"
+            found = f"{name}-{k}"
         return found
 
     def depend(self, grid: int, components: tuple[int, ...], card: Card) -> bool:

@@ -70,10 +70,18 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     deck = Deck(
         path.name, "Nastran", mesh, (*model.build.members(), *_node_members(model)), tuple(model.point_masses),
         tuple(model.connections), tuple(model.bushings), supports, default, dict(model.build.row_of), units,
+        *_judged(materials),
         dict(sorted(bulk.found.used.items())), bulk.found.left_out, tuple(bulk.found.notes),
     )  # fmt: skip
     asked = bulk.parameters.get("AUTOSPC")
     return deck if asked is not None and asked.word(1) == "NO" else deck.with_unresisted_held()
+
+
+def _judged(materials: Materials) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Young's moduli and densities of all materials."""
+    values = [one.values for one in materials.all()]
+    moduli = tuple(v[key] for v in values for key in ("E", "E1") if v.get(key, 0.0) > 0)
+    return moduli, tuple(v["density"] for v in values if v["density"] > 0)
 
 
 def _lone_grids(model: NastranModel) -> None:
@@ -82,13 +90,13 @@ def _lone_grids(model: NastranModel) -> None:
     for turns in (False, True):
         own = [g for g in lone if (g in model.wanted_turning) == turns]
         if own:
-            model.build.point_groups["lone nodes" + (" that turn" if turns else "")] = [model.row(g) for g in own]
+            model.build.point_groups["lone_nodes" + ("_turning" if turns else "")] = [model.row(g) for g in own]
             model.turning.update(own if turns else [])
     model.moving.update(lone)
 
 
 def _node_members(model: NastranModel) -> list[Member]:
-    names = {"lone nodes": False, "lone nodes that turn": True}
+    names = {"lone_nodes": False, "lone_nodes_turning": True}
     return [
         Member(name, "nodes", options={"rotations": turns})
         for name, turns in names.items()

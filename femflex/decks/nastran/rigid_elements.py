@@ -62,7 +62,7 @@ def _rbe2(model: NastranModel, card: Card) -> None:
         axes = np.eye(3) if full else model.grids.axes(g)
         by_axes.setdefault(direction_key(axes.ravel()), []).append(g)
     for k, (axes_key, own) in enumerate(by_axes.items()):
-        name = model.new_name(f"rbe2_{card.integer(0)}" + (f" part {k + 1}" if len(by_axes) > 1 else ""))
+        name = model.new_name(f"rbe2_{card.integer(0)}" + (f"-{k + 1}" if len(by_axes) > 1 else ""))
         model.build.point_groups[name] = [model.row(g) for g in own]
         rows = np.array(axes_key).reshape(3, 3)
         model.connections.append(Rigid(name, model.group(centre), words, tuple(map(tuple, rows.tolist()))))
@@ -247,7 +247,8 @@ def _rbe3(model: NastranModel, card: Card) -> None:
         return
     simple = all(c == (1, 2, 3) for _, c, _ in groups) and len(leaders) == sum(len(g) for _, _, g in groups)
     origin = model.grids[centre].position
-    if simple and len(components) == 6 and centre not in leaders:
+    # first-order solids get more nodes, which join groups of their nodes: such leaders are named one by one
+    if simple and len(components) == 6 and centre not in leaders and set(leaders) <= model.turning:
         x = np.array([model.grids[g].position for g in leaders])
         w = np.concatenate([np.full(len(grids), weight) for weight, _, grids in groups])
         r = x - w @ x / w.sum()

@@ -33,6 +33,8 @@ class Kind:
 KINDS = {
     "CQUAD4": Kind(4, False, 6, 7, (10, 11, 12, 13)),
     "CQUADR": Kind(4, False, 6, 7, (10, 11, 12, 13)),
+    "CQUAD4K": Kind(4, False, 6, 7, (10, 11, 12, 13)),  # MYSTRAN's thin plates
+    "CTRIA3K": Kind(3, False, 5, 6, (10, 11, 12)),
     "CTRIA3": Kind(3, False, 5, 6, (10, 11, 12)),
     "CTRIAR": Kind(3, False, 5, 6, (10, 11, 12)),
     "CQUAD8": Kind(4, True, 14, 15, (10, 11, 12, 13)),

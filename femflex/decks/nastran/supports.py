@@ -116,11 +116,11 @@ def _held(model: NastranModel, own: dict[int, set[int]], name: str) -> Held:
         everywhere.append(model.row(g))
     found: Held = {}
     for (components_, axes_key), rows in groups.items():
-        base = f"{name} {''.join(map(str, components_))}"
+        base = f"{name}-{''.join(map(str, components_))}"
         group, k = base, 1
         while group in found:
             k += 1
-            group = f"{base} part {k}"
+            group = f"{base}-{k}"
         model.build.point_groups[group] = rows
         frame = np.array(axes_key).reshape(3, 3)
         found[group] = Support(tuple(WORDS[c - 1] for c in components_), tuple(map(tuple, frame.tolist())))

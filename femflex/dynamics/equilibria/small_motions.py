@@ -91,8 +91,8 @@ def small_motions(model: Model, x: Array, neutral: Array) -> SmallMotions:
 
     Raises ValueError for nonholonomic constraints, and for effectors with states.
     """
-    if states := moving_states(model.system):
-        names = ", ".join(sorted({model.system.state_names()[k][0].rpartition(".")[0] for k in states}))
+    if moving := moving_states(model.system):
+        names = ", ".join(sorted({model.system.state_names()[k][0].rpartition(".")[0] for k in moving}))
         raise ValueError(
             f"the states of {names} make the small motions more than vibrations; `femflex linearize` prints the poles "
             "of the whole craft (in Python: the eigenvalues of `linearised`)"

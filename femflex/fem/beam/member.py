@@ -38,7 +38,7 @@ OPTIONS: Options = {
     "orientation": Option(None, "a direction near the section's y axis", "", (3,)),
     "rotary_inertia": Option(True, "false leaves out the rotary inertia of sections in bending (Euler-Bernoulli)"),
     "start": Option(None, "point group where the arc length of varying sections begins"),
-    "extent": Option(None, "length of the line the group is a part of, by which shear is judged", "m"),
+    "extent": Option(None, "length of the line the group is a part of, which decides on shear", "m"),
     "far_bends": Option(
         None, "true: energy that stays bounded in far bends of flat sections; left out: where strain is nonlinear"
     ),
@@ -79,7 +79,7 @@ def beam(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
                     beta L do, and as the body turns as a whole; that in torsion stays, the same about all axes across
                     (no propeller moment)
     start           point group where the arc length s begins; see chain.arc_length for the default
-    extent          length of the line the group is a part of [m], if it is one: shear is judged by that
+    extent          length of the line the group is a part of [m], if it is one: it decides on shear
     far_bends       True takes away from twisted bends no more than a round section within would lose: bounded where
                     flat sections bend far about their weak axis, exact to fourth order for round ones alone (None:
                     False; a case that gives or chooses nonlinear strain has it True)

@@ -16,8 +16,8 @@ A tangent t turned from x the shortest way, and by theta about itself, bends by 
     k_y = v'' + v' (v' v'' + w' w'') / 2      k_z = w'' + w' (v' v'' + w' w'') / 2      (third order)
     kappa_z = k_y cos theta + k_z sin theta      kappa_y = k_y sin theta - k_z cos theta
 
-What its energy has at fourth order beside the squares of the strains above is a table of its own, of strains without
-names and stiffnesses of either sign (`fourth_order`), p = v' w'' and s = w' v'':
+What its energy has at fourth order in addition to the squares of the strains above is a table of its own, of strains
+without names and stiffnesses of either sign (`fourth_order`), p = v' w'' and s = w' v'':
 
     V_4 = -1/2 [EIy p^2 - (EIy + EIz) p s + EIz s^2] - theta^2/2 [EIz v''^2 + EIy w''^2]
 
@@ -85,7 +85,7 @@ ADDED, TAKEN = [0, 5, 6], [1, 2, 3, 4]  # which of them add energy, and which ta
 
 @dataclass(frozen=True, eq=False)
 class BeamStrain(DenseStrain):
-    """A strain block with the parts of fourth order that its energy has beside its strains.
+    """A strain block with the parts of fourth order that its energy has in addition to its strains.
 
     fourth (e, q, 7)   their stiffnesses (`fourth_order`)
     """

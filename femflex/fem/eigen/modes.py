@@ -119,7 +119,7 @@ def check_residual(
 ) -> None:
     """Raise RuntimeError when a mode does not satisfy K phi = omega^2 M phi to rounding.
 
-    Where stiffnesses lie many orders apart (bending of a slender beam beside its stretch) rounding in the stiff ones
+    Where stiffnesses lie many orders apart (bending and stretch of a slender beam) rounding in the stiff ones
     leaves more than RESIDUAL of the summands, and means nothing. Such modes are held to the same bound in the energy
     that is left, which bounds the relative error of omega^2: sqrt(r.A^-1 r / phi.A phi), r = K phi - omega^2 M phi,
     A = K + shift M; solve: b -> A^-1 b, where factors exist already.
@@ -217,7 +217,7 @@ def _null_count(K: sparse.csr_array, M: sparse.csr_array) -> tuple[int, float]:
 
 
 def without_stiffness(K: sparse.csr_array, M: sparse.csr_array, phi: Array) -> NDArray[np.bool_]:
-    """Which columns of phi (n_dof, n) store no strain energy, neither beside its summands nor at all."""
+    """Which columns of phi (n_dof, n) store no strain energy, neither relative to its summands nor at all."""
     energy, mass = (np.einsum("in,in->n", phi, A @ phi) for A in (K, M))
     return (stiffness_ratio(K, phi) < NO_STIFFNESS) | (energy < NO_ENERGY * _typical_eigenvalue(K, M) * mass)
 

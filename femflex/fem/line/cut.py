@@ -77,7 +77,7 @@ def cut(
     Left out, `group` is that of the only line member, `start` the member's own option, or the end its cells point
     away from. Cuts between nodes split the element there. Other members and point masses go with the segment they
     hang on; of two at a cut, with the first. Raises ValueError when k is below 1 or above 500, the member is no single
-    open line (see `path_of`), or another member holds two segments together or hangs on none.
+    open line (see `path_of`), or another member joins two segments or is attached to none.
     """
     if not 1 <= k <= MOST:
         raise ValueError(f"found {k} segments; a line member can be cut into 1 to {MOST}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -50,24 +50,37 @@ def formula(text: str, s: Array, length: Array | float) -> Array:
     Raises ValueError on what is not arithmetic, on a wrong number of arguments, and where a part of the formula is not
     finite at some s: a division by zero, an overflow, the root of a negative number.
     """
-    names = {"s": s, "L": np.asarray(length, float), "pi": np.float64(np.pi)}
+    return evaluated(text, {"s": s, "L": np.asarray(length, float), "pi": np.float64(np.pi)})
+
+
+def formula_of_place(text: str, x: Array) -> Array:
+    """Value of an arithmetic formula of x, y and z [m] and pi at places x (..., 3), in the shape of one coordinate.
+
+    Raises ValueError as `formula` does.
+    """
+    return evaluated(text, {"x": x[..., 0], "y": x[..., 1], "z": x[..., 2], "pi": np.float64(np.pi)})
+
+
+def evaluated(text: str, names: Mapping[str, Any]) -> Array:
+    """Value of an arithmetic formula of these names, in the shape of the first of them."""
+    shape = np.shape(next(iter(names.values())))
     values: list[Any] = []
     with np.errstate(all="ignore"):  # what is not finite is reported below
-        for step in _steps(text):
+        for step in _steps(text, tuple(names)):
             first = len(values) - step.arity
             found = np.asarray(step.operation(names, *values[first:]), float)
-            _check_finite(text, step.node, found, s)
+            _check_finite(text, step.node, found, names, shape)
             values[first:] = [found]
-    return np.array(np.broadcast_to(values[0], s.shape))
+    return np.array(np.broadcast_to(values[0], shape))
 
 
-def _steps(text: str) -> list[Step]:
+def _steps(text: str, names: tuple[str, ...] = NAMES) -> list[Step]:
     """The operations of a formula, each after those of its operands; without recursion, however deep it nests."""
     steps: list[Step] = []
     nodes: list[ast.expr] = [_tree(text)]
     while nodes:
         node = nodes.pop()
-        operation, operands = _operation(node, text)
+        operation, operands = _operation(node, text, names)
         steps.append(Step(node, operation, len(operands)))
         nodes += operands
     return steps[::-1]
@@ -91,14 +104,14 @@ def _tree(text: str) -> ast.expr:
         raise ValueError(f"formula {_shown(text)} cannot be read: {error}") from None
 
 
-def _operation(node: ast.expr, text: str) -> tuple[Operation, list[ast.expr]]:
+def _operation(node: ast.expr, text: str, known: tuple[str, ...]) -> tuple[Operation, list[ast.expr]]:
     """What a node does with the values of its operands; the first argument is the dictionary of names."""
     match node:
         case ast.Constant(value=bool()):
             pass
         case ast.Constant(value=int() | float() as number):
             return lambda names: _float(number), []
-        case ast.Name(id=name) if name in NAMES:
+        case ast.Name(id=name) if name in known:
             return lambda names: names[name], []
         case ast.UnaryOp(op=op, operand=operand) if type(op) in OPERATORS:
             return _nameless(OPERATORS[type(op)]), [operand]
@@ -108,7 +121,7 @@ def _operation(node: ast.expr, text: str) -> tuple[Operation, list[ast.expr]]:
             _check_arity(name, len(args), text)
             return _nameless(OF_ONE[name] if name in OF_ONE else OF_SEVERAL[name]), args
     raise ValueError(
-        f"formula {_shown(text)} holds {_part(text, node)}; it may use the names {sorted(NAMES)}, numbers, "
+        f"formula {_shown(text)} holds {_part(text, node)}; it may use the names {sorted(known)}, numbers, "
         f"+ - * / ** and {', '.join([*OF_ONE, *OF_SEVERAL])}"
     )
 
@@ -131,13 +144,15 @@ def _check_arity(name: str, found: int, text: str) -> None:
         raise ValueError(f"formula {_shown(text)}: {name} takes 2 arguments or more; found {found}")
 
 
-def _check_finite(text: str, node: ast.expr, found: Array, s: Array) -> None:
-    bad = np.broadcast_to(~np.isfinite(found), s.shape)
+def _check_finite(text: str, node: ast.expr, found: Array, names: Mapping[str, Any], shape: tuple[int, ...]) -> None:
+    bad = np.broadcast_to(~np.isfinite(found), shape)
     if bad.any():
-        what, at = np.broadcast_to(found, s.shape)[bad].flat[0], s[bad].flat[0]
+        what = np.broadcast_to(found, shape)[bad].flat[0]
+        at = ", ".join(
+            f"{key} = {value[bad].flat[0]:.6g} m" for key, value in names.items() if np.shape(value) == shape
+        )
         raise ValueError(
-            f"formula {_shown(text)}: {_part(text, node)} is {what} at s = {at:.6g} m; it must be finite along the "
-            "whole member"
+            f"formula {_shown(text)}: {_part(text, node)} is {what} at {at}; it must be finite along the whole member"
         )
 
 

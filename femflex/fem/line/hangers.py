@@ -1,4 +1,4 @@
-"""What hangs on a line that is cut into segments: which segment every point and cell of the other members goes with."""
+"""Attachments of a line that is cut into segments: the segment of every point and cell of the other members."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ A surface r = (x + u, y + v, w) with unit normal n bends by n.r,ab = w,ab (1 - |
 order. Where it keeps its lengths, u_c,ab = -w,c w,ab and u,x + v,y = -|grad w|^2/2, so that this is
 w,ab (1 + |grad w|^2/2), in bends about any axis. Without, a cantilever bent by a tenth of its length goes 1 % too far.
 
-Written by u,x + v,y it brings no strains beside those there are, is sampled where stretch is (the field cancels w'^2
+Written by u,x + v,y it adds no strains to those there are, is sampled where stretch is (the field cancels w'^2
 there), and all but leaves a plate alone whose edges keep it from drawing in, up to (thickness / length)^2. Products
 kappa_ab w,c as strains of their own would come to the same in free bends, cost six strains in place of three, and
 change such plates more. What either lacks is of the size of stretch times kappa, which no theory of thin plates holds.

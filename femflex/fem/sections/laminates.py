@@ -110,6 +110,7 @@ class PlateSection:
     S          (2, 2)  shear forces from mean shear strains (xz, yz) [N/m]
     B          (3, 3)  moments from membrane strains, forces from curvatures [N]; zero where nothing couples
     centre     ()      height of the mass centre above the surface of the nodes [m]; rotary is about it
+    added      ()      the part of mass that is no structure [kg/m^2]
     """
 
     thickness: float
@@ -120,6 +121,7 @@ class PlateSection:
     S: Array
     B: Array = field(default_factory=lambda: np.zeros((3, 3)))
     centre: float = 0.0
+    added: float = 0.0
 
     def __post_init__(self) -> None:
         _require("thickness", self.thickness, "plate section", positive=True)
@@ -161,7 +163,7 @@ class PlateSection:
     def loaded(self, mass: float) -> PlateSection:
         """The section with more mass per unit area [kg/m^2] that is no structure, at the height of its mass centre."""
         _require("non-structural mass per area", mass, "plate section", positive=False)
-        return replace(self, mass=self.mass + mass)
+        return replace(self, mass=self.mass + mass, added=self.added + mass)
 
     def shifted(self, offset: float) -> PlateSection:
         """The section moved by offset [m] along the normal, off the surface of the nodes: strains there are those of

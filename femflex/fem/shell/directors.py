@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,13 +39,19 @@ def normals_at_nodes(name: str, x: Array) -> Array:
     return np.cross(along[..., 0], along[..., 1])
 
 
-def directors(points: Array, cells: dict[str, Index], fold_angle: float) -> Directors:
+def directors(
+    points: Array, cells: dict[str, Index], fold_angle: float, known: Callable[[Array], Array] | None = None
+) -> Directors:
     """Directors of cells (e, k) by type; elements at a node share one where a chain of sides with angles between
-    their normals below fold_angle [rad] joins them there."""
+    their normals below fold_angle [rad] joins them there. known: unit normals (n, 3) of the surface at places (n, 3),
+    in place of those of the elements."""
     normals = {name: normals_at_nodes(name, points[nodes]) for name, nodes in cells.items()}
     node = np.concatenate([nodes.ravel() for nodes in cells.values()])
     normal = np.concatenate([own.reshape(-1, 3) for own in normals.values()])
     unit = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    if known is not None:
+        exact = known(points[node])
+        unit = exact * np.where(np.sum(exact * unit, axis=1, keepdims=True) < 0, -1.0, 1.0)
     a, b = _neighbours(node)
     cosine = np.sum(unit[a] * unit[b], axis=1)
     smooth = np.abs(cosine) > np.cos(fold_angle)

@@ -33,7 +33,7 @@ def drilling(geometry: ShellGeometry, dofs: Index, drilled: NDArray[np.bool_], s
     which = np.flatnonzero(drilled.any(axis=1))
     if not len(which):
         return ()
-    own = ShellGeometry(geometry.cell, geometry.x[which], geometry.V[which], geometry.axis, geometry.A)
+    own = geometry.over(which)
     cell = CELL_TYPES[geometry.cell]
     k = len(cell.nodes)
     G, (_, normal) = gradient_rows(own, cell.nodes), areas(own, cell.nodes)

@@ -37,8 +37,9 @@ ROWS = 11
 
 @dataclass(frozen=True, eq=False)
 class ShellGeometry:
-    """Elements of one cell type: nodes x (e, k, 3), directors V (e, k, 3), the section's x axis (3,) and the elastic
-    matrix of membrane strains A (3, 3), which incompatible modes of four-node elements ask for."""
+    """Elements of one cell type: nodes x (e, k, 3), directors V (e, k, 3), the section's x axis (3,), or at the nodes
+    (e, k, 3), and the elastic matrix of membrane strains A (3, 3), which incompatible modes of four-node elements
+    use."""
 
     cell: str
     x: Array
@@ -46,9 +47,10 @@ class ShellGeometry:
     axis: Array
     A: Array
 
-    def over(self, elements: slice) -> ShellGeometry:
+    def over(self, elements: slice | Index) -> ShellGeometry:
         """These elements alone."""
-        return ShellGeometry(self.cell, self.x[elements], self.V[elements], self.axis, self.A)
+        axis = self.axis if self.axis.ndim == 1 else self.axis[elements]
+        return ShellGeometry(self.cell, self.x[elements], self.V[elements], axis, self.A)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +111,12 @@ def _frames(geometry: ShellGeometry, base: _Base) -> tuple[Array, Array]:
     """Frames (e, q, 3, 3) with rows t_1, t_2, n, and dr^alpha/dx_a (e, q, 2, 2): row a, column alpha."""
     normal = np.cross(base.g[:, :, 0], base.g[:, :, 1])
     normal = normal / np.linalg.norm(normal, axis=2, keepdims=True)
-    first = in_plane(geometry.axis, normal.reshape(-1, 3)).reshape(normal.shape)
+    if geometry.axis.ndim == 1:
+        first = in_plane(geometry.axis, normal.reshape(-1, 3)).reshape(normal.shape)
+    else:
+        first = np.einsum("qk,eki->eqi", base.h, geometry.axis)
+        first = first - np.sum(first * normal, axis=2, keepdims=True) * normal
+        first = first / np.linalg.norm(first, axis=2, keepdims=True)
     frame = np.stack([first, np.cross(normal, first), normal], axis=2)
     jacobian = np.einsum("eqxi,eqai->eqax", frame[:, :, :2], base.g)  # dx_x/dr^a
     return frame, np.linalg.inv(jacobian)

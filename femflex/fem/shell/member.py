@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -18,12 +19,14 @@ from femflex.fem.option import Option, Options, member_options
 from femflex.fem.plate.dof_map import member_section
 from femflex.fem.plate.elastic import OPTIONS as PLATE_OPTIONS
 from femflex.fem.sections.laminates import PlateSection
-from femflex.fem.shell.blocks import ShellInertia, ShellStrain, strain_maps
+from femflex.fem.shell.blocks import EVERY, ShellInertia, ShellStrain, strain_maps
 from femflex.fem.shell.directors import directors, normals_at_nodes
 from femflex.fem.shell.drilling import drilling
 from femflex.fem.shell.fields import ShellGeometry, areas, gradient_rows
 from femflex.fem.shell.skin import shell_skin
-from femflex.fem.tables import DenseStrain, StrainBlock
+from femflex.fem.shell.surface import normals, on_their_surfaces
+from femflex.fem.shell.variable import Patch, VariableSection, axes_at_nodes
+from femflex.fem.tables import DenseStrain, StrainBlock, of
 from femflex.mesh.cells import CELL_TYPES
 from femflex.mesh.quality import quadrature
 from femflex.mesh.raised import raised
@@ -44,6 +47,14 @@ CONSTANT_SHARE = 0.2  # of the area in three-node triangles, whose membrane stra
 FOLD_ANGLE = 20.0  # [deg]
 OPTIONS: Options = {
     **PLATE_OPTIONS,
+    "surface": Option(
+        None, "formula of x, y and z that is zero on the surface; its normals are used, nodes laid onto it"
+    ),
+    "axis": replace(PLATE_OPTIONS["axis"], field=True),
+    "angle": Option(0.0, "angle from axis to the section's x axis, about the normal", "rad", field=True),
+    "thickness": Option(None, "thickness in place of the section's; its plies stretch alike", "m", field=True),
+    "density": Option(None, "mean density in place of the section's", "kg/m^3", field=True),
+    "extra_mass": Option(0.0, "non-structural mass per area beside the section's", "kg/m^2", field=True),
     "offset": Option(0.0, "height of the section's middle above the nodes, along the elements' normals", "m"),
     "fold_angle": Option(
         float(np.radians(FOLD_ANGLE)), "angle between neighbouring elements above which their edge is a fold", "rad"
@@ -62,17 +73,31 @@ def centred_quads(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[st
     return raised(mesh, {"quad8": chosen}), (text,)
 
 
-@family("shell", OPTIONS, prepare=centred_quads)
+def prepared_mesh(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[str, ...]]:
+    """The mesh with centre nodes (`centred_quads`) and nodes on known surfaces (`on_their_surfaces`)."""
+    mesh, centred = centred_quads(mesh, members)
+    mesh, laid = on_their_surfaces(mesh, members)
+    return mesh, centred + laid
+
+
+@family("shell", OPTIONS, prepare=prepared_mesh)
 def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     """Shell elements of any thickness on the quadrilaterals and triangles of the member's group, also mixed.
 
     section   PlateSection, or a thickness [m] with a material
     material  Material, with a thickness only
-    options   axis            (3,) direction in the mesh's axes of the section's x axis, laid into the surface
+    options   surface         formula of x, y and z that is zero on the surface: nodes are laid onto it, and its normals
+                              are used in place of those of the elements (`femflex.fem.shell.surface`)
+              axis            (3,) direction in the mesh's axes of the section's x axis, laid into the surface
               prestress       (Nx, Ny, Nxy) initial membrane forces in the section's axes [N/m]
               thermal_strain  free strain, a number or (xx, yy, xy) in the section's axes
               offset          height of the section's middle above the nodes, along the elements' normals [m]
+              angle           from axis to the section's x axis, about the normal [rad]
+              thickness       in place of the section's [m]; density, of the section [kg/m^3]
+              extra_mass      non-structural mass per area beside the section's [kg/m^2]
               fold_angle      angle between neighbouring elements above which their common edge is a fold [rad]
+
+    angle, thickness, density and extra_mass may be fields, axis three formulas (`femflex.fem.shell.variable`).
 
     Nodes have three translations and the rotations across their director; rotation about it too at folds, branches and
     where other members turn them. Curved edges of six-, eight- and nine-node elements are used; four-node elements may
@@ -83,7 +108,10 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     few among quadrilaterals do, a mesh of them is better served by the `plate` family.
     """
     options, where = member_options(member), f"shell on group {member.group!r}"
-    section = _shifted(member_section(member, coupled=True), options["offset"], where)
+    plain = member_section(member, coupled=True)
+    section = _shifted(plain, options["offset"], where)
+    fields = (options[name] for name in ("thickness", "density", "extra_mass"))
+    variable = VariableSection(plain, float(options["offset"]), *fields)
     cells = member_cells(mesh, member, CELLS)
     for name, nodes in cells.items():
         _check_shapes(name, mesh.points[nodes], where)
@@ -91,37 +119,45 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
     angle = options["fold_angle"]
     if not isinstance(angle, int | float | np.floating) or not 0 < angle < np.pi / 2:
         raise ValueError(f"{where} has fold_angle {angle!r}; give an angle between 0 and pi/2 (90 deg)")
-    surface = directors(mesh.points, cells, float(angle))
-    elastic, stress = elastic_matrix(section), _initial_stress(section, options, where)
-    axis = _direction(options["axis"], where)
+    known = None if options["surface"] is None else partial(normals, options["surface"], where=where)
+    surface = directors(mesh.points, cells, float(angle), known)
+    free = _free_strain(options, where)
     linear, quadratic = strain_maps()
     inertia, strain, places = [], [], []
     late: list[Callable[[], tuple[DenseStrain, ...]]] = []
     dofs_of = {}
     for name, nodes in cells.items():
         x, V = mesh.points[nodes], surface.V[name]
-        geometry = ShellGeometry(name, x, V, axis, section.A)
+        patch = Patch(name, nodes, x, len(mesh.points), where)
+        geometry = ShellGeometry(name, x, V, axes_at_nodes(options["axis"], options["angle"], patch, V), plain.A)
         numbers = [numbering.translation(nodes.ravel()), numbering.rotation(nodes.ravel(), V.reshape(-1, 3))]
         dofs = np.concatenate([given.reshape(len(nodes), -1) for given in numbers], axis=1)
         dofs_of[name] = dofs
 
-        def block(rule: tuple[Array, Array], geometry: ShellGeometry, dofs: Index) -> ShellStrain:
-            weight = areas(geometry, rule[0])[0] * rule[1]
-            return ShellStrain(dofs, weight, elastic, linear, quadratic, gradient_rows(geometry, rule[0]), stress)
+        def block(
+            rule: tuple[Array, Array],
+            elements: slice,
+            geometry: ShellGeometry = geometry,
+            dofs: Index = dofs,
+            patch: Patch = patch,
+        ) -> ShellStrain:
+            own, elastic = geometry.over(elements), of(variable.elastic(patch, rule[0]), elements)
+            weight = areas(own, rule[0])[0] * rule[1]
+            stress = initial_stress(elastic, *free)
+            return ShellStrain(dofs[elements], weight, elastic, linear, quadratic, gradient_rows(own, rule[0]), stress)
 
-        def coarse(
-            elements: slice, name: str = name, geometry: ShellGeometry = geometry, dofs: Index = dofs
-        ) -> DenseStrain:
-            return block(_few(name), geometry.over(elements), dofs[elements])
+        def coarse(elements: slice, name: str = name, block: Callable[..., ShellStrain] = block) -> DenseStrain:
+            return block(_few(name), elements)
 
-        own = block(_full(name), geometry, dofs)
-        if CELL_TYPES[name].order == 2:
-            own = ShellStrain(dofs, own.weight, elastic, linear, quadratic, own.G, stress, coarse)
-        strain.append(own)
-        inertia.append(_inertia(geometry, section, dofs))
+        own = block(_full(name), EVERY)
+        strain.append(replace(own, coarse=coarse) if CELL_TYPES[name].order == 2 else own)
+        inertia.append(_inertia(geometry, section, variable, patch, dofs))
         cell = CELL_TYPES[name]
         at, few = (np.matmul(cell.interpolation(rule[0]), x) for rule in (_full(name), _few(name)))
-        places.append(StrainPlaces("plate", at, few if cell.order == 2 else None, section.thickness / 2))
+        half = [variable.heights(patch, rule[0]) / 2 for rule in (_full(name), _few(name))]
+        levers: list[Any] = [float(h[0, 0]) if h.size == 1 else np.broadcast_to(h, (len(x), h.shape[1])) for h in half]
+        second = cell.order == 2
+        places.append(StrainPlaces("plate", at, few if second else None, levers[0], levers[1] if second else None))
         late.append(partial(_drilling, geometry, dofs, numbering, float(section.A[2, 2])))
 
     def drilled() -> tuple[StrainBlock, ...]:
@@ -134,14 +170,6 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
         tuple(places),
         late=drilled,
     )
-
-
-def elastic_matrix(section: PlateSection) -> Array:
-    """[A B; B D] and S (1, 1, 8, 8) over membrane strains, curvatures and shears, in the section's axes."""
-    C = np.zeros((1, 1, 8, 8))
-    C[0, 0, :3, :3], C[0, 0, 3:6, 3:6], C[0, 0, 6:, 6:] = section.A, section.D, section.S
-    C[0, 0, :3, 3:6] = C[0, 0, 3:6, :3] = section.B
-    return C
 
 
 def _shifted(section: PlateSection, offset: float, where: str) -> PlateSection:
@@ -165,16 +193,31 @@ def _triangle(degree: int) -> tuple[Array, Array]:
     return points.T, weight
 
 
-def _inertia(geometry: ShellGeometry, section: PlateSection, dofs: Index) -> ShellInertia:
-    """Mass on the surface, or two halves of it at +- the radius of gyration along the director."""
+def _inertia(
+    geometry: ShellGeometry, section: PlateSection, variable: VariableSection, patch: Patch, dofs: Index
+) -> ShellInertia:
+    """Mass on the surface, or two halves of it at +- the radius of gyration along the director.
+
+    Where the section varies, three layers: heights are alike everywhere, and masses have its first and second moment.
+    """
     points, weight = _triangle(4) if "triangle" in geometry.cell else quadrature("quad", 3)
     N = CELL_TYPES[geometry.cell].interpolation(points)
-    radius = np.sqrt(section.rotary / section.mass) if section.mass > 0 else 0.0
-    heights = section.centre + (np.array([radius, -radius]) if radius > 0 else np.zeros(1))
+    area = areas(geometry, points)[0] * weight
+    if variable.varies:
+        mass, first, second = variable.masses(patch, points)
+        apart = first - variable.offset * mass, second - 2 * variable.offset * first + variable.offset**2 * mass
+        far = np.sqrt(max(float((apart[1] / np.maximum(mass, 1e-300)).max()), 0.0)) or section.thickness
+        outer = [(apart[1] / far**2 + sign * apart[0] / far) / 2 for sign in (1.0, -1.0)]
+        shares = [outer[0], mass - outer[0] - outer[1], outer[1]]
+        heights = variable.offset + far * np.array([1.0, 0.0, -1.0])
+    else:
+        radius = np.sqrt(section.rotary / section.mass) if section.mass > 0 else 0.0
+        heights = section.centre + (np.array([radius, -radius]) if radius > 0 else np.zeros(1))
+        shares = [np.full((1, 1), section.mass / len(heights))] * len(heights)
     middle = np.matmul(N, geometry.x)
     rho = np.concatenate([middle + z * np.matmul(N, geometry.V) for z in heights], axis=1)
-    dm = areas(geometry, points)[0] * weight * section.mass / len(heights)
-    return ShellInertia(dofs, np.tile(dm, (1, len(heights))), rho, N, geometry.V, heights)
+    dm = np.concatenate([area * share for share in shares], axis=1)
+    return ShellInertia(dofs, dm, rho, N, geometry.V, heights)
 
 
 def _drilling(geometry: ShellGeometry, dofs: Index, numbering: Numbering, shear: float) -> tuple[DenseStrain, ...]:
@@ -182,15 +225,8 @@ def _drilling(geometry: ShellGeometry, dofs: Index, numbering: Numbering, shear:
     return drilling(geometry, dofs, numbering.turns_about_all_axes(dofs[:, 3 * k :: 3]), shear)
 
 
-def _direction(given: Any, where: str) -> Array:
-    axis = np.asarray(given, float)
-    if axis.shape != (3,) or not np.isfinite(axis).all() or not axis.any():
-        raise ValueError(f"{where} has axis {given!r}; give a direction of three numbers, not all zero")
-    return axis
-
-
-def _initial_stress(section: PlateSection, options: dict[str, Any], where: str) -> Array:
-    """Initial stress (1, 1, 8): prestress less A times the thermal strain."""
+def _free_strain(options: dict[str, Any], where: str) -> tuple[Array, Array]:
+    """Initial membrane forces (3,) and free strain (3,) of the options."""
     force, strain = np.zeros(3), np.zeros(3)
     if options["prestress"] is not None:
         force = np.asarray(options["prestress"], float)
@@ -200,10 +236,15 @@ def _initial_stress(section: PlateSection, options: dict[str, Any], where: str) 
     for name, value in (("prestress", force), ("thermal_strain", strain)):
         if value.shape != (3,) or not np.isfinite(value).all():
             raise ValueError(f"{where} has {name} {options[name]!r}; give three finite numbers, xx, yy and xy")
-    stress = np.zeros((1, 1, 8))
-    stress[0, 0, :3] = force - section.A @ strain
-    stress[0, 0, 3:6] = -section.B @ strain
-    return stress
+    return force, strain
+
+
+def initial_stress(elastic: Array, force: Array, strain: Array) -> Array:
+    """Initial stress (e|1, q|1, 8): the forces less the elastic matrix times the free strain of the membrane."""
+    stress = -(elastic[..., :3] @ strain)
+    stress[..., 6:] = 0.0
+    stress[..., :3] += force
+    return np.asarray(stress)
 
 
 def _check_shapes(name: str, x: Array, where: str) -> None:

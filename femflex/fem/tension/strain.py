@@ -24,7 +24,7 @@ class TensionStrain(DenseStrain):
     moved (q, m)      shape functions of each component of their displacement
     smooth (q, q)     their least-squares fit by polynomials of the degree of the displacement's gradient: stress of
                       stiff lines and sheets in large rotation is right there, and oscillates about it in between
-    viscosity         internal (Kelvin-Voigt) damping: stress C viscosity d eps/dt beside C eps [s]
+    viscosity         internal (Kelvin-Voigt) damping: stress C viscosity d eps/dt in addition to C eps [s]
     """
 
     group: str = ""

@@ -174,7 +174,7 @@ TIP_AXIAL = (np.polynomial.Polynomial([0, 1]),)  # and those of a moment and a f
 
 
 def with_static(functions: FunctionSet, shapes: Sequence[np.polynomial.Polynomial], n: int) -> FunctionSet:
-    """Clamped-free functions with static shapes beside them, made orthonormal; n in all.
+    """Clamped-free functions with added static shapes, made orthonormal; n in all.
 
     Truncated modes leave out just these; see modes.with_attachment.
     """

@@ -48,7 +48,8 @@ def _part(block: StrainBlock, places: StrainPlaces, raw: Array, nonlinear: bool)
         own = gradients if whole else seen.linear_map @ gradients
         rows[chunk] = own if shares is None else np.einsum("ekq,eqgn->ekgn", shares[chunk], own)
     weight = points.weight
-    lever = np.broadcast_to(places.lever, (e, q)) if np.ndim(places.lever) else np.full((1, 1), places.lever)
+    known = places.lever if not nonlinear or places.sampled_lever is None else places.sampled_lever
+    lever = np.broadcast_to(known, (e, q)) if np.ndim(known) else np.full((1, 1), known)
     if shares is not None and lever.size > 1:
         lever = np.einsum("ekq,eq->ek", shares, lever)
     if shares is not None:
@@ -130,7 +131,7 @@ def _kept(table: Array, shape: tuple[int, ...], shares: Array | None) -> Array:
 def beam_field(beam: UniformBeam, functions: BeamFunctions, X: Array, nonlinear: bool, following: bool) -> StrainPart:
     """The part of a beam on admissible functions times X (count, n), with its `beam_strains`.
 
-    What is of fourth order in the energy stands beside the four strains as others, which have no name.
+    What is of fourth order in the energy is added to the four strains as others, which have no name.
     """
     found = beam_strains(beam, functions, X, following)
     s = len(found.linear) if nonlinear else NAMED

@@ -107,7 +107,7 @@ class BeamFunctions:
     ends                   supports of root and tip, of "free", "pinned", "clamped", in the body frame
     followers              axial polynomials that follow bending, after all others (beam_body, strain "condensed")
     static                 the last two of y and z, and the last of axial and torsion, are the static shapes of an
-                           accelerated root (characteristic, "clamped-free"): converges far faster beside a light hub
+                           accelerated root (characteristic, "clamped-free"): converges far faster with a light hub
     tip                    the last two of y and z, and the last of axial and torsion, are the static shapes of a force
                            and a moment at the tip, after those of `static` (likewise): for what the beam carries there
     """
@@ -171,7 +171,7 @@ class BeamFunctions:
         return replace(self, followers=n + 4 if self.family == "polynomial" else n + 14)
 
     def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
-        """Derivative by x of u, v, w, theta (len(xi), 4, count) at x = xi length."""
+        """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1]."""
         found = np.zeros((len(xi), 4, self.count))
         at = 0
         for row, n, bends in ((1, self.y, True), (2, self.z, True), (0, self.axial, False), (3, self.torsion, False)):
@@ -185,19 +185,19 @@ class BeamFunctions:
         return found
 
     def _beside(self) -> tuple[int, int, int, int]:
-        """How many of a field's functions are static shapes beside its own, where it has any."""
+        """How many of a field's functions are static shapes in addition to its own, where it has any."""
         kinds = int(self.static) + int(self.tip)
         return 2 * kinds, 2 * kinds, kinds, kinds
 
     @property
     def added(self) -> NDArray[np.bool_]:
-        """(own,): which of the functions are static shapes that stand beside the others."""
+        """(own,): which of the functions are added static shapes."""
         counts = (self.y, self.z, self.axial, self.torsion)
         return np.concatenate([np.arange(n) >= n - beside for n, beside in zip(counts, self._beside(), strict=True)])
 
     @property
     def alone(self) -> NDArray[np.bool_]:
-        """(own,): which of these bend or twist the beam in a way in which it has no other functions."""
+        """(n,): which of these bend or twist the beam in a way in which it has no other functions."""
         counts = (self.y, self.z, 0, self.torsion)
         only = [n <= beside for n, beside in zip(counts, self._beside(), strict=True)]
         return self.added & np.repeat([*only[:2], False, only[3]], (self.y, self.z, self.axial, self.torsion))

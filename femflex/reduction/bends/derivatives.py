@@ -116,8 +116,8 @@ def without(structure: Structure, modes: ModeSet, shapes: Array) -> Array:
 def spared(structure: Structure, modes: ModeSet, energy: Array) -> float:
     """The energy that "auto" may leave out of combinations with energies (k,).
 
-    What is left out stretches: of shapes of unit energy with amplitude q it stores q^4 / 8 as often, beside q^2 / 2 of
-    bending. At most LOCKED of bending where the lowest shape is bent by FAR, and at most LEFT_OUT of all energies.
+    What is left out stretches: of shapes of unit energy with amplitude q it stores q^4 / 8 as often, against q^2 / 2
+    of bending. At most LOCKED of bending where the lowest shape is bent by FAR, and at most LEFT_OUT of all energies.
     """
     share = LEFT_OUT * float(energy.sum())
     lowest = modes.phi[:, int(np.argmin(over_mass(structure, modes)))]

@@ -22,7 +22,7 @@ from femflex.reduction.modes.vibration import answers_to_clamps, load_vectors, r
 
 Array = NDArray[np.float64]
 
-PUSH = 1e-3  # energy norm of a mode's answer to the push beside a load, over that of the load's own linear answer
+PUSH = 1e-3  # energy norm of a mode's answer to the push added to a load, over that of the load's own linear answer
 PUSHED = 3  # of the lowest modes
 RANK = 1e-12  # of the energy of one state, below which a combination adds nothing
 LEFT_OUT = 1e-5  # of the energy of states without a push, in the mean, that is left to the shapes of buckled ones
@@ -123,7 +123,7 @@ def _both_ways(structure: Structure, modes: ModeSet, load: Array, deflection: fl
 
 
 def _push(structure: Structure, modes: ModeSet, u: Array) -> Array:
-    """The small load (n_dof,) on the lowest vibration modes, beside one of linear answer u."""
+    """The small load (n_dof,) on the lowest vibration modes, added to one of linear answer u."""
     lowest = [k for k, kind in enumerate(modes.kinds) if kind == "vibration"][:PUSHED]
     phi = modes.phi[:, lowest]
     phi = phi / np.sqrt(np.einsum("in,in->n", phi, structure.K @ phi))

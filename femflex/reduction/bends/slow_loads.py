@@ -33,7 +33,7 @@ def slow_loads(
     least: float = 0.0,
     linear: bool = False,
 ) -> Array:
-    """Of the accelerations and loads (`with_attachment`) those whose static shapes are slow beside a set.
+    """Of the accelerations and loads (`with_attachment`) those whose static shapes are slow compared with a set.
 
     Load vectors (n_dof, k). What the modes leave of the answer to a load has a frequency of its own,
     sqrt(x.K x / x.M x). That of a pull along a slender beam is far above the modes': it would be the one stiff

@@ -15,7 +15,7 @@ from femflex.reduction.strain.tensors import strain_tensors
 
 Array = NDArray[np.float64]
 
-DEFLECTION = 0.01  # of the structure's size, at which a set is judged
+DEFLECTION = 0.01  # of the structure's size, at which a set is assessed
 STIFFER = 0.1  # share of the linear energy that a set may store on top of the relaxed structure
 STEPS = 30
 

@@ -80,7 +80,7 @@ class Supported:
     def lowest_modes(self, n: int) -> Modes:
         """The n lowest elastic modes on the free dofs, by these factors (`fem.eigen.lowest_modes`).
 
-        Of what nothing holds they are sought beside its rigid motions, unless it has stiffness against these too.
+        Of an unsupported structure they exclude its rigid motions, unless it has stiffness against these too.
         """
         if self.held.size:
             return lowest_modes(self.K, self.M, n, solve=self._free_answer)

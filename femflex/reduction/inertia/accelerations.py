@@ -34,7 +34,7 @@ def work_of_accelerations(structure: Structure, shapes: Array) -> Array:
 def answers_to_accelerations(structure: Structure, theta: Array, kept: Array) -> Array:
     """Combinations (n_dof, k) of shapes theta that kept ones lack to answer every linear field of acceleration.
 
-    Static answers of the structure confined to theta: with them beside the kept ones, the part of any theta that is
+    Static answers of the structure confined to theta: with them added to the kept ones, the part of any theta that is
     followed in the least-energy sense works on a field as the whole theta does. kept (n_dof, m) and what is found are
     K-orthonormal.
     """

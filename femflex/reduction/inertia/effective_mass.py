@@ -39,17 +39,18 @@ class EffectiveMass:
 
     @property
     def running(self) -> Array:
-        """Running sum of effective mass over total, (n, 6); zero where the total is zero."""
+        """Running sum (n, 6) [1] of effective mass over total; zero where the total is zero."""
         return np.cumsum(self.effective, axis=0) / np.where(self.total > 0, self.total, np.inf)
 
     @property
     def carried(self) -> Array:
-        """Fraction of the total that all modes carry, (6,)."""
+        """Fraction (6,) [1] of the total that all modes carry."""
         return self.running[-1] if len(self.omega) else np.zeros(6)
 
 
 def effective_mass(body: FlexibleBody, about: Array | None = None) -> EffectiveMass:
-    """Effective masses of a body along its axes and about axes through a point (default: the frame's origin).
+    """Effective masses of a body along its axes and about axes through a point `about` (3,) [m] (default: the
+    frame's origin).
 
     From the moments alone: int phi_k dm, and int (r - about) x phi_k dm. Shapes that are not modes (nodal, constraint,
     admissible) are first recombined into the modes of V1 and Me.
@@ -74,7 +75,7 @@ def effective_mass(body: FlexibleBody, about: Array | None = None) -> EffectiveM
 def mac(phi: Array, psi: Array, M: sparse.csr_array | None = None) -> Array:
     """Modal assurance criterion (n, m), (phi^T M psi)^2 / (phi^T M phi)(psi^T M psi), of shapes in columns.
 
-    Zero beside a shape that moves nothing.
+    Zero for a shape that moves nothing.
     """
     M_phi, M_psi = (phi, psi) if M is None else (M @ phi, M @ psi)
     size = np.outer(np.einsum("in,in->n", phi, M_phi), np.einsum("in,in->n", psi, M_psi))

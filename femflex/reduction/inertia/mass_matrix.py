@@ -15,8 +15,9 @@ Q_i = int s s^T dm about the node. With z_A = a_A + G_A s, G_0 = 1 and G_k = ske
 
 (THEORY section 3). Other mass matrices (consistent beams and shells) are lumped into such a sum by rows; then
 
-    P[0, a, k, b]   its symmetric part is (E rho)^T M phi_k with the linear displacement E rho, nodes turning as their
-                    stiffness wants; its skew part is that of int rho x phi_k dm
+    P[0, a, k, b]   its symmetric part is that of the rigid masses and (E rho)^T M phi_k of the others, with the linear
+                    displacement E rho of all nodes, which turn as the stiffness wants; its skew part is that of
+                    int rho x phi_k dm
     P[k, a, l, b]   is that of the lumped mass, with the shapes recombined so that P[k, a, l, a] is the elastic mass
 """
 
@@ -80,23 +81,36 @@ class NodalMass:
 
     def moments(self, phi: Array) -> MassMoments:
         """See Distribution; the sum of this file's heading."""
-        n, k = len(self.points), phi.shape[1]
-        moved, theta = ((rows @ phi).reshape(n, 3, k) for rows in self.rows)
-        a = np.concatenate([self.points[:, :, None], moved], axis=2)  # node, axis, 1 + k
-        ma = (self.scalar @ a.reshape(n, -1)).reshape(a.shape)
-        second = _gram(a, ma)
-        first = ma.sum(axis=0).T
+        a = self._translations(phi)
+        ma = (self.scalar @ a.reshape(len(a), -1)).reshape(a.shape)
+        first, second = self.of_rigid_masses(phi)
+        return MassMoments(float(self.scalar.sum()), ma.sum(axis=0).T + first, _gram(a, ma) + second)
+
+    def of_rigid_masses(self, phi: Array) -> tuple[Array, Array]:
+        """First (1 + n, 3) and second moments that offsets and inertias of the rigid masses add."""
+        k = phi.shape[1]
         at = np.flatnonzero(self.offset.any(axis=1) | self.second.any(axis=(1, 2)))
-        if at.size:
-            turned = _turned(theta[at], self.offset[at])
-            cross = _gram(a[at], turned)
-            value, axes = np.linalg.eigh(self.second[at])
-            second = second + cross + cross.transpose(2, 3, 0, 1)
-            for q in range(3):
-                arm = _turned(theta[at], axes[:, :, q])
-                second = second + _gram(arm, arm * value[:, q, None, None])
-            first = first + turned.sum(axis=0).T
-        return MassMoments(float(self.scalar.sum()), first, second)
+        theta = (self.rows[1] @ phi).reshape(len(self.points), 3, k)[at]
+        turned = _turned(theta, self.offset[at])
+        cross = _gram(self._translations(phi)[at], turned)
+        value, axes = np.linalg.eigh(self.second[at])
+        second = cross + cross.transpose(2, 3, 0, 1)
+        for q in range(3):
+            arm = _turned(theta, axes[:, :, q])
+            second = second + _gram(arm, arm * value[:, q, None, None])
+        return turned.sum(axis=0).T, second
+
+    def of_scalar_part(self, M: sparse.csr_array) -> sparse.csr_array:
+        """The mass matrix M (n_dof, n_dof) without the offsets and inertias of the rigid masses."""
+        t, r = self.rows
+        J = np.trace(self.second, axis1=1, axis2=2)[:, None, None] * np.eye(3) - self.second
+        cross = t.T @ _blocks(np.einsum("cab,ic->iab", SKEW, self.offset)) @ r
+        return sparse.csr_array(M - cross - cross.T - r.T @ _blocks(J) @ r)
+
+    def _translations(self, phi: Array) -> Array:
+        """Places and translations (node, axis, 1 + n)."""
+        moved = (self.rows[0] @ phi).reshape(len(self.points), 3, phi.shape[1])
+        return np.concatenate([self.points[:, :, None], moved], axis=2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,10 +180,11 @@ def matrix_moments(structure: GivenStructure, phi: Array, distribution: Distribu
     second[0, :, 0] = _second_of((G[3:, 3:] + G[3:, 3:].T) / 2)
     mixed = np.einsum("cab,ck->akb", SKEW, h[3:]) / 2
     if known and isinstance(distribution, NodalMass):
-        mixed = mixed + _symmetric_moments(structure, phi)
-    elif known:
-        given = near.second[0, :, 1:]
-        mixed = mixed + (given + given.transpose(2, 1, 0)) / 2
+        given = distribution.of_rigid_masses(phi)[1][0, :, 1:]
+        mixed = mixed + _symmetric_moments(structure, phi, distribution.of_scalar_part(structure.M))
+    else:
+        given = near.second[0, :, 1:] * known
+    mixed = mixed + (given + given.transpose(2, 1, 0)) / 2
     second[0, :, 1:], second[1:, :, 0] = mixed, mixed.transpose(1, 2, 0)
     second[1:, :, 1:] = _fitted(near.second[1:, :, 1:], Me, part if known else (0.0 * part[0], part[1]))
     missed = float(np.abs(part[0] - 1.0).max(initial=0.0)) if known else np.nan
@@ -232,7 +247,7 @@ def _second_of(J: Array) -> Array:
 def _gram(a: Array, b: Array) -> Array:
     """sum_i a_iAa b_iBb of (node, axis, 1 + n): (1 + n, 3, 1 + n, 3)."""
     k = a.shape[2]
-    flat = a.reshape(len(a), -1).T @ b.reshape(len(b), -1)
+    flat = a.reshape(len(a), 3 * k).T @ b.reshape(len(b), 3 * k)
     return np.asarray(flat.reshape(3, k, 3, k).transpose(1, 0, 3, 2))
 
 
@@ -241,8 +256,8 @@ def _turned(theta: Array, s: Array) -> Array:
     return np.concatenate([s[:, :, None], np.cross(theta, s[:, :, None], axis=1)], axis=2)
 
 
-def _symmetric_moments(structure: GivenStructure, phi: Array) -> Array:
-    """Symmetric part (3, n, 3) of int rho_a phi_kb dm by linear displacements E rho, other dofs at least energy."""
+def _symmetric_moments(structure: GivenStructure, phi: Array, M: sparse.csr_array) -> Array:
+    """Symmetric part (3, n, 3) of int rho_a phi_kb dm of M, by linear displacements E rho of the nodes."""
     X = structure.mesh.points
     u = np.zeros((len(X), 3, len(PAIRS)))
     for column, (a, b) in enumerate(PAIRS):
@@ -258,7 +273,7 @@ def _symmetric_moments(structure: GivenStructure, phi: Array) -> Array:
         own = K[:, rest]
         own = own + sparse.diags_array(np.maximum(1e-10 * own.diagonal(), 1e-300 + 1e-14 * own.diagonal().max()))
         x[rest] = -factorised(sparse.csr_array(own)).solve(np.ascontiguousarray(K[:, moved] @ x[moved]))
-    value = x.T @ (structure.M @ phi)
+    value = x.T @ (M @ phi)
     out = np.zeros((3, phi.shape[1], 3))
     for column, (a, b) in enumerate(PAIRS):
         out[a, :, b] = out[b, :, a] = value[column]

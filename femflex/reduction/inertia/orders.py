@@ -8,13 +8,13 @@ x = b + m, b of first order and m of second, is
 
 All else is of fifth order and above. Beside shapes that follow bending, which know nothing of it (`condense`), it would
 hold a bent body up: where a kept stretch takes part in the shortening, its u'^2 / 2 wants an answer that none is there
-to give. A cantilever bent by 6.6 % of its length was 8.7 % too stiff with one stretching mode beside seventeen others.
+to give. A cantilever bent by 6.6 % of its length was 8.7 % too stiff with one stretching mode among eighteen.
 
 Rotation tells the two apart. With V_m the membrane energy of a combination, V_r what the membrane would store if it
 were stretched as far as it turns, and V all of its energy, V_m / (V_r + V) is 0 of bending and torsion, of solids
 (pi thickness / wavelength)^2 / 3, and of a stretch between 1/3 and 1, where it bends other members of a folded one
-too. The bending of a curved body stretches it, but little beside its rotation: about 5 (rise / span)^2. It is of first
-order, and all of its terms are kept.
+too. The bending of a curved body stretches it, but little compared with its rotation: about 5 (rise / span)^2. It is of
+first order, and all of its terms are kept.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ SMALL = 400  # dofs up to which a dense solution is cheaper
 
 
 def critical_factor(structure: Structure, held: Index, enough: float = FAR) -> float:
-    """Times the initial stress at which the structure with these dofs held buckles, inf where it never does.
+    """Factor [1] on the initial stress at which the structure buckles with dofs `held` (k,) fixed; inf if never.
 
     Also inf beyond `enough`, and where the stress buckles a structure that without it has no stiffness against some
     motion (a mechanism). Least lambda > 0 with det(K0 + lambda K_sigma) = 0.
@@ -109,14 +109,14 @@ def refuse_buckled(structure: Structure, held: Index) -> None:
     factor = structure.recalled(key, lambda: critical_factor(structure, held, CLOSE))
     if factor <= 1.0:
         raise ValueError(
-            f"the initial stress buckles the structure: it bears {factor:.4g} times the stress given. Lower the "
-            "prestress or the thermal strain, hold more of its groups, or give the mesh the buckled shape."
+            f"the initial stress buckles the structure: its linear buckling load factor is {factor:.4g}, and must "
+            "exceed 1. Lower the prestress or the thermal strain, clamp more groups, or mesh the buckled shape."
         )
     if factor < CLOSE:
         warnings.warn(
-            f"the initial stress is close to what buckles the structure: it bears {factor:.4g} times the stress given, "
-            f"less than {CLOSE:g}, and has {1 - 1 / factor:.0%} of its stiffness left in that shape. Small errors of "
-            "shape, stress and support count there",
+            f"the initial stress is close to buckling: its linear buckling load factor is {factor:.4g} (limit "
+            f"{CLOSE:g}), which leaves {1 - 1 / factor:.0%} of the stiffness of that shape. Results are sensitive to "
+            "small errors of shape, stress and supports. Lower the initial stress, or check these",
             PhysicsWarning,
             stacklevel=3,
         )

@@ -20,18 +20,18 @@ class Damping(Protocol):
     def matrix(
         self, Me: Array, V1: Array, added: ArrayLike | None = None, unanswered: ArrayLike | None = None
     ) -> Array:
-        """Damping matrix (n, n). added (n,): which shapes only stand beside the vibration modes; none if left out.
+        """Damping matrix (n, n). added (n,): which shapes are added to the vibration modes; none if left out.
 
         unanswered (n,): which of these answer loads that move no mode of the set.
         """
 
 
 UNANSWERED = "unanswered attachment"  # answer to loads that move no mode of the set
-ADDED = ("attachment", UNANSWERED, "response", "third derivative")  # kinds of shapes that stand beside vibration modes
+ADDED = ("attachment", UNANSWERED, "response", "third derivative")  # kinds of shapes that are added to vibration modes
 
 
 def is_added(kinds: Sequence[str]) -> NDArray[np.bool_]:
-    """(n,): which of the shapes only stand beside the vibration modes of a set."""
+    """(n,): which of the shapes are added to the vibration modes of a set."""
     return np.array([kind in ADDED for kind in kinds], bool)
 
 
@@ -48,7 +48,7 @@ def bending_damping(
     added: ArrayLike | None = None,
     unanswered: ArrayLike | None = None,
 ) -> Array:
-    """Damping matrix (n, n) on the shapes `damped` (n,) alone; those `added` (n,) define no modes.
+    """Damping matrix (n, n) [1/s] on the shapes `damped` (n,) alone; those `added` (n,) define no modes.
 
     unanswered (n,): see Damping; where strain is not linear, none that stretches.
 
@@ -92,7 +92,7 @@ class ModalDamping:
     def matrix(
         self, Me: Array, V1: Array, added: ArrayLike | None = None, unanswered: ArrayLike | None = None
     ) -> Array:
-        """See Damping. Raises ValueError when there is neither one ratio nor one per mode."""
+        """Damping matrix (n, n) [1/s], see Damping. Raises ValueError without one ratio, or one per mode."""
         n = len(Me)
         ratio: Array = np.asarray(self.ratio, float)
         beside = np.zeros(n, bool) if added is None else np.asarray(added, bool)
@@ -131,5 +131,5 @@ class RayleighDamping:
     def matrix(
         self, Me: Array, V1: Array, added: ArrayLike | None = None, unanswered: ArrayLike | None = None
     ) -> Array:
-        """See Damping; the same on all shapes."""
+        """Damping matrix (n, n) [1/s], see Damping; the same on all shapes."""
         return self.alpha * Me + self.beta * V1

@@ -46,7 +46,7 @@ class ModeSet:
         return self.phi.shape[1]
 
     def picked(self, columns: list[int] | NDArray[np.int64]) -> ModeSet:
-        """The set with these columns alone, in this order."""
+        """The set with the columns (k,) of these numbers alone, in this order."""
         index = np.asarray(columns, np.int64)
         return replace(self, phi=self.phi[:, index], kinds=tuple(self.kinds[i] for i in index), omega=self.omega[index])
 

@@ -169,7 +169,7 @@ def refuse_slack(structure: Structure, held: Index) -> None:
     on = supported(structure, held)
     try:
         negative = negative_pivots(factors(on.K_stiff))
-    except RuntimeError:  # a pivot that is zero: told by the modes
+    except RuntimeError:  # a pivot that is zero: the modes show it
         return
     if negative:
         raise ValueError(

@@ -32,7 +32,7 @@ def condense(
     carried: Array | None = None,
     balanced: bool = False,
 ) -> FlexibleBody:
-    """The body with those shapes (numbered from 0) slaved to the others: y = 1/2 delta.A delta.
+    """The body with the shapes `slaved` (k,), numbers from 0, slaved to the others: y = 1/2 delta.A delta.
 
     The slaved shapes first lose what the others store in common with them, V1_fs = 0, and the others stay as they are:
     what these can do under loads, end moments of a member among them, the body can still do. The slaved amplitudes are

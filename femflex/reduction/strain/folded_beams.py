@@ -17,7 +17,7 @@ from femflex.fem.tension.strain import TensionStrain
 from femflex.warning import PhysicsWarning
 
 SLENDER = 300.0  # length of all beams over the radius of gyration
-COORDINATES = 8  # kept beside those that follow
+COORDINATES = 8  # kept in addition to the dependent ones
 ANGLE = 0.5  # sine; beams that meet at 18 degrees do not lock (0.2 %)
 
 

@@ -1,9 +1,9 @@
-"""Which derivatives may follow statically: those that answer faster than what drives them.
+"""Selection of the dependent (statically condensed) derivatives: those faster than their excitation.
 
-A follower stands where it would come to rest, y = -3 V2_s delta delta / V1_ss. That holds while what drives it is slow
-beside its own frequency, and while the stiffness that others add to it, 6 V2_ss delta, is small beside its own: what
-the condensed form leaves out. The stretch that bending brings about is such a shape. The bending that a stretching or
-twisting coordinate brings about in a body already bent is not: it is slower than the stretch, and a pull of a third of
+A dependent coordinate is at its static value, y = -3 V2_s delta delta / V1_ss. That holds while its excitation is slow
+compared with its own frequency, and while the stiffness that others add to it, 6 V2_ss delta, is small compared with
+its own: the condensed form leaves it out. The stretch due to bending is such a shape. The bending that a stretching or
+twisting coordinate causes in a body already bent is not. It is slower than the stretch, and a tension of a third of
 its buckling load changes its stiffness by a third. Frequencies tell the two apart.
 """
 

@@ -34,8 +34,8 @@ def with_static_stretch(
 ) -> FlexibleBody:
     """The body, whose coordinates are the shapes `free` of the set, with the static stretch of its markers.
 
-    places: marker -> mesh group. The field is that of the undeformed places: what spin does beside on a plate bent by
-    four thicknesses adds 0.1 % of the draw-in of its corner.
+    places: marker -> mesh group. The field is that of the undeformed places: on a plate bent by four
+    thicknesses the rest of the effect of spin adds 0.1 % of the draw-in of its corner.
     """
     x = stretching_answers(structure, modes, modes.phi[:, free])
     if not x.any():

@@ -29,9 +29,9 @@ MOST_BYTES = 2e9  # of the products of pairs; some 170 shapes
 
 
 def strain_tensors(structure: Structure, phi: Array) -> StrainTensors:
-    """V1, f0, V2 and V3 of shapes phi (n_dof, n), initial stress included.
+    """V1, f0, V2 and V3 of shapes phi (n_dof, n), initial stress included; units as in `StrainTensors`.
 
-    Memory: the table is cut into chunks of `ROOM` doubles (8 MB); each thread holds one, and beside it the product of
+    Memory: the table is cut into chunks of `ROOM` doubles (8 MB); each thread holds one, and the product of
     pairs, 8 (n + n(n+1)/2)^2 bytes (0.4 MB for 20 shapes, 6 MB for 40), all of them together MOST_BYTES at most.
     Raises ValueError when that would be more than MOST_BYTES.
     """

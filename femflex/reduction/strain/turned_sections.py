@@ -1,7 +1,7 @@
 """Points of a beam's sections turn along circles: what they move by to second order follows the coordinates.
 
 A point at offset o from the line moves by (exp(psi) - 1) o. With s_k = (theta, -w', v') of shape k in axes whose x axis
-e lies along the beam, psi = s - 1/2 (e.s) e x s, so that to second order the displacement beside psi_k x o is
+e lies along the beam, psi = s - 1/2 (e.s) e x s, so that to second order the displacement in addition to psi_k x o is
 
     1/2 delta_k delta_l L_kl o,   L_kl = sym(s_k s_l^T) - (s_k.s_l) 1 - sym(skew((e.s_k) e x s_l))
 

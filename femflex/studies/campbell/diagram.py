@@ -67,7 +67,7 @@ class Branch:
 class Campbell:
     """Frequencies over the speed of a steady spin, as seen in the spinning frame.
 
-    speeds     (n,) [rad/s], those asked for and those in between that branches were followed through
+    speeds     (n,) [rad/s], those requested and those in between that branches were followed through
     asked      (n,) which were requested
     branches   by rising frequency at the first speed
     orders     multiples of the speed that are looked at

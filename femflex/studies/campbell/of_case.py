@@ -84,7 +84,7 @@ def table_of(case: Case) -> CampbellTable:
 
 
 def axis_of(case: Case) -> Array:
-    """Unit vector (3,) about which a case spins. Raises CaseError where it does not say."""
+    """Unit vector (3,) [1] about which a case spins. Raises CaseError where it does not say."""
     table = table_of(case)
     if problems := list(spin_problems(table, case.attitude, case.orbit)):
         raise CaseError(case.path.name, problems)

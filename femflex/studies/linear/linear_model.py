@@ -98,8 +98,8 @@ def linear_model(
     system = commanded(system)
     wanted = usual_inputs(system, _moving(system)) if inputs is None else inputs
     inputs_of(system, wanted)  # unknown ones are reported before the equilibrium is sought
-    about, t = None, at or 0.0
     left_out: tuple[str, ...] = ()
+    about, t = None, at or 0.0
     if state is None:
         about, left_out = rest_of(system, at)
         model = compile_system(rest_system(system, at, about))

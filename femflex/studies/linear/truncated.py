@@ -47,7 +47,7 @@ def modal_truncation(model: StateSpace, highest: float, static: bool = True) -> 
 
 
 def balanced_truncation(model: StateSpace, order: int) -> Truncated:
-    """The model with so many states of the largest Hankel singular values; rigid-body modes are kept beside them.
+    """The model with so many states of the largest Hankel singular values; rigid-body modes are kept in addition.
 
     The error is at most twice the sum of the singular values left out (its `bound`). Units of inputs and outputs weigh:
     scale them first where they differ. Raises ValueError for a model whose vibrations are not damped.
@@ -69,8 +69,8 @@ def balanced_truncation(model: StateSpace, order: int) -> Truncated:
     most = int((sigma > LEAST * sigma.max(initial=0.0)).sum())
     if not 1 <= order <= most:
         raise ValueError(
-            f"a balanced truncation to {order} states was requested; inputs move and outputs see {most}, and "
-            f"{len(rigid.A)} more are rigid-body motion. Take a number from 1 to {most}"
+            f"a balanced truncation to {order} states was requested; {most} states are controllable and observable, "
+            f"and {len(rigid.A)} more are rigid-body motion. Take a number from 1 to {most}"
         )
     T, S = right[:, :order], left[:, :order].T
     A = np.block([

@@ -33,8 +33,8 @@ def transmission_zeros(model: StateSpace) -> Complex:
     sigma = np.linalg.svd(G / np.where(scale_in > 0, scale_in, 1.0), compute_uv=False)
     if not sigma[-1] > SINGULAR * sigma[0]:
         raise ValueError(
-            "the outputs do not tell the inputs apart at any frequency, so there are no transmission zeros; choose "
-            "other inputs or outputs"
+            "the transfer matrix is singular at all frequencies, so there are no transmission zeros; choose other "
+            "inputs or outputs"
         )
     w = np.asarray(np.linalg.eigvals(-R + R @ model.B @ np.linalg.solve(G, model.C @ R)), complex)
     zeros = s0 + 1.0 / w[np.abs(w) > 1.0 / (FARTHEST * size)]

@@ -46,11 +46,11 @@ class Sweep:
     sobol: dict[str, Array] = field(default_factory=dict)
 
     def of_outputs(self) -> dict[str, Array]:
-        """Percentiles (n_p,) of every output, over the members that did not fail."""
+        """Percentiles (n_p,) of every output, in its unit, over the members that did not fail."""
         return {name: _percentiles(values[:, None], self.percentiles)[:, 0] for name, values in self.outputs.items()}
 
     def of_histories(self) -> dict[str, Array]:
-        """Percentiles (n_p, n_t) of every history."""
+        """Percentiles (n_p, n_t) of every history, in its unit."""
         return {name: _percentiles(values, self.percentiles) for name, values in self.histories.items()}
 
 

@@ -1,0 +1,96 @@
+"""Decks of bodies: read once, and put in the place of mesh, members and clamps that a body's table would give."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+
+from femflex.case.body import FlexibleTable
+from femflex.case.case import Case
+from femflex.case.mesh_groups import groups_named
+from femflex.case.problems import CaseError, Problem, near
+from femflex.case.support import DIRECTIONS, SkewSupport
+from femflex.decks import Deck, read_deck
+from femflex.fem import Member, Support
+from femflex.fem.support import GLOBAL
+
+IN_FORCE = "supports"  # in a clamp: the supports that the deck's case control chooses
+HELD_BY_ITSELF = "autospc"
+
+
+def deck_of(case: Case, name: str, table: FlexibleTable) -> Deck | None:
+    """The deck of a body, with groups for the nodes that its table names; None where it has a mesh.
+
+    Raises CaseError with what is wrong with the deck.
+    """
+    if table.deck is None:
+        return None
+    path = case.path.parent / table.deck
+    try:
+        stamp = path.stat().st_mtime_ns if path.is_file() else 0
+        found = _read(str(path), stamp, table.units, json.dumps(table.overrides, sort_keys=True))
+        return found.with_named(group for _, group in groups_named("", table))
+    except (ValueError, OSError) as error:
+        raise CaseError(case.path.name, [Problem(f"bodies.{name}.deck", str(error))]) from None
+
+
+@lru_cache(maxsize=4)
+def _read(path: str, stamp: int, units: str, overrides: str) -> Deck:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the trial by which loose components are found
+        return read_deck(Path(path), units, json.loads(overrides))
+
+
+def with_deck(case: Case, name: str, table: FlexibleTable) -> FlexibleTable:
+    """The table with names of the deck's sets of supports in its clamp replaced by the groups they hold.
+
+    "supports" stands for those in force in the deck. Components that nothing resists are held beside any clamp.
+    """
+    deck = deck_of(case, name, table)
+    r = table.reduction
+    clamp: Mapping[str, tuple[str, ...] | SkewSupport] = getattr(r, "clamp", {})
+    if deck is None or r is None or not clamp:
+        return table
+    held: dict[str, tuple[str, ...] | SkewSupport] = {}
+    loose = HELD_BY_ITSELF in deck.supports and not any(one.startswith(HELD_BY_ITSELF) for one in clamp)
+    for group, value in {**clamp, **({HELD_BY_ITSELF: ()} if loose else {})}.items():
+        if group == IN_FORCE and group not in deck.mesh.groups:
+            if not deck.default_supports:
+                text = (
+                    f"found 'supports', and case control of {deck.name} names no set of supports; its sets are "
+                    f"{sorted(deck.supports) or 'none'}"
+                )
+                raise CaseError(case.path.name, [Problem(f"bodies.{name}.reduction.clamp", text)])
+            held |= {one: _clamp(support) for one, support in deck.held().items()}
+        elif group in deck.supports and not value:
+            held |= {one: _clamp(support) for one, support in deck.supports[group].items()}
+        elif group in deck.mesh.groups:
+            held[group] = value
+        else:
+            text = f"found {group!r}; {near(group, [*deck.supports, IN_FORCE, *deck.mesh.groups])}"
+            raise CaseError(case.path.name, [Problem(f"bodies.{name}.reduction.clamp", text)])
+    return table.model_copy(update={"reduction": r.model_copy(update={"clamp": held})})
+
+
+def _clamp(support: Support) -> tuple[str, ...] | SkewSupport:
+    if support.axes == GLOBAL:
+        return () if set(support.components) == set(DIRECTIONS) else support.components
+    return SkewSupport("axes", support.components, support.axes)
+
+
+def deck_members(deck: Deck, own: list[Member]) -> list[Member]:
+    """The members of a deck, those left out whose cells a member of the case covers, and the case's."""
+    covered: dict[str, set[int]] = {}
+    for member in own:
+        for kind, rows in deck.mesh.cell_groups.get(member.group, {}).items():
+            covered.setdefault(kind, set()).update(int(row) for row in rows)
+    kept = []
+    for member in deck.members:
+        cells = deck.mesh.cell_groups.get(member.group, {})
+        if cells and all(set(map(int, rows)) <= covered.get(kind, set()) for kind, rows in cells.items()):
+            continue
+        kept.append(member)
+    return [*kept, *own]

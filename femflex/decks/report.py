@@ -1,0 +1,86 @@
+"""What a deck holds, in lines: units, mass, extent, what was used, and what was not with its consequence."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.decks.deck import Deck
+from femflex.decks.units import implausible
+from femflex.fem import Structure
+
+Array = NDArray[np.float64]
+
+
+def mass_and_centre(structure: Structure) -> tuple[float, Array]:
+    """Mass [kg] and centre of mass (3,) [m] of a structure, in the deck's basic coordinates."""
+    mass, first = 0.0, np.zeros(3)
+    for block in structure.inertia:
+        dm = np.broadcast_to(block.dm, block.rho.shape[:-1])
+        mass += float(dm.sum())
+        first += np.einsum("eq,eqi->i", dm, block.rho)
+    return mass, first / mass if mass > 0 else first
+
+
+def doubts(deck: Deck, structure: Structure) -> list[str]:
+    """Sentences on mass, size and materials that are implausible in the declared units."""
+    E, rho = list(deck.moduli), list(deck.densities)
+    mass, _ = mass_and_centre(structure)
+    extent = float(np.ptp(deck.mesh.points, axis=0).max()) if len(deck.mesh.points) else 0.0
+    return implausible(deck.units, E, rho, extent, mass)
+
+
+def describe(deck: Deck) -> str:
+    """Readable text of several lines about a deck."""
+    u = deck.units
+    lines = [
+        f"{deck.name}: {deck.solver} deck, read in {u.name} (1 = {u.length:.6g} m, {u.mass:.6g} kg, {u.time:.6g} s)"
+    ]
+    try:
+        with warnings.catch_warnings(record=True) as given:
+            warnings.simplefilter("always")
+            structure = deck.structure()
+        mass, centre = mass_and_centre(structure)
+        low, high = deck.mesh.points.min(axis=0), deck.mesh.points.max(axis=0)
+        lines += [
+            f"mass      {mass:.6g} kg, centre {_list(centre)} m",
+            f"extent    {_list(high - low)} m, from {_list(low)} to {_list(high)} m",
+            f"freedoms  {structure.n_dof} of {len(deck.mesh.points)} nodes, {len(deck.members)} members",
+        ]
+        lines += [f"doubt     {text}" for text in doubts(deck, structure)]
+        lines += [f"doubt     {text}" for text in _grouped([str(one.message) for one in given])]
+    except ValueError as error:
+        lines.append(f"stops     {error}")
+    lines += [f"used      {', '.join(f'{count} {card}' for card, count in deck.used.items())}"]
+    lines += [f"left out  {one}" for one in deck.unused]
+    lines += [f"note      {text}" for text in deck.notes]
+    force = ", ".join(deck.default_supports) or "none"
+    sets = ", ".join(sorted(deck.supports)) or "none"
+    lines.append(f"supports  in force: {force}; sets: {sets}")
+    own = [name for name in deck.mesh.groups if name.startswith(("pid_", "set_")) or not name.startswith("node_")]
+    shown = [
+        name
+        for name in own
+        if "-part" not in name
+        and not name.startswith(("spc_", "ps-", "lone_nodes"))
+        and name not in deck.supports
+        and "autospc" not in name
+    ]
+    lines.append(f"groups    {', '.join(shown[:30])}{f' and {len(shown) - 30} more' if len(shown) > 30 else ''}")
+    return "\n".join(lines)
+
+
+def _grouped(texts: Sequence[str]) -> list[str]:
+    """Warnings of one kind as one line: members of a deck often give the same ones."""
+    kinds: dict[str, list[str]] = {}
+    for text in texts:
+        head = "".join(c for c in text.split("; ")[-1] if not c.isdigit())
+        kinds.setdefault(head, []).append(text)
+    return [one[0] + (f" ({len(one)} members alike)" if len(one) > 1 else "") for one in kinds.values()]
+
+
+def _list(values: Array) -> str:
+    return "(" + ", ".join(f"{v + 0.0:.6g}" for v in np.round(values, 12)) + ")"

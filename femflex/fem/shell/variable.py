@@ -1,0 +1,179 @@
+"""Sections of shells that vary over their surface: thickness, density, non-structural mass and axes as fields.
+
+A field is a number, a formula of x, y and z, values of all points of the mesh (n_points,), or by cell type values of
+the elements in the order of the group, (e,) or (e, corners). Values at nodes are those of corners; between them they
+are linear along the sides.
+
+A thickness other than the section's stretches all its plies alike: with f = h / h_0
+
+    A = f A_0,  B = f^2 B_0,  D = f^3 D_0,  S = f S_0,  mass = f mass_0,  rotary inertia f^3 of the section's
+
+and moved off the nodes by an offset d, B + d A and D + 2 d B + d^2 A.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.fem.line.formula import formula_of_place
+from femflex.fem.sections.laminates import PlateSection
+from femflex.mesh.cells import CELL_TYPES
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """Elements of one cell type: their nodes (e, k), places of these (e, k, 3), the number of points of the
+    mesh, and the words that errors begin with."""
+
+    cell: str
+    nodes: Index
+    x: Array
+    n_points: int
+    where: str
+
+    def field(self, name: str, given: Any, positions: Array) -> Array:
+        """The field (e|1, q|1) at positions (q, 2) of the unit cell.
+
+        Raises ValueError where it is not understood, has other sizes than the mesh, or is not finite.
+        """
+        if isinstance(given, int | float | np.floating) and not isinstance(given, bool):
+            found = np.full((1, 1), float(given))
+        elif isinstance(given, str):
+            try:
+                found = formula_of_place(given, np.matmul(CELL_TYPES[self.cell].interpolation(positions), self.x))
+            except ValueError as error:
+                raise ValueError(f"{self.where}: {name}: {error}") from None
+        else:
+            corner = CELL_TYPES[CELL_TYPES[self.cell].corner]
+            found = self._at_corners(name, given) @ corner.interpolation(positions).T
+        bad = np.argwhere(~np.isfinite(np.broadcast_to(found, (len(self.x), found.shape[1]))))
+        if len(bad):
+            raise ValueError(f"{self.where}: {name} is not finite in {self.at(int(bad[0, 0]))}; correct it there")
+        return found
+
+    def at(self, element: int) -> str:
+        """Number and place of an element, for errors."""
+        return f"element {element} at ({', '.join(f'{c:.6g}' for c in self.x[element].mean(axis=0))}) m"
+
+    def _at_corners(self, name: str, given: Any) -> Array:
+        """Values (e, corners)."""
+        corners = CELL_TYPES[self.cell].n_corners
+        e = len(self.nodes)
+        if isinstance(given, Mapping):
+            kinds = [self.cell, *(["quad8"] if self.cell == "quad9" else [])]
+            own = next((given[kind] for kind in kinds if kind in given), None)
+            found = None if own is None else np.asarray(own, float)
+            if found is None or found.shape not in ((e,), (e, corners)):
+                had = sorted(given) if found is None else found.shape
+                raise ValueError(
+                    f"{self.where}: {name} of {self.cell} elements is given as {had}; give one value for each of the "
+                    f"{e} elements, or {corners} for their corners, by cell type"
+                )
+            return np.repeat(found[:, None], corners, axis=1) if found.ndim == 1 else found
+        values = np.asarray(given, float) if np.ndim(given) == 1 else np.zeros(0)
+        if not self.nodes[:, :corners].max() < len(values) <= self.n_points:  # members may have added middle nodes
+            raise ValueError(
+                f"{self.where}: {name} is {str(given)[:60]}; give a number, a formula of x, y and z, one value for "
+                "each point of the mesh, or values by cell type"
+            )
+        return values[self.nodes[:, :corners]]
+
+
+@dataclass(frozen=True, eq=False)
+class VariableSection:
+    """A plate section with fields: thickness [m] and density [kg/m^3] in place of its own, more mass per area [kg/m^2].
+
+    section    not moved off the nodes;  offset  of its middle [m]
+    thickness, density  None: those of the section
+    """
+
+    section: PlateSection
+    offset: float
+    thickness: Any = None
+    density: Any = None
+    extra_mass: Any = 0.0
+
+    @property
+    def varies(self) -> bool:
+        """Whether anything is given as a field, or differs from the section."""
+        return self.thickness is not None or self.density is not None or self.extra_mass != 0.0
+
+    def heights(self, patch: Patch, positions: Array) -> Array:
+        """Thicknesses (e|1, q|1) [m] at positions of elements; ValueError where one is not positive."""
+        if self.thickness is None:
+            return np.full((1, 1), self.section.thickness)
+        return _positive(patch, "thickness", patch.field("thickness", self.thickness, positions), "m")
+
+    def elastic(self, patch: Patch, positions: Array) -> Array:
+        """[A B; B D] and S (e|1, q|1, 8, 8) over membrane strains, curvatures and shears, in the section's axes."""
+        s, d = self.section, self.offset
+        f = (self.heights(patch, positions) / s.thickness)[..., None, None]
+        A, B, D = f * s.A, f**2 * s.B, f**3 * s.D
+        C = np.zeros((*f.shape[:2], 8, 8))
+        C[..., :3, :3], C[..., 3:6, 3:6], C[..., 6:, 6:] = A, D + 2 * d * B + d**2 * A, f * s.S
+        C[..., :3, 3:6] = C[..., 3:6, :3] = B + d * A
+        return C
+
+    def masses(self, patch: Patch, positions: Array) -> tuple[Array, Array, Array]:
+        """Mass per area, first and second moment about the surface of the nodes, (e|1, q|1) each."""
+        s = self.section
+        f = self.heights(patch, positions) / s.thickness
+        own, dense = s.mass - s.added, np.ones((1, 1))
+        if self.density is not None:
+            if not own > 0:
+                raise ValueError(f"{patch.where} has a density and a section without mass; give its material a density")
+            dense = _positive(patch, "density", patch.field("density", self.density, positions), "kg/m^3")
+            dense = dense * s.thickness / own
+        more = patch.field("extra_mass", self.extra_mass, positions)
+        if (more < 0).any():
+            element = int(np.argwhere(more < 0)[0, 0])
+            raise ValueError(
+                f"{patch.where}: extra_mass is {more.min():.6g} kg/m^2 in {patch.at(element)}; it is not negative"
+            )
+        m = own * f * dense + s.added + more
+        c = s.centre * f + self.offset
+        return m, m * c, s.rotary * f**3 * dense + m * c**2
+
+
+def _positive(patch: Patch, name: str, found: Array, unit: str) -> Array:
+    if not (found > 0).all():
+        element = int(np.argwhere(~(found > 0))[0, 0])
+        raise ValueError(
+            f"{patch.where}: {name} is {found.min():.6g} {unit} in {patch.at(element)}; it must be positive everywhere"
+        )
+    return found
+
+
+def axes_at_nodes(given: Any, angle: Any, patch: Patch, V: Array) -> Array:
+    """Directions (3,) of the section's x axis, or at the nodes (e, k, 3): of three formulas, and turned by an angle
+    [rad] about the directors V (e, k, 3), towards V x axis."""
+    nodes = CELL_TYPES[patch.cell].nodes
+    if isinstance(given, str) or any(isinstance(text, str) for text in given):
+        if isinstance(given, str) or len(given) != 3:
+            raise ValueError(f"{patch.where} has axis {given!r}; give three numbers or three formulas of x, y and z")
+        parts = np.broadcast_arrays(*(patch.field("axis", text, nodes) for text in given))
+        axis = np.stack(parts, axis=-1)
+    else:
+        axis = np.asarray(given, float)
+        if axis.shape != (3,) or not np.isfinite(axis).all() or not axis.any():
+            raise ValueError(f"{patch.where} has axis {given!r}; give a direction of three numbers, not all zero")
+        if isinstance(angle, int | float) and angle == 0:
+            return axis
+    turn = patch.field("angle", angle, nodes)[..., None]
+    along = axis - np.sum(axis * V, axis=-1, keepdims=True) * V
+    length = np.linalg.norm(along, axis=-1)
+    if (flat := np.argwhere(length < 1e-6 * np.maximum(np.linalg.norm(axis, axis=-1), 1e-300))).size:
+        raise ValueError(
+            f"{patch.where}: axis stands upright on the surface, or is zero, in {patch.at(int(flat[0, 0]))}; give a "
+            "direction that lies along the surface everywhere"
+        )
+    along = along / length[..., None]
+    return np.asarray(np.cos(turn) * along + np.sin(turn) * np.cross(V, along))

@@ -1,0 +1,46 @@
+"""Ansys archives (.cdb, by CDWRITE) through mapdl-archive: components are groups, and types, materials, sections too.
+
+These are called type_1 (number of the element type), mat_2 and real_3 (real constants or sections).
+"""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+from femflex.mesh.contents import Contents
+from femflex.mesh.formats import register
+from femflex.mesh.vtk_data import leaf_contents
+from femflex.mesh.vtk_process import read_leaves
+
+NAME = "Ansys archive"
+NUMBERED = {"ansys_etype": "type", "ansys_material_type": "mat", "ansys_real_constant": "real"}
+
+
+def read(path: Path) -> Contents:
+    """Contents of an archive; ValueError where mapdl-archive is not installed."""
+    if find_spec("mapdl_archive") is None:
+        raise ValueError(
+            f"{path.name}: reading Ansys archives needs mapdl-archive, which is not installed; "
+            "pip install 'femflex[ansys]' brings it."
+        )
+    (leaf,) = read_leaves("ansys", path)
+    if not len(leaf["kinds"]):
+        raise ValueError(f"{path.name} holds no elements (EBLOCK) that mapdl-archive understands; write it by CDWRITE.")
+    cell = {name: values for name, values in leaf["cell"].items() if _is_component(name, values)}
+    for name, own in NUMBERED.items():
+        values = leaf["cell"].get(name, np.zeros(0))
+        cell |= {f"{own}_{int(value)}": values == value for value in np.unique(values)}
+    points = {name: values for name, values in leaf["point"].items() if _is_component(name, values)}
+    return leaf_contents({**leaf, "cell": cell, "point": points})
+
+
+def _is_component(name: str, values: np.ndarray) -> bool:
+    """Whether an array is one that mapdl-archive makes of a component: 1 inside and 0 outside."""
+    own = not name.startswith(("ansys_", "vtkOriginal", "_")) and name not in ("origid", "VTKorigID", "angles")
+    return own and values.ndim == 1 and values.dtype.kind in "iub"
+
+
+register(NAME, (".cdb",), read)

@@ -1,0 +1,105 @@
+"""Exodus II (.exo, .e, of Cubit, Sierra, MOOSE): blocks and side sets are groups of cells, node sets of points.
+
+Those without a name are called block_1, sideset_2 and nodeset_3.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.mesh.cells import CELL_TYPES
+from femflex.mesh.contents import Block, Contents
+from femflex.mesh.formats import register
+from femflex.mesh.vtk_data import CELLS, Leaf, cells_of, leaf_contents
+from femflex.mesh.vtk_process import VtkError, read_leaves
+from femflex.warning import PhysicsWarning
+
+Index = NDArray[np.int64]
+
+NAME = "Exodus"
+UNNAMED = {"Element Blocks": "block", "Edge Blocks": "edges", "Face Blocks": "faces", "Side Sets": "sideset"}
+NUMBER = "GlobalNodeId"  # VTK's array of the numbers of nodes
+
+
+def read(path: Path) -> Contents:
+    """Contents of a file; its blocks and sets share the points by the numbers of their nodes."""
+    leaves = _leaves(path)
+    flat = not any(CELL_TYPES[CELLS[k]].dimension == 3 for leaf in leaves for k in set(leaf["kinds"]) if k in CELLS)
+    numbers = [np.asarray(leaf["point"].get(NUMBER, []), np.int64) for leaf in leaves]
+    for leaf, own in zip(leaves, numbers, strict=True):
+        if len(own) != len(leaf["points"]):
+            raise ValueError("its nodes have no numbers")
+    every, first = np.unique(np.concatenate([np.zeros(0, np.int64), *numbers]), return_index=True)
+    points = np.concatenate([np.zeros((0, 3)), *(leaf["points"] for leaf in leaves)])[first]
+    blocks: list[Block] = []
+    point_groups: dict[str, Index] = {}
+    left_out: dict[str, int] = {}
+    for leaf, own in zip(leaves, numbers, strict=True):
+        kind, name = _named(leaf["name"])
+        rows = np.searchsorted(every, own)
+        if kind == "Node Sets":
+            point_groups[name] = rows[np.unique(cells_of(leaf).nodes)]
+            continue
+        contents = leaf_contents({**leaf, "cell": {}, "point": {}})
+        for block in contents.blocks:
+            # VTK takes an edge of three nodes for a triangle
+            edge = kind == "Side Sets" and flat and block.cell == "triangle"
+            cell = "line3" if edge else block.cell
+            blocks.append(Block(cell, rows[block.nodes], {name: np.arange(len(block.nodes))}))
+        if kind == "Element Blocks":
+            left_out |= {what: left_out.get(what, 0) + count for what, count in contents.left_out.items()}
+    return Contents(points, _distinct(blocks), point_groups, left_out=left_out)
+
+
+def _leaves(path: Path) -> list[Leaf]:
+    """Blocks and sets; the blocks alone, with a warning, where VTK cannot read the sets."""
+    try:
+        return read_leaves("exodus", path)
+    except VtkError:
+        leaves = read_leaves("exodus blocks", path)
+    warnings.warn(
+        f"{path.name}: its side sets and node sets cannot be read by VTK; only its blocks are groups. Write the sets "
+        "again, or name blocks",
+        PhysicsWarning,
+        stacklevel=3,
+    )
+    return leaves
+
+
+def _named(path: str) -> tuple[str, str]:
+    """Kind and name of a block or set, from the path of its leaf, such as "Side Sets/Unnamed set ID: 2"."""
+    kind, _, name = path.partition("/")
+    found = re.match(r"Unnamed (?:block|set) ID: (\d+)", name)
+    if not found:
+        return kind, re.sub(r" ID: \d+.*$", "", name) or path
+    return kind, f"{UNNAMED.get(kind, 'nodeset')}_{found[1]}"
+
+
+def _distinct(blocks: list[Block]) -> list[Block]:
+    """Blocks in which a cell that several sets list, by the same nodes in any order, is one cell in several groups."""
+    by_cell: dict[str, list[Block]] = {}
+    for block in blocks:
+        by_cell.setdefault(block.cell, []).append(block)
+    found = []
+    for cell, parts in by_cell.items():
+        nodes = np.concatenate([part.nodes for part in parts])
+        _, first, which = np.unique(np.sort(nodes, axis=1), axis=0, return_index=True, return_inverse=True)
+        kept, place = np.unique(first, return_inverse=True)
+        row: Any = place[which.ravel()]
+        groups: dict[str, list[Index]] = {}
+        start = 0
+        for part in parts:
+            for name, rows in part.groups.items():
+                groups.setdefault(name, []).append(row[start + rows])
+            start += len(part.nodes)
+        found.append(Block(cell, nodes[kept], {name: np.unique(np.concatenate(rows)) for name, rows in groups.items()}))
+    return found
+
+
+register(NAME, (".exo", ".e", ".ex2"), read)

@@ -1,0 +1,44 @@
+"""XDMF (.xdmf, .xmf, of FEniCS and others): an array of few integers over cells or points is one group per value.
+
+Grids of several are joined; points that two of them have at the same place are one.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from femflex.mesh.contents import Block, Contents
+from femflex.mesh.formats import register
+from femflex.mesh.vtk_data import leaf_contents
+from femflex.mesh.vtk_process import read_leaves
+
+NAME = "XDMF"
+
+
+def read(path: Path) -> Contents:
+    """Contents of a file; its heavy data are looked for where it says, from its own folder."""
+    parts = [leaf_contents(leaf) for leaf in read_leaves("xdmf", path)]
+    if len(parts) == 1:
+        return parts[0]
+    starts = np.cumsum([0, *(len(part.points) for part in parts)])
+    every, place = np.unique(np.concatenate([part.points for part in parts]), axis=0, return_inverse=True)
+    place = place.ravel()
+    blocks = [
+        Block(block.cell, place[block.nodes + start], block.groups)
+        for part, start in zip(parts, starts, strict=False)
+        for block in part.blocks
+    ]
+    point_groups = {
+        name: place[rows + start]
+        for part, start in zip(parts, starts, strict=False)
+        for name, rows in part.point_groups.items()
+    }
+    left_out: dict[str, int] = {}
+    for part in parts:
+        left_out |= {what: left_out.get(what, 0) + count for what, count in part.left_out.items()}
+    return Contents(every, blocks, point_groups, left_out=left_out)
+
+
+register(NAME, (".xdmf", ".xmf"), read)

@@ -1,0 +1,38 @@
+"""Small Nastran decks for tests: a cantilever by cards, written to a folder and read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from femflex.decks import Deck, read_deck
+from femflex.reduction import cantilever_modes
+
+STEEL = "MAT1,1,2.1E11,,0.3,7850."
+
+
+def written(folder: Path, *cards: str, control: str = "SPC = 1", name: str = "deck.bdf") -> Path:
+    """A deck of these cards."""
+    path = folder / name
+    path.write_text("\n".join(["SOL 103", "CEND", control, "BEGIN BULK", *cards, "ENDDATA", ""]), encoding="utf-8")
+    return path
+
+
+def read(folder: Path, *cards: str, control: str = "SPC = 1", units: str = "m-kg-s", **more: object) -> Deck:
+    """The Deck of these cards."""
+    return read_deck(written(folder, *cards, control=control), units, **more)  # type: ignore[arg-type]
+
+
+def frequencies(deck: Deck, n: int = 4) -> np.ndarray:
+    """Lowest natural frequencies [Hz] under the supports in force."""
+    return np.asarray(cantilever_modes(deck.structure(), deck.held(), n).omega[:n]) / (2 * np.pi)
+
+
+def bar(
+    n: int = 8, length: float = 2.0, section: str = "PBAR,3,1,1.E-3,2.E-7,8.E-7,1.E-6", line: str = ""
+) -> list[str]:
+    """A cantilever along x of n CBARs, held at grid 1 by SPC1 1."""
+    grids = [f"GRID,{k + 1},,{length * k / n:.6f},0.,0." for k in range(n + 1)]
+    bars = [f"CBAR,{k + 1},3,{k + 1},{k + 2},0.,1.,0.{line}" for k in range(n)]
+    return [*grids, *bars, section, STEEL, "SPC1,1,123456,1"]

@@ -1,0 +1,124 @@
+"""Bodies from matrices in cases: the same run as elements give, Craig-Bampton models of other cases, and mistakes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from matrix_examples import brick
+from typer.testing import CliRunner
+
+from femflex.case import read_case
+from femflex.case.problems import CaseError
+from femflex.cli.app import app
+from femflex.matrices import full_model, write_matrices
+from femflex.mesh import write_mesh
+from femflex.mesh.generators import box
+from femflex.pipeline import run
+from femflex.pipeline.decisions import build_body
+
+CRAFT = """
+[run]
+duration = "1 s"
+samples = 11
+rtol = 1e-11
+[attitude]
+frame = "inertial"
+rates = [0.4, 1.5, -0.7]
+[bodies.hub]
+kind = "rigid"
+mass = 50
+inertia = [20, 30, 40]
+[[joints]]
+kind = "weld"
+parent = "hub"
+child = "bar"
+child_marker = "left"
+[[loads]]
+name = "slew"
+body = "hub"
+times = ["0 s", "1 s"]
+torque = [[0, 40, 10], [0, 40, 10]]
+"""
+ELEMENTS = """
+[materials.soft]
+E = 7e7
+nu = 0.3
+density = 270
+[bodies.bar]
+kind = "flexible"
+mesh = "bar.msh"
+strain = "linear"
+markers = { right = {} }
+members = [{ group = "volume", family = "solid", material = "soft" }]
+reduction = { method = "cantilever", clamp = "left", modes = 3, joints = {} }
+"""
+MATRICES = """
+[bodies.bar]
+kind = "matrices"
+matrices = "bar.npz"
+markers = { right = {} }
+reduction = { method = "cantilever", clamp = "left", modes = 3 }
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    where = tmp_path_factory.mktemp("matrices")
+    write_matrices(full_model(brick((2, 1, 1))), where / "bar.npz")
+    write_mesh(where / "bar.msh", box(2.0, 0.3, 0.2, 2, 1, 1))
+    for name, text in (("elements", ELEMENTS), ("matrices", MATRICES)):
+        (where / f"{name}.toml").write_text(CRAFT + text)
+    return where
+
+
+def test_a_slewing_craft_moves_as_with_the_elements_that_made_the_matrices(folder):
+    found = [run(read_case(folder / f"{name}.toml"), folder / f"{name}.h5") for name in ("elements", "matrices")]
+    for name in ("q", "u"):
+        a, b = (one.read(name) for one in found)
+        assert b == pytest.approx(a, abs=1e-9 * np.abs(a).max())
+
+
+def case_with(folder, text):
+    path = folder / "changed.toml"
+    path.write_text(CRAFT + text)
+    return path
+
+
+def test_a_craig_bampton_model_of_one_case_is_a_body_of_another(folder):
+    runner = CliRunner()
+    two = '"craig_bampton", interfaces = ["left", "right"], modes = 2, joints = {}'
+    elements = ELEMENTS.replace('"cantilever", clamp = "left", modes = 3, joints = {}', two)
+    case = case_with(folder, elements)
+    model = folder / "bar_cb.npz"
+    ends = ["--interface", "left", "--interface", "right"]
+    done = runner.invoke(app, ["body", str(case), "bar", *ends, "-o", str(model)])
+    assert done.exit_code == 0 and "12 interface and 2 modal coordinates" in done.stdout, done.output
+    text = MATRICES.replace("bar.npz", "bar_cb.npz").replace("reduction = {", "#")
+    text = text.replace("markers = { right = {} }", "markers = { right = {}, left = {} }")
+    found = build_body(read_case(case_with(folder, text)), "bar")
+    known = build_body(read_case(case_with(folder, elements)), "bar")
+    assert found.omega == pytest.approx(known.omega, rel=1e-8)
+    assert found.moments.inertia() == pytest.approx(known.moments.inertia(), rel=1e-9, abs=1e-9)
+    assert "12 of 2 nodes, 2 modal" in runner.invoke(app, ["info", str(model)]).stdout
+    refused = runner.invoke(app, ["body", str(case), "bar", "-o", str(folder / "x.mat")])
+    assert refused.exit_code != 0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "text"),
+    [
+        ("modes = 3 }", "modes = 3, derivatives = 4 }", "found derivatives in the reduction of a body from matrices"),
+        ('method = "cantilever"', 'method = "lumped"', "found method 'lumped'|modes: this key"),
+        ("right = {}", "right = { position = [2, 0, 0] }", "found position in marker 'right' of a body from matrices"),
+        ('"bar.npz"', "{ mass = 'bar.npz' }", "found neither file nor both of mass and stiffness"),
+        ('"bar.npz"', '"none.npz"', "found 'none.npz', which does not exist"),
+        ('"bar.npz"', "{ file = 'bar.npz', nodes = 'none.csv' }", "bodies.bar.matrices.nodes: found 'none.csv'"),
+        ("modes = 3 }", "modes = 3, loads = { lift = ['z'] } }", "group 'lift' is not in bar.npz; its groups are"),
+        ('"matrices"', '"matrices"\nunits = "furlong"', "units are 'furlong'"),
+        ("right = {}", "right = { group = 'node_777' }", "group 'node_777' of bar.npz names nodes without coordinates"),
+        ("modes = 3 }", "modes = 900 }", "modes were requested"),
+    ],
+)
+def test_mistakes_in_the_table_give_a_sentence(folder, old, new, text):
+    with pytest.raises(CaseError, match=text):
+        build_body(read_case(case_with(folder, MATRICES.replace(old, new))), "bar")

@@ -1,0 +1,217 @@
+"""Exodus, XDMF, universal files and Ansys archives: each written by another program, or by hand from its manual."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from femflex.mesh import Mesh, box, read_mesh, rectangle, write_mesh
+from femflex.mesh.quality import sizes
+from femflex.mesh.vtk_data import make_grid
+from femflex.warning import PhysicsWarning
+
+
+def test_an_exodus_file_of_vtk_is_read_with_its_blocks(tmp_path: Path):
+    exodus = pytest.importorskip("vtkmodules.vtkIOExodus")
+    mesh, path = box(2, 1, 1, 2, 1, 1), tmp_path / "box.exo"
+    writer = exodus.vtkExodusIIWriter()
+    writer.SetInputData(make_grid(mesh.points, dict(mesh.cells), {}, {}))
+    writer.SetFileName(str(path))
+    writer.Write()
+    found = read_mesh(path)
+    assert {cell: len(nodes) for cell, nodes in found.cells.items()} == {"hexahedron": 2, "quad": 10}
+    assert sorted(found.cell_groups) == ["block_12", "block_9"]  # numbered by VTK's types
+    assert sizes(found.points, "hexahedron", found.cells["hexahedron"]) == pytest.approx([1, 1])
+    assert len(found.points) == 12
+    path.write_bytes(path.read_bytes()[:200])
+    with pytest.raises(ValueError, match=r"box.exo could not be read as Exodus: its contents are not those of this fo"):
+        read_mesh(path)
+    with pytest.raises(ValueError, match=r"other.e: Exodus is read only; write other.msh or .vtu instead"):
+        write_mesh(tmp_path / "other.e", mesh)
+
+
+@pytest.mark.parametrize("stored", ["XML", "HDF"])
+def test_an_xdmf_file_of_meshio_is_read_with_its_marked_cells(stored: str, tmp_path: Path):
+    meshio = pytest.importorskip("meshio")
+    mesh, path = rectangle(2, 1, 2, 1, "quad"), tmp_path / "plate.xdmf"
+    marks = [np.array([7, 9]), np.array([9] * 6)]
+    meshio.xdmf.write(
+        path, meshio.Mesh(mesh.points, list(mesh.cells.items()), cell_data={"mat": marks}), data_format=stored
+    )
+    found = read_mesh(path)
+    assert {cell: len(nodes) for cell, nodes in found.cells.items()} == {"quad": 2, "line": 6}
+    assert found.group_cells("mat_7")["quad"].tolist() == [mesh.cells["quad"][0].tolist()]
+    assert len(found.group_cells("mat_9")["line"]) == 6
+    assert found.points == pytest.approx(mesh.points)
+    path.write_text(path.read_text().replace("Geometry", "Gemetry"))
+    with pytest.raises(ValueError, match=r"plate.xdmf could not be read as XDMF"):
+        read_mesh(path)
+
+
+def dataset(number: int, *lines: str) -> str:
+    return "\n".join(["    -1", f"{number:6d}", *lines, "    -1", ""])
+
+
+def unv_elements(cells: list[tuple[int, int, int, list[int]]]) -> list[str]:
+    """Dataset 2412 of (number, descriptor, property, nodes)."""
+    lines = []
+    for number, kind, prop, nodes in cells:
+        lines.append("".join(f"{value:10d}" for value in (number, kind, prop, 1, 7, len(nodes))))
+        lines += ["         0         1         1"] if kind in (21, 24) else []
+        lines += ["".join(f"{n:10d}" for n in nodes[k : k + 8]) for k in range(0, len(nodes), 8)]
+    return lines
+
+
+def unv_nodes(points: np.ndarray) -> list[str]:
+    """Dataset 2411, numbered from 11."""
+    lines = []
+    for k, row in enumerate(points):
+        lines += [f"{k + 11:10d}{1:10d}{1:10d}{11:10d}", "".join(f"{x:25.16E}" for x in row).replace("E", "D")]
+    return lines
+
+
+def test_a_universal_file_is_read_with_its_groups(tmp_path: Path):
+    """A brick of 20 nodes, a tetrahedron of 10 and a beam of three, in the order of the format: round every face."""
+    brick, path = box(1, 1, 1, 1, 1, 1, "hexahedron20"), tmp_path / "parts.unv"
+    corner = box(1, 1, 1, 1, 1, 1, "tetra10").moved([3, 0, 0])
+    points = np.concatenate([brick.points, corner.points])
+    (hexa,), tetra = brick.cells["hexahedron20"], corner.cells["tetra10"][0] + len(brick.points)
+    ring = [0, 8, 1, 9, 2, 10, 3, 11, 16, 17, 18, 19, 4, 12, 5, 13, 6, 14, 7, 15]
+    cells = [
+        (5, 116, 2, (hexa[ring] + 11).tolist()),
+        (6, 118, 3, (tetra[[0, 4, 1, 5, 2, 6, 7, 8, 9, 3]] + 11).tolist()),
+        (7, 24, 4, [hexa[0] + 11, hexa[8] + 11, hexa[1] + 11]),
+        (8, 161, 4, [hexa[0] + 11]),
+    ]
+    group = [f"{1:10d}" + f"{0:10d}" * 6 + f"{3:10d}", "both solids", "8 5 0 0 8 6 0 0", "8 99 0 0"]
+    nodes = [f"{2:10d}" + f"{0:10d}" * 6 + f"{1:10d}", "", f"7 {hexa[0] + 11} 0 0"]
+    path.write_text(
+        dataset(151, "a model") + dataset(2411, *unv_nodes(points)) + dataset(2412, *unv_elements(cells))
+        + dataset(2467, *group, *nodes)
+    )  # fmt: skip
+    with pytest.warns(PhysicsWarning) as caught:
+        mesh = read_mesh(path)
+    assert any("left out: element 161 of 1 nodes (1); 3 are kept" in str(one.message) for one in caught)
+    assert mesh.points[mesh.cells["hexahedron20"][0]] == pytest.approx(brick.points[hexa])
+    assert mesh.points[mesh.cells["tetra10"][0]] == pytest.approx(points[tetra])
+    assert mesh.points[mesh.cells["line3"][0]] == pytest.approx(brick.points[hexa[[0, 1, 8]]])
+    assert sorted(mesh.group_cells("both solids")) == ["hexahedron20", "tetra10"]
+    assert list(mesh.group_cells("property_3")) == ["tetra10"]
+    assert mesh.points[mesh.group_points("group_2")] == pytest.approx(brick.points[hexa[:1]])
+
+
+UNV = dataset(2411, *unv_nodes(np.eye(3))) + dataset(2412, *unv_elements([(1, 91, 1, [11, 12, 13])]))
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("", "x.unv has no datasets between lines of -1; it is no universal file"),
+        (dataset(151, "a model"), r"x.unv has no nodes \(dataset 15, 781 or 2411\)"),
+        (UNV.replace("91", "9x"), "holds words that are no whole numbers"),
+        (
+            UNV.replace("        13\n    -1", "        14\n    -1"),
+            r"elements use nodes \[14\] that no dataset of nodes d",
+        ),
+        (UNV.replace("        12        13\n    -1\n", ""), "element 1 has 1 of its 3 nodes; the file is cut short"),
+    ],
+)
+def test_a_universal_file_that_cannot_be_read_is_refused(text: str, sentence: str, tmp_path: Path):
+    path = tmp_path / "x.unv"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=sentence):
+        read_mesh(path)
+
+
+def test_a_universal_file_in_millimetres_says_so(tmp_path: Path):
+    path = tmp_path / "x.unv"
+    path.write_text(dataset(164, "5mm (milli-newton)", "1000.0D+0 1.0 1.0", "273.15") + UNV)
+    with pytest.warns(PhysicsWarning, match="a length of 1000 in it is 1 m; the numbers are taken"):
+        read_mesh(path)
+
+
+CDB = """\
+/PREP7
+ET,1,185
+NBLOCK,6,SOLID,8,8
+(3i8,6e20.13)
+{nodes}
+N,R5.3,LOC,-1,
+EBLOCK,19,SOLID,1,1
+(19i8)
+       3       1       5       1       0       0       0       0       8       0       7       1       2       3       4       5       6       7       8
+      -1
+CMBLOCK,ROOT,NODE,2
+(8i10)
+         1        -4
+FINISH
+"""  # noqa: E501
+
+
+def test_an_ansys_archive_is_read_with_its_components(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    pytest.importorskip("mapdl_archive")
+    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 2], [1, 0, 2], [1, 1, 2], [0, 1, 2]], float)
+    nodes = "\n".join(f"{k:8d}{0:8d}{0:8d}" + "".join(f"{x:20.13E}" for x in row) for k, row in enumerate(corners, 1))
+    path = tmp_path / "brick.cdb"
+    path.write_text(CDB.format(nodes=nodes))
+    mesh = read_mesh(path)
+    assert sizes(mesh.points, "hexahedron", mesh.cells["hexahedron"]) == pytest.approx([2])
+    assert {"type_1", "mat_3", "real_5"} <= set(mesh.cell_groups)
+    assert mesh.points[mesh.group_points("ROOT")][:, 2].tolist() == [0, 0, 0, 0]
+    path.write_text("/PREP7\nFINISH\n")
+    with pytest.raises(ValueError, match=r"brick.cdb"):
+        read_mesh(path)
+    monkeypatch.setattr("femflex.mesh.io_ansys.find_spec", lambda name: None)
+    with pytest.raises(ValueError, match=r"brick.cdb: reading Ansys archives needs mapdl-archive.*pip install"):
+        read_mesh(path)
+
+
+def test_med_under_its_other_suffix_and_a_mesh_on_one_axis(tmp_path: Path):
+    h5py = pytest.importorskip("h5py")
+    mesh = Mesh([[0, 0, 0], [1, 0, 0], [3, 0, 0]], {"line": [[0, 1], [1, 2]]}, {"boom": {"line": [0, 1]}})
+    path = tmp_path / "boom.mmed"
+    write_mesh(path, mesh)
+    with h5py.File(path, "r+") as file:
+        nodes = next(iter(file["ENS_MAA/mesh"].values()))["NOE"]
+        attributes, x = dict(nodes["COO"].attrs), nodes["COO"][()][:3]
+        del nodes["COO"]
+        nodes.create_dataset("COO", data=x).attrs.update(attributes)
+        del file["FAS"]
+    found = read_mesh(path)
+    assert found.points.tolist() == [[0, 0, 0], [1, 0, 0], [3, 0, 0]]
+    assert not found.cell_groups  # their names went with the families
+    with h5py.File(path, "w") as file:
+        file["x"] = 1
+    with pytest.raises(ValueError, match=r"boom.mmed is an HDF5 file without a mesh of MED .* it has \['x'\]"):
+        read_mesh(path)
+
+
+def test_a_file_of_bad_cells_is_shown_where_it_is_only_looked_at(tmp_path: Path):
+    path = tmp_path / "flat.msh"
+    write_mesh(path, Mesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], {"triangle": [[0, 1, 2]]}))
+    with pytest.raises(ValueError, match="1 of 1 cells of type triangle have no area"):
+        read_mesh(path)
+    with pytest.warns(PhysicsWarning, match="1 of 1 cells of type triangle have no area"):
+        assert "triangle" in read_mesh(path, strict=False).summary()
+    deck = tmp_path / "mass.inp"
+    deck.write_text("*NODE\n1\n*ELEMENT, TYPE=MASS\n1, 1\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert not read_mesh(deck, strict=False).cells
+    with pytest.raises(ValueError, match=r"holds no elements that are understood, only MASS \(1\)"):
+        read_mesh(deck)
+
+
+def test_solids_of_mirrored_copies_are_turned_one_by_one(tmp_path: Path):
+    """Half of a symmetric mesh keeps its numbering in the mirror."""
+    half = box(1, 1, 1, 1, 1, 1)
+    points = np.concatenate([half.points, half.points * [-1, 1, 1]])
+    cells = np.concatenate([half.cells["hexahedron"], half.cells["hexahedron"] + len(half.points)])
+    path = tmp_path / "whole.vtu"
+    write_mesh(path, Mesh(points, {"hexahedron": cells}).merged(Mesh(points, {}), 1e-9))
+    with pytest.warns(PhysicsWarning, match="1 of 2 cells of type hexahedron are inside out"):
+        mesh = read_mesh(path)
+    assert sizes(mesh.points, "hexahedron", mesh.cells["hexahedron"]) == pytest.approx([1, 1])
