@@ -39,8 +39,8 @@ def read_mesh(path: str | Path, groups: Mapping[str, str] | None = None, strict:
     """Mesh of a file, by its suffix: .msh, .bdf/.nas/.dat, .inp, .med, .vtu, .vtk, .exo, .xdmf, .unv or .cdb.
 
     groups renames, {wanted name: name in the file}; for Nastran the file's names are "PID 1", "SET 4" and the like.
-    Elements and points without meaning are left out and reported; the mesh is checked (see check.py). strict=False, to look
-    at a file: cells without size or folded are warned of, and a file without cells gives its points.
+    Elements and points without meaning are left out and reported; the mesh is checked (see check.py). With
+    strict=False, to look at a file, cells without size or folded are warned of, and a file without cells gives points.
     """
     path = Path(path)
     kind = format_of(path)

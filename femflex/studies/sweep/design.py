@@ -72,6 +72,6 @@ def indices(table: SweepTable, values: Array) -> Array:
     if not np.isfinite(values).all() or np.ptp(values) == 0.0:
         return np.full((k, 2), np.nan)
     parts = values.reshape(k + 2, n)
-    given = {"f_A": parts[0][None], "f_B": parts[1][None], "f_AB": parts[2:][:, None]}
+    given: Any = {"f_A": parts[0][None], "f_B": parts[1][None], "f_AB": parts[2:][:, None]}
     found = sobol_indices(func=given, n=n)
     return np.column_stack([np.ravel(found.first_order), np.ravel(found.total_order)])
