@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 COLUMN, HEIGHT = 5.2, 7.2  # inches
 LETTERS = 76  # of a line of text under a column
 STRAIN, FUNCTIONS = "strain", "functions"
-LEAST = 1e-16  # difference that is drawn of the reference itself
+LEAST = 1e-12  # relative difference below which it is rounding and is not drawn
 
 
 def plot_studies(
@@ -88,6 +88,8 @@ def _forms(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
 
 def _kinds(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
     """Values of every type of functions over their number; under them the differences from the best."""
+    from matplotlib.ticker import MaxNLocator
+
     below.set_yscale("log")
     best = study.reference
     for k, (kind, found) in enumerate(study.with_values):
@@ -103,6 +105,7 @@ def _kinds(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
     above.set_ylabel(f"value [{study.unit}]" if study.unit not in ("", "1") else "value")
     below.set_ylabel("relative difference")
     below.set_xlabel("elastic coordinates")
+    below.xaxis.set_major_locator(MaxNLocator(integer=True))
 
 
 def _beside(ax: Axes, k: int, form: Any, study: Any, colours: Theme) -> None:
