@@ -82,8 +82,8 @@ def growth_threshold(eigenvalues: Complex, rate: float) -> Array:
 
 
 def growth_rule() -> str:
-    """From which growth rate on a motion is said to grow, in words."""
-    return f"a motion grows whose rate is above {GROWING:g} of the larger of its |eigenvalue| and the frame's rate"
+    """Rule for growth rates that count as unstable, in words."""
+    return f"unstable above {GROWING:g} of the larger of |eigenvalue| and the rate of the frame"
 
 
 def small_motions(model: Model, x: Array, neutral: Array) -> SmallMotions:
@@ -125,7 +125,7 @@ class _Modal:
     """The equations in coordinates y of unit mass, dxi = phi y; states (y, y' / s), s (n,) about their frequencies.
 
     phi is the inverse of a Cholesky factor of the mass, soft coordinates first: the stiffness of stiff ones does not
-    enter the rows of soft ones, and slow librations keep their digits beside fast vibrations (modes of K and M would
+    enter the rows of soft ones, and slow librations keep their digits next to fast vibrations (modes of K and M would
     lose them: their squares have errors of eps times the largest).
     """
 

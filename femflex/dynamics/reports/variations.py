@@ -225,7 +225,7 @@ def carried_power(child: np.void, parent: np.void, pool: Array, work: Array, mot
 
 
 def bearing_power(b: np.void, pool: Array, work: Array, motion: BodyMotion) -> float:
-    """Power of what a body hangs by, by the velocity that its own marker Q has of itself; taken off [W]."""
+    """Power of a body's joint by the velocity of its own marker Q in itself; subtracted [W]."""
     p, rows = int(b["work"]) + W_P, (int(b["own_place"]), int(b["own_shape"]), int(b["own_spin"]))
     return -marker_power(b, rows, pool, motion, work[p : p + 3], work[p + 4 : p + 7], np.zeros(3))
 

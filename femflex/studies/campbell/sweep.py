@@ -80,7 +80,7 @@ def spins(
 
 
 def spin(system: System, axis: Array, speed: float, near: Array | None = None, asked: bool = True) -> Spin:
-    """The steady spin nearest to a state (n_x,), or to the initial one."""
+    """The steady spin nearest to a state (n_x,) [SI], or to the initial one."""
     spun = replace(system, frame=frame_of(axis, speed))
     if near is not None:
         n = len(spun.coordinate_names()) + len(spun.velocity_names())
