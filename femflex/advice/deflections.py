@@ -50,7 +50,7 @@ class DeflectionWatch:
         return moved
 
     def over(self, states: Array) -> Array:
-        """Largest displacement (k,) of a point of the body over its size, by states (k, n_x)."""
+        """Largest displacement (k,) of a point of the body over its size, by states (k, n_x) [SI]."""
         displaced = np.zeros(len(states))
         for rows in np.array_split(np.arange(len(states)), 1 + len(states) * self._places[0].size // LARGE):
             delta = self._body.amplitudes(states[rows, self.at : self.at + self._body.n_modes])

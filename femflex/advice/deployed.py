@@ -42,7 +42,7 @@ class SlackWatch:
         self.lowest = {name: Lowest() for name in self._sections}
 
     def watch(self, times: Array, channels: Mapping[str, Array]) -> None:
-        """Take note of a block of rows."""
+        """Take note of a block of rows (n_t, ...)."""
         for name, lowest in self.lowest.items():
             tension = channels[f"bodies/{name}/tension"]
             lowest.largest = max(lowest.largest, float(np.abs(tension).max()))

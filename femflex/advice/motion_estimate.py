@@ -112,7 +112,8 @@ def _first(error: Exception) -> str:
 
 
 def estimate_times(model: Model, until: float) -> Array:
-    """Times of the estimate: spread out, denser under prescribed sines, at jumps and where responses oscillate."""
+    """Times (n_t,) [s] of the estimate: spread out, denser under prescribed sines, at jumps and where responses
+    oscillate."""
     sines = [profile.sines[:, 1].max(initial=0.0) for joint in model.system.joints for profile in joint.held.values()]
     turns = max(sines, default=0.0) * until / (2.0 * np.pi)
     rows = ROWS if model.constraints is None else ROWS // CLOSED

@@ -149,7 +149,7 @@ class StiffeningWatch:
         self._least: dict[str, LargestGain] = {}
 
     def watch(self, channels: Mapping[str, Array]) -> None:
-        """Take note of a block of rows."""
+        """Take note of a block of rows (n_t, ...)."""
         for name, gain in self._ignored.gains(channels).items():
             self._note(name, gain, np.linalg.norm(channels[f"bodies/{name}/rate"], axis=1))
 

@@ -76,7 +76,7 @@ class TensionWatch:
         self._least: dict[int, Slack] = {}
 
     def watch(self, times: Array, channels: Mapping[str, Array]) -> None:
-        """Take note of a block of rows."""
+        """Take note of a block of rows (n_t, ...)."""
         for number, one in enumerate(self._watched):
             tension = self.tension(one, channels)
             row, element = np.unravel_index(int(np.argmin(tension)), tension.shape)

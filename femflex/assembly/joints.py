@@ -190,7 +190,7 @@ def _with_marker(body: Part, name: str, marker: Marker, beside: str) -> Part:
 
 
 def nominal_axes(attitude: AttitudeTable) -> Array:
-    """C_BM (3, 3): the body axes along x0, y0, z0 in the nominal attitude are its columns."""
+    """C_BM (3, 3), direction cosines: the body axes along x0, y0, z0 in the nominal attitude are its columns."""
     columns = []
     for axis in attitude.nominal_axes or ("x", "y", "z"):
         columns.append(np.eye(3)["xyz".index(axis[-1])] * (-1.0 if axis[0] == "-" else 1.0))

@@ -44,7 +44,7 @@ def joined_skin(parts: Iterable[Part]) -> Skin:
 
 
 def box(size: Array, position: Array, C: Array) -> Part:
-    """A box with edges `size` (3,) along the columns of C, centred at `position`."""
+    """A box with edges `size` (3,) [m] along the columns of C, centred at `position`."""
     return CORNERS * size @ C.T + position, {"quad": FACES}
 
 

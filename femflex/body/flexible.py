@@ -30,7 +30,7 @@ class FlexibleBody(Summarised):
     markers  name -> Marker over all shapes; "origin" is always there
     skin     Skin over all shapes, or None for a body that cannot be drawn
     kinds    one word per shape: vibration, constraint, attachment, free-free, derivative, admissible, nodal; of slaved
-             ones also carried (the coordinates' own shapes, `condense`); of what follows beside coordinates that
+             ones also carried (the coordinates' own shapes, `condense`); of dependent shapes where coordinates
              stretch: section, remainder (what they do not hold of the stretch)
     omega    natural frequency of each shape where it means something, else nan [rad/s]
     slaves   (n_s, n, n)  A_s, symmetric: the last n_s shapes follow the first n, y_s = 1/2 delta.A_s delta
@@ -40,7 +40,7 @@ class FlexibleBody(Summarised):
     mass_points  points of mass over all shapes, of bodies so long that gravity is integrated over them; or None
 
     Arrays, names and units only: it can be pickled. What a body was reduced from is its `reduction.Origin`; what is to
-    be said of it is advice.
+    note on it is advice.
     """
 
     moments: MassMoments

@@ -72,7 +72,7 @@ class RunTable(Table):
         return math.ceil(duration / self.output_step * (1 - 1e-9)) + 1
 
     def times(self, duration: float) -> NDArray[np.float64]:
-        """Output times [s] of a run of that duration [s]."""
+        """Output times (n_t,) [s] of a run of that duration [s]."""
         import numpy as np
 
         n = self.rows(duration)

@@ -20,7 +20,7 @@ HEAD = """\
 #   femflex check {name}     report mistakes, and what femflex chooses by itself
 #   femflex modes {name}     natural frequencies of the whole craft
 #   femflex run {name}       simulate; result and pictures are named after the case
-# Every key: docs/reference/case_keys, or `femflex schema`.
+# Every key: the page "Case keys" of the documentation, or `femflex schema`.
 
 title = {title}
 

@@ -38,7 +38,7 @@ def _crossing(time: Array, x: Array, k: int) -> float:
 
 
 def fitted_frequencies(time: Array, signal: Array, tones: int) -> Array:
-    """Frequencies (tones,) [Hz], ascending, of the sum of so many sinusoids and a constant that fits best.
+    """Frequencies (n,) [Hz], ascending, of the sum of so many sinusoids and a constant that fits best.
 
     Start values: the highest peak of the spectrum of what the earlier ones leave; then all together by variable
     projection (amplitudes solved for linearly). Exact for such a signal; needs a few periods and no aliasing.

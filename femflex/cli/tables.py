@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-WIDTH = 80  # columns where standard output is no terminal, and the least that is asked of one
+WIDTH = 80  # columns where standard output is no terminal, and the least width of one
 GAP = 2  # spaces between columns
 NUMERIC = tuple("0123456789+-.")  # what cells of a column of numbers begin with
 
@@ -22,7 +22,7 @@ def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], title: str 
     lines = [title] * bool(title)
     for group in folded_columns(widths, keys, screen_width()):
         lines += ["  ".join(aligned_cell(heads[k], widths[k], left[k]) for k in group).rstrip()]
-        lines += ["─" * (sum(widths[k] for k in group) + GAP * (len(group) - 1))]
+        lines += ["─" * _total(widths, group)]
         lines += ["  ".join(aligned_cell(row[k], widths[k], left[k]) for k in group).rstrip() for row in cells]
         lines += [""]
     print("\n".join(lines))
@@ -31,18 +31,33 @@ def print_table(heads: Sequence[str], rows: Iterable[Sequence[str]], title: str 
 def folded_columns(widths: Sequence[int], keys: int, width: int) -> list[list[int]]:
     """Numbers of the columns of each table that a table of these widths (n,) is folded into.
 
-    Columns are spread evenly over as few tables as will do.
+    Columns are spread evenly over as few tables as will do, or else fill one table after the other.
 
-    >>> folded_columns([4, 30, 30, 30, 30], 1, 80)
-    [[0, 1, 2], [0, 3, 4]]
+    >>> folded_columns([4, 30, 30, 30, 30], 1, 80), folded_columns([4, 10, 10, 10, 70], 1, 80)
+    ([[0, 1, 2], [0, 3, 4]], [[0, 1, 2, 3], [0, 4]])
     """
     first, others = list(range(keys)), list(range(keys, len(widths)))
-    for count in range(1, len(others) + 1):
+    packed = _packed(widths, first, others, width)
+    for count in range(1, len(packed) + 1):
         size = -(-len(others) // count)
         groups = [first + others[k : k + size] for k in range(0, len(others), size)]
-        if size == 1 or all(sum(widths[k] for k in group) + GAP * (len(group) - 1) <= width for group in groups):
+        if all(_total(widths, group) <= width for group in groups):
             return groups
-    return [first]
+    return packed
+
+
+def _packed(widths: Sequence[int], first: list[int], others: list[int], width: int) -> list[list[int]]:
+    """Columns in the fewest tables, each filled up as far as it goes."""
+    groups = [list(first)]
+    for k in others:
+        if len(groups[-1]) > len(first) and _total(widths, [*groups[-1], k]) > width:
+            groups.append(list(first))
+        groups[-1].append(k)
+    return groups
+
+
+def _total(widths: Sequence[int], group: Sequence[int]) -> int:
+    return sum(widths[k] for k in group) + GAP * (len(group) - 1)
 
 
 def aligned_cell(text: str, width: int, left: bool) -> str:

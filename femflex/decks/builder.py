@@ -47,7 +47,7 @@ class Builder:
         return len(self.points) - 1
 
     def node(self, number: int, position: ArrayLike) -> int:
-        """Row of a node of the deck, new where it is used for the first time."""
+        """Row of a node of the deck, new where it is used for the first time; place (3,) [m]."""
         if number not in self.row_of:
             self.row_of[number] = self.point(position)
         return self.row_of[number]

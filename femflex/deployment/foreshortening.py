@@ -30,7 +30,7 @@ class Followers:
         return len(self.slaves)
 
     def values(self, xi: Array, derivative: int = 0) -> Array:
-        """F_s or a derivative by xi (len(xi), n_s)."""
+        """F_s or a derivative by xi (n_xi, n_s) [m per kg^1/2 m]."""
         return self.functions(xi, derivative)
 
 

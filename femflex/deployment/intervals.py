@@ -16,7 +16,8 @@ LEAST_POINTS = 12  # on an interval between two knots
 
 
 def gauss_between(knots: Array, n: int) -> tuple[Array, Array]:
-    """Points and weights over 0 <= xi <= 1: n without inner knots, else n shared out, LEAST_POINTS in each interval."""
+    """Points (q,) and weights (q,) [1] over 0 <= xi <= 1: n without inner knots, else n shared out, LEAST_POINTS in
+    each interval."""
     edges = np.concatenate([[0.0], knots, [1.0]])
     intervals = len(edges) - 1
     x, w = gauss(n if intervals == 1 else max(LEAST_POINTS, -(-n // intervals)))
@@ -48,7 +49,7 @@ class Pieces:
 
 
 def integral_of(edges: Array, values: Array, degree: int) -> Pieces:
-    """The integral from 0 of functions with values (k, q, n) at the q Gauss points of each interval.
+    """The integral from 0 of functions with values (k, q, n), in any unit, at the q Gauss points of each interval.
 
     degree: of the polynomials that are fitted to the functions on each interval.
     """

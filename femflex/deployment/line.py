@@ -174,23 +174,24 @@ class LineShapes(MemberShapes):
         return None
 
     def fields(self, xi: Array, derivative: int) -> Array:
-        """Derivative by xi of u, v, w, theta of the coordinates (len(xi), 4, n)."""
+        """Derivative (n_xi, 4, n) by xi of u, v, w [m] and theta [rad] per coordinate."""
         if self.functions is None:
             return np.zeros((len(xi), 4, 0))
         functions = self.functions
         return clean(lambda x: functions.fields(x, 1.0, derivative) @ self.X, xi)
 
     def slopes(self, xi: Array) -> tuple[Array, Array]:
-        """Slopes by xi of v and w (len(xi), 2, n), and how much of each counts (2,)."""
+        """Slopes (n_xi, 2, n) [m] by xi of v and w, and the weight (2,) [1] of each."""
         return self.fields(xi, 1)[:, 1:3], np.ones(2)
 
     def turns(self, xi: Array) -> Array:
-        """Twist, -dw/dx and dv/dx of the columns at xi and the reference length (k, 3, n)."""
+        """Twist, -dw/dx and dv/dx (k, 3, n) [rad per coordinate] of the columns at xi and the reference length."""
         value, slope = self.fields(xi, 0), self.fields(xi, 1) / self.reference
         return np.stack([value[:, 3], -slope[:, 2], slope[:, 1]], axis=1)
 
     def matrices(self, xi: Array, weight: Array) -> tuple[Array, Series]:
-        """Mass matrix at the reference length and V1 as a series in lambda, over the functions."""
+        """Mass matrix (n, n) [kg] at the reference length, and V1 (n, n) [N/m] as a series in lambda, over the
+        functions."""
         line, L, member = self.line, self.reference, self.member_mass
         assert self.functions is not None
         value, slope, bend = (self.functions.fields(xi, 1.0, d) for d in range(3))

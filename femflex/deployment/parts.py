@@ -119,7 +119,8 @@ def _damping(V1: Series, n: int, ratio: float | Sequence[float]) -> Series:
 
 
 def resting_rates(shapes: MemberShapes, length: float, rate: float, delta: Array, rest: str) -> Array:
-    """Rates (n,) of coordinates delta (n,) at which the deflection rests at "place", or that of "material" points."""
+    """Rates (n,) [delta/s] of coordinates delta (n,) at which the deflection rests at "place", or that of "material"
+    points."""
     if rest == "coordinates" or not shapes.n:
         return np.zeros(shapes.n)
     xi, weight = shapes.quadrature

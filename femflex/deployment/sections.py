@@ -80,7 +80,7 @@ class MemberSections:
     def report(
         self, length: tuple[float, float, float], motion: Any, attached: Sequence[tuple[str, Array]]
     ) -> dict[str, Array]:
-        """Forces (k,) in the stations."""
+        """Forces (k,) [N, N m] in the stations."""
         L, U, A = length
         ratio, rate, acceleration = L / self.reference, U / self.reference, A / self.reference
         outboard = self.at_xi[None, :] > self.stations[:, None]

@@ -41,5 +41,5 @@ def derivative(series: Series) -> Series:
 
 
 def at(series: Series, ratio: float) -> Array:
-    """The sum of a series at lambda = ratio."""
+    """The sum (...) of a series at lambda = ratio [1]."""
     return np.asarray(sum(value * float(ratio) ** power for power, value in series.items()), float)

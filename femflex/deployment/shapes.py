@@ -109,7 +109,7 @@ class MemberShapes(ABC):
 
     @abstractmethod
     def turns(self, xi: Array) -> Array:
-        """Twist, -dw/dx and dv/dx of the columns at xi and the reference length (k, 3, n)."""
+        """Twist, -dw/dx and dv/dx (k, 3, n) [rad per coordinate] of the columns at xi and the reference length."""
 
     @abstractmethod
     def slopes(self, xi: Array) -> tuple[Array, Array]:
@@ -117,7 +117,8 @@ class MemberShapes(ABC):
 
     @abstractmethod
     def matrices(self, xi: Array, weight: Array) -> tuple[Array, Series]:
-        """Mass matrix at the reference length and V1 as a series in lambda, over the functions."""
+        """Mass matrix (n, n) [kg] at the reference length, and V1 (n, n) [N/m] as a series in lambda, over the
+        functions."""
 
     @abstractmethod
     def drawing(self) -> Drawing:
@@ -140,12 +141,12 @@ class MemberShapes(ABC):
 
     @property
     def knots(self) -> Array:
-        """Places between 0 and 1 where derivatives of the functions jump, ascending."""
+        """Places (k,) [1] between 0 and 1 where derivatives of the functions jump, ascending."""
         return np.asarray(getattr(self.functions, "knots", ()), float)
 
     @property
     def quadrature(self) -> tuple[Array, Array]:
-        """Points and weights over the deployed part."""
+        """Points (q,) and weights (q,) [1] over the deployed part."""
         return gauss_between(self.knots, points_for(self.most))
 
     def series(self, xi: Array, offsets: Array, derivative: int = 0) -> Series:
@@ -169,7 +170,7 @@ class MemberShapes(ABC):
         return turned
 
     def places(self, xi: Array, weight: Array) -> Places:
-        """Points of sections at xi (k,), which take the part weight (k,) of the mass."""
+        """Points [m] of sections at xi (k,), which take the part weight (k,) of the mass."""
         offsets, share = self.section
         parts = (self.series(xi, offsets, derivative) for derivative in range(2))
         return Places(np.repeat(xi, len(offsets)), np.outer(weight, share).ravel(), *parts)
@@ -196,7 +197,7 @@ class MemberShapes(ABC):
 
 
 def clean(function: Callable[[Array], Array], xi: Array) -> Array:
-    """Values at xi without rounding: a clamped end does not move at all."""
+    """Values (n_xi, ...) at xi [1] without rounding: a clamped end does not move at all."""
     found, size = function(xi), np.abs(function(np.linspace(0.0, 1.0, 33))).max(initial=0.0)
     return np.where(np.abs(found) > ROUNDING * size, found, 0.0)
 

@@ -28,7 +28,7 @@ class AlongFunctions(Protocol):
         """The largest number of functions of one field."""
 
     def fields(self, xi: Array, length: float, derivative: int = 0) -> Array:
-        """Derivative by x of u, v, w, theta (len(xi), 4, count) at x = xi length."""
+        """Derivative by x (n_xi, 4, n) of u, v, w [m] and theta [rad] at x = xi length, xi (n_xi,) [1]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +160,7 @@ class StripShapes(MemberShapes):
         return np.outer(eta, [0.0, self.strip.width / 2, 0.0])
 
     def deflections(self, xi: Array, eta: Array, derivative: int = 0, crosswise: int = 0) -> Array:
-        """Derivatives by xi and by eta = 2 y / b of w of the coordinates, (len(xi), len(eta), n)."""
+        """Derivatives (n_xi, n_eta, n) of w [m per coordinate] by xi and by eta = 2 y / b."""
         if self.functions is None:
             return np.zeros((len(xi), len(eta), 0))
         functions = self.functions
@@ -171,14 +171,16 @@ class StripShapes(MemberShapes):
         return self.deflections(xi, ETA, 1), ETA_WEIGHT / 2
 
     def turns(self, xi: Array) -> Array:
-        """Twist, -dw/dx and dv/dx of the columns in the middle, at the reference length (k, 3, n)."""
+        """Twist, -dw/dx and dv/dx (k, 3, n) [rad per coordinate] of the columns in the middle, at the reference
+        length."""
         middle = np.zeros(1)
         twist = self.deflections(xi, middle, 0, 1)[:, 0] * 2.0 / self.strip.width
         bend = -self.deflections(xi, middle, 1)[:, 0] / self.reference
         return np.stack([twist, bend, np.zeros_like(bend)], axis=1)
 
     def matrices(self, xi: Array, weight: Array) -> tuple[Array, Series]:
-        """Mass matrix at the reference length and V1 as a series in lambda, over the functions."""
+        """Mass matrix (n, n) [kg] at the reference length, and V1 (n, n) [N/m] as a series in lambda, over the
+        functions."""
         s, L, b = self.strip, self.reference, self.strip.width
         w, functions = np.outer(weight, ETA_WEIGHT / 2).ravel(), self.functions
         assert functions is not None

@@ -32,7 +32,7 @@ MOST_PIECES = 32
 
 
 def one(sigma: Array) -> Array:
-    """1 everywhere."""
+    """1 at every xi (k,) [1]."""
     return np.ones_like(sigma)
 
 
@@ -100,7 +100,7 @@ class TaperedLine:
                 )
 
     def quadrature(self, length: float) -> tuple[Array, Array]:
-        """Points and weights over the deployed part, between all places where anything has a kink."""
+        """Points (q,) and weights (q,) [1] over the deployed part, between all places where anything has a kink."""
         inside = np.array([x for x in self.taper.knots if x < length * (1.0 - 1e-9)])
         kinks = inside / length if self.at_tip else 1.0 - inside / length
         own = self.shapes.knots
@@ -108,7 +108,7 @@ class TaperedLine:
         return gauss_between(np.unique([*own, *apart]), points_for(self.shapes.most))
 
     def material(self, length: float, xi: Array) -> Array:
-        """sigma [m] at xi."""
+        """sigma (k,) [m] at xi (k,)."""
         return length * (xi if self.at_tip else 1.0 - xi)
 
     def deployed_mass(self, length: float) -> float:
@@ -128,7 +128,8 @@ class TaperedLine:
         return places.share, places.values, carried, added(places.moved(self.at_tip), scaled(carried, -1.0))
 
     def values(self, length: float) -> dict[str, Array]:
-        """Moments, rates per rate of the length, stiffness, damping and markers at a length."""
+        """Moments, rates per rate of the length, stiffness, damping and markers at a length [m]; shapes as in
+        `Variation`."""
         line, L0, s = self.shapes.line, self.shapes.reference, self.shapes
         ratio, (xi, weight) = length / L0, self.quadrature(length)
         sigma = self.material(length, xi)
@@ -161,7 +162,7 @@ class TaperedLine:
         return out
 
     def stiffness(self, xi: Array, weight: Array, length: float) -> Array:
-        """V1 (n, n) at a length."""
+        """V1 (n, n) [1/s^2] at a length."""
         line, sigma, s = self.shapes.line, self.material(length, xi), self.shapes
         slope, bend = s.fields(xi, 1) / length, s.fields(xi, 2) / length**2
         dx = weight * length

@@ -1,6 +1,6 @@
 """The compiled second-order calls of a model: whole or with terms left out, with constraints or without.
 
-Each is compiled when it is first asked for.
+Each is compiled at the first request.
 """
 
 from __future__ import annotations

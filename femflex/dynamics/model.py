@@ -131,7 +131,7 @@ class Model(Summarised):
 
     @cached_property
     def second_order(self) -> SecondOrderCalls:
-        """The calls of implicit integrators, compiled when first asked for."""
+        """The calls of implicit integrators, compiled at the first request."""
         if self.constraints is None:
             return self.tree
         from femflex.dynamics.calls import ConstrainedCalls

@@ -20,7 +20,8 @@ Array = NDArray[np.float64]
 
 
 def deflected(structure: Structure, x: Array) -> Structure:
-    """The structure about displacements x (n_dof,) of its own dofs: places, stress and strain energy from there.
+    """The structure about displacements x (n_dof,) [m, rad] of its own dofs: places, stress and strain energy from
+    there.
 
     Exact for tethers and membranes, however far they move: V(x + d) - V(x) is the energy of d. Of beams, plates and
     solids the stress of the linear strain of x is kept, and x must be small compared with their size. f0 is the

@@ -102,7 +102,8 @@ def prepared(mesh: Mesh, members: Sequence[Member]) -> tuple[Mesh, tuple[str, ..
 
 
 def member_cells(mesh: Mesh, member: Member, accepted: tuple[str, ...]) -> dict[str, Index]:
-    """Connectivity (n_c, nodes) by cell type of the member's group, all of types the family accepts.
+    """Connectivity (n_c, nodes), numbers of points, by cell type of the member's group, all of types the family
+    accepts.
 
     Raises ValueError when the group is unknown or empty, or holds cells the family cannot use.
     """

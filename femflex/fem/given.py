@@ -33,7 +33,7 @@ class GivenStructure(Structure):
 
     @property
     def scalars(self) -> Index:
-        """Dofs (k,) that belong to no point."""
+        """Numbers (k,) of dofs that belong to no point."""
         assert self.places_of_dofs is not None
         return np.flatnonzero(self.places_of_dofs[:, 0] == SCALAR).astype(np.int64)
 

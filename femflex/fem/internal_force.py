@@ -33,26 +33,27 @@ class InternalForce:
         return sum((state.energy() for _, state in self._states(x)), 0.0)
 
     def force(self, x: Array) -> Array:
-        """dV/dx (n_dof,); at x = 0 what the initial stress leaves unbalanced."""
+        """dV/dx (n_dof,) [N, N m]; at x = 0 what the initial stress leaves unbalanced."""
         raw = np.zeros(self._T.shape[0])
         for block, state in self._states(x):
             raw += np.bincount(block.dofs.ravel(), state.force().ravel(), len(raw))
         return np.asarray(self._T.T @ raw)
 
     def tangent(self, x: Array) -> sparse.csr_array:
-        """d2V/dx2 (n_dof, n_dof), symmetric."""
+        """d2V/dx2 (n_dof, n_dof) [N/m, N, N m], symmetric."""
         return self._assembled(partial(tangents, raw=self._T @ np.asarray(x, float)))
 
     def geometric_stiffness(self, x: Array) -> sparse.csr_array:
-        """What the stress C L g of small displacements x adds to the stiffness, (n_dof, n_dof), symmetric."""
+        """What the stress C L g of small displacements x adds to the stiffness, (n_dof, n_dof) [N/m, N, N m],
+        symmetric."""
         return self._assembled(partial(stressed, raw=self._T @ np.asarray(x, float)))
 
     def initial_stiffness(self) -> sparse.csr_array:
-        """What the initial stress adds to the stiffness at rest, (n_dof, n_dof), symmetric."""
+        """What the initial stress adds to the stiffness at rest, (n_dof, n_dof) [N/m, N, N m], symmetric."""
         return self._assembled(initially_stressed)
 
     def initial_force(self) -> Array:
-        """What the initial stress leaves unbalanced, (n_dof,): the force at rest."""
+        """What the initial stress leaves unbalanced, (n_dof,) [N, N m]: the force at rest."""
         raw = np.zeros(self._T.shape[0])
         for block in self._strain:
             for chunk in element_chunks(len(block.dofs), values_per_element(block)):
@@ -63,7 +64,7 @@ class InternalForce:
         return np.asarray(self._T.T @ raw)
 
     def work_of_stress(self, x: Array, phi: Array) -> Array:
-        """phi^T `geometric_stiffness`(x) phi (k, k) for shapes phi (n_dof, k), without the matrix."""
+        """phi^T `geometric_stiffness`(x) phi (k, k) for shapes phi (n_dof, k) [m, rad], without the matrix."""
         raw, raw_phi = self._T @ np.asarray(x, float), self._T @ phi
         total = np.zeros((phi.shape[1], phi.shape[1]))
         for part in self._curving_parts(phi.shape[1]):
@@ -73,7 +74,7 @@ class InternalForce:
         return total
 
     def quartic_energy(self, phi: Array) -> Array:
-        """Part of fourth order (k,) of the energy of shapes phi (n_dof, k), int e.C e / 2 with e = g.Q g / 2."""
+        """Part of fourth order (k,) [J] of the energy of shapes phi (n_dof, k), int e.C e / 2 with e = g.Q g / 2."""
         raw = self._T @ phi
         total = np.zeros(phi.shape[1])
         for part in self._curving_parts(phi.shape[1]):
@@ -142,12 +143,12 @@ class PointState:
         return float(np.sum(self.weight[..., None] * self.eps * (self.sigma0 + self.sigma)) / 2)
 
     def force(self) -> Array:
-        """Element forces (e, l)."""
+        """Element forces (e, l) [N, N m]."""
         push = np.matmul((self.weight[..., None] * self.sigma)[..., None, :], self.D)[..., 0, :]
         return np.einsum("eqg,eqgl->el", push, np.broadcast_to(self.G, (len(push), *self.G.shape[1:])), optimize=True)
 
     def stiffness(self) -> Array:
-        """Element tangents (e, l, l)."""
+        """Element tangents (e, l, l) [N/m, N, N m]."""
         inner = np.matmul(self.D.swapaxes(2, 3), np.matmul(self.C, self.D))
         inner += np.einsum("eqs,sgh->eqgh", self.sigma, self.Q, optimize=True)
         weighted = np.matmul(inner * self.weight[..., None, None], self.G)
@@ -157,7 +158,7 @@ class PointState:
 
 
 def point_state(block: StrainBlock, raw: Array) -> PointState:
-    """The state of a block's points at raw displacements (n_raw,)."""
+    """The state of a block's points at raw displacements (n_raw,) [m, rad]."""
     every = slice(None)
     g = block.gradients(raw[:, None], every)[..., 0]
     Qg = np.einsum("sgh,eqh->eqsg", block.quadratic_map, g, optimize=True)
@@ -169,7 +170,7 @@ def point_state(block: StrainBlock, raw: Array) -> PointState:
 
 
 def bent_forces(block: StrainBlock, raw_a: Array, raw_b: Array) -> Array:
-    """Element forces (e, l, k) of `InternalForce.second_derivative`."""
+    """Element forces (e, l, k) [N, N m] of `InternalForce.second_derivative`."""
     g_a, g_b = (block.gradients(raw, slice(None)) for raw in (raw_a, raw_b))
     stress_a, stress_b = (np.matmul(block.elastic, np.matmul(block.linear_map, g)) for g in (g_a, g_b))
     Q = (block.quadratic_map + block.quadratic_map.swapaxes(1, 2)) / 2
@@ -188,12 +189,12 @@ def bent_forces(block: StrainBlock, raw_a: Array, raw_b: Array) -> Array:
 
 
 def tangents(block: StrainBlock, raw: Array) -> Array:
-    """Element tangents (e, l, l) at raw displacements (n_raw,)."""
+    """Element tangents (e, l, l) [N/m, N, N m] at raw displacements (n_raw,)."""
     return point_state(block, raw).stiffness()
 
 
 def stressed(block: StrainBlock, raw: Array) -> Array:
-    """Element matrices (e, l, l) of `InternalForce.geometric_stiffness`."""
+    """Element matrices (e, l, l) [N/m, N, N m] of `InternalForce.geometric_stiffness`."""
     return stress_matrices(block, linear_stress(block, raw) if _curves(block) else np.zeros((1, 1, 1)))
 
 
@@ -203,25 +204,25 @@ def _curves(part: StrainBlock) -> bool:
 
 
 def initially_stressed(block: StrainBlock) -> Array:
-    """Element matrices (e, l, l) of `InternalForce.initial_stiffness`."""
+    """Element matrices (e, l, l) [N/m, N, N m] of `InternalForce.initial_stiffness`."""
     return stress_matrices(block, block.stress)
 
 
 def initial_forces(part: StrainBlock) -> Array:
-    """Element forces (e, l) of `InternalForce.initial_force`."""
+    """Element forces (e, l) [N, N m] of `InternalForce.initial_force`."""
     rows = part.rows(slice(None))
     push = (part.weight[..., None] * part.stress) @ part.linear_map
     return np.matmul(push.reshape(len(push), 1, -1), rows.reshape(len(rows), -1, rows.shape[-1]))[:, 0]
 
 
 def linear_stress(block: StrainBlock, raw: Array) -> Array:
-    """Stress (e, q, s) of the linear strain of raw displacements (n_raw,)."""
+    """Stress (e, q, s) of the linear strain of raw displacements (n_raw,) [m, rad]."""
     g = block.gradients(raw[:, None], slice(None))[..., 0]
     return np.asarray(np.matmul(block.elastic, np.matmul(block.linear_map, g[..., None]))[..., 0])
 
 
 def stress_matrices(block: StrainBlock, stress: Array) -> Array:
-    """Element matrices (e, l, l) int G^T (stress.Q) G of a stress (e|1, q|1, s).
+    """Element matrices (e, l, l) [N/m, N, N m] int G^T (stress.Q) G of a stress (e|1, q|1, s).
 
     Only those gradients count that the stress makes products of; where elements are all alike, so are these products.
     """
@@ -247,7 +248,7 @@ def stress_matrices(block: StrainBlock, stress: Array) -> Array:
 
 
 def bent_by(stress: Array, Q: Array) -> Array:
-    """stress.Q (e, q, g, g) of stresses (e, q, s)."""
+    """stress.Q (e, q, g, g) of stresses (e, q, s) [N, N m, N/m or Pa]."""
     return np.asarray((stress.reshape(-1, len(Q)) @ Q.reshape(len(Q), -1)).reshape(*stress.shape[:2], *Q.shape[1:]))
 
 

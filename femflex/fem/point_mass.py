@@ -42,7 +42,7 @@ class PointMass:
 
 
 def check_inertia(inertia: Array, group: str) -> None:
-    """Raise ValueError unless inertia (3, 3) is one that a distribution of mass can have."""
+    """Raise ValueError unless inertia (3, 3) [kg m^2] is one that a distribution of mass can have."""
     where = f"inertia of the point mass at group {group!r}"
     if inertia.shape != (3, 3) or not np.isfinite(inertia).all():
         raise ValueError(f"{where} is {inertia.tolist()}; give a 3 x 3 matrix of finite numbers")
@@ -110,7 +110,7 @@ def _distribution(point_mass: PointMass) -> tuple[Array, Array]:
 
 
 def cross_matrices(r: Array) -> Array:
-    """Cross-product matrices (k, 3, 3) of r (k, 3)."""
+    """Cross-product matrices (k, 3, 3) [m] of r (k, 3) [m]."""
     x, y, z = r.T
     o = np.zeros_like(x)
     return np.stack([o, -z, y, z, o, -x, -y, x, o], axis=1).reshape(-1, 3, 3)

@@ -29,40 +29,40 @@ class RelaxedStrain:
 
     @property
     def dofs(self) -> Index:
-        """See StrainBlock."""
+        """See StrainBlock, with its shapes and units."""
         return self.block.dofs
 
     @property
     def weight(self) -> Array:
-        """See StrainBlock."""
+        """See StrainBlock, with its shapes and units."""
         return self.block.weight
 
     @property
     def elastic(self) -> Array:
-        """See StrainBlock."""
+        """See StrainBlock, with its shapes and units."""
         return self.block.elastic
 
     @property
     def stress(self) -> Array:
-        """See StrainBlock."""
+        """See StrainBlock, with its shapes and units."""
         return settled_stress(self.block, self.x, self.least)
 
     @property
     def linear_map(self) -> Array:
-        """See StrainBlock."""
+        """See StrainBlock, with its shapes and units."""
         return self.block.linear_map
 
     @property
     def quadratic_map(self) -> Array:
-        """See StrainBlock."""
+        """See StrainBlock, with its shapes and units."""
         return self.block.quadratic_map
 
     def gradients(self, phi: Array, elements: slice, most: int | None = None) -> Array:
-        """See StrainBlock."""
+        """See StrainBlock, with its shapes and units."""
         return self.block.gradients(phi, elements, most)
 
     def rows(self, elements: slice) -> Array:
-        """See StrainBlock."""
+        """See StrainBlock, with its shapes and units."""
         return self.block.rows(elements)
 
     def sampled(self, elements: slice) -> StrainBlock:
@@ -75,7 +75,7 @@ class RelaxedStrain:
         return tuple(self.block.nonlinear(elements, stress or partial(settled_stress, x=self.x, least=self.least)))
 
     def stiffness(self) -> Array:
-        """See StrainBlock."""
+        """See StrainBlock, with its shapes and units."""
         return self.block.stiffness()
 
     def parts(self) -> tuple[Part, ...]:
@@ -84,7 +84,7 @@ class RelaxedStrain:
 
 
 def settled_stress(block: StrainBlock, x: Array, least: float = 0.0) -> Array:
-    """Initial stress and that of the linear strain of x (n_raw,), (e, q, s); what is but rounding of it is none.
+    """Initial stress and that of the linear strain of x (n_raw,), (e, q, s) [SI]; what is but rounding of it is none.
 
     least: `magnitude` of the structure's initial stress, for blocks that have none of their own.
     """
@@ -105,7 +105,8 @@ def _unit(block: StrainBlock) -> Array:
 
 
 def settled(structure: Structure, x: Array) -> Structure:
-    """The structure with the stress of a small displacement x (n_dof,) added to its initial one; the mesh stays."""
+    """The structure with the stress of a small displacement x (n_dof,) [m, rad] added to its initial one; the mesh
+    stays."""
     raw = structure.T @ x
     least = max(magnitude(block) for block in structure.strain)
     strain = tuple(RelaxedStrain(block, raw, least) for block in structure.strain)

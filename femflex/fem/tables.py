@@ -23,7 +23,8 @@ CHUNK_VALUES = 4_000_000  # doubles held at once while a table is contracted wit
 
 
 def of(table: Array, elements: slice) -> Array:
-    """Rows of a table (e|1, ...) for a slice of elements; the single row of a table that all elements share."""
+    """Rows of a table (e|1, ...), in its unit, for a slice of elements; the single row of a table that all elements
+    share."""
     return table if table.shape[0] == 1 else table[elements]
 
 
@@ -38,17 +39,18 @@ class InertiaBlock(Protocol):
     def rho(self) -> Array: ...
 
     def shapes(self, phi: Array, elements: slice) -> Array:
-        """Displacement of the points per column of phi (n_raw, n): (e, q, 3, n)."""
+        """Displacement (e, q, 3, n) [m] of the points per column of phi (n_raw, n)."""
 
     def mass(self) -> Array:
-        """Element mass matrices (e, l, l)."""
+        """Element mass matrices (e, l, l) [kg, kg m, kg m^2]."""
 
     def parts(self) -> tuple[Part, ...]:
         """The same for assembly, apart where dofs do not couple."""
 
 
 class StrainBlock(Protocol):
-    """Points with stiffness: weight (e, q), elastic matrix (e|1, q|1, s, s), strains from generalised gradients g.
+    """Points with stiffness: weight (e, q) [m, m^2, m^3], elastic matrix (e|1, q|1, s, s) [SI], strains from
+    generalised gradients g.
 
     With g = gradients @ delta: eps = linear_map g + 1/2 g . quadratic_map g, so that B0 = linear_map gradients.
     stress (e|1, q|1, s) is the initial one, sigma0; the energy is the integral of sigma0.eps + 1/2 eps.C eps.
@@ -68,10 +70,10 @@ class StrainBlock(Protocol):
     def quadratic_map(self) -> Array: ...  # (s, g, g)
 
     def gradients(self, phi: Array, elements: slice, most: int | None = None) -> Array:
-        """Generalised gradients per column of phi (n_raw, n): (e, q, g, n), or the first most of them."""
+        """Generalised gradients (e, q, g, n) [SI] per column of phi (n_raw, n), or the first most of them."""
 
     def rows(self, elements: slice) -> Array:
-        """Generalised gradients per raw dof of the element: (e|1, q, g, l)."""
+        """Generalised gradients (e|1, q, g, l) [SI per dof] per raw dof of the element."""
 
     def sampled(self, elements: slice) -> StrainBlock:
         """The strain of these elements alone, at the points where its quadratic part is taken."""
@@ -83,7 +85,7 @@ class StrainBlock(Protocol):
         """
 
     def stiffness(self) -> Array:
-        """Element stiffness matrices of the linear strain (e, l, l)."""
+        """Element stiffness matrices (e, l, l) [N/m, N, N m] of the linear strain."""
 
     def parts(self) -> tuple[Part, ...]:
         """The same for assembly, apart where dofs do not couple."""
@@ -102,11 +104,11 @@ class DenseInertia:
     N: Array
 
     def shapes(self, phi: Array, elements: slice) -> Array:
-        """See InertiaBlock."""
+        """See InertiaBlock, with its shapes and units."""
         return np.matmul(of(self.N, elements), phi[self.dofs[elements]][:, None])
 
     def mass(self) -> Array:
-        """See InertiaBlock."""
+        """See InertiaBlock, with its shapes and units."""
         e, q = self.dm.shape
         N = np.broadcast_to(self.N, (e, *self.N.shape[1:]))
         flat = N.reshape(e, q * 3, -1)
@@ -145,11 +147,11 @@ class DenseStrain:
     stress: Array = field(default_factory=lambda: np.zeros((1, 1, 1)))  # broadcast over the strains
 
     def gradients(self, phi: Array, elements: slice, most: int | None = None) -> Array:
-        """See StrainBlock."""
+        """See StrainBlock, with its shapes and units."""
         return np.matmul(of(self.G, elements)[:, :, :most], phi[self.dofs[elements]][:, None])
 
     def rows(self, elements: slice) -> Array:
-        """See StrainBlock."""
+        """See StrainBlock, with its shapes and units."""
         return of(self.G, elements)
 
     def sampled(self, elements: slice) -> DenseStrain:
@@ -165,7 +167,7 @@ class DenseStrain:
         return (own if stress is None else replace(own, stress=stress(own)),)
 
     def stiffness(self) -> Array:
-        """See StrainBlock."""
+        """See StrainBlock, with its shapes and units."""
         e, q = self.weight.shape
         B0 = np.broadcast_to(self.linear_map @ self.G, (e, q, self.linear_map.shape[0], self.G.shape[-1]))
         stress = np.matmul(self.elastic * self.weight[:, :, None, None], B0)
@@ -177,14 +179,15 @@ class DenseStrain:
 
 
 def assemble_blocks(blocks: Sequence[InertiaBlock | StrainBlock], T: sparse.csr_array) -> sparse.csr_array:
-    """Mass or stiffness (n_dof, n_dof) of blocks on raw dofs, T (n_raw, n_dof) of the independent ones."""
+    """Mass or stiffness (n_dof, n_dof) [SI per dof] of blocks on raw dofs, T (n_raw, n_dof) of the independent ones."""
     return assembled([part for block in blocks for part in block.parts()], T)
 
 
 def mass_and_stiffness(
     inertia: Sequence[InertiaBlock], strain: Sequence[StrainBlock], T: sparse.csr_array
 ) -> tuple[sparse.csr_array, sparse.csr_array]:
-    """M and K (n_dof, n_dof) of blocks on raw dofs, which T (n_raw, n_dof) gives from the independent ones."""
+    """M [kg, kg m^2] and K [N/m, N m] (n_dof, n_dof) of blocks on raw dofs, which T (n_raw, n_dof) gives from the
+    independent ones."""
     assembler = Assembler(T)  # one for both: it remembers how dofs are connected
     K = assembler.total([part for block in strain for part in block.parts()])
     return assembler.total([part for block in inertia for part in block.parts()]), K

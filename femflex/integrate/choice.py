@@ -41,7 +41,7 @@ def choose(
     highest      highest frequency of small motions of the whole system [rad/s]; 0 for rigid systems
     duration     of the run [s]
     output_step  between output times [s]
-    trial        foretells the cost by a method at the tolerance of the explicit one; called only where it decides
+    trial        predicts the cost by a method at the tolerance of the explicit one; called only where it decides
     why          that one is used, in words
     band         highest frequency wanted [rad/s]; by default what the output can show, pi / output_step
 
@@ -57,7 +57,7 @@ def choose(
     most = STEP_RATES * duration * highest / RESOLVED
     if most < WORTH:
         return Choice(
-            EXPLICIT, f"{EXPLICIT} ({KINDS[EXPLICIT]}): {text}; {duration:.4g} s cost {most:.1e} rates at most."
+            EXPLICIT, f"{EXPLICIT} ({KINDS[EXPLICIT]}): {text}; at most {most:.1e} evaluations for {duration:.4g} s."
         )
     forecasts = {name: trial(name) for name in KINDS}
     explicit = max(forecasts[EXPLICIT].calls, STEP_RATES * duration * highest / STABLE)
@@ -66,15 +66,15 @@ def choose(
     steps = min(forecasts[EXPLICIT].step, STABLE / highest), forecasts[IMPLICIT].step
     return Choice(
         name,
-        f"{name} ({KINDS[name]}): {text}; as the run begins, and at the same tolerance, {duration:.4g} s cost about "
-        f"{explicit:.1e} rates explicitly (steps of {steps[0]:.2g} s), {implicit:.1e} implicitly ({steps[1]:.2g} s).",
+        f"{name} ({KINDS[name]}): {text}. Estimated evaluations for {duration:.4g} s at equal tolerance: "
+        f"explicit {explicit:.1e} (steps of {steps[0]:.2g} s), implicit {implicit:.1e} (steps of {steps[1]:.2g} s).",
     )
 
 
 def _frequencies(highest: float, output_step: float, band: float | None) -> str:
     if highest == 0.0:
-        return "nothing in the model vibrates by linear stiffness (0 Hz)"
-    wanted, source = (math.pi / output_step, "the output can show") if band is None else (band, "wanted")
+        return "the model has no linear vibration (0 Hz)"
+    wanted, source = (math.pi / output_step, "in the output") if band is None else (band, "wanted")
     return (
         f"the highest natural frequency is {highest / (2 * math.pi):.4g} Hz, the highest {source} "
         f"{wanted / (2 * math.pi):.4g} Hz"

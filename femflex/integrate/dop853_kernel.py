@@ -163,7 +163,7 @@ def fill(
 ) -> tuple[int, int]:
     """How the call ended (FULL, END, PAUSE, STUCK) and the number of rows written, after at most `budget` trials.
 
-    `times` starts with the first output time not handed out yet and goes on beyond the last row asked for.
+    `times` starts with the first output time not handed out yet and goes on beyond the last requested row.
     """
     row = 0
     x, y = vectors[X], scratch[Y]

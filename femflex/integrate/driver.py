@@ -57,7 +57,7 @@ class Adaptive(ABC):
 
     @abstractmethod
     def restart(self, model: Model, vectors: Array, t: float, span: Span) -> tuple[float, int]:
-        """First step of a smooth interval and the number of model calls spent; sets what the method keeps beside x."""
+        """First step of a smooth interval and the number of model calls spent; sets what the method keeps besides x."""
 
     @abstractmethod
     def filler(self, model: Model) -> Fill:

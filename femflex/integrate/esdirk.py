@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 class Esdirk4(Implicit):
     """Stiffly accurate, L-stable Runge-Kutta method of order 4(3), five implicit stages (Kennedy & Carpenter 2003).
 
-    The better of the two implicit methods where accuracy is wanted beside stiff modes: a step costs about five of
+    The better of the two implicit methods where accuracy is wanted with stiff modes: a step costs about five of
     generalised alpha's, and order 4 repays it. Modes far above 1/h die within a step or two. Needs no `advance`:
     q is integrated by qdot = N(q) u within the stages and Euler parameters are brought to unit length after each step.
     """

@@ -41,7 +41,7 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Span = tuple[float, float, float]
 
-SLOPES, MEAN_SLOPES = 4, 5  # rows of the kept vectors, beside the four of `hermite`
+SLOPES, MEAN_SLOPES = 4, 5  # rows of the kept vectors, in addition to the four of `hermite`
 # rows of the scratch vectors: end of the trial step, its rate, error, a correction in x; the rest are (n_v,)
 Y, YDOT, E, CHANGE, INCREMENT, A_NEW, DELTA, VELOCITY = 0, 1, 2, 3, 4, 5, 6, 7
 N_SCRATCH = 8

@@ -64,7 +64,7 @@ class Implicit(Adaptive):
         return state
 
     def set_slopes(self, model: Model, vectors: Array, t: float, h: float, span: Span) -> None:
-        """Set what the method keeps of the past beside dx/dt; nothing by default."""
+        """Set what the method keeps of the past in addition to dx/dt; nothing by default."""
 
 
 def slope(model: Model, vectors: Array, t: float, h: float, span: Span) -> Array:

@@ -103,7 +103,7 @@ class IntegrationError(RuntimeError):
 
 
 def failure(name: str, resume: Array, x: Array, model: object = None) -> IntegrationError:
-    """The error that tells why the steps of method `name` shrank to nothing; it carries the last finite state.
+    """The error that states why the steps of method `name` shrank to nothing; it carries the last finite state.
 
     A model may offer `diagnosis(t, x, unheld)`: what it says itself of a state beyond which there is no step (unheld:
     for that its constraints contradict each other), and the exception behind it, or "" and None.

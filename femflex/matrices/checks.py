@@ -119,7 +119,7 @@ def check_model(model: MatrixModel, stated: StatedMass | None = None) -> MatrixR
 
 
 def symmetric_part(A: sparse.csr_array) -> sparse.csr_array:
-    """(A + A^T) / 2."""
+    """(A + A^T) / 2 (n, n), in the unit of A."""
     return sparse.csr_array((A + A.T) / 2)
 
 
@@ -213,7 +213,8 @@ def _mass_properties(G: Array) -> tuple[float, Array, Array, list[Finding]]:
 
 
 def relative_energy(K: sparse.csr_array, R: Array) -> Array:
-    """Strain energy of the columns over the sum of its terms' sizes, as a root: |K R| about |K| |R| times this."""
+    """Strain energy of the columns (k,) [1] over the sum of its terms' sizes, as a root: |K R| about |K| |R| times
+    this."""
     size = np.abs(R)
     whole = np.einsum("ik,ik->k", size, abs(K) @ size)
     return np.abs(np.einsum("ik,ik->k", R, K @ R)) / np.maximum(whole, 1e-300)

@@ -92,7 +92,8 @@ def read_contents(path: str | Path) -> Contents:
 def whole(
     rows: ArrayLike, columns: ArrayLike, values: ArrayLike, n: int, symmetric: bool | None = None
 ) -> sparse.csr_array:
-    """The matrix (n, n) of entries; one triangle alone is mirrored, unless it is known not to be `symmetric`."""
+    """The matrix (n, n), in the unit of its entries; one triangle alone is mirrored, unless it is known not to be
+    `symmetric`."""
     i, j, v = np.asarray(rows, np.int64), np.asarray(columns, np.int64), np.asarray(values, float)
     matrix = sparse.csr_array(sparse.coo_array((v, (i, j)), shape=(n, n)))
     off = i != j

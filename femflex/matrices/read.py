@@ -206,7 +206,7 @@ def _on_one_map(
         if matrix.shape != (len(dofs), len(dofs)):
             raise ValueError(
                 f"{label}: the {role} matrix is {part.matrix.shape[0]} x {part.matrix.shape[1]}, and the map of "
-                f'of freedom has {len(dofs)} rows ({len(ids)} nodes); give a map of that size, dofs = "map.csv"'
+                f'degrees of freedom has {len(dofs)} rows ({len(ids)} nodes); give a map of that size, dofs = "map.csv"'
             )
     return dofs, out
 

@@ -53,7 +53,7 @@ class Placement:
     origin: Array = field(default_factory=lambda: np.zeros(3))
 
     def moved(self, x: Array) -> Array:
-        """Positions (..., 3) in the assembly."""
+        """Positions (..., 3) [m] in the assembly."""
         return (x + self.shift - self.origin) @ self.C.T + self.origin
 
 

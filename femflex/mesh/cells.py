@@ -69,7 +69,7 @@ class CellType:
 
     @property
     def ideal(self) -> Array:
-        """Jacobian (d, d) of the cell with equal edges; of a pyramid one for each corner of its base (4, d, d)."""
+        """Jacobian (d, d) [1] of the cell with equal edges; of a pyramid one for each corner of its base (4, d, d)."""
         return IDEAL[self.shape]
 
     @property
@@ -79,14 +79,15 @@ class CellType:
 
     @cached_property
     def mirrored(self) -> Index:
-        """Order (n,) of the nodes that turns the cell inside out: its first two axes change places."""
+        """Order (n,), numbers of the nodes, that turns the cell inside out: its first two axes change places."""
         swapped = self.nodes[:, [1, 0, *range(2, self.dimension)]] if self.dimension > 1 else 1 - self.nodes
         distance = np.abs(swapped[:, None] - self.nodes[None]).sum(axis=2)
         return np.asarray(distance.argmin(axis=1))
 
     @cached_property
     def parents(self) -> list[Index]:
-        """For each node beyond the corners the corners whose mean it is, of the cell with straight edges."""
+        """For each node beyond the corners the numbers (k,) of the corners whose mean it is, of the cell with
+        straight edges."""
         weights = CELL_TYPES[self.corner].interpolation(self.nodes[self.n_corners :])
         return [np.flatnonzero(row > 1e-9) for row in weights]
 

@@ -92,7 +92,7 @@ def write(path: Path, mesh: Mesh, options: WriteOptions) -> None:
 
 
 def med_order(cell: str) -> Index:
-    """Position in MED's node list of every node of our order.
+    """Position (n,) in MED's node list of every node of our order.
 
     MED numbers surfaces and lines like VTK, and solids like VTK's seen in a mirror that swaps the first two axes.
     """

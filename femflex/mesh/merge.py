@@ -47,7 +47,7 @@ def coincident(points: Array, tolerance: float) -> Index:
 
 
 def unused(mesh: Mesh) -> Index:
-    """Points that belong to no cell."""
+    """Numbers (k,) of the points that belong to no cell."""
     free = np.ones(len(mesh.points), bool)
     for rows in mesh.cells.values():
         free[rows] = False

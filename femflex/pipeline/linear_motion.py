@@ -83,7 +83,7 @@ class LinearMotion:
     def solve(
         self, model: AnyModel, times: Array, x0: Array, progress: Progress | None = None, state: Array | None = None
     ) -> Solution:
-        """All states at `times` in one object."""
+        """All states (n_t, n_x) [SI] at `times` (n_t,) [s] in one object."""
         return collected(self.blocks(model, times, x0, state), progress, model.n_x)
 
     def _blocks(self, about: Reference, times: Array, x0: Array) -> Iterator[Block]:
@@ -137,18 +137,18 @@ class Steps:
 
     @cached_property
     def matrix(self) -> Array:
-        """A (n_y, n_y) where it is constant."""
+        """A (n_y, n_y) [SI] where it is constant."""
         return self.about.matrix(0.0)
 
     def matrices(self, t: float) -> Array:
-        """A (n_y, n_y) at a time, from a table of the smooth interval about it."""
+        """A (n_y, n_y) [SI] at a time, from a table of the smooth interval about it."""
         k = min(max(int(np.searchsorted(self.ends, t)) - 1, 0), len(self.ends) - 2)
         if k not in self.tables:
             self.tables[k] = tabulated(self.about, float(self.ends[k]), float(self.ends[k + 1]))
         return np.asarray(self.tables[k](t))
 
     def moved(self, y: Array, t: float, end: float) -> Array:
-        """The departures at the end of a smooth interval."""
+        """The departures (n_y,) [SI] at the end of a smooth interval."""
         least = SMALLEST * (end - t)
         while t < end:
             h = min(self.h, end - t)
@@ -213,7 +213,7 @@ def tabulated(about: Reference, start: float, end: float) -> CubicSpline:
 
 
 def response(A: Array, h: float) -> tuple[Array, Array]:
-    """exp(A h) (n, n), and the response (n, 3 n) over a step h to constant, s and s^2 / 2."""
+    """exp(A h) (n, n) [SI], and the response (n, 3 n) over a step h to constant, s and s^2 / 2."""
     n = len(A)
     wide = np.zeros((4 * n, 4 * n))
     wide[:n, :n] = h * A
@@ -223,7 +223,8 @@ def response(A: Array, h: float) -> tuple[Array, Array]:
 
 
 def parabola(values: list[Array], h: float) -> tuple[Array, Array, Array]:
-    """c_0, c_1, c_2 of c_0 + c_1 s + c_2 s^2 / 2 over a step from s = 0 to h, through values at its Gauss points."""
+    """c_0, c_1, c_2 (n,), in the unit of the values, of c_0 + c_1 s + c_2 s^2 / 2 over a step from s = 0 to h,
+    through values at its Gauss points."""
     a, b, c = values
     node = float(NODES[2])
     slope, bend = (c - a) / (2 * node), (c - 2 * b + a) / node**2  # by the coordinate from -1 to 1
@@ -275,11 +276,11 @@ class Reference:
         return cls(model, calm, x, Z, own, inner, sizes, moves, not (changes or moves))
 
     def at(self, t: float) -> Array:
-        """x_r (n_x,)."""
+        """x_r (n_x,) [SI]."""
         return specified_states(self.model, np.array([t]), self.x[None])[0] if self.moves else self.x
 
     def matrix(self, t: float) -> Array:
-        """A (n_y, n_y)."""
+        """A (n_y, n_y) [SI]."""
         x = self.at(t)
         held, udot = held_freedoms(self.calm), np.zeros(self.model.n_u)
         if held.any() and not self.constant:
@@ -288,20 +289,20 @@ class Reference:
         return linearised(self.calm, t, x, udot).state_matrix()
 
     def forcing(self, t: float) -> Array:
-        """b (n_y,): the free coordinates of x_r are at rest."""
+        """b (n_y,) [SI]: the free coordinates of x_r are at rest."""
         rate = self.model.state_rate(t, self.at(t))
         u = rate[self.model.n_q : self.model.n_q + self.model.n_u]
         return np.concatenate([np.zeros(len(self.own)), u[self.own], rate[self.inner]])
 
     def departure(self, x: Array, t: float) -> Array:
-        """The departures (n_y,) of a state (n_x,) from the reference."""
+        """The departures (n_y,) of a state (n_x,) [SI] from the reference."""
         (q, u, z), (p, v, w) = self.model.parts(self.at(t)), self.model.parts(x)
         first = self.model.n_q + self.model.n_u
         away = increment(self.model, q, p)
         return np.concatenate([away[self.own], (v - u)[self.own], (w - z)[self.inner - first]])
 
     def state(self, t: float, y: Array) -> Array:
-        """The state (n_x,) of departures (n_y,)."""
+        """The state (n_x,) [SI] of departures (n_y,)."""
         n = len(self.own)
         q, u, z = (part.copy() for part in self.model.parts(self.at(t)))
         x = np.concatenate([advanced(self.model, q, self.Z @ y[:n]), u + self.Z @ y[n : 2 * n], z])
@@ -324,7 +325,7 @@ def check(system: System) -> None:
 
 
 def nominal_state(model: Model) -> Array:
-    """The state (n_x,) of the undeformed craft at rest; in orbit along the orbital frame, joints as they start."""
+    """The state (n_x,) [SI] of the undeformed craft at rest; in orbit along the orbital frame, joints as they start."""
     q = model.parts(model.x0)[0].copy()
     for record in body_records(model.table)[1:]:
         first, elastic = int(record["q"]) + int(record["n_slide"]), int(record["qe"])
@@ -337,7 +338,8 @@ def nominal_state(model: Model) -> Array:
 
 
 def increment(model: Model, q: Array, p: Array) -> Array:
-    """The increment (n_u,) along the quasi-velocities that leads from coordinates q (n_q,) to p, by Newton's method.
+    """The increment (n_u,) [SI] along the quasi-velocities that leads from coordinates q (n_q,) to p, by Newton's
+    method.
 
     Quaternions of either sign are the same attitude, and angles count modulo 2 pi.
     """

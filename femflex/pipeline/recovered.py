@@ -28,7 +28,7 @@ class Recovered:
     points: dict[str, tuple[NearestPoint, str]]
 
     def values(self, seen: Mapping[str, Array]) -> dict[str, Array]:
-        """The channels at some instants, from the others there."""
+        """The channels (n_t, ...) at some instants (n_t,) [s], from the others there."""
         return {path: point.values(np.asarray(seen[source])) for path, (point, source) in self.points.items()}
 
 

@@ -54,7 +54,7 @@ def silent(load: Load) -> Load:
 
 
 def rest_state(about: Equilibrium, model: Model) -> Array:
-    """The state (n_x,) of the model at the equilibrium, rotors as they start."""
+    """The state (n_x,) [SI] of the model at the equilibrium, rotors as they start."""
     found = dict(
         zip([name for name, _ in about.model.system.state_names()], about.model.parts(about.x)[2], strict=True)
     )

@@ -175,7 +175,7 @@ def _derivatives(modes: ModeSet) -> NDArray[np.int64]:
 
 
 def dof_weight(structure: Structure) -> Array:
-    """Root of the stiffness diagonal (n_dof,): makes lengths, angles and other dofs comparable."""
+    """Root of the stiffness diagonal (n_dof,) [SI]: makes lengths, angles and other dofs comparable."""
     diagonal = structure.K.diagonal()
     return np.sqrt(np.maximum(diagonal, 1e-12 * diagonal.max(initial=0.0)))
 

@@ -67,7 +67,7 @@ def reduce_segments(
 
 
 def tied(marker: Marker, position: Array) -> Marker:
-    """A marker at another undeformed position (3,) that moves as if rigidly tied to the given one."""
+    """A marker at another undeformed position (3,) [m] that moves as if rigidly tied to the given one."""
     arm = position - marker.position
     phi = marker.phi + np.cross(marker.psi, arm, axisa=0, axisb=0, axisc=0)
     return Marker(position, phi, marker.psi, axis=marker.axis)

@@ -151,7 +151,7 @@ class Run:
     @property
     def linearised(self) -> bool:
         """Whether the run solved the linear equations (`run --linearised`)."""
-        return str(self.attributes["integrator"]) == "linearised"
+        return str(self.attributes.get("integrator", "")) == "linearised"
 
     @property
     def complete(self) -> bool:

@@ -37,7 +37,7 @@ class Place:
 
 
 def measured(problem: HarmonicBalance, at: Vibration, change: Array) -> Array:
-    """The row (h n + 1,) whose product with another change is the inner product with this one."""
+    """The row (h n + 1,) [SI] whose product with another change is the inner product with this one."""
     h, n = at.harmonics.shape
     mass = problem.motion.mass[:n, :n]
     size = np.einsum("ki,ij,kj->", at.harmonics, mass, at.harmonics)

@@ -197,7 +197,8 @@ def assessed(
 
 
 def errors(trend: Trend, values: Array, noise: Array) -> Array:
-    """Estimated errors (n,): distance from the limit, but no less than the limit's uncertainty and than rounding."""
+    """Estimated errors (n,), in the unit of the quantity: distance from the limit, but no less than the limit's
+    uncertainty and than rounding."""
     off: Array = np.abs(values - trend.limit)
     if trend.state in ("one", "few"):
         off[-1] = np.nan  # nothing is known of the last value
@@ -207,7 +208,7 @@ def errors(trend: Trend, values: Array, noise: Array) -> Array:
 
 
 def resolution(over: Over, levels: NDArray[np.int64], counts: NDArray[np.int64]) -> Array:
-    """What errors fall with, (n,): elastic coordinates, segments, or cells along an edge of the case's own.
+    """Resolution (n,) [1]: elastic coordinates, segments, or cells along an edge of the case's own.
 
     Modes where static shapes of joints, of which more modes need fewer, keep the coordinates from growing.
     """

@@ -101,7 +101,7 @@ class Explanation:
 
 
 def integral(time: Array, values: Array) -> Array:
-    """Integral (n_t, n) of values (n_t, n) from the first instant on, by the trapezoidal rule."""
+    """Integral (n_t, n) [unit s] of values (n_t, n) from the first instant on, by the trapezoidal rule."""
     steps = 0.5 * np.diff(time)[:, None] * (values[1:] + values[:-1])
     return np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(steps, axis=0)])
 

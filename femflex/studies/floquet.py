@@ -52,7 +52,8 @@ class Floquet:
 
 
 def floquet(system: System, period: float, state: Array | None = None) -> Floquet:
-    """The Floquet multipliers of the motion of a system that begins at a state (n_x,), its initial one when left out.
+    """The Floquet multipliers of the motion of a system that begins at a state (n_x,) [SI], its initial one when left
+    out.
 
     Raises ValueError for a motion that is not periodic, for loops, and for sampled controllers.
     """
@@ -82,7 +83,7 @@ def floquet(system: System, period: float, state: Array | None = None) -> Floque
 
 
 def monodromy(model: Model, x: Array, period: float, places: list[tuple[int, str]], sizes: Array) -> Array:
-    """Phi (n, n): departures after a period by those at the start x (n_x,)."""
+    """Phi (n, n) [SI]: departures after a period by those at the start x (n_x,)."""
     columns = []
     for k, size in enumerate(sizes):
         h = STEP * size * np.eye(len(sizes))[k]
@@ -126,13 +127,13 @@ def departures(model: Model) -> list[tuple[int, str]]:
 
 
 def departure_sizes(model: Model, places: list[int], period: float) -> Array:
-    """Usual sizes of the departures (n,): a rate moves its coordinate by its usual size in a period."""
+    """Usual sizes of the departures (n,) [SI]: a rate moves its coordinate by its usual size in a period."""
     sizes = usual_sizes(model)
     return np.concatenate([sizes, sizes / period, model.system.state_sizes()])[places]
 
 
 def displaced(model: Model, x: Array, by: Array, places: list[tuple[int, str]]) -> Array:
-    """The state (n_x,) with departures (n,) from x."""
+    """The state (n_x,) [SI] with departures (n,) from x."""
     n, full = model.n_u, np.zeros(2 * model.n_u + model.n_z)
     full[[place for place, _ in places]] = by
     q, u, z = model.parts(x)
@@ -140,7 +141,7 @@ def displaced(model: Model, x: Array, by: Array, places: list[tuple[int, str]]) 
 
 
 def departure(model: Model, x: Array, y: Array, places: list[tuple[int, str]]) -> Array:
-    """Departures (n,) of the state y from x, to first order; angles modulo 2 pi, quaternions of either sign."""
+    """Departures (n,) [SI] of the state y from x, to first order; angles modulo 2 pi, quaternions of either sign."""
     n = model.n_u
     (q, u, z), (p, v, w) = model.parts(x), model.parts(y)
     change = p - q
@@ -158,7 +159,7 @@ def departure(model: Model, x: Array, y: Array, places: list[tuple[int, str]]) -
 
 
 def moved(model: Model, x: Array, period: float) -> Array:
-    """The state (n_x,) after a period."""
+    """The state (n_x,) [SI] after a period."""
     from femflex.integrate import Dop853
 
     last = Dop853(rtol=RTOL).solve(model, np.array([0.0, period]), x)

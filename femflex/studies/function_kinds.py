@@ -222,8 +222,8 @@ def with_functions_of(case: Case, names: Sequence[str], kind: str, level: int | 
         table = bodies[name]
         assert isinstance(table, AnalyticTable | DeployingTable) and table.functions is not None
         functions = table.functions.model_copy(update=_choices(table)[kind])
-        table = table.model_copy(update={"functions": functions})
-        bodies[name] = table if level is None else with_level(table, "modes", level)
+        changed = table.model_copy(update={"functions": functions})
+        bodies[name] = changed if level is None else with_level(changed, "modes", level)
     return case.model_copy(update={"bodies": bodies})
 
 

@@ -29,30 +29,31 @@ class HeldMotion:
 
     @cached_property
     def mass(self) -> Array:
-        """Elastic mass Me of all shapes (n + n_s, n + n_s)."""
+        """Elastic mass Me (n + n_s, n + n_s) [1] of all shapes."""
         return self.body.moments.elastic_mass()
 
     @cached_property
     def followers(self) -> Array:
-        """A (n_s, n, n)."""
+        """A (n_s, n, n) [kg^-1/2 m^-1]."""
         n = self.body.n_modes
         return self.body.slaves.reshape(-1, n, n)
 
     def elastic(self, q: Array) -> Array:
-        """Elastic forces (t, n) at coordinates (t, n)."""
+        """Elastic forces (t, n) [kg^1/2 m/s^2] at coordinates (t, n)."""
         return np.stack([self.body.strain.force(at) for at in q])
 
     def inertia(self, q: Array, q1: Array, q2: Array) -> Array:
-        """Inertia forces Y^T Me (Y q'' + g), (t, n), from coordinates and their first and second derivatives (t, n)."""
+        """Inertia forces Y^T Me (Y q'' + g), (t, n) [kg^1/2 m/s^2], from coordinates and their first and second
+        derivatives (t, n)."""
         Y = self.ties(q)
         return np.einsum("tai,ta->ti", Y, self._momentum_rate(Y, q1, q2))
 
     def ties(self, q: Array) -> Array:
-        """Y (t, n + n_s, n)."""
+        """Y (t, n + n_s, n) [1]."""
         return np.concatenate([self._ones(len(q)), np.einsum("sij,tj->tsi", self.followers, q)], axis=1)
 
     def slopes(self, q: Array, q1: Array, q2: Array, square: float) -> tuple[Array, Array, Array]:
-        """Derivatives (t, n, n) of elastic + square inertia forces by q, q' and q''."""
+        """Derivatives (t, n, n) [SI] of elastic + square inertia forces by q, q' and q''."""
         A, n = self.followers, self.body.n_modes
         Y = self.ties(q)
         pulled = np.einsum("tai,ab->tib", Y, self.mass)

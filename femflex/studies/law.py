@@ -37,7 +37,7 @@ class Law:
 
 
 def shape(kind: Kind, rate: float, x: Array, reference: float) -> Array:
-    """The law's error at x over that at the reference, (...,)."""
+    """The law's error at x over that at the reference (...,) [1]."""
     if kind == "algebraic":
         return np.asarray((x / reference) ** -rate)
     return np.asarray(np.exp(-rate * (x - reference)))

@@ -216,7 +216,7 @@ def require_study(case: Case) -> StudyTable:
 
 
 def watched(prepared: Prepared, path: str, progress: Progress) -> Array:
-    """One channel of a run that leaves no file, (n_t, ...)."""
+    """One channel of a run that leaves no file, (n_t, ...), in its unit."""
     model, times = prepared.model, prepared.times
     rows, guard = [], Runaway(model)
     for block in prepared.integrator.blocks(model, times, model.x0):

@@ -17,7 +17,7 @@ Law = Callable[[float, Mapping[str, Array], Array], tuple[Any, ...]]
 class Controller:
     """A controller that is called every `period` seconds: command, memory = law(t, sensors, memory).
 
-    law       any function. t is the instant [s], sensors the channels asked for by path, as a run reports them at that
+    law       any function. t is the instant [s], sensors the channels requested by path, as a run reports them at that
               instant, memory its own numbers (n_memory,) from the call before; it returns the commands (n_commands,),
               held until the next call, and the new memory; or these two and an instant [s] at which it is called once
               more before the next sample

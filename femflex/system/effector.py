@@ -79,7 +79,7 @@ class Effector:
     z0          (n_states,) their initial values
     sizes       (n_states,) their usual sizes, in which the integrator's absolute tolerance counts
     inputs      full names of states of other effectors and controllers, or of channels of other effectors
-    channels    name -> unit of what it reports beside forces and states
+    channels    name -> unit of what it reports in addition to forces and states
     accounts    which of energy, dissipation, supplied and mass_flow it writes
     parameters  (n,) constants
     jacobian    (seen, J) -> None: J (n_states, n_states) = d zdot / d z for implicit integrators; None: by differences

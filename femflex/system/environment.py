@@ -1,4 +1,4 @@
-"""What surrounds a craft beside its orbit: uniform gravity on the ground, and how the central body attracts."""
+"""The environment of a craft, except its orbit: uniform gravity on the ground, and how the central body attracts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Joints: how a body hangs from its parent, or from the base frame.
+"""Joints: how a body is attached to its parent, or to the base frame.
 
 A joint leads from marker P on the parent to marker Q on the child: first the translations along axes fixed in P, then
 the rotations. Rotations are either successive turns about given axes (revolute, universal), whose rates are the

@@ -37,7 +37,7 @@ class System(Summarised):
     """Bodies and joints in a tree, in any numbering; body names are the keys of `bodies`.
 
     bodies   name -> FlexibleBody
-    joints   one per body, in any order; parent None hangs from the base frame
+    joints   one per body, in any order; parent None means the base frame
     frame    base frame F of joints without a parent
     orbit    None, or the orbit of O; then one root body, and F's origin is O
     environment  uniform gravity, where there is no orbit
@@ -133,7 +133,7 @@ class System(Summarised):
 
     @property
     def root(self) -> str:
-        """The first body that hangs from the base frame."""
+        """The first body with a joint to the base frame."""
         return next(b for b in self.order if self.joint_of(b).parent is None)
 
     @property

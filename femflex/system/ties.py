@@ -1,4 +1,4 @@
-"""What ties bodies together beside the tree: loops, constraints, springs; where they act, what is wrong with them."""
+"""Connections besides the tree: loops, constraints, springs; where they act, and checks of them."""
 
 from __future__ import annotations
 

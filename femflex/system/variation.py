@@ -18,7 +18,7 @@ It is a function that Numba can compile, a compiled one (`numba.njit`), or a `nu
 time: calls come in any order of time.
 
 THE PHYSICS. A material point sits at r = z_A y_A with y = (1, delta); where the shapes z_A(t) = (rho, phi_1, ...) move
-with time, it has the velocity w = zdot_A y_A beside that of the frame and of the coordinates, and the acceleration
+with time, it has the velocity w = zdot_A y_A besides that of the frame and of the coordinates, and the acceleration
 2 zdot_A ddot(y)_A + zddot_A y_A (THEORY section 6). The integrals of these over the mass are the body's material flow:
 
     drift    int zdot dm            (1+n, 3)        kick     int zddot dm           (1+n, 3)

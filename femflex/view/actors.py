@@ -51,7 +51,7 @@ class BodyActor:
             self._actors.append(actor)
 
     def show(self, position: Array, attitude: Array, delta: Array, scale: float, own: Array | None = None) -> None:
-        """Move to a pose, position (3,) and C_VB (3, 3), with elastic coordinates (n,) magnified.
+        """Move to a pose, position (3,) [m] and C_VB (3, 3), with elastic coordinates (n,) magnified.
 
         own: amplitudes of the body's own shapes, which a paint takes, where they differ from delta.
         """
@@ -110,7 +110,7 @@ class TraceActor:
         plotter.add_mesh(self._data, color=theme.trace, line_width=2.0 * pixel, lighting=False, reset_camera=False)
 
     def show(self, k: int, now: Array) -> None:
-        """Draw points 0 to k - 1 and the present place (3,)."""
+        """Draw points 0 to k - 1 and the present place (3,) [m]."""
         drawn = np.arange(len(self._path))[:, None] < k
         self._data.points[:] = np.where(drawn, self._path, now.astype(np.float32))
         self._data.GetPoints().Modified()
@@ -128,7 +128,7 @@ class SightActor:
         plotter.add_mesh(self._data, color=theme.trace, line_width=2.5 * pixel, lighting=False, reset_camera=False)
 
     def show(self, start: Array, direction: Array) -> None:
-        """Draw it from a place (3,) along a direction (3,)."""
+        """Draw it from a place (3,) [m] along a direction (3,)."""
         self._data.points[:] = np.stack([start, start + self._length * direction])
         self._data.GetPoints().Modified()
         self._data.Modified()

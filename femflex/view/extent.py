@@ -38,7 +38,7 @@ def thinned(skins: dict[str, Skin]) -> dict[str, Skin]:
 
 
 def some_rows(run: Run) -> Index:
-    """Numbers of rows spread over the run, all of them in a short one."""
+    """Numbers (k,) of rows spread over the run, all of them in a short one."""
     return np.unique(np.linspace(0, len(run) - 1, min(len(run), MOST_ROWS)).round().astype(np.int64))
 
 

@@ -42,12 +42,12 @@ class View:
 
     @property
     def axes(self) -> Array:
-        """Rows: to the right, upward, and towards the scene, (3, 3)."""
+        """Rows (3, 3), unit vectors: to the right, upward, and towards the scene."""
         return screen_axes(self.place - self.focus, self.up)
 
 
 def screen_axes(towards: Array, up: Array) -> Array:
-    """Rows (3, 3): right, up and forward on the screen of a camera that stands in direction `towards`."""
+    """Rows (3, 3) [SI per dof]: right, up and forward on the screen of a camera that stands in direction `towards`."""
     forward = -np.asarray(towards, float) / np.linalg.norm(towards)
     right = np.cross(forward, up)
     if np.linalg.norm(right) < 1e-6:  # looking along the upward direction
@@ -57,7 +57,7 @@ def screen_axes(towards: Array, up: Array) -> Array:
 
 
 def framed(cloud: Array, towards: Array, up: Array, aspect: float, margins: Margins) -> View:
-    """The nearest camera in direction `towards` that has every point (n, 3) of a cloud between the margins.
+    """The nearest camera in direction `towards` that has every point (n, 3) [m] of a cloud between the margins.
 
     With screen coordinates x, y, depth z and tangents t of the half angles at a rim, every point asks for
     x - c_x <= t (z - c_z), and likewise at the other rims; the largest of each side places the camera c exactly.
@@ -83,7 +83,8 @@ def framed(cloud: Array, towards: Array, up: Array, aspect: float, margins: Marg
 
 
 def best_direction(cloud: Array, up: Array) -> Array:
-    """The direction (3,) from which a cloud (n, 3) shows most of itself: largest area of its spread on the screen."""
+    """The direction (3,) from which a cloud (n, 3) [m] shows most of itself: largest area of its spread on the
+    screen."""
     first = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
     first = first - up * (up @ first)
     first /= np.linalg.norm(first)

@@ -28,7 +28,8 @@ def growing(run: Run, names: list[str]) -> list[str]:
 
 
 def grown_coordinates(run: Run, name: str, length: Array, delta: Array, scale: float) -> Array:
-    """Amplitudes (n_t, n + 1) of the shapes of a grown skin at lengths (n_t,), as they are to be magnified."""
+    """Amplitudes (n_t, n + 1) [kg^1/2 m] of the shapes of a grown skin at lengths (n_t,), as they are to be
+    magnified."""
     ratio = length / float(run[f"bodies/{name}/length"][0])
     follows = np.array([kind == "derivative" for kind in run.bodies()[name].kinds], np.bool_)
     delta = np.where(follows, delta / ratio[:, None], delta)

@@ -78,7 +78,7 @@ def dcms(e: Array) -> Array:
 def motion(
     run: Run, times: Array, camera: str = "fixed", body: str = "", traces: tuple[str, ...] = (), scale: float = 1.0
 ) -> Motion:
-    """Motion of all bodies that a run reports, at instants (n_t,) inside it, in the camera's frame.
+    """Motion of all bodies that a run reports, at instants (n_t,) [s] inside it, in the camera's frame.
 
     camera  "fixed": inertial axes; "follow": moving with the centre of mass; "orbital": orbital axes at O;
             "body": axes of that body

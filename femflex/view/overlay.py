@@ -156,7 +156,7 @@ class CornerTriad:
         ]
 
     def show(self, C_VR: Array) -> None:
-        """Turn to the attitude of the reference frame (3, 3) in the camera's frame."""
+        """Turn to the attitude of the reference frame (3, 3), direction cosines, in the camera's frame."""
         self._actor.SetUserMatrix(matrix(np.zeros(3), C_VR))
         for (actor, letters), (x, y) in zip(self._labels, (self._axes[:2] @ C_VR).T, strict=True):
             beyond = 0.02 + 0.3 * LETTER * letters * abs(x)  # half the word's width lies beyond the tip
@@ -193,7 +193,7 @@ def triad_actor(theme: Theme, lengths: Array, thickness: float) -> Any:
 
 
 def matrix(position: Array, attitude: Array) -> Any:
-    """The 4 x 4 matrix of a pose, for VTK."""
+    """The 4 x 4 matrix of a pose, position (3,) [m], for VTK."""
     from vtkmodules.vtkCommonMath import vtkMatrix4x4
 
     whole = np.eye(4)

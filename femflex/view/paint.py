@@ -39,7 +39,7 @@ class Paint(Protocol):
     """What gives the points of a skin their colour."""
 
     def values(self, y: Array) -> NDArray[np.float32]:
-        """Values (n_skin,) at amplitudes (n,), nan where there is none."""
+        """Values (n_skin,) at amplitudes (n,) [kg^1/2 m], nan where there is none."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Quantity:
         return "\n".join([*filter(None, (first, rest)), *([] if self.number is None or known else ["strain"])])
 
     def of(self, part: StrainPart, y: Array) -> Array:
-        """Its values (t, p) at the points of a part, amplitudes (t, n)."""
+        """Its values (t, p) at the points of a part, amplitudes (t, n) [kg^1/2 m]."""
         if self.stress:
             found = named(part, self.stress, y)
             assert found is not None
@@ -119,7 +119,7 @@ class BodyPaint:
         return cls(quantity, parts, ~np.isin(owner, taken))
 
     def values(self, y: Array) -> NDArray[np.float32]:
-        """The quantity at the points of the skin (n_skin,), nan where there is none; amplitudes y (n,)."""
+        """The quantity at the points of the skin (n_skin,), nan where there is none; amplitudes y (n,) [kg^1/2 m]."""
         found = np.full(len(self.bare), np.nan, np.float32)
         for part, rows in self.parts:
             found[rows] = self.quantity.of(part, y[None])[0]
@@ -127,7 +127,8 @@ class BodyPaint:
 
 
 def owners(field: tuple[StrainPart, ...], skin: Skin) -> Index:
-    """Number (n_skin,) of the part that each point of a skin takes its colour from: that with the nearest point."""
+    """Number (n_skin,), an index, of the part that each point of a skin takes its colour from: that with the nearest
+    point."""
     distance = np.array([cKDTree(part.places).query(skin.points)[0] for part in field])
     return np.asarray(np.argmin(_among_own(distance, skin), axis=0))
 
@@ -140,7 +141,8 @@ class PeakPaint:
 
     @classmethod
     def of(cls, name: str, field: tuple[StrainPart, ...], skin: Skin, y: Array) -> PeakPaint:
-        """The peaks over amplitudes y (t, n), carried from the strain points to the skin; nan where there are none."""
+        """The peaks over amplitudes y (t, n) [kg^1/2 m], carried from the strain points to the skin; nan where there
+        are none."""
         owner = owners(field, skin)
         found = np.full(len(skin.points), np.nan, np.float32)
         for k, part in enumerate(field):
@@ -150,7 +152,7 @@ class PeakPaint:
         return cls(found)
 
     def values(self, y: Array) -> NDArray[np.float32]:
-        """The same at all times."""
+        """The same (n_skin,), in its unit, at all times."""
         return self.peaks
 
 

@@ -50,7 +50,8 @@ def widened(skin: Skin) -> Skin:
 
 
 def widened_coordinates(position: Array, attitude: Array, delta: Array, whole: tuple[Array, Array]) -> Array:
-    """Coordinates (n_t, 12 + 9 n) of the widened shapes of a segment, from its pose, delta and the whole's pose."""
+    """Coordinates [m, 1, kg^1/2 m] (n_t, 12 + 9 n) of the widened shapes of a segment, from its pose, delta and the
+    whole's pose."""
     r, C = whole
     relative = np.einsum("tji,tjk->tik", C, attitude)
     d = np.einsum("tji,tj->ti", C, position - r)

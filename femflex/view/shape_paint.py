@@ -21,7 +21,7 @@ class ShapePaint:
         self.signed = paint.quantity.number is not None
 
     def choose(self, y: Array) -> None:
-        """Turn to a shape of full amplitudes y (n,)."""
+        """Turn to a shape of full amplitudes y (n,) [kg^1/2 m]."""
         if self._paint.quantity.kind == EVERY:
             densities: dict[str, float] = {}
             for part, _ in self._paint.parts:
@@ -31,7 +31,7 @@ class ShapePaint:
         self._largest = float(np.nanmax(np.abs(self._paint.values(y)), initial=0.0)) or 1.0
 
     def values(self, y: Array) -> NDArray[np.float32]:
-        """Values at the points of the skin, parts of the largest."""
+        """Values (n_skin,) [1] at the points of the skin, parts of the largest."""
         return self._paint.values(y) / np.float32(self._largest)
 
 

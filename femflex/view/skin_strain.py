@@ -21,7 +21,7 @@ BEYOND = 1.5  # distances of two points on a line, up to which the line through 
 
 
 def on_skin(part: StrainPart, points: Array) -> StrainPart:
-    """The part at points (n, 3) of a skin: its gradients there, from which strain and energy follow.
+    """The part at points (n, 3) [m] of a skin: its gradients there, from which strain and energy follow.
 
     Gradients, not strains or energies: through a single layer of solids these go as the square of the height. Along
     lines they are those on the line through the two nearest points; in plates and solids, of the plane that fits the
@@ -43,12 +43,12 @@ def on_skin(part: StrainPart, points: Array) -> StrainPart:
 
 
 def carried(part: StrainPart, points: Array) -> sparse.csr_array:
-    """Weights (n, p) that carry values at the points of a part to places on its skin."""
+    """Weights (n, p) [1] that carry values at the points of a part to places on its skin."""
     return along_lines(part, points) if part.kind == "line" and len(part.places) > 1 else in_elements(part, points)
 
 
 def along_lines(part: StrainPart, points: Array) -> sparse.csr_array:
-    """Weights (n, p) that carry values at a line's points linearly to points off the line."""
+    """Weights (n, p) [1] that carry values at a line's points linearly to points off the line."""
     _, near = cKDTree(part.places).query(points, k=[1, 2])
     near = np.asarray(near, np.int64)
     a, b = part.places[near[:, 0]], part.places[near[:, 1]]
@@ -58,7 +58,7 @@ def along_lines(part: StrainPart, points: Array) -> sparse.csr_array:
 
 
 def in_elements(part: StrainPart, points: Array) -> sparse.csr_array:
-    """Weights (n, p) that carry values at the points of elements linearly to places on them."""
+    """Weights (n, p) [1] that carry values at the points of elements linearly to places on them."""
     k = min(NEAREST[part.kind], len(part.places))
     found = cKDTree(part.places).query(points, k=np.arange(1, k + 1))
     distance, near = np.asarray(found[0], float), np.asarray(found[1], np.int64)

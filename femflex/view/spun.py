@@ -28,11 +28,11 @@ class Followed(Protocol):
 
     @property
     def damping_ratios(self) -> Array:
-        """Part of critical."""
+        """Part of critical (n,) [1]."""
 
     @property
     def growing(self) -> NDArray[np.bool_]:
-        """Whether it grows."""
+        """Whether it grows (n,)."""
 
 
 class Met(Protocol):
@@ -68,7 +68,7 @@ class Spun(Protocol):
 
     @property
     def asked(self) -> NDArray[np.bool_]:
-        """(n,) which were requested."""
+        """Which speeds (n,) [rad/s] were requested."""
 
     @property
     def branches(self) -> Sequence[Followed]:

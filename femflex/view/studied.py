@@ -14,7 +14,7 @@ class Curve(Protocol):
     """A law by which errors fall."""
 
     def error(self, x: Array) -> Array:
-        """The error at x."""
+        """The error (...) at x (...), in the unit of the quantity."""
 
 
 class Studied(Protocol):
@@ -34,23 +34,23 @@ class Studied(Protocol):
 
     @property
     def levels(self) -> NDArray[np.int64]:
-        """Modes a body, or refinements."""
+        """Numbers (n,) of modes a body, or of refinements."""
 
     @property
     def counts(self) -> NDArray[np.int64]:
-        """Elastic coordinates, or dofs."""
+        """Numbers (n,) of elastic coordinates, or of dofs."""
 
     @property
     def followers(self) -> NDArray[np.int64]:
-        """Derivative shapes that follow the coordinates."""
+        """Numbers (n,) of dependent derivative shapes."""
 
     @property
     def values(self) -> Array:
-        """The quantity."""
+        """The quantity (n,), in its unit."""
 
     @property
     def errors(self) -> Array:
-        """Estimated errors, absolute."""
+        """Estimated errors (n,), absolute, in the unit of the quantity."""
 
     @property
     def tolerance(self) -> float:
@@ -58,7 +58,7 @@ class Studied(Protocol):
 
     @property
     def x(self) -> Array:
-        """What the law is in."""
+        """Resolution (n,) [1] of the law."""
 
     @property
     def n_resolved(self) -> int:

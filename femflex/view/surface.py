@@ -57,7 +57,8 @@ class Points:
         )
 
     def moved(self, delta: Array, scale: float = 1.0) -> tuple[Single, Single]:
-        """Points (n_p, 3) at elastic coordinates (n,), magnified, and the true length of their displacement (n_p,)."""
+        """Points (n_p, 3) [m] at elastic coordinates (n,), magnified, and the true length of their displacement
+        (n_p,)."""
         if not delta.any():
             return self.rest, np.zeros(len(self.rest), np.float32)
         u = (delta.astype(np.float32) @ self.shapes.reshape(len(delta), -1)).reshape(-1, 3)
@@ -88,7 +89,7 @@ class Surface:
     summing: sparse.csr_array  # (n_p, n_faces) adds the faces around each point of the skin
 
     def normals(self, points: Single) -> Single:
-        """Unit normals (n_p, 3) of the faces around each point of the skin, weighted by area."""
+        """Unit normals (n_p, 3) [1] of the faces around each point of the skin, weighted by area."""
         total = self.summing @ _area_vectors(points, self.triangles, self.quads)
         length = np.sqrt(np.einsum("pi,pi->p", total, total))
         return np.asarray(total / np.where(length > 0, length, 1.0)[:, None], np.float32)

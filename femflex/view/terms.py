@@ -96,7 +96,7 @@ def said(name: str) -> str:
 
 
 def contributions(parts: Mapping[str, Array], one: Explained) -> tuple[Array, dict[str, Array]]:
-    """Inertia times acceleration (n_t,), and what pushes the coordinate, strongest first: name -> (n_t,).
+    """Inertia times acceleration (n_t,), in its unit, and the other terms, strongest first: name -> (n_t,).
 
     The inertia is the coordinate's own, and that of other sources pushes; where most of the two cancels, as of bodies
     that share an acceleration, the inertia of all is one.

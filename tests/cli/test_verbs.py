@@ -37,7 +37,7 @@ def test_tables_named_in_a_help_text_are_not_taken_for_its_markup(
 
 
 def test_the_version_is_told(femflex: Callable[..., tuple[int, str, str]]):
-    assert femflex("--version")[:2] == (0, "femflex 0.1.0\n")
+    assert femflex("--version")[:2] == (0, "femflex 0.2.0\n")
 
 
 def test_an_unknown_verb_or_option_is_bad_input(femflex: Callable[..., tuple[int, str, str]]):
@@ -389,9 +389,9 @@ def test_a_case_may_ask_for_spectra(
     ("text", "camera", "view", "placed"),
     [
         ('[pictures]\nview = [0, -1, 0.3]\nfit = "picture"', None, None, ("auto", (0.0, -1.0, 0.3), "picture")),
-        ('[pictures]\ncamera = "fixed"', None, None, ("fixed", None, "run")),
+        ('[pictures]\ncamera = "fixed"', None, None, ("fixed", None, "picture")),
         ('[pictures]\ncamera = "fixed"', "body", None, ("body", None, None)),
-        ("[pictures]\nof_another_version = 1", None, None, ("auto", None, "run")),
+        ("[pictures]\nof_another_version = 1", None, None, ("auto", None, "picture")),
         ("", None, (1.0, 0.0, 0.0), ("auto", (1.0, 0.0, 0.0), None)),
     ],
 )

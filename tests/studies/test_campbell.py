@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from femflex.body import Marker, rigid_body
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body
 from femflex.studies.campbell import campbell
 from femflex.studies.campbell.crossings import crossings
-from femflex.system import System, revolute, weld
+from femflex.system import System, reaction_wheel, revolute, weld, without_axial_inertia
 
 
 def diagram(beam: Rotating, speeds, n: int = 10, **more):
@@ -158,6 +159,19 @@ def test_damping_and_frequency_of_a_hinged_rod_are_those_of_its_own_equation():
     assert branch.name == "flap 1"
     assert np.abs(branch.eigenvalues) == pytest.approx(omega, rel=1e-8)
     assert branch.damping_ratios == pytest.approx(damping / (2 * omega * (X + Z)), rel=1e-8)
+
+
+def test_a_wheel_stiffens_the_flap_of_the_rod_that_carries_it():
+    """Its axis along the spin: I b'' + (k + W^2 (...) + W J_s s) b = 0, s its speed relative to the rod."""
+    stiffness, J_s, s = 40.0, 0.004, 900.0
+    plain = sprung_rod(RIM, ARM, stiffness)
+    wheel = reaction_wheel("wheel", "rod", J_s, axis=(0, 0, 1), initial_speed=s)
+    rod = without_axial_inertia(plain.bodies["rod"], wheel)
+    system = replace(plain, bodies={**plain.bodies, "rod": rod}, effectors=(wheel,))
+    speeds = np.array([0.0, 2.0, 5.0])
+    (branch,) = campbell(system, speeds, modes=1).branches
+    square = (stiffness + speeds**2 * (MASS * RIM * ARM + X - Z) + speeds * J_s * s) / (X + Z)
+    assert 2 * np.pi * branch.frequencies == pytest.approx(np.sqrt(square), rel=1e-8)
 
 
 def test_a_rod_that_points_inwards_stops_swinging_and_grows_from_its_critical_speed_on():

@@ -36,7 +36,7 @@ class AppliedForce:
     held: int = 0
 
     def about(self, place: Array) -> Array:
-        """Force and torque (n_t, 6) about another place."""
+        """Force and torque (n_t, 6) [N, N m] about another place."""
         return np.hstack([self.force, self.torque + np.cross(self.place - place, self.force)])
 
 
@@ -54,7 +54,7 @@ class RigidMotion:
         object.__setattr__(self, "turned", turned)
 
     def place(self, body: str | None, marker: str) -> Array:
-        """Place (n_t, 3) of a marker, inertial components."""
+        """Place (n_t, 3) [m] of a marker, inertial components."""
         return marker_motion(self.system, self.times, self.seen, body, marker)[0]
 
     @cached_property

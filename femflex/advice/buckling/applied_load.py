@@ -44,7 +44,7 @@ class AppliedLoad:
         return " and ".join(f"{size:.4g} {unit}" for size, unit in sizes if size > 0.0) or "0 N"
 
     def turning(self, row: int) -> Array:
-        """A (6, 6) of the force and torque that are added at the marker when it turns by theta, A (0, theta).
+        """A (6, 6) [N, N m] of the force and torque that are added at the marker when it turns by theta, A (0, theta).
 
         A force that keeps its direction at an arm r adds the torque (theta x r) x F = (r F^T - r.F) theta, of which the
         symmetric part has a potential (the torque itself counts as half turning with the marker).
@@ -91,5 +91,5 @@ class BucklingModel(Protocol):
 
 
 def skew(a: Array) -> Array:
-    """(3, 3) of a x b = skew(a) b."""
+    """Matrix (3, 3), in the unit of a (3,), of a x b = skew(a) b."""
     return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])

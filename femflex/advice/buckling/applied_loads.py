@@ -23,7 +23,7 @@ OWN = "its own inertia and weight"
 
 
 def applied_loads(system: System, names: Iterable[str], times: Array, states: Array) -> dict[str, list[AppliedLoad]]:
-    """All loads on these bodies, body axes.
+    """All loads on these bodies, body axes [N, N m]; times (n_t,), states (n_t, n_x).
 
     system: of rigid bodies that reports reactions; states (n_t, n_x) of its model at times (n_t,).
     """

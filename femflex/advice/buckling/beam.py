@@ -45,17 +45,17 @@ class BeamBuckling:
 
     @cached_property
     def K(self) -> Array:
-        """Stiffness (n, n)."""
+        """Stiffness (n, n) [N/m, N, N m]."""
         return (self.body.strain.V1 + self.body.strain.V1.T) / 2
 
     @property
     def basis(self) -> Array:
-        """See Elastic."""
+        """See Elastic, with its shapes and units."""
         return np.diag(1.0 / np.sqrt(np.diag(self.K)))
 
     @property
     def flutter_basis(self) -> tuple[Array, Array, Array]:
-        """See Elastic."""
+        """See Elastic, with its shapes and units."""
         n = self.body.n_modes
         return np.eye(n), self.K, self.body.moments.elastic_mass()[:n, :n]
 
@@ -79,7 +79,7 @@ class BeamBuckling:
         return marker is None or marker in self.names
 
     def loads(self, marker: str | None) -> Array:
-        """See Elastic."""
+        """See Elastic, with its shapes and units."""
         moments = self.body.moments
         if marker is not None:
             tip = self.body.markers[self.names[marker]]
@@ -88,29 +88,30 @@ class BeamBuckling:
         return -rows.reshape(-1, FIELD)
 
     def at(self, marker: str, A: Array) -> Array:
-        """See Elastic."""
+        """See Elastic, with its shapes and units."""
         tip, n = self.body.markers[self.names[marker]], self.body.n_modes
         R = np.vstack([tip.phi, tip.psi])[:, :n]
         return np.asarray(R.T @ A @ R)
 
     def stress(self, load: Array) -> Array:
-        """See Elastic: 6 V2 d - f.A, with d = V1^-1 f and the load's work f.A on what follows."""
+        """See Elastic, with its shapes and units: 6 V2 d - f.A, with d = V1^-1 f and the load's work f.A on what
+        follows."""
         n = self.body.n_modes
         answer = np.asarray(np.linalg.solve(self.K, load[:n]), float)
         return hessian(self.body.strain.V2, answer, 3) - np.tensordot(load[n:], self.body.slaves, axes=1)
 
     def stress_in_basis(self, load: Array) -> Array:
-        """See Elastic."""
+        """See Elastic, with its shapes and units."""
         return np.asarray(self.basis.T @ self.stress(load) @ self.basis)
 
     def moved(self, load: Array) -> float:
-        """See Elastic: what the ends move, in addition to the rigid motions."""
+        """See Elastic, with its shapes and units: what the ends move, in addition to the rigid motions."""
         n = self.body.n_modes
         answer = np.linalg.solve(self.K, load[:n])
         return max(float(np.linalg.norm(one.phi[:, :n] @ answer)) for one in self.body.markers.values())
 
     def lowest(self, K_sigma: Array, held: Array | None) -> tuple[float, Array]:
-        """See Elastic."""
+        """See Elastic, with its shapes and units."""
         return lowest_of_few(K_sigma, self.K, held)
 
 

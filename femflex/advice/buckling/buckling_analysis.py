@@ -40,7 +40,7 @@ class StaticStructure(Protocol):
         """R^T A R (n, n), R (6, n) the translation and rotation of a marker."""
 
     def stress(self, load: Array) -> Any:
-        """K_sigma (n, n) of the static answer to a load (n_load,)."""
+        """K_sigma (n, n) [N/m, N, N m] of the static response to a load (n_load,)."""
 
     def lowest(self, K_sigma: Any, held: Any | None) -> tuple[float, Array]:
         """Lowest mu of K_sigma x = mu (K + held) x and x.(K + held) x = 1; (0, ...) where it cannot be found.

@@ -42,12 +42,12 @@ class StructureBuckling:
 
     @property
     def free(self) -> NDArray[np.int64]:
-        """Dofs without supports."""
+        """Numbers (n,) of the dofs without supports."""
         return self.on.free
 
     @property
     def K(self) -> sparse.csr_array:
-        """Stiffness (n, n), initial stress included."""
+        """Stiffness (n, n) [N/m, N, N m], initial stress included."""
         return self.on.K
 
     @property
@@ -57,13 +57,13 @@ class StructureBuckling:
 
     @property
     def basis(self) -> Array:
-        """See Elastic."""
+        """See Elastic, with its shapes and units."""
         phi = self.modes.phi[self.free, :FEW]
         return np.asarray(phi / np.sqrt(np.einsum("ij,ij->j", phi, self.K @ phi)))
 
     @property
     def flutter_basis(self) -> tuple[Array, Array, Array]:
-        """See Elastic."""
+        """See Elastic, with its shapes and units."""
         found = self.on.lowest_modes(max(1, min(ENOUGH, len(self.free) // 2)))
         return found.phi, np.diag(found.omega**2), np.eye(len(found.omega))
 
@@ -89,34 +89,34 @@ class StructureBuckling:
         return marker is None or marker in self.groups
 
     def loads(self, marker: str | None) -> Array:
-        """See Elastic."""
+        """See Elastic, with its shapes and units."""
         if marker is None:
             return self._fields
         rows = self._rows(marker)
         return np.asarray(sparse.vstack([rows.translation, rows.rotation]).toarray().T)
 
     def at(self, marker: str, A: Array) -> sparse.csr_array:
-        """See Elastic."""
+        """See Elastic, with its shapes and units."""
         rows = self._rows(marker)
         R = sparse.vstack([rows.translation, rows.rotation]).tocsr()[:, self.free]
         return (R.T @ (sparse.csr_array(A) @ R)).tocsr()
 
     def stress(self, load: Array) -> sparse.csr_array:
-        """See Elastic."""
+        """See Elastic, with its shapes and units."""
         return self.structure.internal_force.geometric_stiffness(self._answer(load))[self.free][:, self.free]
 
     def stress_in_basis(self, load: Array) -> Array:
-        """See Elastic."""
+        """See Elastic, with its shapes and units."""
         shapes = np.zeros((self.structure.n_dof, self.basis.shape[1]))
         shapes[self.free] = self.basis
         return self.structure.internal_force.work_of_stress(self._answer(load), shapes)
 
     def moved(self, load: Array) -> float:
-        """See Elastic."""
+        """See Elastic, with its shapes and units."""
         return largest(self.structure, self._answer(load))
 
     def lowest(self, K_sigma: sparse.csr_array, held: sparse.csr_array | None) -> tuple[float, Array]:
-        """See Elastic."""
+        """See Elastic, with its shapes and units."""
         try:
             K = self.K if held is None else (self.K + STIFF * self.K.diagonal().max() * held).tocsr()
             mu, x = roughly_lowest(K_sigma, K, self.on.factors if held is None else factorised(K))
@@ -157,7 +157,7 @@ class ReducedBuckling:
 
     @cached_property
     def K(self) -> Array:
-        """Stiffness (n, n)."""
+        """Stiffness (n, n) [N/m, N, N m]."""
         phi = self.whole.modes.phi[self.whole.free]
         return np.asarray(phi.T @ (self.whole.K @ phi))
 
@@ -166,19 +166,19 @@ class ReducedBuckling:
         return self.whole.knows(marker)
 
     def loads(self, marker: str | None) -> Array:
-        """See Statics."""
+        """See Statics, with its shapes and units."""
         return np.asarray(self.whole.modes.phi.T @ self.whole.loads(marker))
 
     def at(self, marker: str, A: Array) -> Array:
-        """See Statics."""
+        """See Statics, with its shapes and units."""
         phi = self.whole.modes.phi[self.whole.free]
         return np.asarray(phi.T @ (self.whole.at(marker, A) @ phi))
 
     def stress(self, load: Array) -> Array:
-        """See Statics."""
+        """See Statics, with its shapes and units."""
         phi = self.whole.modes.phi
         return self.whole.structure.internal_force.work_of_stress(phi @ np.linalg.solve(self.K, load), phi)
 
     def lowest(self, K_sigma: Array, held: Array | None) -> tuple[float, Array]:
-        """See Statics."""
+        """See Statics, with its shapes and units."""
         return lowest_of_few(K_sigma, self.K, held)

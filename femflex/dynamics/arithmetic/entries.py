@@ -1,6 +1,6 @@
 """Compiled functions that others call by their address: one caller serves all of them, and is compiled once.
 
-`@entry(signature)` keeps a function on disk like a kernel, but compiles it only when its address is first asked for.
+`@entry(signature)` keeps a function on disk like a kernel, but compiles it only when its address is first needed.
 `caller(signature)` is how other compiled code calls whatever stands at an address: the first argument is the address,
 which models keep in their tables. Arguments are numbers, integers and pointers. With the compiler off an address is a
 number under which the plain function is known, and pointers are arrays.
@@ -39,7 +39,7 @@ class Entry:
 
     @cached_property
     def address(self) -> int:
-        """Where it stands in this process; compiled, or read from disk, when first asked for."""
+        """Where it stands in this process; compiled, or read from disk, at the first request."""
         if _numba.config.DISABLE_JIT:
             return known(self.function)
         if plain():

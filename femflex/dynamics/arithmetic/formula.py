@@ -1,6 +1,6 @@
 """Formulas without branches, written into the compiled caller wherever they are called.
 
-`@formula` leaves a Python function as it is and tells the compiler to run it once per call with symbols in place of
+`@formula` leaves a Python function as it is and makes the compiler run it once per call with symbols in place of
 numbers: every + - * / it meets becomes one instruction. So a formula may use loops, comprehensions and other formulas
 freely (they are gone when compiled), costs no call, and compiles in no time. With the compiler off it simply runs.
 

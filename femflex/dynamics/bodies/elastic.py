@@ -27,7 +27,7 @@ Record = np.void
 
 @inner
 def write_rows(b: Record, pool: Array, work: Array) -> None:
-    """Write [A | p] of the rigid motion, and beside it the elastic rows' coupling [s_k, 0, Cr_k, pn_k]."""
+    """Write [A | p] of the rigid motion, and next to it the elastic rows' coupling [s_k, 0, Cr_k, pn_k]."""
     w = b["work"]
     force, couple = load3(work, w + W_P), load3(work, w + W_P + 4)
     put_six_rows(work, w + W_M, body_rows(pool[b["mass"]], load3(work, w + W_S), load9(work, w + W_Q), force, couple))

@@ -1,1 +1,1 @@
-"""What ties bodies together beside the tree: rows A u = b, multipliers, and consistent states."""
+"""Constraints besides the tree of joints: rows A u = b, multipliers, and consistent states."""

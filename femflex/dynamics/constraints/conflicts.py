@@ -1,4 +1,4 @@
-"""Sentences on constraints that cannot be satisfied: which they are, and what stands beside them."""
+"""Sentences on constraints that cannot be satisfied: which they are, and what competes with them."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _above(system: System, body: str | None) -> list[str]:
 
 
 def competing_motions_text(constraints: Constraints, t: float, x: Array, name: str) -> str:
-    """What moves, or is tied by, the rows of a constraint: " beside the motions of ... and constraint ..." or "".
+    """Motions and constraints that act on the rows of a constraint: " together with ... and constraint ..." or "".
 
     t, x: an instant and a state at which the rows can be written.
     """

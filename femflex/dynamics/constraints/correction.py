@@ -1,7 +1,7 @@
 """Newton's correction of implicit integrators with constraints: multipliers are solved for with the accelerations.
 
 (M + c_d D + c_k K) d - A^T lambda = -(M udot + h - Q) and A (udot + d) = bdot - Adot u, in one pass of the recursion.
-Drift is the integrator's to take away, by `project`. Compiled apart, and only when first asked for.
+The integrator removes the drift, by `project`. Compiled apart, and only at the first request.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """What a state that was brought back still misses of its constraints, in units of what it may miss.
 
 Positions are brought back to rounding, velocities exactly, wherever the constraints can all be satisfied. What remains
-above the limits here belongs to constraints that contradict each other, or the motions that are specified beside them.
+above the limits here belongs to constraints that contradict each other, or the prescribed motions.
 Rows of a loop with play that follow from others may miss by it: all rows then share what is missed, least in squares.
 """
 
@@ -26,7 +26,7 @@ Record = np.void
 LOOSE = 1e3  # how much larger a velocity residual may be while a row is lost in a singular configuration
 HELD = 1e-10  # residual that may be left, relative to the bodies' size; of velocities also to the fastest
 SWAY = 10.0  # speed at which a row with play may open, over its play times the fastest rate
-DIP = 0.1  # of its larger square beside it, to which a pivot's square must fall to have passed through zero
+DIP = 0.1  # of the larger square next to it, to which a pivot's square must fall to have passed through zero
 ROUNDING = 1e-14  # the same, relative to the markers' distance from the origin
 
 

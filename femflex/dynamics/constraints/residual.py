@@ -1,6 +1,6 @@
 """What joints carry in a constrained motion: the equations gathered from the tips, constraint forces included.
 
-Compiled apart from `constraints`, and only when first asked for.
+Compiled apart from `constraints`, and only at the first request.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ class Passage:
     """Where the rows came near to losing rank.
 
     t, least  time [s] where they came closest, and the last pivot over the first there;  lost  below which they do
-    count     how many such configurations were passed at least: steps too long to tell hide others;  first  about when
+    count     how many such configurations were passed at least: too long steps hide others;  first  about when
               the first of them were [s]
     """
 

@@ -28,7 +28,7 @@ FADED = 1e-6  # of the forces at the start, and of the energy of spin: equilibri
 SETTLED = 1e-8  # last step over usual sizes, likewise
 LONGEST = 0.5  # step over usual sizes: half a radian, half the craft's length
 NEUTRAL = 1e-7  # stiffness over the largest of the free coordinates below which a direction counts as neutral
-NOISE = 1e-9  # of the largest force: stiffness that differences cannot tell from none
+NOISE = 1e-9  # of the largest force: stiffness that differences cannot distinguish from zero
 ROUNDING = 1e-14  # of the largest stiffness: what directions across many coordinates, as loops leave them, pick up
 TRIES, HALVINGS = 30, 12
 STIFF = 1e3  # times the largest outer force: stiffness of what these alone move by no more than 1e-3 of its usual size
@@ -130,7 +130,7 @@ def newton_step(problem: Steady, K: Array, g: Array, size: float, A: Array) -> S
 
 
 def stiff_answers(problem: Steady, q: Array, share: float, A: Array, K: Array) -> Array:
-    """How what is stiff beside the outer forces gives way to forces (n_u, n_u), in usual sizes; K (n_u, n_u) at q."""
+    """Compliance (n_u, n_u) of stiff directions, in usual sizes; K (n_u, n_u) at q."""
     E, _ = problem.directions(A)
     own = problem.own_stiffness[0] * problem.sizes * problem.sizes[:, None]
     values, V = np.linalg.eigh(E.T @ own @ E)

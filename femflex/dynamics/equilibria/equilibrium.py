@@ -101,7 +101,7 @@ class Equilibrium:
 
     @property
     def stable(self) -> bool:
-        """Whether no small motion grows; beside an equilibrium that was left, some much slower growth is none."""
+        """Whether no small motion grows; next to an equilibrium that was left, some much slower growth is none."""
         return not bool((self.eigenvalues.real > self._thresholds).any())
 
     @property
@@ -135,7 +135,7 @@ class Equilibrium:
 
 
 class EquilibriumError(RuntimeError):
-    """No equilibrium was found; `last` is the last state in balance, under the share of the forces that it tells."""
+    """No equilibrium was found; `last` is the last state in balance, under its share of the forces."""
 
     def __init__(self, text: str, last: Equilibrium) -> None:
         super().__init__(text)

@@ -34,7 +34,7 @@ STEP = 1e-5  # of a coordinate's usual size: error of central differences h^2 ~ 
 class Linearised:
     """Linear equations about a state: M, D, K, W (n, n) of the freedoms that are not held; their names.
 
-    states  the m states of effectors beside them (see femflex.dynamics.equilibria.states)
+    states  the m states of effectors in addition (see femflex.dynamics.equilibria.states)
 
 
     Beside loops n counts the independent ones, which the others follow (see femflex.dynamics.equilibria.closed_motion).

@@ -149,7 +149,7 @@ def _within(field: Array, neutral: Array, sizes: Array) -> bool:
 
 
 def _still(field: Array, equations: tuple[Array, Array, Array], speed: float, sizes: Array) -> bool:
-    """Whether the stiffness along a field is none beside what its inertia has in the spin."""
+    """Whether the stiffness along a field is zero compared with that of its inertia in the spin."""
     M, _, K = equations
     return _small(sizes * (K @ field), sizes * (M @ field) * speed**2)
 

@@ -82,8 +82,8 @@ def growth_threshold(eigenvalues: Complex, rate: float) -> Array:
 
 
 def growth_rule() -> str:
-    """From which growth rate on a motion is said to grow, in words."""
-    return f"a motion grows whose rate is above {GROWING:g} of the larger of its |eigenvalue| and the frame's rate"
+    """Rule for growth rates that count as unstable, in words."""
+    return f"unstable above {GROWING:g} of the larger of |eigenvalue| and the rate of the frame"
 
 
 def small_motions(model: Model, x: Array, neutral: Array) -> SmallMotions:
@@ -91,8 +91,8 @@ def small_motions(model: Model, x: Array, neutral: Array) -> SmallMotions:
 
     Raises ValueError for nonholonomic constraints, and for effectors with states.
     """
-    if moving := moving_states(model.system):
-        names = ", ".join(sorted({model.system.state_names()[k][0].rpartition(".")[0] for k in moving}))
+    if states := moving_states(model.system):
+        names = ", ".join(sorted({model.system.state_names()[k][0].rpartition(".")[0] for k in states}))
         raise ValueError(
             f"the states of {names} make the small motions more than vibrations; `femflex linearize` prints the poles "
             "of the whole craft (in Python: the eigenvalues of `linearised`)"
@@ -125,7 +125,7 @@ class _Modal:
     """The equations in coordinates y of unit mass, dxi = phi y; states (y, y' / s), s (n,) about their frequencies.
 
     phi is the inverse of a Cholesky factor of the mass, soft coordinates first: the stiffness of stiff ones does not
-    enter the rows of soft ones, and slow librations keep their digits beside fast vibrations (modes of K and M would
+    enter the rows of soft ones, and slow librations keep their digits next to fast vibrations (modes of K and M would
     lose them: their squares have errors of eps times the largest).
     """
 

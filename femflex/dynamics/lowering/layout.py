@@ -33,7 +33,7 @@ HEADER = np.dtype(
             "n_markers",
             "n_q",
             "n_u",
-            "n_z",  # states beside coordinates and velocities
+            "n_z",  # states in addition to coordinates and velocities
             "z", "zdot",  # work (n_z,) each: the states, taken from behind the velocities, and their rates
             "relaxes",  # 1: states have rates of their own
             "moved_u",  # work (n_u,): velocities at which these are tried

@@ -1,4 +1,4 @@
-"""Records of what ties bodies together beside the tree: constraints (loops, nonholonomic).
+"""Records of constraints besides the tree: constraints (loops, nonholonomic).
 
 They stand behind all other records of the table, where the header's `closing` says: first one CLOSING record, then the
 CONSTRAINT records. A row of a constraint has its place in the work array.

@@ -2,7 +2,7 @@
 
 (M + c_d D + c_k K) d = -(M udot + h - Q) is solved for udot + d: (M + c_d D + c_k K) (udot + d) = (c_d D + c_k K) udot
 + Q - h, the equations of motion of bodies and joints that are heavier by c_d D + c_k K, with what these take off.
-Compiled apart from `rate`, and only when first asked for.
+Compiled apart from `rate`, and only at the first request.
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ Loads, springs and loops at markers that move with time, and gravity of an orbit
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -141,7 +142,11 @@ def sections_of(model: Model, k: int, table: LengthTable, at_length: tuple[float
             w, joint = int(child["work"]), model.system.joint_of(other)
             C = model.work[w + W_CIP : w + W_CIP + 12].reshape(3, 4)[:, :3]  # parent to child components
             attached.append((joint.parent_marker, C.T @ model.work[w + W_P : w + W_P + 3]))
-    return table.sections.report(at_length, body_motion(model, k), attached)
+    motion, whole = body_motion(model, k), model.system.varying[model.system.order[k - 1]].whole
+    if whole is not None:  # a body without its shapes, whose sections are those of the body that has them
+        still = np.zeros(1 + whole.n_shapes)
+        motion = replace(motion, y=np.eye(1, len(still))[0], dy=still, ddy=still)
+    return table.sections.report(at_length, motion, attached)
 
 
 def gather(model: Model, t: float, x: Array) -> None:
@@ -220,7 +225,7 @@ def carried_power(child: np.void, parent: np.void, pool: Array, work: Array, mot
 
 
 def bearing_power(b: np.void, pool: Array, work: Array, motion: BodyMotion) -> float:
-    """Power of what a body hangs by, by the velocity that its own marker Q has of itself; taken off [W]."""
+    """Power of a body's joint by the velocity of its own marker Q in itself; subtracted [W]."""
     p, rows = int(b["work"]) + W_P, (int(b["own_place"]), int(b["own_shape"]), int(b["own_spin"]))
     return -marker_power(b, rows, pool, motion, work[p : p + 3], work[p + 4 : p + 7], np.zeros(3))
 

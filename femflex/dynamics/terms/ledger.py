@@ -2,7 +2,7 @@
 
 Every term is written as it stands on the left of M udot + h - Q = 0, so that all of them sum to zero. h splits by its
 degree in u (THEORY section 4), from inertia forces alone, at u, -u and 0; everything else is evaluated by itself, with
-nothing else there to cancel against. Compiled apart from `rate`, and only when first asked for.
+nothing else there to cancel against. Compiled apart from `rate`, and only at the first request.
 
 The degree in u counts free coordinates alone: held ones move as specified throughout, and their sddot belongs to the
 specified motion.

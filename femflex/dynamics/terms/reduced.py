@@ -1,6 +1,6 @@
 """Equations of motion from which terms of the ledger have been left out: residual and rate of the state.
 
-Compiled apart from `rate`, and only when first asked for.
+Compiled apart from `rate`, and only at the first request.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 [M -A^T; A 0] (udot, lambda) = (what is left of Q - h, bdot - Adot u): the free accelerations come from the terms that
 are left, and what they lack in every row gives the multipliers. The rows are kinematics; nothing is left out there.
-Compiled apart, and only when first asked for.
+Compiled apart, and only at the first request.
 """
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ class Assembler:
         self._patterns: list[Pattern] = []
 
     def total(self, parts: Sequence[Part]) -> sparse.csr_array:
-        """T^T (sum of the parts) T, (n_dof, n_dof), without entries that are zero.
+        """T^T (sum of the parts) T (n_dof, n_dof) [SI per dof], without entries that are zero.
 
         Parts whose raw dofs are independent ones by another number go straight to their places.
         """
@@ -121,12 +121,12 @@ class Assembler:
 
 
 def assembled(parts: Sequence[Part], T: sparse.csr_array) -> sparse.csr_array:
-    """T^T (sum of the parts) T, (n_dof, n_dof), with parts on raw dofs and T (n_raw, n_dof)."""
+    """T^T (sum of the parts) T (n_dof, n_dof) [SI per dof], with parts on raw dofs and T (n_raw, n_dof)."""
     return Assembler(T).total(parts)
 
 
 def renumbering(T: sparse.csr_array) -> Index:
-    """Independent dof (n_raw,) that a raw dof is equal to; -1 where it depends on several, or is scaled."""
+    """Numbers (n_raw,) of independent dofs that a raw dof is equal to; -1 where it depends on several, or is scaled."""
     single = np.flatnonzero(np.diff(T.indptr) == 1)
     entry = T.indptr[single]
     same = T.data[entry] == 1.0

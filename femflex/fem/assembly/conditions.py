@@ -56,13 +56,13 @@ def conditions(mesh: Mesh, supports: Supports) -> tuple[Condition, ...]:
 
 
 def directions_of(sums: Array) -> Array:
-    """Projectors (n, 3, 3) on the ranges of sums of projectors (n, 3, 3)."""
+    """Projectors (n, 3, 3) [1] on the ranges of sums of projectors (n, 3, 3)."""
     value, vectors = np.linalg.eigh(sums)
     return np.asarray(np.einsum("nik,nk,njk->nij", vectors, np.where(value > SAME, 1.0, 0.0), vectors))
 
 
 def edge_keys(a: Index, b: Index, n_points: int) -> Index:
-    """Keys lower * n_points + upper of pairs of nodes."""
+    """Keys (k,), numbers lower * n_points + upper of pairs of nodes (k, 2)."""
     return np.minimum(a, b) * n_points + np.maximum(a, b)
 
 

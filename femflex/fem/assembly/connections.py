@@ -53,7 +53,7 @@ def _repeated_in_layers(number: Index, first: Connections, n: int, layers: int) 
 
 
 def connections(number: Index) -> Connections:
-    """Which of the runs number (e, r) of elements are connected."""
+    """Which of the runs with numbers (e, r) of elements are connected."""
     r = number.shape[1]
     n = int(number.max()) + 1
     owner = _sorting(number.ravel().astype(np.int32), n)  # element and run, by run

@@ -35,7 +35,7 @@ class Dependence:
 
 
 def independent_of(T: sparse.csr_array, dependences: Sequence[Dependence]) -> sparse.csr_array:
-    """T (n_raw, n) without the dofs that follow others (n_raw, n - k).
+    """T (n_raw, n) [1] without the dofs that follow others (n_raw, n - k).
 
     Raises ValueError where dofs follow in two connections, or each other in a circle.
     """

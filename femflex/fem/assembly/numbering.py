@@ -43,7 +43,7 @@ class Numbering:
         self.n_raw = 0
 
     def translation(self, nodes: Index) -> Index:
-        """Raw dofs (k, 3) of the translation of nodes (k,), global components."""
+        """Numbers (k, 3) of raw dofs of the translation of nodes (k,), global components."""
         return self._numbers(self._translation, nodes)
 
     def rotation(self, nodes: Index, normals: Array | None = None) -> Index:
@@ -56,7 +56,7 @@ class Numbering:
         return self._numbers(self._rotation, nodes)
 
     def extra(self, count: int) -> Index:
-        """Raw dofs (count,) that belong to no single node; no support holds them before they are `attach`ed."""
+        """Numbers (n,) of raw dofs that belong to no single node; no support holds them before they are `attach`ed."""
         return self._take(count)
 
     def sides(self, ends: Index) -> Index:
@@ -81,7 +81,7 @@ class Numbering:
 
     @property
     def faded(self) -> Index:
-        """Raw dofs (k,) of `fading`."""
+        """Numbers (k,) of raw dofs of `fading`."""
         return np.concatenate([np.zeros(0, np.int64), *self._fading])
 
     def attach(
@@ -121,7 +121,7 @@ class Numbering:
         return dof, factor
 
     def translation_of(self, nodes: Index) -> Index:
-        """Raw dofs (k, 3) that members already gave the translation of nodes (k,); -1 where none did."""
+        """Numbers (k, 3) of raw dofs that members already gave the translation of nodes (k,); -1 where none did."""
         return self._translation[nodes]
 
     def rotation_of(self, nodes: Index) -> Index:
@@ -140,7 +140,7 @@ class Numbering:
         return layout(self.n_raw, self._translation, self._rotation, (nodes, axes), self._extras, supports)
 
     def independent(self, supports: Sequence[Condition] = ()) -> sparse.csr_array:
-        """T (n_raw, n_dof): raw dofs from the independent ones, which lie along the axes of these supports."""
+        """T (n_raw, n_dof) [1]: raw dofs from the independent ones, which lie along the axes of these supports."""
         dropped = self._rotation[self._flat()[0]]
         keep = np.ones(self.n_raw, bool)
         keep[dropped.ravel()] = False

@@ -39,7 +39,7 @@ FAMILY = "beam"
 
 
 def corner_nodes(mesh: Mesh, members: Iterable[Member], least: float = IN_LINE) -> Index:
-    """Nodes (k,), ascending, where elements of beam members meet at an angle of a sine above least."""
+    """Numbers (k,) of the nodes, ascending, where elements of beam members meet at an angle of a sine above least."""
     first = np.zeros((len(mesh.points), 3))
     angled = np.zeros(len(mesh.points), bool)
     for member in members:
@@ -57,7 +57,8 @@ def corner_nodes(mesh: Mesh, members: Iterable[Member], least: float = IN_LINE) 
 
 
 def corner_gradients(elements: BeamElements, xi: Array, corners: Flags) -> Array:
-    """Rows (e, q, 6, n_local) of H'' theta, psi_y and psi_z of either end at xi (q,); none at ends (e, 2) that are no
+    """Rows (e, q, 6, n_local) [rad per dof] of H'' theta, psi_y and psi_z of either end at xi (q,); none at ends (e,
+    2) that are no
     corner."""
     slope = field_rows(elements.order, xi, elements.length, 2)[:, :, 1]
     rows = np.zeros((*slope.shape[:2], 6, slope.shape[2]))

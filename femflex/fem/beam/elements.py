@@ -38,27 +38,30 @@ class BeamElements:
     order: BeamOrder
 
     def rows(self, xi: Array, derivative: int = 0) -> Array:
-        """Rows of u, v, w, theta in element axes on the element's (global) dofs at xi (q,): (e, q, 4, n_local)."""
+        """Rows (e, q, 4, n_local) [SI per dof] of u, v, w, theta in element axes on the element's (global) dofs at xi
+        (q,)."""
         rows = field_rows(self.order, xi, self.length, derivative)
         for node in range(0, NODAL, 3):
             rows[..., node : node + 3] = np.matmul(rows[..., node : node + 3], self.frame[:, None])
         return rows
 
     def slopes(self, xi: Array, derivative: int = 0) -> Array:
-        """Rows of v' - gamma_y and w' - gamma_z (or their d/dx), the slopes of sections: (e, q, 2, n_local)."""
+        """Rows of v' - gamma_y and w' - gamma_z (or their d/dx), the slopes of sections: (e, q, 2, n_local) [SI per
+        dof]."""
         return self.rows(xi, derivative + 1)[:, :, 1:3] - shear_rows(self.order, xi, self.length, derivative)
 
     def shears(self, xi: Array) -> Array:
-        """Rows of gamma_y and gamma_z (e, q, 2, n_local)."""
+        """Rows of gamma_y and gamma_z (e, q, 2, n_local) [SI per dof]."""
         return shear_rows(self.order, xi, self.length, 0)
 
     def places(self, xi: Array, offsets: Array) -> Array:
-        """Undeformed positions (e, q, k, 3) at offsets (e, q, k, 3) from the line, section axes, at xi (q,)."""
+        """Undeformed positions (e, q, k, 3) [m] at offsets (e, q, k, 3) from the line, section axes, at xi (q,)."""
         axis = self.origin[:, None] + self.length[:, None, None] * xi[:, None] * self.frame[:, None, 0]
         return axis[:, :, None] + np.matmul(offsets, self.frame[:, None])
 
     def motion(self, xi: Array, offsets: Array) -> Array:
-        """Rows of the global displacement u + (theta, -w', v') x offset of such points: (e, q, k, 3, n_local)."""
+        """Rows of the global displacement u + (theta, -w', v') x offset of such points: (e, q, k, 3, n_local) [SI per
+        dof]."""
         rows, slope = self.rows(xi), self.slopes(xi)
         x, y, z = (offsets[..., i, None] for i in range(3))
         u, v, w, theta = (rows[:, :, None, i] for i in range(4))

@@ -30,7 +30,7 @@ def shears(section: Any, options: dict[str, Any]) -> bool:
 
 
 def full_stiffness(resultants: Resultants, options: dict[str, Any], where: str) -> Array:
-    """Stiffness (e, q, 6, 6) over (eps, gamma_y, gamma_z, kappa_x, kappa_y, kappa_z) about the node line.
+    """Stiffness (e, q, 6, 6) [SI] over (eps, gamma_y, gamma_z, kappa_x, kappa_y, kappa_z) about the node line.
 
     Raises ValueError when the section does not know its shear stiffness.
     """
@@ -52,7 +52,7 @@ def full_stiffness(resultants: Resultants, options: dict[str, Any], where: str) 
 
 
 def transformed(centroid: Array, shear_centre: Array) -> Array:
-    """X (6, 6): strains at the centroid and the shear centre (2,) from those at the node line."""
+    """X (6, 6) [1]: strains at the centroid and the shear centre (2,) from those at the node line."""
     X = np.eye(6)
     X[0, 4], X[0, 5] = centroid[1], -centroid[0]
     X[1, 3], X[2, 3] = -shear_centre[1], shear_centre[0]
@@ -60,7 +60,7 @@ def transformed(centroid: Array, shear_centre: Array) -> Array:
 
 
 def mass_centre(resultants: Resultants, options: dict[str, Any]) -> Array:
-    """Mass centre (e, q, 2) or (2,) from the node line."""
+    """Mass centre (e, q, 2) [m] or (2,) from the node line."""
     own = _place(options["offset"]) + _place(options["mass_centre"])
     return own if resultants.centre is None else own + resultants.centre
 

@@ -22,7 +22,8 @@ Index = NDArray[np.int64]
 def released(
     mesh: Mesh, member: Member, options: dict[str, Any], numbering: Numbering, nodes: Index, frame: Array, nodal: Index
 ) -> Index:
-    """Dofs (2 e, 6) of the ends of elements with nodes (e, 2) and frames (e, 3, 3): their nodes', or own ones at
+    """Numbers (2 e, 6) of the dofs of the ends of elements with nodes (e, 2) and frames (e, 3, 3): their nodes', or
+    own ones at
     releases, which follow the nodes in all but the released components.
 
     Raises ValueError on components no node has, and where no end of the member is at a node of release_at.

@@ -131,7 +131,8 @@ class BeamStrain(DenseStrain):
 
 
 def sectional_stiffness(r: Resultants, stiffness: Array | None) -> Array:
-    """Elastic matrix (e, q, 4, 4) over (eps, kappa_z, kappa_y, r kappa_x): that of the resultants, or the same of a
+    """Elastic matrix (e, q, 4, 4) [SI] over (eps, kappa_z, kappa_y, r kappa_x): that of the resultants, or the same
+    of a
     full sectional stiffness (e, q, 6, 6) without its shears."""
     if stiffness is None:
         return np.stack([r.EA, r.EIz, r.EIy, r.GJ / r.polar2], axis=-1)[..., None] * np.eye(4)
@@ -219,7 +220,7 @@ def fourth_order(EIy: Array | float, EIz: Array | float, polar2: Array | float, 
 
 
 def product_maps(strains: Sequence[Sequence[tuple[int, int]]]) -> Array:
-    """Quadratic map (s, 9, 9) of strains that are sums of products of two gradients."""
+    """Quadratic map (s, 9, 9) [1] of strains that are sums of products of two gradients."""
     found = np.zeros((len(strains), 9, 9))
     for own, products in zip(found, strains, strict=True):
         for row, column in products:
@@ -228,7 +229,7 @@ def product_maps(strains: Sequence[Sequence[tuple[int, int]]]) -> Array:
 
 
 def strain_maps() -> tuple[Array, Array]:
-    """Linear (4, 9) and quadratic map (4, 9, 9) from (u', v', w', r theta', v'', w'', theta, r v', r w')."""
+    """Linear (4, 9) and quadratic map (4, 9, 9) [1] from (u', v', w', r theta', v'', w'', theta, r v', r w')."""
     linear, quadratic = np.zeros((4, 9)), np.zeros((4, 9, 9))
     linear[[0, 1, 2, 3], [0, 4, 5, 3]] = 1.0, 1.0, -1.0, 1.0
     quadratic[0, range(4), range(4)] = 1.0

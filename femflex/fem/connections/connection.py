@@ -61,5 +61,5 @@ def reference_node(mesh: Mesh, reference: str | Place, group: str, name: str) ->
 
 
 def skew(r: Array) -> Array:
-    """Cross-product matrices (..., 3, 3) of vectors r (..., 3): skew(r) a = r x a."""
+    """Cross-product matrices (..., 3, 3) of vectors r (..., 3) in any unit: skew(r) a = r x a."""
     return np.asarray(np.cross(r[..., None, :], np.eye(3)).swapaxes(-1, -2))

@@ -32,7 +32,7 @@ def canonical(eigenvalues: Array, phi: Array) -> Array:
 
 
 def clusters(eigenvalues: Array, gap: float) -> list[slice]:
-    """Runs of ascending eigenvalues (n,) whose neighbours differ by less than a relative gap."""
+    """Runs of ascending eigenvalues (n,), in any unit, whose neighbours differ by less than a relative gap."""
     scale = np.maximum(np.abs(eigenvalues[1:]), np.abs(eigenvalues[:-1]))
     breaks = np.flatnonzero(np.diff(eigenvalues) > gap * scale) + 1
     edges = [0, *breaks.tolist(), len(eigenvalues)]
@@ -48,7 +48,7 @@ def whole_clusters(omega: Array, n: int) -> int | None:
 
 
 def signs(phi: Array) -> Array:
-    """Sign (n,) of each column's largest entry; among entries that tie, the first."""
+    """Sign (n,) [1] of each column's largest entry; among entries that tie, the first."""
     size = np.abs(phi)
     largest = np.argmax(size >= (1 - TIE) * size.max(axis=0), axis=0)
     return np.where(phi[largest, np.arange(phi.shape[1])] < 0, -1.0, 1.0)

@@ -66,7 +66,7 @@ class Modes:
 def lowest_modes(
     K: sparse.csr_array, M: sparse.csr_array, n: int, free: bool = False, solve: Solve | None = None
 ) -> Modes:
-    """The n lowest elastic modes of (K, M), or a few more where n would part a close pair.
+    """The n lowest elastic modes of (K [N/m], M [kg]), (n_dof, n_dof), or a few more where n would part a close pair.
 
     free: K is known to be singular, which saves the attempt to factorise it.
     solve: b -> K^-1 b by factors that exist already, b and the answer M-orthogonal to what K has no stiffness against.
@@ -217,7 +217,8 @@ def _null_count(K: sparse.csr_array, M: sparse.csr_array) -> tuple[int, float]:
 
 
 def without_stiffness(K: sparse.csr_array, M: sparse.csr_array, phi: Array) -> NDArray[np.bool_]:
-    """Which columns of phi (n_dof, n) store no strain energy, neither relative to its summands nor at all."""
+    """Which columns of phi (n_dof, n), numbers from 0, store no strain energy, neither relative to its summands nor
+    at all."""
     energy, mass = (np.einsum("in,in->n", phi, A @ phi) for A in (K, M))
     return (stiffness_ratio(K, phi) < NO_STIFFNESS) | (energy < NO_ENERGY * _typical_eigenvalue(K, M) * mass)
 

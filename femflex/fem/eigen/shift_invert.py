@@ -20,12 +20,12 @@ NO_MASS = 1e-14  # relative inverse eigenvalue below which a mode is numerically
 
 
 def factorised(A: sparse.csr_array) -> SuperLU:
-    """Sparse factors of a symmetric positive matrix, pivots kept on the diagonal."""
+    """Sparse factors of a symmetric positive matrix (n, n) in any unit, pivots kept on the diagonal."""
     return splu(A.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
 
 def orthonormal(M: sparse.csr_array, phi: Array) -> Array:
-    """Columns of phi made M-orthonormal in their order (Gram–Schmidt by two Cholesky steps)."""
+    """Columns of phi (n_dof, n) [m, rad] made M-orthonormal in their order (Gram–Schmidt by two Cholesky steps)."""
     phi = phi / np.sqrt(np.einsum("in,in->n", phi, M @ phi))
     for _ in range(2):
         L = np.linalg.cholesky(phi.T @ (M @ phi))
@@ -87,7 +87,8 @@ class ShiftInverted:
                 raise SingularError from error
 
     def largest(self, count: int, surely: int = 0, tolerance: float = 0.0) -> tuple[Array, Array]:
-        """The count largest theta (by size) and their shapes, fewer when fewer dofs carry mass.
+        """The largest theta (count,) [s^2/rad^2] by size, and their shapes (n_dof, count), fewer when fewer dofs
+        carry mass.
 
         surely: how many of them must be the largest, none missed. tolerance: relative, of the Lanczos search.
         """

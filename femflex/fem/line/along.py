@@ -42,7 +42,7 @@ def along(value: Along, s: Array, length: Array | float) -> Array:
 
 
 def table(rows: Sequence[ArrayLike] | Array, s: Array) -> Array:
-    """Values at s of a table (s, values) by monotone cubic interpolation."""
+    """Values (...) at s (...) [m] of a table (s, values) by monotone cubic interpolation."""
     if len(rows) != 2 or np.shape(rows[0]) != np.shape(rows[1]) or np.ndim(rows[0]) != 1 or np.size(rows[0]) < 2:
         raise ValueError(f"a table along a member is (s, values), two rows of equal length, at least 2; got {rows!r}")
     at, values = np.asarray(rows[0], float), np.asarray(rows[1], float)

@@ -21,7 +21,8 @@ LINE_TYPES = ("line", "line3")
 
 
 def straight_elements(cells: dict[str, Index]) -> Index:
-    """End nodes (e, 2) of the straight elements that line cells stand for; line3 is two, joined at its middle node."""
+    """Numbers (e, 2) of the end nodes of the straight elements that line cells stand for; line3 is two, joined at its
+    middle node."""
     line, line3 = cells.get("line", np.zeros((0, 2), np.int64)), cells.get("line3", np.zeros((0, 3), np.int64))
     return np.concatenate([line, line3[:, [0, 2, 2, 1]].reshape(-1, 2)])
 
@@ -36,7 +37,11 @@ def element_frames(start: Array, end: Array, orientation: Array | None, group: s
     length = np.linalg.norm(end - start, axis=1)
     scale = max(1.0, float(np.abs(start).max(initial=0.0)))
     if (length <= 1e-12 * scale).any():
-        raise ValueError(f"group {group!r} has {int((length <= 1e-12 * scale).sum())} line cells of no length")
+        first = int(np.argmin(length))
+        raise ValueError(
+            f"group {group!r} has {int((length <= 1e-12 * scale).sum())} line cells of no length, the first is cell "
+            f"{first} at ({', '.join(f'{c:.6g}' for c in start[first])}) m; join its two nodes or take it out"
+        )
     x = (end - start) / length[:, None]
     if orientation is None:
         y = np.cross([0.0, 0.0, 1.0], x)
@@ -69,7 +74,7 @@ class ArcLength:
 
 
 def arc_length(mesh: Mesh, elements: Index, group: str, start: str | None) -> ArcLength:
-    """Arc length along the chains that elements (e, 2) form, from the points of group `start`.
+    """Arc length [m] along the chains that elements (e, 2) form, from the points of group `start`.
 
     Without `start` a chain begins at the end from which its cells point away (the first node of an end cell; of two
     such ends, the one with the lower point number). Raises ValueError on branches, on closed chains without a start,

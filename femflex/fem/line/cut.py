@@ -175,7 +175,8 @@ def _points_of(mesh: Mesh) -> Index:
 
 
 def all_groups(mesh: Mesh) -> dict[str, Index]:
-    """Points of every group of a mesh that has any; of a name shared by points and cells, the points."""
+    """Numbers (k,) of the points of every group of a mesh that has any; of a name shared by points and cells, the
+    points."""
     found = {}
     for name, by_type in mesh.cell_groups.items():
         parts = [mesh.cells[kind][rows].ravel() for kind, rows in by_type.items()]

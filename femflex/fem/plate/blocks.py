@@ -61,7 +61,8 @@ class LocalDofs:
 
 
 def mass_points(middle: Array, area: Array, axes: Array, section: PlateSection) -> tuple[Array, Array, Array]:
-    """Masses (e, r q), places (e, r q, 3) and layer heights (r,) of points with the mass and the rotary inertia of a
+    """Masses (e, r q) [kg], places (e, r q, 3) [m] and layer heights (r,) [m] of points with the mass and the rotary
+    inertia of a
     plate: its mass on the middle plane, or two halves of it at +- the radius of gyration.
 
     middle (e, q, 3) and area (e, q) are the quadrature points of the middle plane.
@@ -97,11 +98,11 @@ class PlateInertia:
 
     @property
     def dofs(self) -> Index:
-        """Raw dofs (e, l)."""
+        """Numbers (e, l) of raw dofs."""
         return self.map.dofs
 
     def shapes(self, phi: Array, elements: slice) -> Array:
-        """Displacement of the points per column of phi (n_raw, n): (e, r q, 3, n)."""
+        """Displacement (e, r q, 3, n) [m] of the points per column of phi (n_raw, n)."""
         local = self.map.local(phi, elements)
         m, (e, _, n) = self.P.shape[1], local.shape
         u, v = (np.matmul(self.P, local[:, i : 2 * m : 2]) for i in (0, 1))  # (e, q, n)
@@ -117,7 +118,7 @@ class PlateInertia:
         return (self._dm_by_layer(elements).sum(axis=1) @ products).reshape(-1, m, m)
 
     def bending_mass(self, elements: slice = EVERY) -> Array:
-        """Mass matrices (e, b, b) of the bending dofs, with rotary inertia."""
+        """Mass matrices (e, b, b) [kg, kg m, kg m^2] of the bending dofs, with rotary inertia."""
         dm = self._dm_by_layer(elements)
         N = self.bending(elements)
         turning = np.einsum("erq,r->eq", dm, self.heights**2)
@@ -126,7 +127,7 @@ class PlateInertia:
         return np.matmul(flat.swapaxes(1, 2), weighted)
 
     def mass(self, elements: slice = EVERY) -> Array:
-        """Element mass matrices (e, l, l)."""
+        """Element mass matrices (e, l, l) [kg, kg m, kg m^2]."""
         inplane = np.asarray(np.kron(self.scalar_mass(elements), np.eye(2)), np.float64)
         return self.map.in_raw(inplane, self.bending_mass(elements), elements)
 

@@ -41,7 +41,8 @@ class Stiffness:
 
 
 def section_stiffness(section: PlateSection, axis: ArrayLike, axes: Array) -> Stiffness:
-    """Stiffness of the section in axes (1|e, 3, 3) when its x axis is `axis` (3,), global, laid into the planes.
+    """Stiffness [N/m, N, N m] of the section in axes (1|e, 3, 3) when its x axis is `axis` (3,), global, laid into
+    the planes.
 
     Raises ValueError when axis is not a direction.
     """

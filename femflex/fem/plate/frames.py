@@ -12,7 +12,7 @@ DUST = 1e-12  # components of a unit vector below this are rounding
 
 
 def plane_normals(corners: Array, where: str) -> Array:
-    """Unit normals (e, 3) of elements from three of their corners (e, 3+, 3), turned by `oriented`.
+    """Unit normals (e, 3) [1] of elements from three of their corners (e, 3+, 3), turned by `oriented`.
 
     Raises ValueError when an element has no area. Normals that are equal but for rounding come back equal.
     """
@@ -31,7 +31,7 @@ def plane_normals(corners: Array, where: str) -> Array:
 
 
 def oriented(normals: Array) -> Array:
-    """Unit normals (e, 3) turned so that z is positive, or y where z vanishes, or x; rounding dust becomes zero."""
+    """Unit normals (e, 3) [1] turned so that z is positive, or y where z vanishes, or x; rounding dust becomes zero."""
     n = np.where(np.abs(normals) < DUST, 0.0, normals)
     n = n / np.linalg.norm(n, axis=1, keepdims=True)
     x, y, z = (np.where(np.abs(c) < PLANE_TOLERANCE, 0.0, np.sign(c)) for c in n.T)
@@ -39,7 +39,8 @@ def oriented(normals: Array) -> Array:
 
 
 def in_plane(direction: ArrayLike, normals: Array) -> Array:
-    """Unit vectors (e, 3): the direction (3,) laid into each plane; where it is upright, with components shifted."""
+    """Unit vectors (e, 3) [1]: the direction (3,) laid into each plane; where it is upright, with components
+    shifted."""
     given = np.asarray(direction, float)
     first, second = _laid(given / np.linalg.norm(given), normals), _laid(np.roll(given, 1), normals)
     upright = np.linalg.norm(first, axis=1, keepdims=True) < 0.1
@@ -55,7 +56,7 @@ def plane_frames(normals: Array) -> Array:
 
 
 def shared_axes(axes: Array) -> Array:
-    """Axes (1, 3, 3) where all elements have the same, else as they are (e, 3, 3)."""
+    """Axes (1, 3, 3) [1] where all elements have the same, else as they are (e, 3, 3)."""
     return axes[:1] if np.abs(axes - axes[0]).max() < DUST else axes
 
 

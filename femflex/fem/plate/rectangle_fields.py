@@ -20,12 +20,14 @@ XI, ETA = np.array([-1.0, 1.0, 1.0, -1.0]), np.array([-1.0, -1.0, 1.0, 1.0])
 
 
 def hermite(s: float, value: bool) -> Array:
-    """Coefficients (4,) of the cubic of value (or of slope) 1 in s = -1 or 1, the other and both at -s being zero."""
+    """Coefficients (4,) [1] of the cubic of value (or of slope) 1 in s = -1 or 1, the other and both at -s being
+    zero."""
     return np.array([2, 3 * s, 0, -s]) / 4 if value else np.array([-s, -1, s, 1]) / 4
 
 
 def deflection(xi: Array, eta: Array, order: tuple[int, int]) -> Array:
-    """Derivative (q, 16), order times by xi and eta, of w over the dofs (w, w,eta, w,xi, w,xi eta) of each corner.
+    """Derivative (q, 16) [m per dof], order times by xi and eta, of w over the dofs (w, w,eta, w,xi, w,xi eta) of
+    each corner.
 
     Read only: the points are those of a few rules, and the table of each is wanted for every chunk of elements.
     """
@@ -45,29 +47,30 @@ def _deflection(xi_bytes: bytes, eta_bytes: bytes, order: tuple[int, int]) -> Ar
 
 
 def dof_scale(a: Array, b: Array) -> Array:
-    """Factors (e, 16) that turn (w, theta_x, theta_y, twist) of each corner into (w, w,eta, w,xi, w,xi eta)."""
+    """Factors (e, 16) [1, m, m^2] that turn (w, theta_x, theta_y, twist) of each corner into (w, w,eta, w,xi, w,xi
+    eta)."""
     return np.tile(np.stack([np.ones_like(a), b, -a, a * b], axis=1), 4)
 
 
 def deflection_and_rotation(xi: Array, eta: Array, a: Array, b: Array) -> Array:
-    """w, beta_x, beta_y (e, q, 3, 16) of rectangles with half lengths a, b (e,)."""
+    """w [m], beta_x, beta_y [rad] (e, q, 3, 16), per dof, of rectangles with half lengths a, b (e,)."""
     reference = [deflection(xi, eta, order) for order in ((0, 0), (1, 0), (0, 1))]
     return _scaled(reference, [np.ones_like(a), -1 / a, -1 / b], a, b)
 
 
 def curvatures(xi: Array, eta: Array, a: Array, b: Array) -> Array:
-    """kappa (3) = -(w,xx  w,yy  2 w,xy) of rectangles with half lengths a, b (e,): (e, q, 3, 16)."""
+    """kappa (3) [1/m] = -(w,xx  w,yy  2 w,xy) of rectangles with half lengths a, b (e,): (e, q, 3, 16)."""
     reference = [deflection(xi, eta, order) for order in ((2, 0), (0, 2), (1, 1))]
     return _scaled(reference, [-1 / a**2, -1 / b**2, -2 / (a * b)], a, b)
 
 
 def inplane_shapes(xi: Array, eta: Array) -> Array:
-    """In-plane shape functions (q, 9): corners, beyond the straight line on sides, bubble."""
+    """In-plane shape functions (q, 9) [1]: corners, beyond the straight line on sides, bubble."""
     return np.stack([f(xi) * g(eta) for f, g in _INPLANE], axis=1)
 
 
 def inplane_gradients(xi: Array, eta: Array, a: Array, b: Array) -> Array:
-    """Their derivatives by x and y (e, q, 2, 9) on rectangles with half lengths a, b (e,)."""
+    """Their derivatives by x and y (e, q, 2, 9) [1/m] on rectangles with half lengths a, b (e,)."""
     dx, dy = _inplane_derivatives(xi.tobytes(), eta.tobytes())
     return np.stack([dx / a[:, None, None], dy / b[:, None, None]], axis=2)
 

@@ -105,7 +105,7 @@ def _places(corners: Array, points: Array) -> Array:
 def rectangle_strain(
     a: Array, b: Array, elastic: Array, stress: Array, dof_map: LocalDofs, rule: tuple[Array, Array]
 ) -> PlateStrain:
-    """Strain of rectangles with half lengths a, b (e,), by a Gauss rule (points, weights) in both directions."""
+    """Strain of rectangles with half lengths a, b (e,) [m], by a Gauss rule (points, weights) in both directions."""
 
     def by(rule: tuple[Array, Array], elements: slice, sign: float = 1.0) -> PlateStrain:
         own = sign * of(elastic, elements), of(stress, elements), dof_map.over(elements)
@@ -132,7 +132,7 @@ def rectangle_strain(
 
 
 def rectangles(points: Array, corners: Index, where: str) -> tuple[Index, Array, Array, Array]:
-    """Corners (e, 4) counterclockwise from the least local x and y, axes (1|e, 3, 3), half lengths a, b (e,).
+    """Corners (e, 4) counterclockwise from the least local x and y, axes (1|e, 3, 3), half lengths a, b (e,) [m].
 
     The axes lie along the sides, the same for all rectangles of one plane and direction however their nodes are
     ordered, so that neighbours mean the same by the twist w,xy. Raises ValueError on other quadrilaterals.

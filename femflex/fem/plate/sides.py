@@ -54,7 +54,7 @@ class SideTable:
         self._turning: dict[tuple[int, int], tuple[int, float]] = {}  # (node, fold) -> its first twist, and sign
 
     def sides(self, keys: Index, numbering: Numbering, axes: Array, along: Array, spans: Array) -> Index:
-        """Raw dofs (k, 2) of sides by key (k,); new sides get theirs from the numbering.
+        """Numbers (k, 2) of raw dofs of sides by key (k,); new sides get theirs from the numbering.
 
         axes (k, 2, 3) are those of the plane, along (k, 3) those of the sides: what the dofs move along; spans (k, 3)
         lead from the lower node to the upper.
@@ -77,7 +77,8 @@ class SideTable:
         return self._dofs[np.searchsorted(self._keys, keys)]
 
     def twists(self, nodes: Index, normals: Array, numbering: Numbering) -> Index:
-        """Raw dofs (k,) of the twist at nodes (k,) in planes of these normals (k, 3); one per node and plane."""
+        """Numbers (k,) of the raw dofs of the twist at nodes (k,) in planes of these normals (k, 3); one per node and
+        plane."""
         found = np.full(len(nodes), -1, np.int64)
         slot = 0
         while (found < 0).any():
@@ -139,7 +140,8 @@ def element_sides(mesh: Mesh, corners: Index, axes: Array, numbering: Numbering)
 
 
 def fold_keys(mesh: Mesh) -> Index:
-    """Keys (lower node * n_points + upper node), ascending, of sides where surface cells of different planes meet."""
+    """Keys (k,), numbers (lower node * n_points + upper node), ascending, of sides where surface cells of different
+    planes meet."""
     keys, normals = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
     for name, cells in mesh.cells.items():
         if CELL_TYPES[name].dimension != 2:

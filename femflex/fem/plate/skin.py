@@ -36,7 +36,7 @@ class _Places:
 
 
 def plate_skin(points: Array, corners: Index, axes: Array, thickness: float, dof_map: LocalDofs) -> SkinPart:
-    """Skin of plates with corners (e, c), counterclockwise about their normals; axes (1|e, 3, 3).
+    """Skin of plates with corners (e, c), numbers of nodes, counterclockwise about their normals; axes (1|e, 3, 3).
 
     A point moves by u + theta x offset. In the middle of a side u is the mean of its ends and the element's own
     displacement beyond the straight line; theta is the mean of the ends.
@@ -117,7 +117,7 @@ def _motion(start: int, place: _Places, offset: Array) -> list[tuple[Index, Inde
 
 
 def of_rows(table: Array, rows: Index) -> Array:
-    """Rows (k, ...) of a table (e|1, ...); the single row, once, of a table that all elements share."""
+    """Rows (k, ...) [SI per dof] of a table (e|1, ...); the single row, once, of a table that all elements share."""
     return table if len(table) == 1 else table[rows]
 
 

@@ -97,12 +97,12 @@ class PlateStrain:
 
     @property
     def dofs(self) -> Index:
-        """Raw dofs (e, l)."""
+        """Numbers (e, l) of raw dofs."""
         return self.map.dofs
 
     @property
     def linear_map(self) -> Array:
-        """Linear strain from g, (6|8, 9|11)."""
+        """Linear strain from g, (6|8, 9|11) [1, m]."""
         n = self.elastic.shape[2]
         linear = np.zeros((n, n + 3))
         linear[0, 0] = linear[1, 3] = linear[2, 1] = linear[2, 2] = 1.0
@@ -111,7 +111,7 @@ class PlateStrain:
 
     @property
     def quadratic_map(self) -> Array:
-        """Quadratic strain from g, (6|8, 9|11, 9|11): von Karman's, and the curvature of plates bent far."""
+        """Quadratic strain from g, (6|8, 9|11, 9|11) [1, m]: von Karman's, and the curvature of plates bent far."""
         n = self.elastic.shape[2]
         quadratic = np.zeros((n, n + 3, n + 3))
         if self.linear:
@@ -122,7 +122,7 @@ class PlateStrain:
         return quadratic
 
     def gradients(self, phi: Array, elements: slice, most: int | None = None) -> Array:
-        """Generalised gradients per column of phi (n_raw, n): (e, q, 9|11, n)."""
+        """Generalised gradients (e, q, 9|11, n) [SI] per column of phi (n_raw, n)."""
         local = self.map.local(phi, elements)[:, None]
         m, dP = self.dP.shape[3], of(self.dP, elements)
         inplane = [np.matmul(dP, local[:, :, i : 2 * m : 2]) for i in (0, 1)]
@@ -131,7 +131,7 @@ class PlateStrain:
         return np.concatenate([*inplane, *bending], axis=2)[:, :, :most]
 
     def rows(self, elements: slice) -> Array:
-        """Generalised gradients per raw dof: (e|1, q, 9|11, l)."""
+        """Generalised gradients (e|1, q, 9|11, l) [SI per dof] per raw dof."""
         X, m = of(self.map.X, elements)[:, None], self.dP.shape[3]
         inplane = [np.matmul(of(self.dP, elements), X[:, :, i : 2 * m : 2]) for i in (0, 1)]
         bending = [np.matmul(rows(elements), X[:, :, 2 * m :]) for rows in (self.slopes, self.bending)]
@@ -167,11 +167,11 @@ class PlateStrain:
         return self._stiffness(B, of(self.elastic, elements)[:, :, :3, :3], elements)
 
     def bending_stiffness(self, elements: slice = EVERY) -> Array:
-        """Stiffness matrices (e, b, b) of the bending dofs."""
+        """Stiffness matrices (e, b, b) [N/m, N, N m] of the bending dofs."""
         return self._stiffness(self.bending(elements), of(self.elastic, elements)[:, :, 3:, 3:], elements)
 
     def stiffness(self, elements: slice = EVERY) -> Array:
-        """Element stiffness matrices of the linear strain (e, l, l)."""
+        """Element stiffness matrices (e, l, l) [N/m, N, N m] of the linear strain."""
         return self.map.in_raw(self.membrane_stiffness(elements), self.bending_stiffness(elements), elements)
 
     def parts(self) -> tuple[Part, ...]:

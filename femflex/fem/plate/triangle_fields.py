@@ -69,7 +69,7 @@ class Triangles:
         return Triangles(*(part[elements] for part in parts))
 
     def deflection_and_rotation(self, L: Array, elements: slice) -> Array:
-        """w, beta_x, beta_y (e, 3, q, 9) at area coordinates L (q, 3)."""
+        """w [m], beta_x, beta_y [rad] (e, 3, q, 9), per dof, at area coordinates L (q, 3)."""
         bubble = self.bubble[elements].swapaxes(1, 2)
         N = np.empty((len(bubble), 3, len(L), 9))
         N[:, 0] = self._cubic(bernstein(L), elements)
@@ -78,13 +78,13 @@ class Triangles:
         return N
 
     def slopes(self, L: Array, elements: slice) -> Array:
-        """w,x and w,y (e, q, 2, 9) at area coordinates L (q, 3)."""
+        """w,x and w,y (e, q, 2, 9) [rad per dof] at area coordinates L (q, 3)."""
         polynomials = bernstein_derivatives(L).reshape(-1, 10)
         by_L = self._cubic(polynomials, elements).reshape(-1, len(L), 3, 9)
         return np.matmul(self.dL[elements, None], by_L)
 
     def strains(self, L: Array, shears: bool, elements: slice) -> Array:
-        """kappa (3) and, if it shears, gamma (2): (e, q, 3|5, 9) at area coordinates L (q, 3)."""
+        """kappa (3) [1/m] and, if it shears, gamma (2) [1]: (e, q, 3|5, 9) at area coordinates L (q, 3)."""
         bubble, shear = self.bubble[elements].reshape(-1, 3, 18), self.shear[elements].reshape(-1, 3, 18)
         e, q = len(bubble), len(L)
         by_L = np.matmul(bump_derivatives(L).reshape(3 * q, 3), bubble).reshape(e, q, 3, 2, 9) + BETA
@@ -105,7 +105,8 @@ class Triangles:
 
 
 def triangles(x: Array, D: Array, S: Array | None) -> Triangles:
-    """Fields of triangles with corners x (e, 3, 2) in their planes; D (1|e, 3, 3), S (1|e, 2, 2), or None for DKT."""
+    """Fields of triangles with corners x (e, 3, 2) [m] in their planes; D (1|e, 3, 3), S (1|e, 2, 2), or None for
+    DKT."""
     span = x[:, END] - x[:, START]
     twice = span[:, 0, 0] * span[:, 1, 1] - span[:, 0, 1] * span[:, 1, 0]
     opposite = span[:, [1, 2, 0]]  # the side that does not touch the corner
@@ -124,7 +125,7 @@ def triangles(x: Array, D: Array, S: Array | None) -> Triangles:
 
 
 def side_shear_factor(t: Array, length: Array, D: Array, S: Array) -> Array:
-    """f (e, 3) = 12 D_k / (S_k L^2) with the section's stiffness along the sides t (e, 3, 2)."""
+    """f (e, 3) [1] = 12 D_k / (S_k L^2) with the section's stiffness along the sides t (e, 3, 2)."""
     bend = np.stack([t[..., 0] ** 2, t[..., 1] ** 2, 2 * t[..., 0] * t[..., 1]], axis=-1)
     D_side = np.sum(np.matmul(bend, D) * bend, axis=-1)
     flexibility = np.sum(np.matmul(t, np.linalg.inv(S)) * t, axis=-1)
@@ -132,7 +133,7 @@ def side_shear_factor(t: Array, length: Array, D: Array, S: Array) -> Array:
 
 
 def corner_vectors(t: Array, along: Array) -> Array:
-    """Vectors (e, corner, 2, 9) whose components along the two sides of each corner are along (e, side, 9)."""
+    """Vectors (e, corner, 2, 9) [1] whose components along the two sides of each corner are along (e, side, 9)."""
     s, g = t[:, BEFORE], along[:, BEFORE]
     sine = (t[..., 0] * s[..., 1] - t[..., 1] * s[..., 0])[..., None]
     x = (s[..., 1, None] * along - t[..., 1, None] * g) / sine
@@ -141,7 +142,8 @@ def corner_vectors(t: Array, along: Array) -> Array:
 
 
 def side_rises(x: Array, slope: Array) -> Array:
-    """How w rises (e, 6, 9) over a third of a side from corners x (e, 3, 2) with their slopes (e, 3, 2, 9): from each
+    """How w rises (e, 6, 9) [m per dof] over a third of a side from corners x (e, 3, 2) with their slopes (e, 3, 2,
+    9): from each
     corner along the side that begins there, then from each along the side that ends there.
     """
     third = (x[:, END] - x[:, START])[..., None] / 3
@@ -153,12 +155,12 @@ def side_rises(x: Array, slope: Array) -> Array:
 
 
 def bernstein(L: Array) -> Array:
-    """Cubic Bernstein polynomials (q, 10) at area coordinates L (q, 3)."""
+    """Cubic Bernstein polynomials (q, 10) [1] at area coordinates L (q, 3)."""
     return FACTOR * np.prod(L[:, None, :] ** CUBIC, axis=2)
 
 
 def bernstein_derivatives(L: Array) -> Array:
-    """Derivatives (q, 3, 10) of the cubic Bernstein polynomials by the area coordinates."""
+    """Derivatives (q, 3, 10) [1] of the cubic Bernstein polynomials by the area coordinates."""
     rows = []
     for axis in range(3):
         lowered = CUBIC.copy()
@@ -168,17 +170,17 @@ def bernstein_derivatives(L: Array) -> Array:
 
 
 def inplane_shapes(L: Array) -> Array:
-    """In-plane shape functions (q, 6) at area coordinates L (q, 3): corners, then 4 L_i L_j of the sides."""
+    """In-plane shape functions (q, 6) [1] at area coordinates L (q, 3): corners, then 4 L_i L_j of the sides."""
     return np.concatenate([L, 4 * L[:, START] * L[:, END]], axis=1)
 
 
 def inplane_gradients(L: Array, dL: Array) -> Array:
-    """Their derivatives by x and y (e, q, 2, 6), dL (e, 2, 3)."""
+    """Their derivatives by x and y (e, q, 2, 6) [1/m], dL (e, 2, 3) [1/m]."""
     by_L = np.concatenate([np.broadcast_to(np.eye(3), (len(L), 3, 3)), bump_derivatives(L)], axis=2)
     return np.matmul(dL[:, None], by_L)
 
 
 def bump_derivatives(L: Array) -> Array:
-    """Derivatives (q, 3, side) of 4 L_i L_j by the area coordinates."""
+    """Derivatives (q, 3, 3) [1], by side, of 4 L_i L_j by the area coordinates."""
     by_L = L[:, START, None] * np.eye(3)[END] + L[:, END, None] * np.eye(3)[START]
     return 4 * by_L.swapaxes(1, 2)

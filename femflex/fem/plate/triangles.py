@@ -97,14 +97,15 @@ def plate(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
 def triangle_inertia(
     x: Array, axes: Array, section: PlateSection, fields: Triangles, dof_map: LocalDofs
 ) -> PlateInertia:
-    """Inertia of triangles with corners x (e, 3, 3): 12 points, exact for the cubic deflection."""
+    """Inertia of triangles with corners x (e, 3, 3) [m]: 12 points, exact for the cubic deflection."""
     L, weight = area_points(6)
     dm, rho, heights = mass_points(np.matmul(L, x), fields.area[:, None] * weight, axes, section)
     return PlateInertia(dm, rho, dof_map, axes, heights, inplane_shapes(L), partial(fields.deflection_and_rotation, L))
 
 
 def triangle_strain(elastic: Array, stress: Array, fields: Triangles, dof_map: LocalDofs, degree: int) -> PlateStrain:
-    """Strain of triangles by a quadrature exact to the degree: 3 points for their linear strains.
+    """Strain of triangles (numbers of nodes (e, 3)) by a quadrature exact to the degree: 3 points for their linear
+    strains.
 
     Their in-plane field has linear gradients too, so stretch is sampled at the same points.
     """
@@ -129,7 +130,7 @@ def triangle_strain(elastic: Array, stress: Array, fields: Triangles, dof_map: L
 
 @cache
 def area_points(degree: int) -> tuple[Array, Array]:
-    """Area coordinates (q, 3) and weights (q,), summing to 1, of a quadrature exact to the degree; read only."""
+    """Area coordinates (q, 3) and weights (q,) [1], summing to 1, of a quadrature exact to the degree; read only."""
     points, weight = get_quadrature(RefTri, degree)
     L, share = np.stack([1 - points[0] - points[1], points[0], points[1]], axis=1), 2 * weight
     for kept in (L, share):

@@ -44,17 +44,17 @@ class Rectangle(Shape):
     height: Along
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
-        """See Section."""
+        """See Section, with its shapes and units."""
         b, h = self.dimensions(s, length).values()
         return SectionProperties(b * h, b * h**3 / 12, h * b**3 / 12, rectangle_torsion(b, h), b / 2, h / 2)
 
     def outline(self, s: Array, length: Array | float) -> Outline:
-        """See Section."""
+        """See Section, with its shapes and units."""
         b, h = self.dimensions(s, length, pointed=True).values()
         return polygon(b[..., None] / 2 * [-1, 1, 1, -1], h[..., None] / 2 * [-1, -1, 1, 1])
 
     def shear_factors(self, s: Array, length: Array | float, nu: float) -> tuple[Array, Array]:
-        """10 (1 + nu) / (12 + 11 nu) (G. R. Cowper, J. Appl. Mech. 33 (1966) 335)."""
+        """k_y and k_z [1], 10 (1 + nu) / (12 + 11 nu) (G. R. Cowper, J. Appl. Mech. 33 (1966) 335)."""
         k = np.full(np.shape(s), 10 * (1 + nu) / (12 + 11 * nu))
         return k, k
 
@@ -74,7 +74,7 @@ class Box(Shape):
     thickness: Along
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
-        """See Section."""
+        """See Section, with its shapes and units."""
         b, h, t = self.dimensions(s, length).values()
         check_wall(self, t, np.minimum(b, h) / 2, s)
         bi, hi = b - 2 * t, h - 2 * t
@@ -87,11 +87,11 @@ class Box(Shape):
         )
 
     def outline(self, s: Array, length: Array | float) -> Outline:
-        """See Section."""
+        """See Section, with its shapes and units."""
         return Rectangle(self.width, self.height).outline(s, length)
 
     def shear_factors(self, s: Array, length: Array | float, nu: float) -> tuple[Array, Array]:
-        """The walls along each direction over the whole section."""
+        """The walls along each direction over the whole section [1], shapes as in `Shape`."""
         b, h, t = self.dimensions(s, length).values()
         A = b * h - (b - 2 * t) * (h - 2 * t)
         return 2 * b * t / A, 2 * h * t / A
@@ -104,18 +104,18 @@ class Circle(Shape):
     radius: Along
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
-        """See Section."""
+        """See Section, with its shapes and units."""
         (r,) = self.dimensions(s, length).values()
         I = np.pi / 4 * r**4
         return SectionProperties(np.pi * r**2, I, I, 2 * I, r, r)
 
     def outline(self, s: Array, length: Array | float) -> Outline:
-        """See Section."""
+        """See Section, with its shapes and units."""
         (r,) = self.dimensions(s, length, pointed=True).values()
         return ellipse(r, r)
 
     def shear_factors(self, s: Array, length: Array | float, nu: float) -> tuple[Array, Array]:
-        """6 (1 + nu) / (7 + 6 nu) (Cowper)."""
+        """k_y and k_z [1], 6 (1 + nu) / (7 + 6 nu) (Cowper)."""
         k = np.full(np.shape(s), 6 * (1 + nu) / (7 + 6 * nu))
         return k, k
 
@@ -128,7 +128,7 @@ class Tube(Shape):
     thickness: Along
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
-        """See Section."""
+        """See Section, with its shapes and units."""
         R, t = self.dimensions(s, length).values()
         check_wall(self, t, R, s)
         r = R - t
@@ -136,7 +136,7 @@ class Tube(Shape):
         return SectionProperties(np.pi * (R + r) * t, I, I, 2 * I, R, R)
 
     def outline(self, s: Array, length: Array | float) -> Outline:
-        """See Section."""
+        """See Section, with its shapes and units."""
         R = self.dimensions(s, length, pointed=True)["outer_radius"]
         return ellipse(R, R)
 
@@ -163,7 +163,7 @@ class ISection(Shape):
     web: Along
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
-        """See Section."""
+        """See Section, with its shapes and units."""
         b, h, f, w = self.dimensions(s, length).values()
         check_wall(self, f, h / 2, s, "flange", "half the height")
         check_wall(self, w, b, s, "web", "the width")
@@ -177,7 +177,7 @@ class ISection(Shape):
         return SectionProperties(A, Iy, Iz, J, b / 2, h / 2)
 
     def outline(self, s: Array, length: Array | float) -> Outline:
-        """See Section."""
+        """See Section, with its shapes and units."""
         b, h, f, w = (v[..., None] / 2 for v in self.dimensions(s, length, pointed=True).values())
         inner = h - 2 * f
         y = np.concatenate([-b, b, b, w, w, b, b, -b, -b, -w, -w, -b], axis=-1)
@@ -187,7 +187,8 @@ class ISection(Shape):
         return Outline(np.stack([y, z], axis=-1), np.array(triangles, np.int64))
 
     def shear_factors(self, s: Array, length: Array | float, nu: float) -> tuple[Array, Array]:
-        """Along y 5/6 of the flanges, along z the web over the whole height, over the whole section."""
+        """k_y and k_z (...) [1]: along y 5/6 of the flanges, along z the web over the height, over the whole
+        section."""
         d = self.dimensions(s, length)
         A = self.properties(s, length).A
         return 5 / 3 * d["width"] * d["flange"] / A, d["height"] * d["web"] / A
@@ -208,13 +209,13 @@ class GivenSection(Shape):
     z_max: Along | None = None
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
-        """See Section."""
+        """See Section, with its shapes and units."""
         d = self.dimensions(s, length)
         y_max, z_max = self._fibres(d)
         return SectionProperties(d["A"], d["Iy"], d["Iz"], d["J"], y_max, z_max)
 
     def outline(self, s: Array, length: Array | float) -> Outline:
-        """See Section."""
+        """See Section, with its shapes and units."""
         return ellipse(*self._fibres(self.dimensions(s, length, pointed=True)))
 
     @staticmethod
@@ -245,7 +246,7 @@ class StiffnessSection(Dimensioned):
     GAz: Along | None = None
 
     def resultants(self, material: Material | None, s: Array, length: Array) -> Resultants:
-        """See Section; the material, if any, is not used."""
+        """See Section, with its shapes and units; the material, if any, is not used."""
         d = self.dimensions(s, length)
         stiff_ry2, stiff_rz2 = d["EIy"] / d["EA"], d["EIz"] / d["EA"]
         ry2, rz2 = (d[n] ** 2 if n in d else r for n, r in (("ry", stiff_ry2), ("rz", stiff_rz2)))
@@ -254,7 +255,7 @@ class StiffnessSection(Dimensioned):
         return Resultants(d["EA"], d["GJ"], d["EIy"], d["EIz"], d["mass_per_length"], ry2, rz2, polar2, *shear)
 
     def outline(self, s: Array, length: Array | float) -> Outline:
-        """See Section."""
+        """See Section, with its shapes and units."""
         d = self.dimensions(s, length, pointed=True)
         if "area" in d:
             radius = np.sqrt(d["area"] / np.pi)
@@ -270,7 +271,7 @@ class CableSection(Dimensioned):
     mass_per_length: Along
 
     def axial(self, s: Array, length: Array | float) -> tuple[Array, Array]:
-        """EA and mass per length at arc lengths s."""
+        """EA (...) [N] and mass per length (...) [kg/m] at arc lengths s (...) [m]."""
         d = self.dimensions(s, length)
         return d["EA"], d["mass_per_length"]
 

@@ -40,7 +40,7 @@ class SectionProperties:
 
     @property
     def polar(self) -> Array:
-        """Polar second moment of area, Iy + Iz [m^4]."""
+        """Polar second moment of area (...), Iy + Iz [m^4]."""
         return self.Iy + self.Iz
 
 
@@ -89,7 +89,7 @@ class Section(Protocol):
         """Whether anything changes along the member."""
 
     def resultants(self, material: Material | None, s: Array, length: Array) -> Resultants:
-        """Stiffness and mass per length."""
+        """Stiffness and mass per length; shapes and units of `Resultants`."""
 
     def outline(self, s: Array, length: Array) -> Outline:
         """What is drawn."""
@@ -105,7 +105,8 @@ class Dimensioned:
         return any(varies(value) for value in given if value is not None)
 
     def dimensions(self, s: Array, length: Array | float, pointed: bool = False) -> dict[str, Array]:
-        """Every dimension at the stations; ValueError where one is not positive (pointed: where one is negative)."""
+        """Every dimension (...) [m] at the stations; ValueError where one is not positive (pointed: where one is
+        negative)."""
         found = {}
         for f in fields(self):  # type: ignore[arg-type]
             if (given := getattr(self, f.name)) is None:
@@ -128,11 +129,11 @@ class Shape(Dimensioned):
     """A section drawn and made of one material."""
 
     def properties(self, s: Array, length: Array | float) -> SectionProperties:
-        """Area, second moments, torsion constant and extreme fibres at arc lengths s."""
+        """Area, second moments, torsion constant and extreme fibres at arc lengths s (...) [m]."""
         raise NotImplementedError
 
     def resultants(self, material: Material | None, s: Array, length: Array) -> Resultants:
-        """Stiffness and mass per length of the section in this material."""
+        """Stiffness and mass per length of the section in this material, units of `Resultants`, s (...) [m]."""
         if material is None:
             raise ValueError(
                 f"{type(self).__name__} needs a material; found none. Name one, or give the section by its stiffnesses "
@@ -146,7 +147,8 @@ class Shape(Dimensioned):
         return Resultants(E * p.A, G * p.J, E * p.Iy, E * p.Iz, mass, ry2, rz2, ry2 + rz2, GAy, GAz)
 
     def shear_factors(self, s: Array, length: Array | float, nu: float) -> tuple[Array, Array]:
-        """Shear factors k along y and z, shear force = k G A gamma; 5/6 where the shape has none of its own."""
+        """Shear factors k (...) [1] along y and z, shear force = k G A gamma; 5/6 where the shape has none of its
+        own."""
         return np.full(np.shape(s), 5 / 6), np.full(np.shape(s), 5 / 6)
 
 
@@ -163,13 +165,13 @@ def check_wall(
 
 
 def polygon(y: Array, z: Array) -> Outline:
-    """Outline of the convex polygon with corners y, z (..., k), counterclockwise."""
+    """Outline of the convex polygon with corners y, z (..., k) [m], counterclockwise."""
     k = y.shape[-1]
     corners = np.arange(1, k - 1)
     return Outline(np.stack([y, z], axis=-1), np.stack([0 * corners, corners, corners + 1], axis=1))
 
 
 def ellipse(a: Array, b: Array) -> Outline:
-    """Outline of ellipses with semi-axes a along y and b along z (...)."""
+    """Outline of ellipses with semi-axes a along y and b along z (...) [m]."""
     angle = 2 * np.pi * np.arange(ROUND_SIDES) / ROUND_SIDES
     return polygon(a[..., None] * np.cos(angle), b[..., None] * np.sin(angle))

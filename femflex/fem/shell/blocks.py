@@ -37,7 +37,7 @@ class ShellInertia:
     heights: Array
 
     def shapes(self, phi: Array, elements: slice) -> Array:
-        """Displacement of the points per column of phi (n_raw, n): (e, r q, 3, n)."""
+        """Displacement (e, r q, 3, n) [m] of the points per column of phi (n_raw, n)."""
         k = self.N.shape[1]
         nodal = phi[self.dofs[elements]].reshape(-1, 2, k, 3, phi.shape[1])
         turned = np.cross(nodal[:, 1], self.V[elements][..., None], axis=2)
@@ -45,7 +45,7 @@ class ShellInertia:
         return np.concatenate(layers, axis=1)
 
     def mass(self, elements: slice = EVERY) -> Array:
-        """Element mass matrices (e, l, l)."""
+        """Element mass matrices (e, l, l) [kg, kg m, kg m^2]."""
         k, r = self.N.shape[1], len(self.heights)
         dm = self.dm[elements].reshape(-1, r, len(self.N))
         products = (self.N[:, :, None] * self.N[:, None, :]).reshape(-1, k * k)
@@ -66,7 +66,8 @@ class ShellInertia:
 
 
 def strain_maps() -> tuple[Array, Array]:
-    """linear_map (8, 11) and quadratic_map (8, 11, 11) over the gradients of shells: those of plates, with omega^2."""
+    """linear_map (8, 11) and quadratic_map (8, 11, 11) [1, m] over the gradients of shells: those of plates, with
+    omega^2."""
     linear, quadratic = np.zeros((8, ROWS)), np.zeros((8, ROWS, ROWS))
     linear[0, 0] = linear[1, 3] = linear[2, 1] = linear[2, 2] = 1.0
     linear[3:, 6:] = np.eye(5)
@@ -110,7 +111,7 @@ class ShellStrain(DenseStrain):
         return (*parts, replace(own, elastic=0.0 * own.elastic, stress=initial)) if initial.any() else parts
 
     def stiffness(self, elements: slice = EVERY) -> Array:
-        """Element stiffness matrices of the linear strain (e, l, l)."""
+        """Element stiffness matrices (e, l, l) [N/m, N, N m] of the linear strain."""
         own = self._own(elements)
         l = own.dofs.shape[1]
         found = np.empty((len(own.dofs), l, l))

@@ -33,7 +33,7 @@ class Directors:
 
 
 def normals_at_nodes(name: str, x: Array) -> Array:
-    """Normals (e, k, 3) of elements with nodes x (e, k, 3), of the length of an area."""
+    """Normals (e, k, 3) [m^2] of elements with nodes x (e, k, 3), of the length of an area."""
     cell = CELL_TYPES[name]
     along = np.einsum("qkd,eki->eqid", cell.gradients(cell.nodes), x - x[:, :1])
     return np.cross(along[..., 0], along[..., 1])

@@ -182,7 +182,8 @@ def _cartesian(inverse: Array, covariant: Array) -> Array:
 
 
 def strain_transform(inverse: Array) -> Array:
-    """T (..., 3, 3): strains (11, 22, 2 12) from covariant (rr, ss, 2 rs), inverse (..., a, alpha) = dr^alpha/dx_a."""
+    """T (..., 3, 3) [1, m, m^2]: strains (11, 22, 2 12) from covariant (rr, ss, 2 rs), inverse (..., a, alpha) =
+    dr^alpha/dx_a."""
     a, b = inverse[..., 0, :], inverse[..., 1, :]
     rows = [
         [a[..., 0] ** 2, a[..., 1] ** 2, a[..., 0] * a[..., 1]],

@@ -47,7 +47,7 @@ def shear(cell: str) -> Tying:
 
 
 def lagrange(nodes: Array, x: Array) -> Array:
-    """Lagrange polynomials (q, n) of nodes (n,) at x (q,)."""
+    """Lagrange polynomials (q, n) [1] of nodes (n,) at x (q,)."""
     found = np.ones((len(x), len(nodes)))
     for i, a in enumerate(nodes):
         for b in np.delete(nodes, i):

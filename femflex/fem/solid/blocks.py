@@ -31,18 +31,18 @@ class SolidInertia:
     N: Array
 
     def shapes(self, phi: Array, elements: slice) -> Array:
-        """Displacement of the points per column of phi (n_raw, n): (e, q, 3, n)."""
+        """Displacement (e, q, 3, n) [m] of the points per column of phi (n_raw, n)."""
         nodal = phi[self.dofs[elements]].reshape(-1, self.N.shape[1], 3 * phi.shape[1])
         return np.matmul(self.N, nodal).reshape(len(nodal), len(self.N), 3, -1)
 
     def scalar_mass(self, elements: slice = EVERY) -> Array:
-        """Element mass matrices of one component (e, k, k): int N_k N_l dm."""
+        """Element mass matrices of one component (e, k, k) [kg]: int N_k N_l dm."""
         k = self.N.shape[1]
         products = (self.N[:, :, None] * self.N[:, None, :]).reshape(-1, k * k)
         return (self.dm[elements] @ products).reshape(-1, k, k)
 
     def mass(self) -> Array:
-        """Element mass matrices (e, l, l)."""
+        """Element mass matrices (e, l, l) [kg, kg m, kg m^2]."""
         scalar = self.scalar_mass()
         e, k = scalar.shape[:2]
         return np.einsum("ekl,ab->ekalb", scalar, np.eye(3)).reshape(e, 3 * k, 3 * k)
@@ -65,14 +65,14 @@ class SolidStrain:
     stress: Array
 
     def gradients(self, phi: Array, elements: slice, most: int | None = None) -> Array:
-        """Displacement gradients du_i/dx_a, row 3 i + a, per column of phi (n_raw, n): (e, q, 9, n)."""
+        """Displacement gradients (e, q, 9, n) [1] du_i/dx_a, row 3 i + a, per column of phi (n_raw, n)."""
         e, q, _, k = self.G[elements].shape
         nodal = phi[self.dofs[elements]].reshape(e, k, -1)
         g = np.matmul(self.G[elements].reshape(e, 3 * q, k), nodal).reshape(e, q, 3, 3, -1)
         return g.swapaxes(2, 3).reshape(e, q, 9, -1)[:, :, :most]
 
     def rows(self, elements: slice) -> Array:
-        """Displacement gradients per dof (e, q, 9, 3 k)."""
+        """Displacement gradients (e, q, 9, 3 k) [1/m] per dof."""
         G = self.G[elements]
         e, q, _, k = G.shape
         rows = np.zeros((e, q, 3, 3, k, 3))
@@ -97,7 +97,7 @@ class SolidStrain:
         return (own if stress is None else replace(own, stress=stress(own)),)
 
     def stiffness(self, elements: slice = EVERY) -> Array:
-        """Element stiffness matrices (e, l, l) of the linear strain.
+        """Element stiffness matrices (e, l, l) [N/m, N, N m] of the linear strain.
 
         K_(k i)(l j) = sum_ab c_iajb int dN_k/dx_a dN_l/dx_b dV: nine scalar products, then the elastic tensor.
         """
@@ -116,7 +116,8 @@ class SolidStrain:
 
 
 def strain_maps() -> tuple[Array, Array]:
-    """linear_map (6, 9) and quadratic_map (6, 9, 9) of the Green-Lagrange strain over g, row 3 i + a = du_i/dx_a."""
+    """linear_map (6, 9) and quadratic_map (6, 9, 9) [1] of the Green-Lagrange strain over g, row 3 i + a =
+    du_i/dx_a."""
     linear, quadratic = np.zeros((6, 9)), np.zeros((6, 9, 9))
     for s, (a, b) in enumerate(VOIGT):
         linear[s, 3 * a + b] = linear[s, 3 * b + a] = 1.0

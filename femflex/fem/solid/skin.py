@@ -29,7 +29,8 @@ def solid_skin(points: Array, cells: dict[str, Index], numbering: Numbering) -> 
 
 
 def outer_pieces(cells: dict[str, Index]) -> dict[str, Index]:
-    """Triangles (k, 3) and quads (k, 4) of mesh nodes that make up the faces which occur once, counterclockwise from
+    """Triangles (k, 3) and quads (k, 4), numbers of mesh nodes, that make up the faces which occur once,
+    counterclockwise from
     outside."""
     keys, owner = [], []
     for name, nodes in cells.items():

@@ -84,7 +84,8 @@ def membrane(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
 
 
 def shapes(kind: str, L: Array) -> Array:
-    """Shape functions (q, 6) at area coordinates L (q, 3): of three corners and 4 L_i L_j of the sides (triangle), or
+    """Shape functions (q, 6) [1] at area coordinates L (q, 3): of three corners and 4 L_i L_j of the sides
+    (triangle), or
     of the six nodes (triangle6)."""
     if kind == "triangle6":
         return CELL_TYPES[kind].interpolation(L[:, 1:])
@@ -92,7 +93,7 @@ def shapes(kind: str, L: Array) -> Array:
 
 
 def gradients(kind: str, L: Array) -> Array:
-    """Their derivatives (q, 6, 2) along the second and the third area coordinate."""
+    """Their derivatives (q, 6, 2) [1] along the second and the third area coordinate."""
     if kind == "triangle6":
         return CELL_TYPES[kind].gradients(L[:, 1:])
     dL = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
@@ -102,7 +103,7 @@ def gradients(kind: str, L: Array) -> Array:
 
 
 def geometry(kind: str, L: Array) -> Array:
-    """Shape functions (q, 3|6) of the places of the nodes."""
+    """Shape functions (q, 3|6) [1] of the places of the nodes."""
     return L if kind == "triangle" else shapes(kind, L)
 
 

@@ -35,7 +35,7 @@ class TensionStrain(DenseStrain):
     viscosity: float = 0.0
 
     def smoothed_stress(self) -> Array:
-        """Initial stress at the points (e, q, s), smoothed in every element."""
+        """Initial stress at the points (e, q, s) [N or N/m], smoothed in every element."""
         return self.smooth @ np.broadcast_to(self.stress, (*self.weight.shape, self.stress.shape[-1]))
 
     def lowest_tension(self) -> Array:
@@ -68,7 +68,7 @@ class TensionStrain(DenseStrain):
 
 
 def lowest_principal(stress: Array) -> Array:
-    """Lowest principal value (...) of stresses (..., 1) of a line or (..., 3) of a sheet."""
+    """Lowest principal value (...) of stresses [N or N/m] (..., 1) of a line or (..., 3) of a sheet."""
     if stress.shape[-1] == 1:
         return np.asarray(stress[..., 0])
     xx, yy, xy = np.moveaxis(stress, -1, 0)
@@ -76,6 +76,6 @@ def lowest_principal(stress: Array) -> Array:
 
 
 def least_squares(values: Array, weight: Array) -> Array:
-    """Matrix (q, q) that fits point values by functions with these values (q, k), in the mean with weights (q,)."""
+    """Matrix (q, q) [1] that fits point values by functions with these values (q, k), in the mean with weights (q,)."""
     weighted = values.T * weight
     return np.asarray(values @ np.linalg.solve(weighted @ values, weighted))

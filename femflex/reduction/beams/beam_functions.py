@@ -57,7 +57,7 @@ def gauss(n: int) -> tuple[Array, Array]:
 
 
 def bending_roots(ends: str, n: int) -> Array:
-    """The n lowest elastic roots beta L of a uniform beam's frequency equation, (n,).
+    """The n lowest elastic roots beta L (n,) [1] of a uniform beam's frequency equation.
 
     Written with 1 / cosh and tanh, which do not overflow: cos b = -+1 / cosh b, tan b = tanh b, sin b = 0.
     """

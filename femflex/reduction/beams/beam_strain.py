@@ -41,7 +41,7 @@ class BeamStrains:
 
 
 def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, following: bool) -> BeamStrains:
-    """The strains of the functions times X (count, n).
+    """The strains of the functions times X (count, n) [kg^-1/2].
 
     following: stretch is to follow bending (reduction.condense). Then u' is as small as v'^2: its square is left out,
     and what an inextensible beam's curvature has at fourth order comes in whole, in place of u'v'' and u'w'' in the
@@ -69,7 +69,8 @@ def beam_strains(beam: UniformBeam, functions: BeamFunctions, X: Array, followin
 
 
 def inextensible(beam: UniformBeam, polar2: float) -> tuple[Array, Array]:
-    """Maps (3, 9, 9) and stiffnesses (3,) of a + b, a = v'v'' and b = w'w'', whose energy is that of the third-order
+    """Maps (3, 9, 9) and stiffnesses (3,) [N m^2] of a + b, a = v'v'' and b = w'w'', whose energy is that of the
+    third-order
     curvature of a beam that keeps its length, (a + b) (EIz a + EIy b) / 2.
 
     With far_bends the product a b has the lesser stiffness alone: with the mean, skew bends of strips lose energy.
@@ -80,7 +81,8 @@ def inextensible(beam: UniformBeam, polar2: float) -> tuple[Array, Array]:
 
 
 def beam_strain(beam: UniformBeam, functions: BeamFunctions, X: Array, V1: Array, following: bool) -> StrainTensors:
-    """Strain tensors over the functions times X (count, n), with V1 (n, n) as it is; `beam_strains` for the terms."""
+    """Strain tensors over the functions times X (count, n), with V1 (n, n) [1/s^2] as it is; `beam_strains` for the
+    terms."""
     n = X.shape[1]
     strains = beam_strains(beam, functions, X, following)
     total = np.zeros((n + n * (n + 1) // 2,) * 2)
@@ -101,5 +103,5 @@ def pairs(a: Array, b: Array) -> Array:
 
 
 def weighted_square(columns: Array, weight: Array) -> Array:
-    """columns^T diag(weight) columns."""
+    """columns^T diag(weight) columns (n, n), weight (p,) in any unit."""
     return np.asarray(columns.T @ (weight[:, None] * columns))

@@ -129,7 +129,7 @@ def _kept(table: Array, shape: tuple[int, ...], shares: Array | None) -> Array:
 
 
 def beam_field(beam: UniformBeam, functions: BeamFunctions, X: Array, nonlinear: bool, following: bool) -> StrainPart:
-    """The part of a beam on admissible functions times X (count, n), with its `beam_strains`.
+    """The part of a beam on admissible functions times X (count, n) [kg^-1/2], with its `beam_strains`.
 
     What is of fourth order in the energy is added to the four strains as others, which have no name.
     """

@@ -30,7 +30,7 @@ BENDING_ORDER = {"free": 0, "pinned": 1, "clamped": 2}  # derivatives, from the 
 
 
 def one(xi: Array) -> Array:
-    """1 at every xi."""
+    """1 at every xi (k,) [1]."""
     return np.ones_like(xi)
 
 

@@ -49,7 +49,7 @@ def bent_states(structure: Structure, modes: ModeSet, deflection: float) -> tupl
 
 
 def directions(structure: Structure, modes: ModeSet, deflection: float) -> Array:
-    """Amplitudes (2 n^2, n) of the last state of every path."""
+    """Amplitudes (2 n^2, n) [kg^1/2 m] of the last state of every path."""
     n = modes.n_modes
     weight = 1.0 / over_mass(structure, modes)
     lowest = int(np.argmax(weight))
@@ -69,7 +69,8 @@ def _along(structure: Structure, modes: ModeSet, amplitude: Array) -> Iterator[t
 
 
 def held_at(structure: Structure, modes: ModeSet, amplitude: Array, x: Array, settled: float = SETTLED) -> Array:
-    """The state (n_dof,) with amplitudes (n,) near x, by Newton's steps until one is `settled` of the displacement.
+    """The state (n_dof,) with amplitudes (n,) [kg^1/2 m] near x, by Newton's steps until one is `settled` of the
+    displacement.
 
     Raises ValueError when the state is not found.
     """
@@ -97,6 +98,6 @@ def state_energy(structure: Structure, x: Array) -> float:
 
 
 def over_mass(structure: Structure, modes: ModeSet) -> Array:
-    """Stiffness over mass of every shape (n,), its omega^2."""
+    """Stiffness over mass of every shape (n,) [rad^2/s^2], its omega^2."""
     mass = np.einsum("in,in->n", modes.phi, structure.M @ modes.phi)
     return np.asarray(np.einsum("in,in->n", modes.phi, structure.K @ modes.phi) / mass)

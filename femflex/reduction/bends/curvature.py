@@ -54,7 +54,7 @@ def hardening(structure: Structure, modes: ModeSet) -> float:
 
 
 def held_energy(structure: Structure, modes: ModeSet, phi: Array) -> tuple[Array, Array, Array]:
-    """k, c and e of shapes (n_dof, n), each held alone, with the supports of a set."""
+    """k, c and e of shapes (n_dof, n) [m, rad], each held alone, with the supports of a set."""
     elastic = structure.internal_force
     k = np.einsum("in,in->n", phi, structure.K @ phi)
     bent = elastic.second_derivative(phi, phi)

@@ -98,7 +98,7 @@ def load_weights(structure: Structure, modes: ModeSet) -> Array:
 
 
 def followed(structure: Structure, modes: ModeSet, pairs: Array) -> NDArray[np.bool_]:
-    """Whether each derivative (n_dof, n(n+1)/2) is FASTER than the pair i <= j that it belongs to (`able_to_follow`).
+    """Which derivatives (n_dof, n(n+1)/2) (numbers of columns) are FASTER than their pair i <= j (`able_to_follow`).
 
     The derivative of a stretching and a bending shape is not: it bends.
     """
@@ -109,7 +109,7 @@ def followed(structure: Structure, modes: ModeSet, pairs: Array) -> NDArray[np.b
 
 
 def without(structure: Structure, modes: ModeSet, shapes: Array) -> Array:
-    """The shapes less their part in the set, by mass."""
+    """The shapes (n_dof, k) [m, rad] less their part in the set, by mass."""
     return shapes - modes.phi @ (modes.phi.T @ (structure.M @ shapes))
 
 
@@ -128,7 +128,7 @@ def spared(structure: Structure, modes: ModeSet, energy: Array) -> float:
 
 
 def number_kept(energy: Array, keep: int | str, leaving: float) -> int:
-    """How many combinations of derivatives with these energies (k,), descending, are kept; none that adds nothing.
+    """How many combinations of derivatives with these energies (k,) [1], descending, are kept; none that adds nothing.
 
     leaving: energy that "auto" leaves out at most.
     """

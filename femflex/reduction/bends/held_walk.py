@@ -48,22 +48,23 @@ class Held:
 
     @property
     def constant(self) -> Array:
-        """The push, and what initial stress leaves unbalanced."""
+        """The push (n,) [N, N m], and what initial stress leaves unbalanced."""
         return self.push + self.structure.f0[self.free]
 
     def whole(self, x: Array) -> Array:
-        """x on all dofs."""
+        """x (n_dof,) [m, rad] on all dofs."""
         out = np.zeros(self.structure.n_dof)
         out[self.free] = x
         return out
 
     def energy(self, x: Array) -> float:
-        """Energy stored [J], over that at rest."""
+        """Energy stored [J], over that at rest; x (n,)."""
         at = self.whole(x)
         return self.structure.internal_force.energy(at) - float(self.structure.f0 @ at)
 
     def equilibrium(self, x0: Array, guess: Array, work: float, drag: float) -> tuple[Array, bool] | None:
-        """The state near a guess at that work, dragged from x0, whether it is a saddle; None where none is found."""
+        """The state (n,) [m, rad] near a guess at that work, dragged from x0, whether it is a saddle; None where none
+        is found."""
         elastic, x = self.structure.internal_force, guess.copy()
         for _ in range(ITERATIONS):
             at = self.whole(x)
@@ -80,7 +81,8 @@ class Held:
         return None
 
     def descent(self, x: Array, guess: Array, work: float, step: float) -> tuple[list[Array], bool] | None:
-        """States from x to one at rest at that work, which is the last, and whether it is a saddle; None where none is.
+        """States (n,) [m, rad] from x to one at rest at that work, which is the last, and whether it is a saddle;
+        None where none is.
 
         What is pushed comes to rest in minima alone.
         """
@@ -160,5 +162,5 @@ class Walked:
 
 
 def largest(structure: Structure, x: Array) -> float:
-    """The largest displacement of a node [m]."""
+    """The largest displacement of a node [m]; x (n_dof,)."""
     return float(np.linalg.norm((structure.translation @ x).reshape(-1, 3), axis=1).max())

@@ -74,7 +74,7 @@ def _spaces(structure: Structure, directions: Sequence[str], loads: Mapping[str,
 
 
 def brought_about(structure: Structure, modes: ModeSet, shapes: Array) -> NDArray[np.bool_]:
-    """Whether each of the shapes (n_dof, k) is what the bending of one of the set brings about.
+    """Whether each of the shapes (n_dof, k) [m, rad] is what the bending of one of the set brings about.
 
     Static derivatives of phi_i alone hold the strain energy theta_ii.K theta_ii; a shape x that is DRIVEN holds its
     share (x.K theta_ii)^2 / x.K x, and follows where it is FASTER than 2 omega_i.

@@ -49,7 +49,8 @@ class Softening:
 
 
 def softening(structure: Structure, modes: ModeSet, theta: Array) -> Softening:
-    """Softening of a set of shapes by bends no larger than FAR, theta (n_dof, n(n+1)/2) its `scaled_derivatives`."""
+    """Softening [1] of a set of shapes by bends no larger than FAR, theta (n_dof, n(n+1)/2) its
+    `scaled_derivatives`."""
     n = modes.n_modes
     stiffness = np.einsum("in,in->n", modes.phi, structure.K @ modes.phi)
     phi = modes.phi / np.sqrt(stiffness)
@@ -77,7 +78,7 @@ def softening(structure: Structure, modes: ModeSet, theta: Array) -> Softening:
 
 
 def pair_table(n: int) -> NDArray[np.intp]:
-    """Place (n, n) of each pair among all i <= j in lexicographic order."""
+    """Place (n, n), an index, of each pair among all i <= j in lexicographic order."""
     i, j = np.arange(n)[:, None], np.arange(n)
     return np.asarray(pair_number(np.minimum(i, j), np.maximum(i, j), n), np.intp)
 

@@ -27,12 +27,13 @@ def names(groups: Groups) -> tuple[str, ...]:
 
 
 def held_dofs(structure: Structure, clamp: Groups) -> Index:
-    """Independent dofs (k,), ascending, that the clamps fix. A mapping names the components held at each group."""
+    """Numbers (k,) of the independent dofs, ascending, that the clamps fix. A mapping names the components held at
+    each group."""
     return structure.held_dofs(clamp if isinstance(clamp, Mapping) else dict.fromkeys(names(clamp), COMPONENTS))
 
 
 def free_dofs(structure: Structure, held: Index) -> Index:
-    """Independent dofs (k,), ascending, that are not held."""
+    """Numbers (k,) of independent dofs, ascending, that are not held."""
     return np.setdiff1d(np.arange(structure.n_dof), held)
 
 

@@ -60,7 +60,8 @@ def marker_rows(structure: Structure, group: str) -> MarkerRows:
 
 
 def attachable_nodes(structure: Structure, group: str) -> NDArray[np.int64]:
-    """Nodes of a group, without midside nodes that carry no dofs; ValueError when others carry none."""
+    """Numbers (k,) of the nodes of a group, without midside nodes that carry no dofs; ValueError when others carry
+    none."""
     named = structure.mesh.group_points(group)
     carries = np.diff(structure.translation.indptr).reshape(-1, 3).sum(axis=1) > 0
     nodes = named if carries[named].all() else named[carries[named] | ~np.isin(named, structure.mesh.midside_points())]
@@ -113,5 +114,5 @@ def rotation_fit(d: Array) -> tuple[Array, Array]:
 
 
 def mean_rows(weight: Array) -> Array:
-    """Row operator (3, 3 n) of the weighted mean over nodes."""
+    """Row operator (3, 3 n) [1] of the weighted mean over nodes."""
     return np.kron(weight / max(weight.sum(), 1.0), np.eye(3))

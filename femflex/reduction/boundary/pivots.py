@@ -13,7 +13,8 @@ ACCURATE = 1e-9  # residual over the size of its summands up to which pivots on 
 
 
 def factors(K: sparse.csr_array) -> SuperLU:
-    """Factors of a symmetric matrix, pivots on its diagonal: their signs are those of its eigenvalues."""
+    """Factors of a symmetric matrix (n, n) in any unit, pivots on its diagonal: their signs are those of its
+    eigenvalues."""
     return splu(
         K.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True, "Equil": False}
     )

@@ -61,7 +61,7 @@ def rigid_motion(r: Array) -> tuple[Array, Array]:
 
 
 def independent_columns(columns: Array) -> Array:
-    """Indices of a largest set of independent columns, found in their order."""
+    """Indices (k,) of a largest set of independent columns, found in their order."""
     kept: list[int] = []
     basis = np.zeros((columns.shape[0], 0))
     for j, column in enumerate((columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)).T):

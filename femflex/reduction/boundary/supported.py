@@ -41,17 +41,17 @@ class Supported:
 
     @cached_property
     def free(self) -> Index:
-        """Dofs (n,) that are not held."""
+        """Numbers (n,) of dofs that are not held."""
         return np.setdiff1d(np.arange(self.whole_K.shape[0]), self.held)
 
     @cached_property
     def K(self) -> sparse.csr_array:
-        """Stiffness (n, n) of the free dofs."""
+        """Stiffness (n, n) [N/m, N, N m] of the free dofs."""
         return self.whole_K[self.free][:, self.free] if self.held.size else self.whole_K
 
     @cached_property
     def M(self) -> sparse.csr_array:
-        """Mass (n, n) of the free dofs."""
+        """Mass (n, n) [kg, kg m, kg m^2] of the free dofs."""
         return self.whole_M[self.free][:, self.free] if self.held.size else self.whole_M
 
     @cached_property
@@ -70,7 +70,8 @@ class Supported:
         return factorised(self.K_stiff)
 
     def answers(self, loads: Array) -> Array:
-        """Static displacements (n_dof, k) or (n_dof,) under loads alike; without supports, of their balanced part."""
+        """Static displacements (n_dof, k) [m, rad] or (n_dof,) under loads alike; without supports, of their balanced
+        part."""
         x = np.zeros_like(loads)
         if not self.held.size:
             loads = loads - self._MR @ (self._R.T @ loads)
@@ -110,7 +111,7 @@ class Supported:
 
 
 def supported(structure: Structure, held: Index) -> Supported:
-    """The structure on these supports; the same object when it is wanted again."""
+    """The structure on these supports, numbers of dofs `held` (k,); the same object when it is wanted again."""
     return _known(structure, held, "K", structure.K)
 
 
@@ -135,5 +136,5 @@ def _known(structure: Structure, held: Index, which: str, K: sparse.csr_array) -
 
 
 def determinate_supports(R: Array) -> Index:
-    """As many dofs as there are rigid motions R (n_dof, r), ascending, that hold them all."""
+    """As many numbers of dofs as there are rigid motions R (n_dof, r), ascending, that hold them all."""
     return np.sort(linalg.qr(R.T, mode="r", pivoting=True)[1][: R.shape[1]]).astype(np.int64)

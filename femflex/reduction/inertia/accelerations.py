@@ -20,7 +20,8 @@ RANK = 1e-12  # of the largest energy: below it a combination is dependent on ot
 
 
 def work_of_accelerations(structure: Structure, shapes: Array) -> Array:
-    """int z shape^T dm (4, 3, n) over z = (1, rho), for shapes (n_dof, n) on the independent dofs."""
+    """int z shape^T dm (4, 3, n) [kg m, kg m^2] over z = (1, rho), for shapes (n_dof, n) [m, rad] on the independent
+    dofs."""
     raw = structure.T @ shapes
     total = np.zeros((4, 3, shapes.shape[1]))
     for block in structure.inertia:

@@ -52,7 +52,7 @@ class Distribution(Protocol):
     def exact(self) -> bool: ...
 
     def moments(self, phi: Array) -> MassMoments:
-        """Mass moments over the shapes phi (n_dof, n)."""
+        """Mass moments, units as there, over the shapes phi (n_dof, n)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ class NodalMass:
         return self.rest <= EXACT
 
     def moments(self, phi: Array) -> MassMoments:
-        """See Distribution; the sum of this file's heading."""
+        """See Distribution, with its shapes and units; the sum of this file's heading."""
         a = self._translations(phi)
         ma = (self.scalar @ a.reshape(len(a), -1)).reshape(a.shape)
         first, second = self.of_rigid_masses(phi)
@@ -123,7 +123,7 @@ class PointMasses:
     exact: bool = False
 
     def moments(self, phi: Array) -> MassMoments:
-        """See Distribution."""
+        """See Distribution, with its shapes and units."""
         return point_moments(self.dm, self.rho, (self.rows @ phi).reshape(len(self.dm), 3, phi.shape[1]))
 
 
@@ -135,7 +135,7 @@ class KnownMoments:
     exact: bool = True
 
     def moments(self, phi: Array) -> MassMoments:
-        """See Distribution."""
+        """See Distribution, with its shapes and units."""
         k = phi.shape[1]
         X = np.zeros((len(phi) + 1, k + 1))
         X[0, 0], X[1:, 1:] = 1.0, phi
@@ -159,7 +159,7 @@ class MatrixMoments:
 
 
 def matrix_moments(structure: GivenStructure, phi: Array, distribution: Distribution | None = None) -> MatrixMoments:
-    """Mass moments of shapes phi (n_dof, n) of given matrices.
+    """Mass moments (units of `MassMoments`) of shapes phi (n_dof, n) of given matrices.
 
     distribution: of models whose dofs are not those of all nodes; left out, that of the nodes. Of reduced models it
     misses most of some shapes: then the symmetric part of int rho phi_k dm counts as zero, and int phi_k phi_l dm as

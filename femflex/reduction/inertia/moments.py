@@ -17,7 +17,7 @@ MOST_BYTES = 2e9  # of the second moments; some five thousand shapes
 
 
 def mass_moments(inertia: Sequence[InertiaBlock], phi_raw: Array) -> MassMoments:
-    """Mass moments of z = (rho, phi) over all points of the inertia table (THEORY section 3).
+    """Mass moments, units as there, of z = (rho, phi) over all points of the inertia table (THEORY section 3).
 
     phi_raw (n_raw, n): shapes on the raw dofs, T phi. Memory stays bounded: blocks are cut into chunks of elements.
     """
@@ -38,7 +38,7 @@ def mass_moments(inertia: Sequence[InertiaBlock], phi_raw: Array) -> MassMoments
 
 
 def point_moments(dm: Array, rho: Array, shapes: Array) -> MassMoments:
-    """Mass moments of points dm (p,) at rho (p, 3), moved by shapes (p, 3, n)."""
+    """Mass moments of points dm (p,) [kg] at rho (p, 3) [m], moved by shapes (p, 3, n)."""
     z = np.concatenate([rho[:, :, None], shapes], axis=2)  # p, axis, 1 + n
     weighted = z * dm[:, None, None]
     flat = z.reshape(len(dm), 3 * z.shape[2])
@@ -47,13 +47,13 @@ def point_moments(dm: Array, rho: Array, shapes: Array) -> MassMoments:
 
 
 def linear_stiffness(K: sparse.csr_array, phi: Array) -> Array:
-    """V1 = phi^T K phi, symmetric to the last bit, (n, n)."""
+    """V1 = phi^T K phi, symmetric to the last bit, (n, n) [1/s^2]."""
     V1 = phi.T @ (K @ phi)
     return (V1 + V1.T) / 2
 
 
 def strain_stiffness(strain: Sequence[StrainBlock], phi_raw: Array) -> Array:
-    """V1 = sum of weight B0^T C B0 over the points of the strain table (THEORY section 3), (n, n)."""
+    """V1 = sum of weight B0^T C B0 over the points of the strain table (THEORY section 3), (n, n) [1/s^2]."""
     n = phi_raw.shape[1]
     V1 = np.zeros((n, n))
     for block in strain:

@@ -35,7 +35,7 @@ SECOND = 0.1  # V_m / (V_r + V) from which on a combination is of second order
 
 
 def first_order_part(structure: Structure, phi: Array) -> Array:
-    """P (n, n): of amplitudes d of shapes phi (n_dof, n), P d is of first order and d - P d of second.
+    """P (n, n) [1]: of amplitudes d of shapes phi (n_dof, n) [m, rad], P d is of first order and d - P d of second.
 
     The combinations of second order are those without strain energy in common with any of first, so that bending
     does not drive them to first order. P does not depend on the basis in which the shapes span their space.
@@ -53,7 +53,7 @@ def first_order_part(structure: Structure, phi: Array) -> Array:
 
 
 def membrane_energies(structure: Structure, raw: Array) -> tuple[Array, Array]:
-    """V_m and V_r (n, n) of shapes on the raw dofs (n_raw, n); the resultants' energy N A^-1 N where A couples.
+    """V_m and V_r (n, n) [J] of shapes on the raw dofs (n_raw, n); the resultants' energy N A^-1 N where A couples.
 
     V_r = int A_ss g.Q_s g over the normal strains s, whose quadratic part is g.Q_s g / 2. Turns of plates in their own
     planes count too, though their strain lacks these squares: a web that bends in its plane turns far.
@@ -69,7 +69,7 @@ def membrane_energies(structure: Structure, raw: Array) -> tuple[Array, Array]:
 
 
 def add_membrane_energies(stretched: Array, turned: Array, part: StrainBlock, raw: Array, kind: str) -> None:
-    """Add V_m and V_r of a part of a strain table."""
+    """Add V_m and V_r (n, n) [J] of a part of a strain table."""
     strains = MEMBRANE[kind]
     g = part.gradients(raw, slice(None))
     resultants = part.elastic[..., strains, :] @ part.linear_map
@@ -84,7 +84,8 @@ def add_membrane_energies(stretched: Array, turned: Array, part: StrainBlock, ra
 
 
 def membrane_cubic(structure: Structure, phi: Array) -> Array:
-    """int N_k.B_ij over the membranes of lines and plates, its symmetric part (n, n, n), for shapes phi (n_dof, n).
+    """int N_k.B_ij over the membranes of lines and plates, its symmetric part (n, n, n), for shapes phi (n_dof, n)
+    [m, rad].
 
     The part of V2 by which the membrane forces of one shape work on the shortening by two. Solids are left out: their
     stress is that of bending and torsion too.

@@ -67,7 +67,7 @@ def _largest_ratio(K0: sparse.csr_array, on: Supported, tolerance: float) -> flo
 
 
 def lowest_ratio(K_sigma: sparse.csr_array, K0: sparse.csr_array) -> float:
-    """Lowest mu of K_sigma x = mu K0 x."""
+    """Lowest mu [1] of K_sigma x = mu K0 x, both (n, n)."""
     if K0.shape[0] <= SMALL:
         return _dense_lowest(K_sigma, K0)[0]
     solve = LinearOperator(K0.shape, matvec=factorised(K0).solve, dtype=float)
@@ -77,7 +77,8 @@ def lowest_ratio(K_sigma: sparse.csr_array, K0: sparse.csr_array) -> float:
 
 
 def roughly_lowest(K_sigma: sparse.csr_array, K0: sparse.csr_array, factors: SuperLU) -> tuple[float, Array]:
-    """The same and its x (n,), with the factors of K0, 1 + mu to ROUGHLY: a load that hardly counts takes few steps.
+    """The same and its x (n,), with the factors of K0, 1 + mu [1] to ROUGHLY: a load that hardly counts takes few
+    steps.
 
     Raises RuntimeError where it takes more than RESTARTS, as it may where tension stiffens other motions manifold.
     """

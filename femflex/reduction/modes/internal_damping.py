@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 def internal_damping(structure: Structure, phi: Array, damped: Sequence[bool]) -> Array:
-    """D = int B0^T C tau B0 (n, n) of shapes phi (n_dof, n), over tethers and membranes with a viscosity tau.
+    """D = int B0^T C tau B0 (n, n) of shapes phi (n_dof, n) [m, rad], over tethers and membranes with a viscosity tau.
 
     Of the strain's linear part, on the shapes `damped` alone: with nonlinear strain the others take back the stretch of
     bending (`femflex.reduction.modes.damping.bending_damping`).

@@ -77,7 +77,8 @@ def _unanswered(structure: Structure, modes: ModeSet, F: Array, shapes: Array) -
 def residual_vectors(
     structure: Structure, modes: ModeSet, F: Array, solve: Callable[[Array], Array] | None = None
 ) -> Array:
-    """Static responses (n_dof, k) to loads F (n_dof, k), M-orthogonal to the set; zero where the set holds them.
+    """Static responses (n_dof, k) [m, rad] to loads F (n_dof, k), M-orthogonal to the set; zero where the set holds
+    them.
 
     solve: the set's `static_solver`, if there is one already.
     """

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 def static_solver(structure: Structure, modes: ModeSet) -> Callable[[Array], Array]:
-    """Turns loads (n_dof, k) into displacements (n_dof, k) with the set's supports; see `static_response`."""
+    """Turns loads (n_dof, k) [N, N m] into displacements (n_dof, k) with the set's supports; see `static_response`."""
     return partial(static_response, structure, modes)
 
 

@@ -35,7 +35,7 @@ def cantilever_modes(structure: Structure, clamp: Groups, n: int) -> ModeSet:
 
 
 def fixed_modes(structure: Structure, held: Index, groups: tuple[str, ...], n: int) -> ModeSet:
-    """The n lowest vibration modes with these dofs held; groups is what holds them, for the reader."""
+    """The n lowest vibration modes with the dofs `held` (k,) fixed; groups is what holds them, for the reader."""
     refuse_buckled(structure, held)
     free = free_dofs(structure, held)
     modes = lowest_modes_on(structure, held, n)
@@ -50,7 +50,8 @@ def fixed_modes(structure: Structure, held: Index, groups: tuple[str, ...], n: i
 
 
 def condensed(structure: Structure, held: Index, boundary: Index, motions: Array) -> Array:
-    """Dof vectors (n_dof, k) that follow boundary motions (n_boundary, k) statically, x_i = -K_ii^-1 K_ib x_b."""
+    """Dof vectors (n_dof, k) [m, rad] that follow boundary motions (n_boundary, k) statically, x_i = -K_ii^-1 K_ib
+    x_b."""
     inside = supported(structure, np.union1d(held, boundary))
     interior = inside.free
     phi = np.zeros((structure.n_dof, motions.shape[1]))
@@ -81,7 +82,7 @@ def free_free_modes(structure: Structure, n: int) -> ModeSet:
 
 
 def ritz(structure: Structure, phi: Array) -> tuple[Array, Array]:
-    """Frequencies (n,) and M-orthonormal shapes (n_dof, n) of the structure confined to the span of phi."""
+    """Frequencies (n,) [rad/s] and M-orthonormal shapes (n_dof, n) of the structure confined to the span of phi."""
     size = np.sqrt(np.einsum("in,in->n", phi, structure.M @ phi))
     phi = phi / np.where(size > 0, size, 1.0)
     K, M = phi.T @ (structure.K @ phi), phi.T @ (structure.M @ phi)

@@ -70,7 +70,7 @@ def is_known(structure: Structure, what: str, held: Index) -> bool:
 
 
 def equilibrium(structure: Structure, held: Index, loads: Loads) -> Array:
-    """Displacements (n_dof,) at which elastic forces balance the loads, zero at the held dofs."""
+    """Displacements (n_dof,) [m, rad] at which elastic forces balance the loads, zero at the held dofs."""
     free = np.setdiff1d(np.arange(structure.n_dof), held)
     elastic = structure.internal_force
     x = np.zeros(structure.n_dof)

@@ -73,11 +73,11 @@ class Loads:
     S: sparse.csr_array
 
     def at(self, x: Array) -> Array:
-        """The loads (n_dof,) at displacements x (n_dof,)."""
+        """The loads (n_dof,) at displacements x (n_dof,) [m, rad]."""
         return np.asarray(self.F + self.S @ x)
 
     def work(self, x: Array) -> float:
-        """Minus their potential [J]."""
+        """Minus their potential [J] at x (n_dof,)."""
         return float(self.F @ x + x @ (self.S @ x) / 2)
 
 
@@ -106,7 +106,7 @@ def loads_on(structure: Structure, preload: Preload) -> Loads:
 
 
 def shape_rows(block: InertiaBlock, elements: slice) -> Array:
-    """Rows (e, q, 3, l) of the displacement of a block's points on the raw dofs of each element."""
+    """Rows (e, q, 3, l) [SI per dof] of the displacement of a block's points on the raw dofs of each element."""
     own: Any = block
     dofs = np.tile(np.arange(block.dofs.shape[1]), (len(block.dofs), 1))
     local = replace(own, map=replace(own.map, dofs=dofs)) if hasattr(own, "map") else replace(own, dofs=dofs)

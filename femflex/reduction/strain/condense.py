@@ -197,7 +197,7 @@ def to_fourth_order(V2: Array, first: Array) -> Array:
 
 
 def with_first_order(V3: Array, first: Array) -> Array:
-    """Packed V3 with all of its indices of first order."""
+    """Packed V3 (k,) with all of its indices of first order."""
     n = len(first)
     if np.array_equal(first, np.eye(n)):
         return V3

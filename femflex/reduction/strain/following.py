@@ -23,7 +23,7 @@ FASTER = 2.0  # frequency of a shape over that of what drives it, from which on 
 
 
 def able_to_follow(body: FlexibleBody, shapes: Index) -> Index:
-    """Those of the shapes (numbered from 0) that follow the others: FASTER than what drives them.
+    """Numbers (k,) of the shapes that follow the others: FASTER than what drives them.
 
     The others, in their own modes of frequency omega_i, carry the amplitudes 1 / omega_i^2 of equal static loads; the
     product i j of them then drives shape s by V2_sij / (omega_i omega_j)^2, as fast as omega_i + omega_j. A shape is

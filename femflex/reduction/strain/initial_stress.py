@@ -51,7 +51,7 @@ def _relaxed(structure: Structure, held: Index) -> Structure:
 
 
 def relaxation(structure: Structure, held: Index) -> Array:
-    """Linear static answer (n_dof,) to what the initial stress leaves unbalanced, with these dofs held."""
+    """Linear static response (n_dof,) [m, rad] to what the initial stress leaves unbalanced, with these dofs held."""
     on = unstressed(structure, held)
     x = np.zeros(structure.n_dof)
     x[on.stiff] = on.factors.solve(-structure.f0[on.stiff])  # internal forces balance each other: supports feel none

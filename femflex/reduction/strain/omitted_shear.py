@@ -60,7 +60,8 @@ def warn_of_omitted_shear(structure: Structure, modes: ModeSet) -> None:
 
 
 def frequency_errors(structure: Structure, modes: ModeSet, first: int = FIRST) -> tuple[Array, Index]:
-    """By what part (n,) the frequencies of the first vibration modes are too high for lack of shear, and which modes
+    """By what part (n,) [1] the frequencies of the first vibration modes are too high for lack of shear, and which
+    modes
     of the set those are."""
     vibrating = [k for k, kind in enumerate(modes.kinds) if kind in VIBRATING and modes.omega[k] > 0]
     which = np.array(sorted(vibrating, key=lambda k: modes.omega[k])[:first], np.int64)

@@ -15,7 +15,8 @@ PARALLEL = 1e-9  # sine of the angle between the elements at a node that have on
 
 
 def section_axis(structure: Structure, group: str) -> Array:
-    """Unit vector (3,) along the beams of a group of one node; zero where they meet at an angle or others join them."""
+    """Unit vector (3,) [1] along the beams of a group of one node; zero where they meet at an angle or others join
+    them."""
     nodes = attachable_nodes(structure, group)
     turns = structure.numbering.rotation_of(nodes).ravel()
     held = turns[turns >= 0]

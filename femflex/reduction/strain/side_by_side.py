@@ -14,7 +14,8 @@ Array = NDArray[np.float64]
 
 
 def side_by_side(work: Callable[[Iterator[slice]], Array], chunks: Sequence[slice], most: int) -> Array:
-    """The sum of work over all chunks, dealt out to as many threads as BLAS has, at most so many; BLAS then has one in
+    """The sum of work over all chunks (numbers of rows), of any shape, dealt out to as many threads as BLAS has, at
+    most so many; BLAS then has one in
     each.
 
     An interruption ends every thread with the chunk it is at.

@@ -59,7 +59,7 @@ def with_stretch_of_slaved(body: FlexibleBody, whole: FlexibleBody, n: int) -> F
 
 
 def stretching_answers(structure: Structure, modes: ModeSet, phi: Array) -> Array:
-    """Static displacements (n_dof, 12) in 12 fields z_a e_b of force per mass, beyond those of shapes phi."""
+    """Static displacements (n_dof, 12) [m, rad] in 12 fields z_a e_b of force per mass, beyond those of shapes phi."""
     load = structure.M @ lifted(structure, *linear_motion(structure.mesh.points))
     whole = static_response(structure, modes, load)
     x = whole - phi @ np.linalg.solve(phi.T @ (structure.K @ phi), phi.T @ load)

@@ -42,7 +42,7 @@ def strain_tensors(structure: Structure, phi: Array) -> StrainTensors:
 
 
 def cubic_tensors(structure: Structure, phi: Array) -> StrainTensors:
-    """V1, f0 and V2 of shapes phi (n_dof, n) without V3, which costs (n + 1)/2 times as much.
+    """V1, f0 and V2 of shapes phi (n_dof, n) [m, rad] without V3, which costs (n + 1)/2 times as much.
 
     Beside the chunks stand 8 n (n + n(n+1)/2) bytes (0.7 MB for 40 shapes, 50 MB for 230). Raises as `strain_tensors`.
     """
@@ -94,7 +94,8 @@ def with_products(own: Array, X: Array, sign: float = 1.0) -> Array:
 
 
 def strain_columns(block: StrainBlock, raw: Array, room: Array | None = None) -> Array:
-    """X (n + n(n+1)/2, s, p) of all points of a block, single shapes before pairs i <= j; in the room if that fits.
+    """X (n + n(n+1)/2, s, p) [J^1/2 per coordinate] of all points of a block, single shapes before pairs i <= j; in
+    the room if that fits.
 
     Of a part whose elastic matrix is negative, those of the opposite of it.
     """
@@ -127,14 +128,14 @@ def strain_columns(block: StrainBlock, raw: Array, room: Array | None = None) ->
 
 
 def quadratic_strains(block: StrainBlock) -> tuple[Index, Array]:
-    """Strains (s,) that have a quadratic part, and Q (s, g, g) with B_ij = g_i.Q g_j, symmetric."""
+    """Numbers (s,) of the strains that have a quadratic part, and Q (s, g, g) with B_ij = g_i.Q g_j, symmetric."""
     Q = (block.quadratic_map + block.quadratic_map.swapaxes(1, 2)) / 4  # eps takes half of the map
     strains = np.flatnonzero(Q.any(axis=(1, 2)))
     return strains, Q[strains]
 
 
 def nonzero_entries(Q: Array) -> tuple[Index, Index, Index, Array]:
-    """Strain, row, column and value of the entries of Q (s, g, g) that are not zero."""
+    """Strain, row, column (k,), as numbers, and value (k,) of the entries of Q (s, g, g) that are not zero."""
     strain, row, column = (np.ascontiguousarray(place, np.int64) for place in np.nonzero(Q))
     return strain, row, column, Q[strain, row, column]
 
@@ -147,7 +148,7 @@ def values_per_element(block: StrainBlock, n: int) -> int:
 
 
 def pair_number(i: Index, j: Index, n: int) -> Index:
-    """Place of pair i <= j among all in lexicographic order."""
+    """Place (...), an index, of pair i <= j among all in lexicographic order."""
     low, high = np.minimum(i, j), np.maximum(i, j)
     return low * n - low * (low - 1) // 2 + high - low
 
@@ -160,7 +161,8 @@ def packed_cubic(total: Array, n: int) -> Array:
 
 
 def packed_quartic(pairs: Array, n: int) -> Array:
-    """Packed symmetric part of V3 from the products of pairs: mean over the three ways to pair four indices."""
+    """Packed symmetric part (k,) [SI] of V3 from the products of pairs: mean over the three ways to pair four
+    indices."""
     i, j, k, l = packed_indices(n, 4).T
     parts = ((i, j, k, l), (i, k, j, l), (i, l, j, k))
     return sum((pairs[pair_number(a, b, n), pair_number(c, d, n)] for a, b, c, d in parts), np.zeros(len(i))) / 3

@@ -43,13 +43,14 @@ class Sections:
 
     @property
     def extent(self) -> Array:
-        """The second moments with those of negative mass (no rotary inertia) counted as positive, (p, 3, 3)."""
+        """The second moments [kg m^2] with those of negative mass (no rotary inertia) counted as positive, (p, 3,
+        3)."""
         size, V = np.linalg.eigh(self.second)
         return np.asarray((V * np.abs(size)[:, None]) @ V.swapaxes(1, 2))
 
 
 def sections_of(structure: Structure, phi: Array) -> Sections | None:
-    """All sections of a structure's beams, turned by shapes phi (n_dof, n); None where it has no beams."""
+    """All sections of a structure's beams, turned by shapes phi (n_dof, n) [m, rad]; None where it has no beams."""
     raw, found = structure.T @ phi, []
     for block in structure.inertia:
         if isinstance(block, SectionInertia):

@@ -44,7 +44,7 @@ class Branch:
 
     @property
     def damping_ratios(self) -> Array:
-        """(n,) part of critical; below 0 grows; nan where it does not swing; what is but rounding is none."""
+        """Part (n,) [1] of critical; below 0 grows; nan where it does not swing; what is but rounding is none."""
         size = np.abs(self.eigenvalues)
         ratios = -self.eigenvalues.real / np.where(size > 0, size, 1.0)
         ratios = np.where(np.abs(ratios) < UNDAMPED, 0.0, ratios)
@@ -172,7 +172,8 @@ def assembled_diagram(
 
 
 def followed(found: Sequence[tuple[Spin, Match | None]]) -> NDArray[np.int64]:
-    """Place (n_branches, n_spins) of every branch among the vibrations of each spin; -1 where it is not there.
+    """Place (n_branches, n_spins), an index, of every branch among the vibrations of each spin; -1 where it is not
+    there.
 
     A branch ends where no shape continues it, and begins where a shape continues none: the wobble of a free craft and
     the motions of free joints are drift at rest, and oscillate in the spin.

@@ -80,10 +80,12 @@ def spins(
 
 
 def spin(system: System, axis: Array, speed: float, near: Array | None = None, asked: bool = True) -> Spin:
-    """The steady spin nearest to a state (n_x,), or to the initial one."""
+    """The steady spin nearest to a state (n_x,) [SI], or to the initial one."""
     spun = replace(system, frame=frame_of(axis, speed))
     if near is not None:
-        spun = started(spun, near)
+        n = len(spun.coordinate_names()) + len(spun.velocity_names())
+        at = np.concatenate([near[:n], spun.initial_state()[n:]])  # wheels coast in the steady state and have no states
+        spun = replace(started(spun, at), z0=spun.z0)  # they start as their tables say at every speed
     try:
         rest = equilibrium(spun)
     except EquilibriumError as error:

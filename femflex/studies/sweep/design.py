@@ -36,7 +36,7 @@ def designed(table: SweepTable) -> list[dict[str, Any]]:
 
 
 def unit_samples(table: SweepTable) -> Array:
-    """Samples (runs, n) between 0 and 1."""
+    """Samples (runs, n) [1] between 0 and 1."""
     from scipy.stats import qmc
 
     n, k = table.members or 0, len(table.vary)

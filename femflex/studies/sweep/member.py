@@ -151,7 +151,7 @@ def _watched(case: Case, bodies: Mapping[str, Part] | None, paths: list[str]) ->
 
 
 def history(seen: Watched, text: str) -> Array:
-    """One component of a channel over time (n_t,). Raises ValueError where it is not named."""
+    """One component of a channel over time (n_t,), in its unit. Raises ValueError where it is not named."""
     path, _, component = text.partition(":")
     names = seen.names(path)
     table = MeasureTable(channel=path, component=component or None)

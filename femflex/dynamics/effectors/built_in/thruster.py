@@ -2,7 +2,7 @@
 
 A thruster pushes with F along d, fixed in its marker. Mass leaves at |mdot| = F / c (c the exit velocity). Where it
 comes from a tank at another marker, it leaves the tank with the velocity of its place there and is carried to the
-nozzle (THEORY section 4: mdot (v_e + c) at the exit beside M_t u):
+nozzle (THEORY section 4: mdot (v_e + c) at the exit, in addition to M_t u):
 
     at the nozzle  F d - |mdot| v_e,      at the tank  |mdot| v_t,  torque |mdot| k^2 omega_t
 

@@ -1,0 +1,102 @@
+"""The source's example in other directions: lambda_in and lambda_out, the tip 4 % of 33 m, librations held and free."""
+
+import numpy as np
+import pytest
+from members import solved
+from orbit_beam import held_beam
+from scipy.integrate import solve_ivp
+from test_orbiter import BEAM, EI, LENGTH, ORBIT, ORBITER
+
+from femflex.body import rigid_body
+from femflex.deployment import DeployingLine, deploying_line
+from femflex.reduction import BeamFunctions
+from femflex.reduction.beams.beam_functions import bending_characteristic
+from femflex.system import Frame, Profile, System, spherical, weld
+
+J = np.diag([8646050.0, 1091430.0, 8286760.0])  # axes orbit normal, up, forward at the start
+_first = bending_characteristic("clamped-free", 1)
+DIRECTIONS = {"normal": (0, 90), "vertical": (0, 0), "horizontal": (90, 0), "between": (30, 40)}  # in, out [deg]
+
+
+def axes_of(lambda_in, lambda_out):
+    """Rows e, f, g: the beam, and two axes across; angles from the local vertical in and out of the orbital plane."""
+    i, o = np.radians([lambda_in, lambda_out])
+    e = np.array([np.sin(o), np.cos(o) * np.cos(i), np.cos(o) * np.sin(i)])
+    f = np.array([np.cos(o), -np.sin(o) * np.cos(i), -np.sin(o) * np.sin(i)])
+    return np.stack([e, f, np.cross(e, f)])
+
+
+def orbiter(direction, length, until, tip, functions, held=True):
+    """The Orbiter with its beam in that direction; tip [m]: deflection of the tip at the start along f and g."""
+    axes = axes_of(*DIRECTIONS[direction])
+    line = DeployingLine(mass_per_length=BEAM / LENGTH, EIy=EI, EIz=EI, direction=axes[0], orientation=axes[1])
+    made = deploying_line(line, functions, length, until=until, stock=LENGTH)
+    delta = {}
+    if functions is not None:
+        rows = axes[1:] @ made.body.marker("tip").phi[:, : made.body.n_modes]
+        delta["beam"] = np.zeros(made.body.n_modes)
+        delta["beam"][:2] = np.linalg.solve(rows[:, :2], [tip, tip])
+    body = rigid_body(ORBITER, J)
+    joint = weld("orbiter") if held else spherical("orbiter")
+    return System({"orbiter": body, "beam": made.body}, (joint, weld("beam", "orbiter")), orbit=ORBIT,
+                  varying={"beam": made.variation}, frame=Frame("orbital"), delta0=delta), axes  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("direction", DIRECTIONS)
+def test_librations_held_against_an_independent_solution(direction):
+    """Deflections small beside the beam, and those that Coriolis forces of the deployment itself bring."""
+    length, times = Profile.smooth_step(0.0, 200.0, 15.0, 33.0), np.linspace(0, 300, 121)
+    tip = 0.02
+    system, axes = orbiter(direction, length, 300.0, tip, BeamFunctions(y=3, z=3))
+    seen = solved(system, times, 1e-9)[2]
+    found = seen["markers/beam.tip/deflection"] @ axes[1:].T
+    exact = held_beam(length, lambda xi: tip * _first(xi)[:, 0] / _first(np.ones(1))[0, 0], times, EI, BEAM / LENGTH,
+                      ORBITER + BEAM, ORBIT.mean_motion, 6, axes=axes)  # fmt: skip
+    assert np.abs(found - exact).max() < 1.5e-3 * np.abs(exact).max()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("direction", DIRECTIONS)
+def test_the_tip_4_percent_of_33_metres_off(direction):
+    """Large deflections keep the frequency of small ones, and the amplitude that E / omega gives, within 5 %."""
+    length, times = Profile.smooth_step(0.0, 1500.0, 15.0, 33.0), np.linspace(0, 2000, 2001)
+    system, axes = orbiter(direction, length, 2000.0, 0.04 * LENGTH, BeamFunctions(y=2, z=2))
+    seen = solved(system, times, 1e-9)[2]
+    tip = seen["markers/beam.tip/deflection"] @ axes[1:].T
+    after = times > 1550
+    swing = tip[after] - tip[after].mean(axis=0)
+    for k in range(2):
+        crossings = times[after][:-1][np.diff(np.sign(swing[:, k])) != 0]
+        assert np.median(np.diff(crossings)) == pytest.approx(0.5 / 0.01713, rel=0.05)  # cases/orbiter_beam.toml
+    grown = 0.04 * LENGTH * np.sqrt(2.0 * 33.0 / 15.0)  # a slow deployment: tip in metres as sqrt(L), both planes
+    assert np.sqrt(2.0 * np.mean(np.sum(swing**2, axis=1))) == pytest.approx(grown, rel=0.05)
+
+
+def test_librations_free_with_a_straight_beam_against_eulers_equations():
+    """H = J(t) omega with the beam's growing inertia about the centre of mass, torque 3 n^2 l x J l: no flexibility."""
+    direction, length = "between", Profile.smooth_step(0.0, 600.0, 1.0, 33.0)
+    times = np.linspace(0, 900, 10)
+    system, axes = orbiter(direction, length, 900.0, 0.0, None, held=False)
+    seen = solved(system, times, 1e-11)[2]
+    n, m, M, e = ORBIT.mean_motion, BEAM / LENGTH, ORBITER + BEAM, axes[0]
+
+    def inertia(t):
+        L, U, _ = (float(v) for v in length(t))
+        second, rate = m * L**3 / 3 - (m * L**2 / 2) ** 2 / M, m * L**2 * U - m**2 * L**3 * U / M
+        across = np.eye(3) - np.outer(e, e)
+        return J + second * across, rate * across
+
+    def equation(t, x):
+        C, w = x[:9].reshape(3, 3), x[9:]  # C: orbital axes to body axes; w: inertial rate, body axes
+        now, rate = inertia(t)
+        up, spin = C @ [0, 1, 0], w - n * (C @ [1, 0, 0])
+        torque = 3 * n**2 * np.cross(up, now @ up)
+        dw = np.linalg.solve(now, torque - rate @ w - np.cross(w, now @ w))
+        return np.concatenate([(-np.cross(spin, C, axisb=0, axisc=0)).ravel(), dw])
+
+    x0 = np.concatenate([np.eye(3).ravel(), [n, 0, 0]])
+    exact = solve_ivp(equation, (0, 900), x0, t_eval=times, rtol=1e-11, atol=1e-13).y.T
+    C_BO = exact[-1, :9].reshape(3, 3)
+    assert np.abs(seen["bodies/orbiter/rate"] - exact[:, 9:]).max() < 1e-6 * n
+    assert np.abs(C_BO - np.eye(3)).max() > 0.003  # it does turn
