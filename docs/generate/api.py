@@ -34,6 +34,9 @@ PACKAGES = (
     "femflex.pipeline",
     "femflex.studies",
     "femflex.studies.campbell",
+    "femflex.studies.linear",
+    "femflex.studies.stability",
+    "femflex.studies.sweep",
     "femflex.view",
     "femflex.rotations",
 )

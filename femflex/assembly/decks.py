@@ -94,3 +94,14 @@ def deck_members(deck: Deck, own: list[Member]) -> list[Member]:
             continue
         kept.append(member)
     return [*kept, *own]
+
+
+def left_out_text(deck: Deck) -> tuple[str, ...]:
+    """A line on the cards that the structure is made without, if any, and the notes of reading."""
+    kinds: dict[str, int] = {}
+    for one in deck.unused:
+        kinds[one.card] = kinds.get(one.card, 0) + one.count
+    if not kinds:
+        return deck.notes
+    listed = ", ".join(f"{count} {card}" for card, count in kinds.items())
+    return (*deck.notes, f"left out of {deck.name}: {listed}; femflex info says what each changes")

@@ -21,7 +21,7 @@ PER_METRE = {"m": 1.0, "cm": 100.0, "mm": 1000.0, "inch": 1 / 0.0254}
 
 def warn_of_doubtful_extents(case: Case, name: str, table: object, body: FlexibleBody) -> None:
     """Warn of a mesh in the wrong unit, and of sections too thick for it."""
-    if body.skin is None or not isinstance(table, FlexibleTable):
+    if body.skin is None or not isinstance(table, FlexibleTable) or table.deck is not None:  # a deck has its own doubts
         return
     size = float(np.ptp(body.skin.points, axis=0).max())
     longest = 1e3 * LARGE if any(member.family == "tether" for member in table.members) else LARGE

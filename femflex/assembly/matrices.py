@@ -23,7 +23,8 @@ def matrix_model(case: Case, table: MatricesTable) -> MatrixModel:
     """The MatrixModel of a body's files."""
     m = table.matrices
     sources = Sources(file=m) if isinstance(m, str) else _sources(m)
-    return read_matrices(sources, table.units, table.groups, case.path.parent)
+    model = read_matrices(sources, table.units, table.groups, case.path.parent)
+    return model if table.spin is None else model.spinning(table.spin.rate, table.spin.axis)
 
 
 def build_matrix_body(

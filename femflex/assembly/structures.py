@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from femflex.assembly.acting_loads import ActingLoads
-from femflex.assembly.decks import deck_members, deck_of, with_deck
+from femflex.assembly.decks import deck_members, deck_of, left_out_text, with_deck
 from femflex.assembly.sections import build_material, build_section, build_solid_material
 from femflex.assembly.shared import shared_parts
 from femflex.case.body import FlexibleTable, MemberTable
@@ -26,6 +27,7 @@ from femflex.case.reduction import (
     Stretchable,
 )
 from femflex.case.support import DIRECTIONS, SkewSupport
+from femflex.decks.report import doubts
 from femflex.fem import (
     FAMILIES,
     Bushing,
@@ -115,7 +117,10 @@ def build_structure_of(case: Case, name: str, table: FlexibleTable, mesh: Mesh) 
         return build_structure(mesh, members, masses, supports, connections_of(table), springs)
     joined = [*deck.connections, *connections_of(table)]
     masses, springs = [*deck.point_masses, *masses], [*deck.bushings, *springs]
-    return build_structure(mesh, deck_members(deck, members), masses, supports, joined, springs)
+    structure = build_structure(mesh, deck_members(deck, members), masses, supports, joined, springs)
+    for text in doubts(deck, structure):
+        warnings.warn(f"bodies.{name}.deck: {text}", PhysicsWarning, stacklevel=2)
+    return replace(structure, notes=(*structure.notes, *left_out_text(deck)))
 
 
 def members_of(case: Case, name: str, table: FlexibleTable) -> list[Member]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -10,7 +10,7 @@ from femflex.case.base import Name, Table, refuse
 from femflex.case.body_base import BodyTable
 from femflex.case.inertia import InertiaMatrix
 from femflex.case.reduction import DampingTable, Reduction
-from femflex.case.values import Mass, Position
+from femflex.case.values import Direction, Mass, Position, Quantity
 
 ELEMENTS_ONLY = ("derivatives", "third_derivatives", "deflection", "responses", "spin")
 
@@ -57,6 +57,15 @@ class MatrixFilesTable(Table):
         return self
 
 
+class SpinTable(Table):
+    """The steady spin that a geometric stiffness matrix belongs to."""
+
+    rate: Annotated[float, Quantity("rad/s", above=0.0)]
+    """Rate of the spin for which the geometric stiffness was computed."""
+    axis: Direction
+    """Direction of its axis in the body frame."""
+
+
 class MatricesTable(BodyTable):
     """A body from mass and stiffness matrices with node coordinates; its strain is linear."""
 
@@ -71,6 +80,9 @@ class MatricesTable(BodyTable):
     reduction: Reduction | None = None
     """Shapes that the body may take. Left out, only for reduced models: all of their modes, with the first node as
     reference."""
+    spin: SpinTable | None = None
+    """Spin that the geometric stiffness belongs to: it then grows with the square of the rate about that axis. Left
+    out: the geometric stiffness is constant."""
     damping: DampingTable | None = None
     """Structural damping, in place of the damping matrix. Left out: the damping matrix, or none."""
     mass: Mass | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from pathlib import Path
 from typing import Annotated
@@ -31,13 +32,21 @@ def info(
             else _case(file)
             if file.suffix == ".toml"
             else _matrices(file)
-            if file.suffix.lower() in MATRICES
+            if file.suffix.lower() in MATRICES or _has_matrices(file)
             else _mesh_or_deck(file, units)
         )
     print(text)
 
 
 MATRICES = (".npz", ".mat", ".op4", ".op2", ".pch", ".dmig", ".asm", ".mtx", ".sti", ".mas", ".dof")  # suffixes
+
+
+def _has_matrices(file: Path) -> bool:
+    """Whether bulk data have matrices (DMIG) and no elements."""
+    if file.suffix.lower() not in (".bdf", ".nas", ".dat"):
+        return False
+    text = file.read_bytes().upper()
+    return b"\nDMIG" in text and not re.search(rb"\nC(BAR|BEAM|ROD|TRI|QUAD|TETRA|HEXA|PENTA|BUSH|ELAS)", text)
 
 
 def _starts_as_hdf5(file: Path) -> bool:

@@ -5,6 +5,7 @@ A deck of another solver is one new folder whose package registers a `DeckReader
 
 from __future__ import annotations
 
+from femflex.decks import abaqus as abaqus
 from femflex.decks import nastran as nastran
 from femflex.decks.deck import Deck
 from femflex.decks.findings import DeckError, UnusedCard

@@ -54,7 +54,7 @@ class Findings:
 
     used: Counter[str] = field(default_factory=Counter)
     notes: list[str] = field(default_factory=list)
-    problems: list[str] = field(default_factory=list)
+    _problems: dict[tuple[str, str], tuple[str, int]] = field(default_factory=dict)  # kind, text -> first one, count
     _unused: dict[tuple[str, str], tuple[int, Place]] = field(default_factory=dict)
 
     def use(self, card: str, count: int = 1) -> None:
@@ -66,11 +66,24 @@ class Findings:
         before, first = self._unused.get((card, consequence), (0, place))
         self._unused[card, consequence] = before + count, first
 
-    def problem(self, text: str, place: Place | None = None) -> None:
-        """Something that makes the deck unusable: one sentence."""
-        said = text if place is None else f"{place}: {text}"
-        if said not in self.problems:
-            self.problems.append(said)
+    def problem(self, text: str, place: Place | None = None, card: str = "") -> None:
+        """Something that makes the deck unusable: one sentence; with a card, "CQUAD4 7", what is wrong with it.
+
+        Cards of one kind with the same thing wrong are one problem with their count.
+        """
+        whole = f"{card}: {text}" if card else text
+        said = whole if place is None else f"{place}: {whole}"
+        key = (card.split(" ")[0], text) if card else ("", said)
+        first, count = self._problems.get(key, (said, 0))
+        self._problems[key] = first, count + 1
+
+    @property
+    def problems(self) -> list[str]:
+        """The problems, in the order found."""
+        return [
+            first + (f" (and {count - 1} more {card})" if card and count > 1 else "")
+            for (card, _), (first, count) in self._problems.items()
+        ]
 
     def note(self, text: str) -> None:
         """Something that was decided in reading and that may matter."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import femflex.matrices.arrays
+import femflex.matrices.coordinates
 import femflex.matrices.market
 import femflex.matrices.nastran  # noqa: F401  (each registers its formats)
 from femflex.matrices.body import matrix_body

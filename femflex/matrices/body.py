@@ -14,6 +14,7 @@ from femflex.fem.given import GivenStructure
 from femflex.matrices.checks import GROUNDED, StatedMass, check_model, relative_energy
 from femflex.matrices.model import MatrixModel
 from femflex.matrices.read import symmetric
+from femflex.matrices.spin import with_spin_stiffness
 from femflex.reduction.boundary.rigid import rigid_shapes
 from femflex.reduction.matrices import MatrixBody, reduce_matrices
 from femflex.reduction.modes.damping import Damping
@@ -24,6 +25,10 @@ from femflex.warning import PhysicsWarning
 Array = NDArray[np.float64]
 Reduce = Callable[[GivenStructure], ModeSet]
 
+SPINNING = (
+    "its strain is linear, with a geometric stiffness that grows with the square of its rate about the given axis; "
+    "other loads do not stiffen or soften it"
+)
 DENSE = 3000  # dofs up to which rounding of the file is taken out of the rigid motions' stiffness
 MASSLESS = 1e-13  # eigenvalue of the scaled mass matrix below which a motion has no mass
 
@@ -62,7 +67,12 @@ def matrix_body(
         modes = all_modes(structure, reference)
     else:
         modes = reduce(structure)
-    return reduce_matrices(structure, modes, markers, damping, turning, model.distribution)
+    made = reduce_matrices(structure, modes, markers, damping, turning, model.distribution)
+    if model.spin_axis is None or not made.body.n_modes:
+        return made
+    assert model.geometric is not None
+    G = modes.phi.T @ (model.geometric @ modes.phi)
+    return MatrixBody(with_spin_stiffness(made.body, G, model.spin_axis), (SPINNING, *made.notes[1:]))
 
 
 def all_modes(structure: GivenStructure, reference: str) -> ModeSet:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 
 from femflex.body import MassMoments
@@ -47,7 +47,9 @@ class MatrixModel:
                                 for a scalar (modal) coordinate
     M, K    (n_dof, n_dof)      mass and stiffness
     D       (n_dof, n_dof)      damping; None where there is none
-    geometric (n_dof, n_dof)    stiffness of a steady stress, which adds to K; None where there is none
+    geometric (n_dof, n_dof)    stiffness of a steady stress, which adds to K; with a spin axis, that of a spin of
+                                1 rad/s, which grows with the square of the rate; None where there is none
+    spin_axis (3,)              axis of that spin, or None
     frames  (n, 3, 3)           rows are the axes along which the components of each node count; None: global axes
     recovery                    places between the interfaces of a reduced model, or None
     moments                     mass moments over (position, displacement of every unit dof), or None
@@ -64,6 +66,7 @@ class MatrixModel:
     K: sparse.csr_array
     D: sparse.csr_array | None = None
     geometric: sparse.csr_array | None = None
+    spin_axis: Array | None = None
     frames: Array | None = None
     recovery: Recovery | None = None
     moments: MassMoments | None = None
@@ -158,7 +161,9 @@ class MatrixModel:
         places = np.full((self.n_dof, 2), SCALAR, np.int64)
         places[physical, 0] = rows(self.dofs[physical, 0])
         places[physical, 1] = self.dofs[physical, 1] - 1
-        K = self.K if self.geometric is None else sparse.csr_array(self.K + self.geometric)
+        K = self.K
+        if self.geometric is not None and self.spin_axis is None:
+            K = sparse.csr_array(K + self.geometric)
         recovery = None if self.recovery is None else (self.recovery.points, self.recovery.rows)
         return given_structure(mesh, places, self.M, K, self.D, self.frames, recovery)
 
@@ -170,6 +175,17 @@ class MatrixModel:
         if self.recovery is not None and self.recovery.masses is not None:
             return PointMasses(self.recovery.masses, self.recovery.points, self.recovery.rows)
         return None
+
+    def spinning(self, rate: float, axis: ArrayLike) -> MatrixModel:
+        """A copy whose geometric stiffness is that of a steady spin of this rate [rad/s] about the axis (3,).
+
+        It then grows with the square of the rate of a run. Raises ValueError where there is no geometric stiffness.
+        """
+        if self.geometric is None or not rate > 0:
+            what = "no geometric stiffness" if self.geometric is None else f"the rate {rate:g} rad/s"
+            raise ValueError(f"{self.name} has {what}; a spin needs the stiffness that it gives, and a positive rate")
+        G = sparse.csr_array(self.geometric / rate**2)
+        return replace(self, geometric=G, spin_axis=np.asarray(axis, float))
 
     def in_si(self, units: Units) -> MatrixModel:
         """A copy in SI of a model in other units; modal coordinates count as numbers without unit.

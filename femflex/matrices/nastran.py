@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from femflex.decks.nastran.bulk import Bulk, bulk_of
+from femflex.decks.nastran.card import Card
+from femflex.decks.nastran.grids import Grids
+from femflex.decks.nastran.systems import Systems
+from femflex.decks.units import Units
 from femflex.matrices.arrays import arrays_of, contents_of
 from femflex.matrices.contents import Contents, Entries, numbered, register, whole
-from femflex.matrices.coordinates import grids_of, nastran_number
 from femflex.matrices.model import MatrixModel
 from femflex.mesh.nastran_cards import read_deck
 
@@ -22,55 +27,64 @@ COMPLEX = (3, 4)  # types of its entries
 
 
 def _bulk(path: Path) -> Contents:
-    """DMIG matrices, GRID and SPOINT cards of a file."""
-    cards = read_deck(path).cards
-    contents = Contents()
-    grids_of(cards, contents)
-    contents.dofs = _external(cards)
-    headers: dict[str, tuple[int, int]] = {}
-    columns: dict[str, list[list[str]]] = {}
-    for name, f in cards:
-        if name != "DMIG":
-            continue
-        if f[1] == "0":
-            if int(f[3] or 1) in COMPLEX:
-                raise ValueError(f"{path.name}: DMIG {f[0]} is complex; femflex takes real matrices")
-            headers[f[0].upper()] = int(f[2] or SYMMETRIC), int(f[3] or 1)
-        else:
-            columns.setdefault(f[0].upper(), []).append(f)
-    unheaded = sorted(columns.keys() - headers.keys())
-    if unheaded:
-        raise ValueError(
-            f"{path.name}: DMIG {', '.join(unheaded)} has columns and no header (DMIG, NAME, 0, form, type); the file "
-            "may be cut"
+    """DMIG matrices, GRID, SPOINT and EXTRN cards of a file. Raises DeckError with all problems of these cards."""
+    bulk = bulk_of(read_deck(path), Units(), {})
+    grids = Grids(bulk, Systems(bulk))
+    contents = Contents(dofs=_external(bulk), scalars=grids.scalars)
+    if numbers := grids.numbers():
+        axes = np.array([grids.axes(number) for number in numbers])
+        contents.ids = np.array(numbers, np.int64)
+        contents.points = np.array([grids.position(number) for number in numbers])
+        contents.frames = None if (axes == np.eye(3)).all() else axes
+    headers = {card.word(0): card for card in bulk.cards.get("DMIG", ()) if card.word(1) == "0"}
+    columns: dict[str, list[Card]] = {}
+    for card in bulk.cards.get("DMIG", ()):
+        if card.word(1) != "0":
+            columns.setdefault(card.word(0), []).append(card)
+    for name in sorted(columns.keys() - headers.keys()):
+        bulk.found.problem(
+            f"DMIG {name} has columns and no header (DMIG, NAME, 0, form, type); the file may be cut",
+            columns[name][0].place,
         )
-    for name, (form, _) in headers.items():
-        if form == RECTANGULAR:
-            contents.notes.append(f"DMIG {name} is rectangular (form 9), and is not used")
-            continue
-        contents.matrices[name] = _dmig(columns.get(name, []), form)
+    for name, head in headers.items():
+        bulk.attempt(head, partial(_add, contents, name, head, columns.get(name, [])))
+    bulk.found.check(path)
     return contents
 
 
-def _external(cards: list[tuple[str, list[str]]]) -> Index | None:
+def _add(contents: Contents, name: str, head: Card, columns: list[Card]) -> None:
+    """Put a DMIG into contents."""
+    form = head.integer(2, SYMMETRIC)
+    if head.integer(3, 1) in COMPLEX:
+        raise ValueError("it is complex; femflex takes real matrices")
+    if form == RECTANGULAR:
+        contents.notes.append(f"DMIG {name} is rectangular (form 9), and is not used")
+        return
+    contents.matrices[name] = _dmig(columns, form)
+
+
+def _external(bulk: Bulk) -> Index | None:
     """Map of degrees of freedom of an external superelement by EXTRN cards: node and components, 0 for scalars."""
-    pairs = [pair for name, f in cards if name == "EXTRN" for pair in zip(f[::2], f[1::2], strict=False) if pair[0]]
-    rows = [(int(node), int(c)) for node, components in pairs for c in components or "0"]
+    rows = [
+        (card.integer(k), component)
+        for card in bulk.cards.get("EXTRN", ())
+        for k in range(0, len(card.fields) - 1, 2)
+        if card.has(k)
+        for component in card.components(k + 1) or (0,)
+    ]
     return np.array(rows, np.int64) if rows else None
 
 
-def _dmig(columns: list[list[str]], form: int) -> Entries:
+def _dmig(columns: list[Card], form: int) -> Entries:
     rows, cols, values = list[tuple[int, int]](), list[tuple[int, int]](), list[float]()
-    for f in columns:
-        column = int(f[1]), int(f[2] or 0)
-        for k in range(4, len(f) - 2, 4):
-            if not f[k]:
-                continue
-            rows.append((int(f[k]), int(f[k + 1] or 0)))
-            cols.append(column)
-            values.append(nastran_number(f[k + 2]))
-    pairs = np.array([*rows, *cols], np.int64).reshape(-1, 2)
-    dofs, number = numbered(pairs)
+    for card in columns:
+        column = card.integer(1), card.integer(2, 0)
+        for k in range(4, len(card.fields) - 2, 4):
+            if card.fields[k]:
+                rows.append((card.integer(k), card.integer(k + 1, 0)))
+                cols.append(column)
+                values.append(card.real(k + 2))
+    dofs, number = numbered(np.array([*rows, *cols], np.int64).reshape(-1, 2))
     n = len(rows)
     return Entries(whole(number[:n], number[n:], values, len(dofs), form == SYMMETRIC), dofs)
 

@@ -41,7 +41,7 @@ SHELL = "PSHELL,2,1,0.01,1,,1"
         (["CORD2R,1,2,0.,0.,0.,0.,0.,1.", ",1.,0.,0.", "CORD2R,2,1,0.,0.,0.,0.,0.,1.", ",1.,0.,0.",
           "GRID,1,1,0.,0.,0."], r"coordinate systems \[1, 2\] are given in each other in a circle"),
         ([*GRIDS, "CHEXA,7,2,1,2,3,4,1,2", ",3,4", STEEL],
-         r"CHEXA 7 names property 2, which is not in the deck; of solids"),
+         r"CHEXA 7: names property 2, which is not in the deck; of solids"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_one_sentence_with_its_line(tmp_path, cards, sentence):
@@ -52,9 +52,14 @@ def test_a_mistake_is_one_sentence_with_its_line(tmp_path, cards, sentence):
 
 def test_all_problems_come_together(tmp_path):
     with pytest.raises(DeckError) as found:
-        read(tmp_path, *GRIDS[:3], QUAD, "CQUAD4,8,5,1,2,3,3", "CONM2,9,1,,-3.", SHELL, control="SPC = 4")
+        read(tmp_path, *GRIDS[:3], QUAD, "CQUAD4,8,5,1,2,3,3", "CONM2,9,1,,-3.", SHELL, "SPC1,1,3,1", control="SPC = 4")
     assert len(found.value.problems) == 5
     assert "case control names SPC set 4, which the deck does not have" in str(found.value)
+
+
+def test_cards_with_the_same_mistake_are_one_problem(tmp_path):
+    with pytest.raises(DeckError, match=r"CQUAD4 7: names property 2, .* of shells it has none \(and 1 more CQUAD4\)"):
+        read(tmp_path, *GRIDS, QUAD, "CQUAD4,8,2,2,3,4,1", STEEL, control="ECHO = NONE")
 
 
 def test_a_deck_of_another_solver_is_refused_by_name(tmp_path):

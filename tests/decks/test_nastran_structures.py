@@ -196,3 +196,14 @@ def test_what_is_not_used_is_counted_with_its_consequence(tmp_path):
     assert any(one.startswith("1 GRAV: loads and weight are left out") for one in said)
     text = describe(deck)
     assert "15.7 kg" in text and "8 CBAR" in text and "supports  in force: spc_1" in text
+
+
+def test_defaults_of_bars_and_numbers_with_blanks_are_read(tmp_path):
+    """BAROR gives property and orientation; the modulus has a blank before its exponent, as old decks write it."""
+    grids = [card for card in bar() if card.startswith("GRID")]
+    bars = [f"CBAR,{k + 1},,{k + 1},{k + 2}" for k in range(8)]
+    steel = "MAT1    1       2.1 E+11        .3      7850."
+    more = ["BAROR,,3,,,0.,1.,0.", "PBAR,3,1,1.E-3,2.E-7,8.E-7,1.E-6", steel, "SPC1,1,123456,1"]
+    assert frequencies(read(tmp_path, *grids, *bars, *more)) == pytest.approx(
+        frequencies(read(tmp_path, *bar())), rel=1e-12
+    )

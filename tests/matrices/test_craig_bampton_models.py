@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import io
+import warnings
+
 import numpy as np
 import pytest
 from matrix_examples import boom
@@ -80,3 +83,22 @@ def test_writing_refuses_other_suffixes_and_existing_files(body, tmp_path):
     with pytest.raises(FileNotFoundError, match="does not exist; make it"):
         write_matrices(model, tmp_path / "none" / "a.npz")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.npz"]
+
+
+def test_pyyeti_finds_no_fault_in_it(body):
+    """cb.cbcheck of pyYeti: fixed-interface frequencies, and mass properties by three kinds of rigid-body motions."""
+    cb = pytest.importorskip("pyyeti.cb")
+    n2p = pytest.importorskip("pyyeti.nastran.n2p")
+    model = craig_bampton_model(body, ["root", "tip"])
+    uset = n2p.addgrid(None, [1, 2], "b", 0, model.points, 0)
+    text, b = io.StringIO(), np.arange(12)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found = cb.cbcheck(text, model.M.toarray(), model.K.toarray(), b, b[:6], uset, uref=[0, 0, 0])
+    assert found.cb_frq == pytest.approx(np.sqrt(model.K.diagonal()[12:]) / (2 * np.pi), rel=1e-6)
+    assert "Mass matrix is symmetric" in text.getvalue() and "Stiffness matrix is symmetric" in text.getvalue()
+    rows = text.getvalue().split("6x6 mass matrix from geometry-based rb modes:")[1].strip().splitlines()[:6]
+    rigid = np.array([[float(x) for x in row.split()] for row in rows])
+    moments = body.moments
+    assert np.diag(rigid)[:3] == pytest.approx(moments.mass, abs=1e-4)
+    assert rigid[3:, 3:] == pytest.approx(moments.inertia(), abs=1e-4)  # it prints four digits

@@ -146,10 +146,10 @@ BAD = {
         "DMIG*   KAAX    " + f"{1:>16d}{1:>16d}\n*       {1:>16d}{1:>16d}{'1.0':>16}\n",
         "has columns and no header",
     ),
-    "b.pch": ("GRID,1,9,0.,0.,0.\n", "coordinate system 9, which no card defines"),
+    "b.pch": ("GRID,1,9,0.,0.,0.\n", "coordinate system 9 is not in the deck"),
     "c.pch": ("DMIG,KAAX,0,6,4,0\n", "is complex"),
     "d.pch": ("GRID,1,,0.,0.,0.\n", "gives no mass matrix"),
-    "e.pch": ("GRID,1,,x,0.,0.\n", "it has .* where a number belongs|could not be read"),
+    "e.pch": ("GRID,1,,x,0.,0.\n", "GRID 1 has .X. in field 4, where a number is needed"),
 }
 
 

@@ -164,6 +164,19 @@ def test_an_output4_of_another_program_with_map_and_nodes(spring):
     same(read_matrices(Sources(file="b.op4", nodes="nodes.csv"), folder=folder), M, K)
 
 
+def test_info_describes_matrices_of_bulk_data(tmp_path):
+    from typer.testing import CliRunner
+
+    from femflex.cli.app import app
+
+    path = write_matrices(full_model(brick((2, 1, 1))), tmp_path / "bar.bdf")
+    found = CliRunner().invoke(app, ["info", str(path)]).stdout
+    assert "matrix  MAAX: 96 x 96" in found and "mass 32.4, centre of mass (1, 0.15, 0.1)" in found
+    (tmp_path / "k.mtx").write_text("1 1 2.0\n2 1 -1.0\n2 2 1.0\n")
+    found = CliRunner().invoke(app, ["info", str(tmp_path / "k.mtx")]).stdout
+    assert "matrix  k: 2 x 2, 4 entries, symmetric" in found and "alone   gives no mass matrix" in found
+
+
 def test_without_pyyeti_one_sentence_says_how_to_install_it(tmp_path, monkeypatch):
     (tmp_path / "a.op4").write_bytes(b"\x00" * 64)
     whole = builtins.__import__

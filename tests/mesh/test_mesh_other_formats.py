@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import random
 import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
+from test_mesh_damaged import damaged, sheet
 
 from femflex.mesh import Mesh, box, read_mesh, rectangle, write_mesh
 from femflex.mesh.quality import sizes
@@ -215,3 +217,58 @@ def test_solids_of_mirrored_copies_are_turned_one_by_one(tmp_path: Path):
     with pytest.warns(PhysicsWarning, match="1 of 2 cells of type hexahedron are inside out"):
         mesh = read_mesh(path)
     assert sizes(mesh.points, "hexahedron", mesh.cells["hexahedron"]) == pytest.approx([1, 1])
+
+
+def whole_file(kind: str, path: Path) -> bytes:
+    """A sound file of a format."""
+    if kind == "unv":
+        path.write_text(UNV)
+    elif kind == "exo":
+        writer = pytest.importorskip("vtkmodules.vtkIOExodus").vtkExodusIIWriter()
+        writer.SetInputData(make_grid(sheet().points, dict(sheet().cells), {}, {}))
+        writer.SetFileName(str(path))
+        writer.Write()
+    elif kind == "xdmf":
+        meshio = pytest.importorskip("meshio")
+        meshio.xdmf.write(path, meshio.Mesh(sheet().points, list(sheet().cells.items())), data_format="XML")
+    else:
+        nodes = "\n".join(
+            f"{k:8d}{0:8d}{0:8d}" + "".join(f"{x:20.13E}" for x in row) for k, row in enumerate(np.eye(8, 3), 1)
+        )
+        path.write_text(CDB.format(nodes=nodes))
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize("kind", ["unv", "exo", "xdmf", "cdb"])
+def test_damaged_files_of_other_programs_are_refused_or_read(kind: str, tmp_path: Path):
+    if kind == "cdb":
+        pytest.importorskip("mapdl_archive")
+    path = tmp_path / f"mesh.{kind}"
+    whole, generator, refused = whole_file(kind, path), random.Random(8), 0
+    for _ in range(25):
+        path.write_bytes(damaged(whole, generator))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            try:
+                read_mesh(path)
+            except ValueError as error:
+                refused += 1
+                assert path.name in str(error)
+                for word in ("list index", "KeyError", "unpack", "invalid literal", "Traceback", "vtk"):
+                    assert word not in str(error)
+    assert refused > 3
+
+
+@pytest.mark.parametrize("suffix", [".inp", ".bdf", ".med", ".msh", ".vtu", ".vtk", ".exo", ".xdmf", ".unv"])
+@pytest.mark.parametrize(
+    "content", [b"", b"\n", b"\0" * 64, b"hello, world\n", b"*NODE\n1, 0.\n", b"$MeshFormat\n4.1 0 8\n"]
+)
+def test_empty_and_foreign_files_are_refused_in_a_sentence(suffix: str, content: bytes, tmp_path: Path):
+    path = tmp_path / f"mesh{suffix}"
+    path.write_bytes(content)
+    with warnings.catch_warnings(), pytest.raises(ValueError) as error:
+        warnings.simplefilter("ignore")
+        read_mesh(path)
+    assert path.name in str(error.value)
+    for word in ("list index", "KeyError", "unpack", "invalid literal", "zero-size"):
+        assert word not in str(error.value)

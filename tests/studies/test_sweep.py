@@ -12,11 +12,14 @@ from scipy.stats import norm
 from typer.testing import CliRunner
 
 from femflex.case import CaseError
+from femflex.case.read import parse_case
 from femflex.case.sweep import parse_sweep
 from femflex.cli.app import app
 from femflex.studies.sweep import open_sweep, sweep
 from femflex.studies.sweep.design import designed, indices, unit_samples
 from femflex.studies.sweep.journal import journal_of
+from femflex.studies.sweep.member import run_member
+from femflex.studies.sweep.sweep import planned
 
 SPUN = """
 title = "a wheel that is spun up"
@@ -236,3 +239,26 @@ def test_a_sweep_for_sobol_indices_keeps_prints_and_draws_them(study, tmp_path):
     assert open_sweep(tmp_path / "s.h5").sobol["speed"].shape == (2, 2) and (tmp_path / "s.png").stat().st_size > 5000
     with pytest.raises(CaseError, match="found members = 6; design = 'sobol_indices' needs a power of 2, such as 64"):
         parse_sweep(path.read_text().replace("members = 4", "members = 6"))
+
+
+DISPERSION = Path(__file__).parents[2] / "cases" / "studies" / "panel_dispersion.toml"
+
+
+def test_the_shipped_dispersion_names_keys_of_its_case():
+    table, plan = planned(DISPERSION)
+    members = designed(table)
+    assert len(members) == 500
+    changed = parse_case(plan.case_text, Path(plan.case_path)).with_values(members[0])
+    assert changed.bodies["hub"].mass != 400.0
+
+
+@pytest.mark.slow
+def test_members_of_the_shipped_dispersion_keep_the_momentum_of_their_pulses():
+    """Each pulse changes from one torque to the other along 5 s: what is left is 2.5 s times the two departures."""
+    table, plan = planned(DISPERSION)
+    for number, values in list(enumerate(designed(table)))[:2]:
+        found = run_member(plan, number, values)
+        assert not found.problem
+        first, last = values["loads.0.torque.0.1"] - 40.0, values["loads.0.torque.3.1"] + 40.0
+        left = dict(zip(table.outputs, found.outputs, strict=True))["left"]
+        assert left == pytest.approx(2.5 * (first + last), abs=1e-6)

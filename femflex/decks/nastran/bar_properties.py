@@ -61,7 +61,8 @@ class BarProperties:
         self._bulk, self._materials = bulk, materials
         self._known: dict[int, BarProperty | None] = {}
         self._foreign: dict[int, Card] = {}
-        self.default = next(iter(bulk.each("BAROR")), None)
+        given = {"CBAR": next(iter(bulk.each("BAROR")), None), "CBEAM": next(iter(bulk.each("BEAMOR")), None)}
+        self.defaults = {name: card for name, card in given.items() if card is not None}
         for name, read in (
             ("PBAR", self._pbar),
             ("PBARL", self._pbarl),

@@ -66,7 +66,12 @@ class Bulk:
             self.found.problem(str(error), card.place)
         except ValueError as error:
             text = str(error)
-            self.found.problem(text if str(card) in text else f"{card}: {text}", card.place)
+            if text.startswith(f"{card} names "):  # said alike by many cards
+                text = text.removeprefix(f"{card} ")
+            if str(card) in text:
+                self.found.problem(text, card.place)
+            else:
+                self.found.problem(text, card.place, str(card))
 
     def override(self, names: list[str], values: dict[str, float], where: str) -> dict[str, float]:
         """Values with those replaced that overrides name by any of the names; ValueError on unknown keys."""

@@ -46,7 +46,7 @@ class Card:
 
     def real(self, k: int, default: float | None = None) -> float:
         """Field k as a number, in any of Nastran's ways (1.5-3, 2.D+4); the default where blank. Raises FieldError."""
-        word = self.word(k)
+        word = self.word(k).replace(" ", "")  # 2.0 E+7
         if not word:
             if default is None:
                 raise FieldError(f"{self} has nothing in field {k + 2}, where a number is needed")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,14 +43,15 @@ def read_line_elements(model: NastranModel) -> None:
 
 
 def _bar(model: NastranModel, card: Card) -> None:
-    number, pid = card.integer(0), card.integer(1, card.integer(0))
+    number = card.integer(0)
+    default = model.bars.defaults.get(card.name)
+    pid = card.integer(1, default.integer(1, number) if default is not None else number)
     ends = [card.integer(2), card.integer(3)]
     if not model.grids.require(ends, card):
         return
     made = model.bars(pid)
     if made is None:
         return
-    default = model.bars.default if card.name == "CBAR" else None
     axes = model.grids.axes(ends[0])
     word = card.word(7)
     frames = word if word.isalpha() and len(word) == 3 else "GGG"
@@ -196,7 +198,7 @@ def _section(model: NastranModel, made: BarProperty, length: float) -> Stiffness
     if made.K1 > 0 and made.K2 > 0 and made.G > 0:
         values["GAy"] = [max(made.K1 * made.G * s.A, WEAK * largest["EA"]) for s in stations]
         values["GAz"] = [max(made.K2 * made.G * s.A, WEAK * largest["EA"]) for s in stations]
-    given = {}
+    given: dict[str, Any] = {}
     for name, v in values.items():
         given[name] = v[0] if all(value == v[0] for value in v) else ([x * length for x in made.at], v)
     return StiffnessSection(**given)
@@ -209,6 +211,10 @@ def _options(model: NastranModel, made: BarProperty, card: Card) -> dict[str, ob
         model.bulk.found.note(f"{made.card} has one of K1 and K2 zero: its sections do not shear")
     far = 1e9  # m; whether sections shear is the deck's choice
     found: dict[str, object] = {"shear": shears, "extent": far}
+    if not all(made.G * s.J > 0 for s in made.stations):
+        found["torsion_order"] = 1  # fields within elements would be without stiffness
+    if not all(made.E * s.A > 0 for s in made.stations):
+        found["axial_order"] = 1
     if any(made.centroid) or any(made.mass):
         one = made.stations[0]
         own, more = made.density * one.A, one.nsm

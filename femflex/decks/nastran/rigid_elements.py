@@ -304,7 +304,7 @@ def _mpcs(model: NastranModel) -> None:
         bulk.found.note(f"no case control names an MPC set; the only one, {chosen}, is used")
     wanted = set(sets.get(chosen, [chosen])) if chosen is not None else set()
     if chosen is not None and not wanted & known:
-        bulk.found.problem(f"case control names MPC set {chosen}, which the deck does not have; it has {sorted(known)}")
+        bulk.found.note(f"case control names MPC set {chosen}, of which the deck has no card; no equation is used")
     for card in bulk.each("MPC", use=False):
         if card.is_integer(0) and card.integer(0) not in wanted:
             bulk.found.unused("MPC", f"of set {card.integer(0)}, which case control does not choose", card.place)

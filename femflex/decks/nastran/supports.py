@@ -67,9 +67,12 @@ def read_supports(model: NastranModel) -> tuple[dict[str, Held], tuple[str, ...]
     for card in bulk.each("SPCOFF", "SPCOFF1", "SPCR", use=False):
         bulk.found.unused(card.name, "changes of constraints are left out", card.place)
     if chosen is not None and not in_force & held.keys():
-        bulk.found.problem(
-            f"case control names SPC set {chosen}, which the deck does not have; it has {sorted(held | added)}"
-        )
+        if held or added:
+            bulk.found.problem(
+                f"case control names SPC set {chosen}, which the deck does not have; it has {sorted(held | added)}"
+            )
+        else:
+            bulk.found.note(f"case control names SPC set {chosen}, and the deck has no SPC card; nothing is held by it")
     sets: dict[str, Held] = {}
     for number, own in held.items():
         sets[f"spc_{number}"] = _held(model, own, f"spc_{number}")

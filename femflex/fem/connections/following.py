@@ -66,14 +66,15 @@ class Following:
         source, F = np.concatenate(sources), np.concatenate(factors, axis=1)
         own, found = np.array([self._node(mesh, self.group)]), []
         rows = np.asarray(Support(self.components, self.axes).axes)
+        solid = numbering.translation_of(own)[0, 0] >= 0 and numbering.rotation_of(own)[0, 0] < 0
         for kind in (0, 1):
             at = [k for k, c in enumerate(self.components) if COMPONENTS.index(c) // 3 == kind]
             if not at:
                 continue
             ways = rows[[COMPONENTS.index(self.components[k]) % 3 for k in at]]
             target = (numbering.translation_of, numbering.rotation_of)[kind](own)[0]
-            if target[0] < 0 and kind == 1 and numbering.translation_of(own)[0, 0] >= 0:
-                continue  # a node of solids: there is no rotation to follow
+            if kind == 1 and solid:
+                continue  # there is no rotation to follow
             if target[0] < 0:
                 target = (numbering.translation, numbering.rotation)[kind](own)[0]
             found.append(Dependence(target, ways, source, ways.T @ F[at], self._where()))

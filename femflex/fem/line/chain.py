@@ -37,7 +37,11 @@ def element_frames(start: Array, end: Array, orientation: Array | None, group: s
     length = np.linalg.norm(end - start, axis=1)
     scale = max(1.0, float(np.abs(start).max(initial=0.0)))
     if (length <= 1e-12 * scale).any():
-        raise ValueError(f"group {group!r} has {int((length <= 1e-12 * scale).sum())} line cells of no length")
+        first = int(np.argmin(length))
+        raise ValueError(
+            f"group {group!r} has {int((length <= 1e-12 * scale).sum())} line cells of no length, the first is cell "
+            f"{first} at ({', '.join(f'{c:.6g}' for c in start[first])}) m; join its two nodes or take it out"
+        )
     x = (end - start) / length[:, None]
     if orientation is None:
         y = np.cross([0.0, 0.0, 1.0], x)

@@ -15,6 +15,7 @@ from femflex.studies.sweep.member import Outcome, Plan, run_member
 Todo = Sequence[tuple[int, Mapping[str, Any]]]
 
 KILLED = "its process was killed, as by a lack of memory"
+WAIT = 10.0  # for the answer of a scheduler [s]
 AHEAD = 2  # members handed out per worker
 
 
@@ -99,10 +100,10 @@ def dask_executor(address: str) -> Executor:
         from distributed import Client
     except ImportError:
         raise ValueError(
-            "a sweep on a cluster needs Dask; pip install femflex[dask], or leave --scheduler out to take this machine"
+            "a sweep on a cluster needs Dask; pip install femflex[sweep], or leave --scheduler out to take this machine"
         ) from None
     try:
-        client = Client(address, timeout=10)
+        client = Client(address, timeout=WAIT)
     except (OSError, TimeoutError, ValueError) as error:
         raise ValueError(f"the Dask scheduler at {address!r} does not answer: {error}") from None
     return client.get_executor()

@@ -1,0 +1,156 @@
+"""Local directions of an Abaqus deck: *ORIENTATION of materials, *TRANSFORM of nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.decks.abaqus.model import AbaqusModel
+from femflex.mesh.abaqus_flat import Placement, Scoped
+from femflex.mesh.abaqus_keywords import Keyword
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """Directions 1, 2, 3 as rows at a place: rectangular (R), cylindrical (C: radial, tangential, axial) or spherical.
+
+    axes      (3, 3) of R; of C and S its third row is the axis
+    origin    (3,) [m]
+    about     axis (0 to 2) that is turned about, and is the normal of shells; None: not said
+    angle     [rad]
+    """
+
+    kind: str
+    axes: Array
+    origin: Array
+    about: int | None = None
+    angle: float = 0.0
+
+    def at(self, x: Array) -> Array:
+        """Directions as rows at a place x (3,) [m], turned by the angle."""
+        rows = self.plain(x)
+        if self.about is None or not self.angle:
+            return rows
+        c, s = np.cos(self.angle), np.sin(self.angle)
+        i, j = (self.about + 1) % 3, (self.about + 2) % 3
+        turned = rows.copy()
+        turned[i], turned[j] = c * rows[i] + s * rows[j], c * rows[j] - s * rows[i]
+        return turned
+
+    def plain(self, x: Array) -> Array:
+        """Directions as rows, without the further angle."""
+        if self.kind == "R":
+            return self.axes
+        r = x - self.origin
+        axis = self.axes[2]
+        across = r - float(r @ axis) * axis
+        if np.linalg.norm(across) < 1e-9 * max(float(np.linalg.norm(r)), 1e-30):
+            across = self.axes[0]
+        radial = across / np.linalg.norm(across)
+        if self.kind == "C":
+            return np.stack([radial, np.cross(axis, radial), axis])
+        out = r / (np.linalg.norm(r) or 1.0)
+        tangent = np.cross(axis, radial)
+        return np.stack([out, tangent, np.cross(out, tangent)])
+
+    def on_surface(self, x: Array, normal: Array) -> Array:
+        """Direction 1 of a shell's material at a place, in its surface: that after the axis that is its normal."""
+        rows = self.plain(x)
+        k = self.about if self.about is not None else int(np.argmax(np.abs(rows @ normal)))
+        for candidate in (rows[(k + 1) % 3], rows[(k + 2) % 3], rows[k]):
+            flat = candidate - (candidate @ normal) * normal
+            if np.linalg.norm(flat) > 1e-3:
+                break
+        flat = flat / np.linalg.norm(flat)
+        return np.asarray(np.cos(self.angle) * flat + np.sin(self.angle) * np.cross(normal, flat))
+
+    def moved(self, placement: Placement, length: float) -> System:
+        """The system of a part as its instance is placed."""
+        origin = placement.moved(self.origin / length) * length
+        return replace(self, axes=self.axes @ placement.C.T, origin=origin)
+
+
+def system_of(values: Array, kind: str, length: float, keyword: Keyword) -> System:
+    """The System of points a and b, and of c, the origin, where given. Raises ValueError where they lie on a line."""
+    a, b, c = np.pad(values, (0, max(0, 9 - len(values))))[:9].reshape(3, 3)
+    if kind == "R":
+        x, y = a - c, b - c
+    else:
+        z = b - a
+        c = a
+        x = np.cross([0.0, 1.0, 0.0] if abs(z[1]) < 0.9 * np.linalg.norm(z) else [1.0, 0, 0], z)
+        y = np.cross(z, x)
+    n = np.cross(x, y)
+    if not np.linalg.norm(n) > 1e-12 * max(float(np.linalg.norm(x) * np.linalg.norm(y)), 1e-300):
+        raise ValueError(
+            f"{keyword.place(0)}: *{keyword.name} has points {values.tolist()}, which give no directions, as they lie "
+            "on a line; correct them."
+        )
+    x, n = x / np.linalg.norm(x), n / np.linalg.norm(n)
+    return System(kind, np.stack([x, np.cross(n, x), n]), c * length)
+
+
+def read_orientations(model: AbaqusModel) -> dict[tuple[str, str], System]:
+    """Systems of *ORIENTATION by instance and name, in capitals."""
+    known: dict[tuple[str, str], System] = {}
+
+    def add(one: Scoped) -> None:
+        scope, keyword = one
+        kind = (keyword.parameter("system") or "R").upper()[0]
+        definition = keyword.parameter("definition").upper() or "COORDINATES"
+        if definition not in ("COORDINATES", "NODES") or kind not in "RCS" or not keyword.data:
+            raise ValueError(
+                f"{keyword.place()}: *ORIENTATION with DEFINITION={definition}, SYSTEM={kind} is not read; give points "
+                "(COORDINATES) of a rectangular, cylindrical or spherical system."
+            )
+        first = next((k for k, row in enumerate(keyword.data) if _number(row[0])), None)
+        if first is None:
+            raise ValueError(f"{keyword.place()}: *ORIENTATION by *DISTRIBUTION alone has no directions; give points.")
+        if first:
+            model.found.note(f"{keyword.place()}: a distribution of orientations is left out; its default holds")
+        words = [word for word in keyword.data[first] if word]
+        if definition == "NODES":
+            nodes = [model.node_of(word, scope, keyword, first) for word in words]
+            values = np.concatenate([model.flat.nodes[node] for node in nodes])
+        else:
+            values = np.array([keyword.real(word, first, "a coordinate") for word in words])
+        system = system_of(values, kind, model.units.length, keyword)
+        rest = keyword.data[first + 1 :]
+        if rest:
+            axis = keyword.integer(rest[0][0] or "1", first + 1, "an axis") - 1
+            angle = keyword.real(rest[0][1], first + 1, "an angle") if len(rest[0]) > 1 else 0.0
+            system = replace(system, about=axis % 3, angle=float(np.radians(angle)))
+        if definition != "NODES":  # whose positions are placed already
+            system = system.moved(model.placement(scope), model.units.length)
+        known[scope.upper(), keyword.parameter("name").upper()] = system
+
+    model.trying(add, "ORIENTATION")
+    return known
+
+
+def read_transforms(model: AbaqusModel) -> dict[int, System]:
+    """Systems of *TRANSFORM by node."""
+    known: dict[int, System] = {}
+
+    def add(one: Scoped) -> None:
+        scope, keyword = one
+        kind = (keyword.parameter("type") or "R").upper()[0]
+        values = np.array([keyword.real(word, 0, "a coordinate") for row in keyword.data for word in row if word])
+        system = system_of(values, kind, model.units.length, keyword).moved(model.placement(scope), model.units.length)
+        for node in model.nodes_of(keyword.parameter("nset"), scope, keyword):
+            known[model.same(node)] = system
+
+    model.trying(add, "TRANSFORM")
+    return known
+
+
+def _number(word: str) -> bool:
+    try:
+        float(word.upper().replace("D", "E"))
+    except ValueError:
+        return False
+    return True

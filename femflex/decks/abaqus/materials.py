@@ -1,0 +1,190 @@
+"""Materials: *ELASTIC of every type and *DENSITY under *MATERIAL, in SI, with the overrides of the case."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.decks.abaqus.model import AbaqusModel, place_of
+from femflex.fem.sections.laminates import Lamina
+from femflex.fem.sections.materials import Anisotropic, Material, Orthotropic
+from femflex.mesh.abaqus_keywords import Keyword
+
+Array = NDArray[np.float64]
+
+BEHAVIOUR = {  # keywords of a material that a linear elastic structure is made without
+    "PLASTIC": "the material stays linear", "CYCLIC HARDENING": "the material stays linear",
+    "HYPERELASTIC": "the material needs *ELASTIC here", "HYPERFOAM": "the material needs *ELASTIC here",
+    "CREEP": "the material stays linear", "VISCOELASTIC": "the material stays elastic",
+    "EXPANSION": "thermal strains are left out", "CONDUCTIVITY": "heat conduction is left out",
+    "SPECIFIC HEAT": "heat conduction is left out", "DAMPING": "give damping in the case",
+    "DEPVAR": "user materials are left out", "USER MATERIAL": "user materials are left out",
+    "DAMAGE INITIATION": "the material stays linear", "DAMAGE EVOLUTION": "the material stays linear",
+    "DEFORMATION PLASTICITY": "the material stays linear", "NO COMPRESSION": "the material stays linear",
+    "FAIL STRESS": "strength is left out", "FAIL STRAIN": "strength is left out",
+}  # fmt: skip
+OWN = {"ELASTIC", "DENSITY", *BEHAVIOUR}
+COUNTS = {"ISOTROPIC": 2, "ISO": 2, "LAMINA": 4, "ENGINEERING CONSTANTS": 9, "ORTHO": 9, "ORTHOTROPIC": 9,
+          "ANISO": 21, "ANISOTROPIC": 21}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Elastic:
+    """A material by name: type of *ELASTIC, its values and density, in SI."""
+
+    name: str
+    kind: str
+    values: dict[str, float]
+    matrix: Array | None
+    keyword: Keyword
+
+    @property
+    def density(self) -> float:
+        """[kg/m^3]"""
+        return self.values["density"]
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether directions do not matter."""
+        return self.kind == "ISOTROPIC"
+
+    def solid(self) -> Material | Orthotropic | Anisotropic:
+        """The material for solids. Raises ValueError for LAMINA."""
+        v = self.values
+        if self.kind == "ISOTROPIC":
+            return Material(v["E"], v["nu"], v["density"])
+        if self.kind == "ENGINEERING CONSTANTS":
+            return Orthotropic(**v)
+        if self.matrix is not None:
+            return Anisotropic(self.matrix, v["density"])
+        raise ValueError(f"material {self.name!r} is a lamina; solids need ENGINEERING CONSTANTS, ORTHO or ISOTROPIC")
+
+    def lamina(self) -> Lamina:
+        """The material in plane stress."""
+        v = self.values
+        if self.kind == "ISOTROPIC":
+            return Lamina.isotropic(Material(v["E"], v["nu"], v["density"]))
+        if self.kind == "LAMINA":
+            return Lamina(v["E1"], v["E2"], v["G12"], v["nu12"], v["density"], v["G13"] or None, v["G23"] or None)
+        if self.kind == "ENGINEERING CONSTANTS":
+            return Lamina(v["E1"], v["E2"], v["G12"], v["nu12"], v["density"], v["G13"], v["G23"])
+        assert self.matrix is not None
+        S = np.linalg.inv(self.matrix)  # order 11, 22, 33, 23, 13, 12
+        E1, E2 = 1 / S[0, 0], 1 / S[1, 1]
+        return Lamina(E1, E2, 1 / S[5, 5], -S[0, 1] * E1, v["density"], 1 / S[4, 4], 1 / S[3, 3])
+
+    def bar(self) -> tuple[float, float, float]:
+        """E [Pa], G [Pa] and density for beams and trusses."""
+        v = self.values
+        if self.kind == "ISOTROPIC":
+            return v["E"], v["E"] / (2 * (1 + v["nu"])), v["density"]
+        lamina = self.lamina()
+        return lamina.E1, lamina.G12, v["density"]
+
+
+class Materials:
+    """The materials of a deck by name in capitals."""
+
+    def __init__(self, model: AbaqusModel) -> None:
+        self._model = model
+        self._known: dict[str, Elastic] = {}
+        self._bad: dict[str, str] = {}
+        name, parts, head = "", dict[str, Keyword](), None
+        for _, keyword in model.flat.keywords:
+            if keyword.name == "MATERIAL":
+                self._finish(name, parts, head)
+                name, parts, head = keyword.parameter("name"), {}, keyword
+                model.found.use("*MATERIAL")
+            elif head is not None and keyword.name in OWN:
+                if keyword.name in BEHAVIOUR:
+                    model.found.unused(f"*{keyword.name}", BEHAVIOUR[keyword.name], place_of(keyword))
+                else:
+                    parts[keyword.name] = keyword
+                    model.found.use(f"*{keyword.name}")
+            elif head is not None and keyword.name.endswith("SECTION"):
+                self._finish(name, parts, head)
+                head = None
+        self._finish(name, parts, head)
+
+    def __call__(self, name: str, where: str) -> Elastic:
+        """The material of a name. Raises ValueError where the deck has none, or none that is elastic."""
+        key = name.upper()
+        if key in self._bad:
+            raise ValueError(f"{where}: {self._bad[key]}")
+        if key not in self._known:
+            known = sorted(one.name for one in self._known.values())
+            raise ValueError(f"{where}: material {name!r} is not in the deck; it has {known or 'none'}.")
+        return self._known[key]
+
+    def all(self) -> list[Elastic]:
+        """All elastic materials."""
+        return list(self._known.values())
+
+    def _finish(self, name: str, parts: dict[str, Keyword], head: Keyword | None) -> None:
+        if head is None:
+            return
+        if "ELASTIC" not in parts:
+            self._bad[name.upper()] = f"material {name!r} ({head.place()}) has no *ELASTIC; give one."
+            return
+        self._model.attempt(head, lambda: self._add(name, parts))
+
+    def _add(self, name: str, parts: dict[str, Keyword]) -> None:
+        u, keyword = self._model.units, parts["ELASTIC"]
+        kind = " ".join((keyword.parameter("type") or "ISOTROPIC").upper().split())
+        kind = {"ISO": "ISOTROPIC", "ORTHOTROPIC": "ORTHO", "ANISOTROPIC": "ANISO"}.get(kind, kind)
+        if kind not in COUNTS:
+            self._bad[name.upper()] = (
+                f"material {name!r} has *ELASTIC, TYPE={kind}, which is not read; give {sorted(COUNTS)}."
+            )
+            return
+        words = [(k, word) for k, row in enumerate(keyword.data) for word in (row + [""] * 8)[:8]]
+        given = [keyword.real(word, k, "an elastic constant") for k, word in words]
+        count = COUNTS[kind]
+        lines = -(-(count + 1) // 8) if count > 6 else 1
+        if len(keyword.data) > lines:
+            self._model.found.unused(
+                "*ELASTIC at further temperatures", "the first line's values hold", place_of(keyword)
+            )
+        rho = 0.0
+        if "DENSITY" in parts and parts["DENSITY"].data:
+            rho = parts["DENSITY"].real(parts["DENSITY"].data[0][0], 0, "a density") * u.density
+        c = given[:count]
+        p, matrix = u.pressure, None
+        if kind == "ISOTROPIC":
+            values = {"E": c[0] * p, "nu": c[1], "density": rho}
+        elif kind == "LAMINA":
+            c = [*given[:6], 0.0, 0.0][:6]
+            values = _named(("E1", "E2", "nu12", "G12", "G13", "G23"), c, p) | {"density": rho}
+        elif kind == "ENGINEERING CONSTANTS":
+            names = ("E1", "E2", "E3", "nu12", "nu13", "nu23", "G12", "G13", "G23")
+            values = _named(names, c, p) | {"density": rho}
+        else:
+            values, matrix = {"density": rho}, _matrix(kind, np.array(c) * p)
+        values = self._model.override(name, values, keyword.place())
+        if values["density"] < 0 or values.get("E", values.get("E1", 1.0)) <= 0:
+            raise ValueError(
+                f"{keyword.place()}: material {name!r} has {values}; moduli must be positive and the density "
+                "not negative."
+            )
+        self._known[name.upper()] = Elastic(name, kind, values, matrix, keyword)
+
+
+def _named(names: tuple[str, ...], constants: list[float], pressure: float) -> dict[str, float]:
+    """Elastic constants by name, moduli in SI."""
+    return {n: x * (1.0 if n.startswith("nu") else pressure) for n, x in zip(names, constants, strict=True)}
+
+
+def _matrix(kind: str, c: Array) -> Array:
+    """Elastic matrix in the order 11, 22, 33, 23, 13, 12, from Abaqus' order 11, 22, 33, 12, 13, 23."""
+    D = np.zeros((6, 6))
+    if kind == "ORTHO":
+        D[0, 0], D[0, 1], D[1, 1], D[0, 2], D[1, 2], D[2, 2], D[3, 3], D[4, 4], D[5, 5] = c
+    else:
+        rows = [(i, j) for j in range(6) for i in range(j + 1)]  # columns of the upper triangle
+        for (i, j), value in zip(rows, c, strict=True):
+            D[i, j] = value
+    D = D + np.triu(D, 1).T
+    order = [0, 1, 2, 5, 4, 3]
+    return D[np.ix_(order, order)]

@@ -1,0 +1,127 @@
+"""Point elements: *MASS, *ROTARY INERTIA and *SPRING."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.decks.abaqus.model import AbaqusModel, place_of
+from femflex.decks.abaqus.sections import Reading
+from femflex.fem import PointMass, ScalarSpring
+from femflex.fem.bushing import spring
+from femflex.mesh.abaqus_flat import Element, Scoped
+
+Array = NDArray[np.float64]
+
+NO_MASS = 1e-9  # kg, given to inertias without mass
+
+
+def read_masses(model: AbaqusModel, reading: Reading) -> None:
+    """Add masses and inertias of nodes; those of one node are one body."""
+    masses: dict[int, float] = {}
+    inertias: dict[int, Array] = {}
+    where: dict[int, str] = {}
+
+    def mass(one: Scoped) -> None:
+        keyword = one.keyword
+        m = keyword.real(keyword.data[0][0], 0, "a mass") * model.units.mass
+        if m < 0:
+            raise ValueError(f"{keyword.place(0)}: the mass is {m:.6g} kg; a mass cannot be negative.")
+        for element in _elements(model, one):
+            node = model.same(element.nodes[0])
+            masses[node] = masses.get(node, 0.0) + m
+            where[node] = keyword.place()
+
+    def inertia(one: Scoped) -> None:
+        scope, keyword = one
+        I11, I22, I33, I12, I13, I23 = (
+            [keyword.real(word, 0, "an inertia") * model.units.inertia for word in keyword.data[0]] + [0.0] * 6
+        )[:6]
+        J = np.array([[I11, I12, I13], [I12, I22, I23], [I13, I23, I33]])
+        system = reading.system(keyword.parameter("orientation"), scope, keyword)
+        for element in _elements(model, one):
+            node = model.same(element.nodes[0])
+            axes = np.eye(3) if system is None else system.at(model.x(node))
+            if system is None:
+                axes = axes @ model.placement(scope).C.T
+            inertias[node] = inertias.get(node, np.zeros((3, 3))) + axes.T @ J @ axes
+            where[node] = keyword.place()
+
+    model.trying(mass, "MASS")
+    model.trying(inertia, "ROTARY INERTIA")
+    model.wanted.update(masses, inertias)
+    model.wanted_turning.update(inertias)
+    model.lumped = {node: (masses.get(node, 0.0), inertias.get(node), where[node]) for node in where}
+
+
+def finish_masses(model: AbaqusModel) -> None:
+    """Make the point masses, now that it is known which nodes turn."""
+    for node, (mass, inertia, where) in model.lumped.items():
+        if inertia is not None and inertia.any():
+            inertia = _possible(inertia)
+            if mass <= 0:
+                model.found.note(f"{where}: node {node} has an inertia and no mass; it gets {NO_MASS:g} kg")
+        elif mass <= 0:
+            continue
+        else:
+            inertia = None
+        model.point_masses.append(PointMass(model.group(node), max(mass, NO_MASS), inertia))
+
+
+def _possible(inertia: Array) -> Array:
+    """The inertia with its two smaller principal moments raised equally until a distribution of mass can have it."""
+    values, vectors = np.linalg.eigh(inertia)
+    values = np.maximum(values, 0.0)
+    values[:2] += max(values[2] - values[0] - values[1], 0.0) / 2
+    return np.asarray(vectors @ np.diag(values) @ vectors.T)
+
+
+def read_springs(model: AbaqusModel) -> None:
+    """Add springs: SPRINGA along the line between two nodes, SPRING1 to the body frame, SPRING2 between components."""
+    model.trying(lambda one: _spring(model, one), "SPRING")
+
+
+def _spring(model: AbaqusModel, one: Scoped) -> None:
+    keyword = one.keyword
+    if "nonlinear" in keyword.parameters:
+        model.found.unused("NONLINEAR of *SPRING", "the spring is left out", place_of(keyword))
+        return
+    rows = keyword.data
+    for element in _elements(model, one):
+        nodes = [model.same(node) for node in element.nodes]
+        along = element.kind == "SPRINGA"
+        k = next((j for j in range(0 if along else 1, len(rows)) if rows[j] and rows[j][0]), None)
+        if k is None:
+            raise ValueError(f"{keyword.place()}: *SPRING has no stiffness; give one.")
+        stiffness = keyword.real(rows[k][0], k, "a stiffness")
+        if not stiffness:
+            model.found.note(f"{keyword.place()}: springs of stiffness 0 are left out")
+            return
+        if along:
+            model.wanted.update(nodes)
+            names = [model.group(node) for node in nodes]
+            model.bushings.append(spring(names[0], names[1], stiffness * model.units.spring))
+            continue
+        components = [keyword.integer(word, 0, "a component") - 1 for word in rows[0] if word][: len(nodes)]
+        terms = []
+        for node, c, sign in zip(nodes, components, (1.0, -1.0), strict=False):
+            turns = c >= 3
+            terms.append((model.group(node), "rotation" if turns else "translation", tuple(sign * np.eye(3)[c % 3])))
+            model.wanted.add(node)
+            model.wanted_turning.update([node] if turns else [])
+        unit = model.units.spring if components[0] < 3 else model.units.moment
+        model.bushings.append(ScalarSpring(tuple(terms), stiffness * unit))
+
+
+def _elements(model: AbaqusModel, one: Scoped) -> list[Element]:
+    """Elements of the set that a keyword names."""
+    scope, keyword = one
+    numbers = model.flat.elements_of(keyword.parameter("elset"), scope, keyword.place())
+    found = [model.flat.elements[number] for number in numbers if model.flat.elements[number].nodes]
+    for element in found:
+        unknown = [node for node in element.nodes if node not in model.flat.nodes]
+        if unknown:
+            raise ValueError(
+                f"{element.place}: element {element.number} uses node {unknown[0]}, which no *NODE block defines."
+            )
+    return found

@@ -1,0 +1,420 @@
+"""Sections of an Abaqus deck and the elements that they make: shells, membranes, solids, beams and trusses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from femflex.decks.abaqus.axes import System
+from femflex.decks.abaqus.beam_sections import beam_section, general_section
+from femflex.decks.abaqus.materials import Elastic, Materials
+from femflex.decks.abaqus.model import AbaqusModel, place_of
+from femflex.decks.builder import direction_key
+from femflex.fem.sections.laminates import PlateSection, Ply, layup
+from femflex.fem.sections.library import CableSection
+from femflex.fem.sections.materials import Material
+from femflex.mesh.abaqus_flat import Element, Scoped
+from femflex.mesh.abaqus_keywords import Keyword
+from femflex.mesh.cells import CELL_TYPES
+
+Array = NDArray[np.float64]
+Systems = dict[tuple[str, str], System]
+Make = Callable[[AbaqusModel, Element], None]
+
+NO_BENDING = 1e-9  # of the bending stiffness of a plain sheet: what a membrane has
+FACETS = 0.2  # of a section's shells, above which its triangles are facets with a quadratic field
+LIGHT = 1e-18  # [s^2/m^2] mass per length over EA of bars without mass
+FAR = 1e9  # m; whether beams shear is the deck's choice
+SHEARLESS = ("B23", "B33")
+PLANE = ("CPS", "CPE", "CAX", "CGAX", "CPEG", "AC", "DC")
+NAMES = (
+    "SHELL SECTION", "SHELL GENERAL SECTION", "MEMBRANE SECTION", "SOLID SECTION", "BEAM SECTION",
+    "BEAM GENERAL SECTION",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """What the sections need: materials, orientations, thickness at nodes."""
+
+    materials: Materials
+    systems: Systems
+    thickness: dict[int, float]
+
+    def system(self, name: str, scope: str, keyword: Keyword) -> System | None:
+        """The orientation of a name; None without one. Raises ValueError where the deck has none of it."""
+        if not name:
+            return None
+        found = self.systems.get((scope.upper(), name.upper()), self.systems.get(("", name.upper())))
+        if found is None:
+            raise ValueError(
+                f"{keyword.place()}: orientation {name!r} is not in the deck; it has "
+                f"{sorted(own for _, own in self.systems) or 'none'}."
+            )
+        return found
+
+
+def read_elements(model: AbaqusModel, reading: Reading) -> None:
+    """Give every element that is a cell its section, the last that names it, and add it to the model."""
+    owner: dict[int, tuple[Scoped, Make]] = {}
+    for one in model.each(*NAMES):
+        model.attempt(one.keyword, lambda one=one: _assign(model, reading, one, owner))  # type: ignore[misc]
+    bare: dict[str, list[Element]] = {}
+    for element in model.flat.elements.values():
+        if not element.cell or element.number in model.flat_rigid:
+            continue
+        if element.number not in owner:
+            bare.setdefault(element.kind, []).append(element)
+            continue
+        one, make = owner[element.number]
+        model.attempt(one.keyword, lambda make=make, element=element: make(model, element))  # type: ignore[misc]
+    for kind, elements in bare.items():
+        if kind.startswith((*PLANE, "R3D", "SFM", "F3D", "RB", "R2D")) or kind in ("LINE2",):
+            continue  # said where they are counted
+        model.found.problem(
+            f"{len(elements)} elements of type {kind}, the first is {elements[0].number}, have no section; give one "
+            f"for an ELSET with them ({'*BEAM SECTION' if kind.startswith('B') else '*SHELL or *SOLID SECTION'}) "
+            f"[{elements[0].place}]"
+        )
+
+
+def _assign(model: AbaqusModel, reading: Reading, one: Scoped, owner: dict[int, tuple[Scoped, Make]]) -> None:
+    scope, keyword = one
+    elset = keyword.parameter("elset")
+    numbers = model.flat.elements_of(elset, scope, keyword.place())
+    kinds = {model.flat.elements[number].cell for number in numbers} - {""}
+    if not kinds:
+        model.found.note(f"{keyword.place()}: ELSET {elset!r} of *{keyword.name} has no elements that are cells")
+        return
+    dimensions = {CELL_TYPES[kind].dimension for kind in kinds}
+    made: dict[int, Make] = {}
+    for dimension in dimensions:
+        if keyword.name in ("BEAM SECTION", "BEAM GENERAL SECTION"):
+            made[dimension] = _beams(model, reading, one, elset)
+        elif keyword.name == "SOLID SECTION" and dimension == 1:
+            made[dimension] = _trusses(model, reading, one, elset)
+        elif keyword.name == "SOLID SECTION" and dimension == 3:
+            made[dimension] = _solids(model, reading, one, elset)
+        elif dimension == 2:
+            cells = [model.flat.elements[number] for number in numbers if model.flat.elements[number].cell]
+            if any(element.kind.startswith(PLANE) for element in cells):
+                continue
+            triangles = sum(element.cell == "triangle" for element in cells)
+            made[dimension] = _shells(model, reading, one, elset, triangles > FACETS * len(cells))
+        else:
+            raise ValueError(
+                f"{keyword.place()}: *{keyword.name} is for other elements than those of ELSET {elset!r} "
+                f"({', '.join(sorted(kinds))}); give the section of their kind."
+            )
+    for number in numbers:
+        element = model.flat.elements[number]
+        if element.cell and CELL_TYPES[element.cell].dimension in made:
+            owner[number] = one, made[CELL_TYPES[element.cell].dimension]
+
+
+def _solids(model: AbaqusModel, reading: Reading, one: Scoped, elset: str) -> Make:
+    scope, keyword = one
+    if "composite" in keyword.parameters:
+        raise ValueError(
+            f"{keyword.place()}: *SOLID SECTION, COMPOSITE is not read; give a shell section, or one material."
+        )
+    material = reading.materials(keyword.parameter("material"), keyword.place())
+    stuff = material.solid()
+    system = reading.system(keyword.parameter("orientation"), scope, keyword)
+
+    def make(model: AbaqusModel, element: Element) -> None:
+        options: dict[str, Any] = {}
+        key: tuple[Any, ...] = ("solid", id(one.keyword), scope)
+        if system is not None and not isinstance(stuff, Material):
+            centre = np.mean([model.x(n) for n in element.nodes], axis=0)
+            options["axes"] = tuple(float(c) for c in system.at(centre)[:2].ravel())
+            key += direction_key(options["axes"], 6)
+        _add(model, element, key, elset, "solid", None, stuff, options)
+        model.moving.update(map(model.same, element.nodes))
+
+    return make
+
+
+def _trusses(model: AbaqusModel, reading: Reading, one: Scoped, elset: str) -> Make:
+    scope, keyword = one
+    E, _, rho = reading.materials(keyword.parameter("material"), keyword.place()).bar()
+    area = keyword.real(keyword.data[0][0], 0, "an area") if keyword.data and keyword.data[0][0] else 1.0
+    A = model.override(elset, {"area": area * model.units.length**2}, keyword.place())["area"]
+    if not A > 0:
+        raise ValueError(f"{keyword.place()}: the area of trusses is {A:.6g} m^2; give a positive one.")
+    section = CableSection(E * A, max(rho * A, LIGHT * E * A))
+
+    def make(model: AbaqusModel, element: Element) -> None:
+        a, b = element.nodes[:2]
+        parts = [(a, b)] if element.cell == "line" else [(a, element.nodes[2]), (element.nodes[2], b)]
+        for pair in parts:
+            model.build.cell(
+                "line", [model.row(n) for n in pair], ("rod", id(keyword), scope), elset, "rod", section, None, {}, (),
+                element.number,
+            )  # fmt: skip
+        model.moving.update(map(model.same, element.nodes))
+
+    return make
+
+
+def _beams(model: AbaqusModel, reading: Reading, one: Scoped, elset: str) -> Make:
+    scope, keyword = one
+    if keyword.name == "BEAM SECTION":
+        made = beam_section(model, reading.materials(keyword.parameter("material"), keyword.place()), keyword, elset)
+    else:
+        made = general_section(model, keyword, elset)
+    C = model.placement(scope).C
+    n1 = None if made.n1 is None else C @ np.array(made.n1)
+
+    def make(model: AbaqusModel, element: Element) -> None:
+        x = [model.x(n) for n in element.nodes]
+        t = (x[1] - x[0]) / (np.linalg.norm(x[1] - x[0]) or 1.0)
+        first = n1
+        if element.extra:
+            first = model.x(element.extra[0]) - x[0]
+        if first is None:
+            first = np.array([0.0, 0.0, -1.0])
+        if np.linalg.norm(np.cross(t, first)) < 1e-6 * np.linalg.norm(first):
+            if n1 is not None or element.extra:
+                raise ValueError(
+                    f"{element.place}: beam {element.number} has its direction n1 along its axis; give another."
+                )
+            first = np.array([0.0, 1.0, 0.0])
+        second = np.cross(t, first)  # n2: the section's y axis here, so that heights lie along y
+        second = second / np.linalg.norm(second)
+        alpha = made.principal
+        if alpha:
+            third = np.cross(t, second)
+            second = np.cos(alpha) * second + np.sin(alpha) * third
+        options: dict[str, Any] = {
+            "orientation": tuple(float(c) for c in second), "extent": FAR,
+            "shear": made.shears and not element.kind.startswith(SHEARLESS),
+        }  # fmt: skip
+        if any(made.centroid):
+            options["offset"] = made.centroid
+            if not options["shear"]:
+                raise ValueError(f"{element.place}: a beam off its nodes needs shear; give elements B31 or B32.")
+        key = ("beam", id(keyword), scope, options["shear"], direction_key(second, 6))
+        _add(model, element, key, elset, "beam", made.section, None, options)
+        nodes = set(map(model.same, element.nodes))
+        model.moving.update(nodes)
+        model.turning.update(nodes)
+
+    return make
+
+
+def _shells(model: AbaqusModel, reading: Reading, one: Scoped, elset: str, facets: bool) -> Make:
+    scope, keyword = one
+    system = reading.system(keyword.parameter("orientation"), scope, keyword)
+    stack = _stiffness(model, one) if _by_stiffness(keyword) else _Stack(_plies(model, reading, one))
+    values = model.override(elset, {"thickness": stack.thickness}, keyword.place())
+    if not values["thickness"] > 0:
+        raise ValueError(
+            f"{keyword.place()}: the thickness of ELSET {elset!r} is {values['thickness']:.6g} m; give one."
+        )
+    factor = values["thickness"] / stack.thickness
+    membrane = keyword.name == "MEMBRANE SECTION"
+    offset = _offset(keyword)
+    at_nodes = "nodalthickness" in keyword.parameters
+    if keyword.parameter("density") and not _by_stiffness(keyword):
+        model.found.unused("DENSITY of a shell section", "the material's density holds", place_of(keyword))
+    sections: dict[tuple[Any, ...], PlateSection] = {}
+
+    def make(model: AbaqusModel, element: Element) -> None:
+        element = _collapsed(element)
+        normal, centre = _normal(model, element)
+        own = factor
+        if at_nodes:
+            given = [reading.thickness[n] for n in element.nodes if n in reading.thickness]
+            own = float(np.mean(given)) * model.units.length / stack.thickness if given else factor
+        axis = system.on_surface(centre, normal) if system is not None else _default_axis(normal)
+        angles = stack.angles(centre, normal, axis)
+        which = (round(own, 12), angles)
+        if which not in sections:
+            made = stack.section(own, angles)
+            sections[which] = _without_bending(made) if membrane else made
+        section = sections[which]
+        options: dict[str, Any] = {}
+        if not stack.isotropic:
+            options["axis"] = tuple(float(c) for c in axis)
+        elif abs(normal[0]) > 0.999:
+            options["axis"] = (0.0, 1.0, 0.0)  # the default would stand on the surface
+        if offset and not membrane:
+            options["offset"] = -offset * section.thickness
+        plain = facets and element.cell == "triangle" and not section.coupled and "offset" not in options
+        family = "plate" if plain and not membrane else "shell"
+        key = (family, id(keyword), scope, which, direction_key(options["axis"], 6) if "axis" in options else None)
+        _add(model, element, key, elset, family, section, None, options)
+        nodes = set(map(model.same, element.nodes))
+        model.moving.update(nodes)
+        model.turning.update(nodes)
+
+    return make
+
+
+@dataclass(frozen=True, eq=False)
+class _Stack:
+    """Plies of a shell, bottom first: thickness [m], material, angle [rad], orientation in place of the section's."""
+
+    plies: list[tuple[float, Elastic, float, System | None]]
+
+    @property
+    def thickness(self) -> float:
+        """[m]"""
+        return sum(ply[0] for ply in self.plies)
+
+    @property
+    def isotropic(self) -> bool:
+        """Whether the direction of its axes does not matter."""
+        return all(material.isotropic for _, material, _, _ in self.plies)
+
+    def angles(self, centre: Array, normal: Array, axis: Array) -> tuple[float, ...]:
+        """Angles of the plies from the section's axis 1 at an element [rad]."""
+        return tuple(
+            round(angle + (_angle(axis, other.on_surface(centre, normal), normal) if other is not None else 0.0), 7)
+            for _, _, angle, other in self.plies
+        )
+
+    def section(self, factor: float, angles: tuple[float, ...]) -> PlateSection:
+        """The section with all thicknesses times a factor."""
+        plies = zip(self.plies, angles, strict=True)
+        return layup([Ply(m.lamina(), t * factor, angle) for (t, m, _, _), angle in plies], coupled=True)
+
+
+@dataclass(frozen=True, eq=False)
+class _Given:
+    """A section by its stiffness."""
+
+    made: PlateSection
+    isotropic: bool = False
+
+    @property
+    def thickness(self) -> float:
+        """[m]"""
+        return self.made.thickness
+
+    def angles(self, centre: Array, normal: Array, axis: Array) -> tuple[float, ...]:
+        """None: it has no plies."""
+        return ()
+
+    def section(self, factor: float, angles: tuple[float, ...]) -> PlateSection:
+        """The section; its thickness is of no account."""
+        return self.made
+
+
+def _by_stiffness(keyword: Keyword) -> bool:
+    plain = "composite" not in keyword.parameters and not keyword.parameter("material")
+    return keyword.name == "SHELL GENERAL SECTION" and plain
+
+
+def _stiffness(model: AbaqusModel, one: Scoped) -> _Given:
+    """Section of *SHELL GENERAL SECTION by its 21 stiffnesses, columns of the upper triangle; DENSITY per area.
+
+    Without *TRANSVERSE SHEAR STIFFNESS both are (D11 + D22) / 6 + D33 / 3 of the membrane's, Abaqus' default.
+    """
+    keyword, u = one.keyword, model.units
+    c = [keyword.real(word, k, "a stiffness") for k, row in enumerate(keyword.data) for word in row if word]
+    if len(c) < 21:
+        raise ValueError(
+            f"{keyword.place()}: *{keyword.name} has {len(c)} stiffnesses; give 21, or MATERIAL or COMPOSITE."
+        )
+    K = np.zeros((6, 6))
+    column, row = np.tril_indices(6)  # columns of the upper triangle
+    K[row, column] = K[column, row] = c[:21]
+    force = u.force / u.length
+    A, B, D = K[:3, :3] * force, K[:3, 3:] * u.force, K[3:, 3:] * u.moment
+    S = ((A[0, 0] + A[1, 1]) / 6 + A[2, 2] / 3) * np.eye(2)
+    rows = [two for two in zip(model.flat.keywords, model.flat.keywords[1:], strict=False) if two[0] is one]
+    if rows and rows[0][1].keyword.name == "TRANSVERSE SHEAR STIFFNESS":
+        shear = rows[0][1].keyword
+        k11, k22, k12 = [*(shear.real(w, 0, "a stiffness") for w in shear.data[0] if w), 0.0, 0.0][:3]
+        S = np.array([[k11, k12], [k12, k22 or k11]]) * force
+    thickness = float(np.sqrt(12 * np.trace(D) / np.trace(A)))
+    density = float(keyword.parameter("density") or 0.0) * u.mass / u.length**2
+    return _Given(PlateSection(thickness, density, density * thickness**2 / 12, A, D, S, B))
+
+
+def _normal(model: AbaqusModel, element: Element) -> tuple[Array, Array]:
+    """Unit normal and centre (3,) of a shell. Raises ValueError where it has no area."""
+    x = np.array([model.x(n) for n in element.nodes[: CELL_TYPES[element.cell].n_corners]])
+    normal = np.cross(x[2] - x[0], x[-1] - x[1]) if len(x) == 4 else np.cross(x[1] - x[0], x[2] - x[0])
+    size = np.linalg.norm(normal)
+    if not size > 1e-12 * float(np.linalg.norm(np.ptp(x, axis=0))) ** 2:
+        raise ValueError(f"{element.place}: shell {element.number} has no area; correct its nodes.")
+    return normal / size, x.mean(axis=0)
+
+
+def _plies(model: AbaqusModel, reading: Reading, one: Scoped) -> list[tuple[float, Elastic, float, System | None]]:
+    """Thickness [m], material, angle [rad] and orientation (in place of the section's) of every ply, bottom first."""
+    scope, keyword = one
+    length = model.units.length
+    if "composite" not in keyword.parameters:
+        material = reading.materials(keyword.parameter("material"), keyword.place())
+        word = keyword.data[0][0] if keyword.data else ""
+        return [((keyword.real(word, 0, "a thickness") if word else 1.0) * length, material, 0.0, None)]
+    plies: list[tuple[float, Elastic, float, System | None]] = []
+    for k, row in enumerate(keyword.data):
+        words = [*row, "", "", "", ""]
+        if not words[2]:
+            continue
+        t = keyword.real(words[0], k, "the thickness of a ply") * length
+        material = reading.materials(words[2], keyword.place(k))
+        angle, other = 0.0, None
+        if words[3]:
+            try:
+                angle = float(np.radians(float(words[3].upper().replace("D", "E"))))
+            except ValueError:
+                other = reading.system(words[3], scope, keyword)
+        plies.append((t, material, angle, other))
+    if not plies or any(t <= 0 for t, *_ in plies):
+        raise ValueError(f"{keyword.place()}: *{keyword.name}, COMPOSITE has no plies, or one without thickness.")
+    return plies + plies[::-1] if "symmetric" in keyword.parameters else plies
+
+
+def _offset(keyword: Keyword) -> float:
+    """Distance of the nodes' surface from the middle along the normal, in thicknesses."""
+    word = keyword.parameter("offset").upper()
+    try:
+        return {"": 0.0, "SPOS": 0.5, "SNEG": -0.5}.get(word) or float(word or 0.0)
+    except ValueError:
+        raise ValueError(f"{keyword.place()}: OFFSET={word} is not read; give SPOS, SNEG or a number.") from None
+
+
+def _default_axis(normal: Array) -> Array:
+    """Abaqus' direction 1 on a surface: the global x axis laid into it, or z where x stands on it."""
+    x = np.array([1.0, 0.0, 0.0])
+    if abs(normal @ x) > np.cos(np.radians(0.1)):
+        x = np.array([0.0, 0.0, 1.0])
+    flat = x - (x @ normal) * normal
+    return np.asarray(flat / np.linalg.norm(flat))
+
+
+def _angle(axis: Array, other: Array, normal: Array) -> float:
+    """Angle from one direction in a surface to another, about its normal [rad]."""
+    return float(np.arctan2(normal @ np.cross(axis, other), axis @ other))
+
+
+def _without_bending(section: PlateSection) -> PlateSection:
+    """A section that resists stretch alone; what stands in for bending is a 1e-9 part."""
+    plain = section.thickness**2 / 12 * section.A
+    return PlateSection(section.thickness, section.mass, 0.0, section.A, NO_BENDING * plain, NO_BENDING * section.S)
+
+
+def _collapsed(element: Element) -> Element:
+    """A quadrilateral that names a corner twice in a row as a triangle."""
+    if element.cell != "quad" or len(set(element.nodes)) == 4:
+        return element
+    nodes = tuple(dict.fromkeys(element.nodes))
+    return element._replace(cell="triangle", nodes=nodes) if len(nodes) == 3 else element
+
+
+def _add(
+    model: AbaqusModel, element: Element, key: object, elset: str, family: str, section: Any, material: Any,
+    options: dict[str, Any],
+) -> None:  # fmt: skip
+    rows = [model.row(n) for n in element.nodes]
+    model.build.cell(element.cell, rows, key, elset, family, section, material, options, (), element.number)

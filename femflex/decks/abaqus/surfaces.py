@@ -1,0 +1,56 @@
+"""Surfaces of an Abaqus deck as sets of nodes, and the faces of elements by their labels S1 to S6."""
+
+from __future__ import annotations
+
+from femflex.decks.abaqus.model import AbaqusModel
+from femflex.mesh.abaqus_flat import Element, Scoped
+
+# Corners of the faces by cell shape, in Abaqus' numbering S1, S2, ...
+FACES: dict[str, list[tuple[int, ...]]] = {
+    "tetra": [(0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)],
+    "hexahedron": [(0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)],
+    "wedge": [(0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)],
+    "pyramid": [(0, 1, 2, 3), (0, 4, 1), (1, 4, 2), (2, 4, 3), (3, 4, 0)],
+}
+
+
+def read_surfaces(model: AbaqusModel) -> dict[tuple[str, str], list[int]]:
+    """Nodes of *SURFACE by instance and name, in capitals."""
+    known: dict[tuple[str, str], list[int]] = {}
+
+    def add(one: Scoped) -> None:
+        scope, keyword = one
+        kind = (keyword.parameter("type") or "ELEMENT").upper()
+        found: dict[int, None] = {}
+        for k, row in enumerate(keyword.data):
+            word = row[0]
+            if not word:
+                continue
+            if kind == "NODE":
+                found |= dict.fromkeys(model.nodes_of(word, scope, keyword, k))
+                continue
+            label = row[1].upper() if len(row) > 1 else ""
+            for number in model.flat.elements_of(word, scope, keyword.place(k)):
+                found |= dict.fromkeys(face_nodes(model.flat.elements[number], label))
+        known[scope.upper(), keyword.parameter("name").upper()] = list(found)
+
+    model.trying(add, "SURFACE")
+    return known
+
+
+def face_nodes(element: Element, label: str) -> list[int]:
+    """Nodes of a face of a solid (middle nodes included), or all of an element of another kind."""
+    from femflex.mesh.cells import CELL_TYPES
+
+    if not element.cell:
+        return list(element.nodes)
+    kind = CELL_TYPES[element.cell]
+    number = int(label[1:]) - 1 if label[:1] in ("S", "E") and label[1:].isdigit() else -1
+    if kind.shape in FACES and 0 <= number < len(FACES[kind.shape]):
+        corners = set(FACES[kind.shape][number])
+    elif kind.dimension == 2 and label.startswith("E") and number >= 0:
+        corners = {number, (number + 1) % kind.n_corners}
+    else:
+        return list(element.nodes)
+    further = [j for j, parents in enumerate(kind.parents, kind.n_corners) if set(parents.tolist()) <= corners]
+    return [element.nodes[j] for j in [*sorted(corners), *further]]
