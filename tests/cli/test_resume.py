@@ -90,7 +90,7 @@ def test_changed_inputs_are_refused_by_name(folder, name, old, new, sentence, co
 def test_other_versions_and_files_without_digests_are_refused(folder, monkeypatch):
     monkeypatch.setattr(femflex, "__version__", "9.9")
     code, _, err = resumed(folder)
-    assert code == 2 and "was begun with femflex 0.1.0, and this is 9.9; resume it with that version" in err
+    assert code == 2 and "was begun with femflex 0.2.0, and this is 9.9; resume it with that version" in err
     with h5py.File(folder / "run.h5", "r+") as file:
         del file.attrs["inputs"]
     code, _, err = resumed(folder)

@@ -37,7 +37,7 @@ def test_tables_named_in_a_help_text_are_not_taken_for_its_markup(
 
 
 def test_the_version_is_told(femflex: Callable[..., tuple[int, str, str]]):
-    assert femflex("--version")[:2] == (0, "femflex 0.1.0\n")
+    assert femflex("--version")[:2] == (0, "femflex 0.2.0\n")
 
 
 def test_an_unknown_verb_or_option_is_bad_input(femflex: Callable[..., tuple[int, str, str]]):

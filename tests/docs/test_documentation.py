@@ -132,3 +132,10 @@ def test_messages_are_on_one_page_in_the_terms_of_the_field(generated: Callable[
     assert "the motion diverges" in page and page.count("\n## ") > 150
     lines = [line for line in page.splitlines() if line.startswith("| ") and "femflex.warning" not in line]
     assert not [line for line in lines if any(re.search(rf"\b{word}\b", line) for word in AVOIDED)]
+
+
+def test_the_citation_names_the_version_and_the_licence():
+    """Lines, not YAML: no reader of YAML is installed for the tests alone."""
+    lines = (TOP / "docs" / "CITATION.cff").read_text(encoding="utf-8").splitlines()
+    assert f"version: {femflex.__version__}" in lines and "license: BSD-3-Clause" in lines
+    assert any("Modi" in line for line in lines)
