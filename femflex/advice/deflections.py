@@ -77,8 +77,8 @@ class DeflectionWatch:
             text = f" Before the run: {note}." if note and bound == BENT else ""
             warnings.warn(
                 f"body {self.name!r} {verb} displaced by {reached * self.size:.3g} m, {reached:.0%} of its size of "
-                f"{self.size:.3g} m; {body.strain_form} strain holds up to about {bound:.0%}. Check stiffness, loads "
-                f"and units, {way}or take the result as an indication only.{text}",
+                f"{self.size:.3g} m; {body.strain_form} strain is valid up to about {bound:.0%}. Check stiffness, "
+                f"loads and units, {way}or take the result as an indication only.{text}",
                 PhysicsWarning,
                 stacklevel=3,
             )

@@ -39,4 +39,4 @@ def test_a_condensed_body_bent_by_more_than_its_strain_holds_is_told_of(bend, to
     assert (SWUNG < seen.reached < 1.6 * SWUNG) if told else (0.6 * SWUNG < seen.reached < SWUNG)  # as it draws in
     seen.warn("was")
     texts = [str(one.message) for one in recwarn if one.category is PhysicsWarning]
-    assert [f"condensed strain holds up to about {SWUNG:.0%}" in text for text in texts] == [True] * told
+    assert [f"condensed strain is valid up to about {SWUNG:.0%}" in text for text in texts] == [True] * told
