@@ -132,6 +132,8 @@ def leaves(about: Schema) -> Iterator[Schema]:
         yield from leaves(about["items"])
     for entry in about.get("patternProperties", {}).values():
         yield from leaves(entry)
+    if isinstance(about.get("additionalProperties"), dict):
+        yield from leaves(about["additionalProperties"])
     yield about
 
 

@@ -8,7 +8,8 @@ import warnings
 from typing import Any
 
 NUMBER = re.compile(r"(?<![A-Za-z_])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
-NAMED = 3  # names of further bodies that are listed
+GROUP = re.compile(r"\bgroup '([^']*)'")
+NAMED = 3  # names of further bodies or groups that are listed
 
 
 class WarningGroups:
@@ -67,22 +68,32 @@ def print_warnings() -> None:
 
 
 def grouped(texts: list[str]) -> list[str]:
-    """One line per kind of warning: those that differ by the body they begin with and in numbers alone.
+    """One line per kind of warning: those that differ in numbers alone, and in the body they begin with or in the group
+    they name.
 
     >>> grouped(["a: off by 2 %", "b: off by 3 %", "other"])
     ['a: off by 2 % (likewise b, with its own numbers)', 'other']
+    >>> grouped(["a: plate on group 'skin' is thick", "a: plate on group 'rib' is thick"])
+    ["a: plate on group 'skin' is thick (likewise 'rib', with its own numbers)"]
     """
-    kinds: dict[str, list[tuple[str, str]]] = {}
+    kinds: dict[str, list[tuple[str, str, str]]] = {}  # body, group, text
     for text in texts:
         name, colon, rest = text.partition(": ")
         named = bool(colon) and " " not in name
-        kind = "# " + NUMBER.sub("#", re.sub(rf"\b{re.escape(name)}\b", "NAME", rest)) if named else text
-        kinds.setdefault(kind, []).append((name if named else "", text))
+        name, rest = (name, rest) if named else ("", text)
+        group = GROUP.search(rest)
+        kind = text
+        if named or group:
+            plain = GROUP.sub("group NAME", rest)
+            plain = re.sub(rf"\b{re.escape(name)}\b", "NAME", plain) if named else plain
+            kind = "# " + NUMBER.sub("#", plain)
+        kinds.setdefault(kind, []).append((name, group[1] if group else "", text))
     out = []
     for members in kinds.values():
-        others = [name for name, _ in members[1:]]
+        first, *rest_of = members
+        own_body = all(name == first[0] for name, _, _ in rest_of)
+        others = list(dict.fromkeys(f"'{group}'" if own_body and group else name for name, group, _ in rest_of))
         more = f" and {len(others) - NAMED} more" if len(others) > NAMED else ""
         own = "with its own numbers" if len(others) == 1 else "each with its own numbers"
-        found_text = f" (likewise {', '.join(others[:NAMED])}{more}, {own})" if others else ""
-        out.append(members[0][1] + found_text)
+        out.append(first[2] + (f" (likewise {', '.join(others[:NAMED])}{more}, {own})" if others else ""))
     return out

@@ -38,7 +38,7 @@ def folded_columns(widths: Sequence[int], keys: int, width: int) -> list[list[in
     """
     first, others = list(range(keys)), list(range(keys, len(widths)))
     packed = _packed(widths, first, others, width)
-    for count in range(1, len(packed) + 1):
+    for count in range(1, len(packed) + 1) if others else ():
         size = -(-len(others) // count)
         groups = [first + others[k : k + size] for k in range(0, len(others), size)]
         if all(_total(widths, group) <= width for group in groups):

@@ -17,6 +17,7 @@ from femflex.fem.given import GivenStructure
 from femflex.matrices.model import MatrixModel
 from femflex.reduction.boundary.pivots import factors, negative_pivots
 from femflex.reduction.boundary.rigid import DIRECTIONS, rigid_shapes
+from femflex.reduction.inertia.mass_matrix import nodal_mass
 
 Array = NDArray[np.float64]
 
@@ -103,7 +104,7 @@ def check_model(model: MatrixModel, stated: StatedMass | None = None) -> MatrixR
     structure = model.structure()
     M, K = symmetric_part(model.M), symmetric_part(model.K)
     massless = int((np.asarray(abs(M).sum(axis=1)).ravel() == 0).sum())
-    found += _indefinite(M, K)
+    found += _indefinite(_mass_of_one_axis(structure, M), K)
     R = rigid_shapes(structure)
     mass, centre, J, more = _mass_properties(R.T @ (M @ R))
     found += more
@@ -138,6 +139,14 @@ def _not_finite(model: MatrixModel) -> list[str]:
     if not model.K.count_nonzero():
         texts.append("its stiffness matrix is zero; was another matrix meant?")
     return texts
+
+
+def _mass_of_one_axis(structure: GivenStructure, M: sparse.csr_array) -> sparse.csr_array:
+    """The mass matrix of one axis where that of all three is the same and nothing else has mass; else M itself."""
+    if structure.rotation.nnz or structure.scalars.size or (M.diagonal() <= 0).any():
+        return M
+    lumped = nodal_mass(structure)
+    return lumped.scalar if lumped.exact else M
 
 
 def _indefinite(M: sparse.csr_array, K: sparse.csr_array) -> list[Finding]:

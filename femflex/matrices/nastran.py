@@ -79,14 +79,28 @@ def _dmig(columns: list[Card], form: int) -> Entries:
     rows, cols, values = list[tuple[int, int]](), list[tuple[int, int]](), list[float]()
     for card in columns:
         column = card.integer(1), card.integer(2, 0)
-        for k in range(4, len(card.fields) - 2, 4):
-            if card.fields[k]:
-                rows.append((card.integer(k), card.integer(k + 1, 0)))
-                cols.append(column)
-                values.append(card.real(k + 2))
+        f = card.fields
+        for k in range(4, len(f) - 2, 4):
+            if not f[k]:
+                continue
+            try:  # what most fields are; others are read as cards are
+                row, value = (int(f[k]), int(f[k + 1])), _real(f[k + 2])
+            except ValueError:
+                row, value = (card.integer(k), card.integer(k + 1, 0)), card.real(k + 2)
+            rows.append(row)
+            cols.append(column)
+            values.append(value)
     dofs, number = numbered(np.array([*rows, *cols], np.int64).reshape(-1, 2))
     n = len(rows)
     return Entries(whole(number[:n], number[n:], values, len(dofs), form == SYMMETRIC), dofs)
+
+
+def _real(text: str) -> float:
+    """A number with an exponent, such as 1.5-3 or 1.5D-3, which are most entries. Raises ValueError on others."""
+    sign = max(text.rfind("+"), text.rfind("-"))
+    if sign > 0 and text[sign - 1] not in "EeDd":
+        return float(f"{text[:sign]}E{text[sign:]}")
+    return float(text.replace("D", "E"))
 
 
 def pyyeti(part: str) -> Any:

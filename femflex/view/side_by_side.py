@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 COLUMN, HEIGHT = 5.2, 7.2  # inches
 LETTERS = 76  # of a line of text under a column
 STRAIN, FUNCTIONS = "strain", "functions"
-LEAST = 1e-16  # difference that is drawn of the reference itself
+LEAST = 1e-12  # relative difference below which it is rounding and is not drawn
 
 
 def plot_studies(
@@ -37,9 +37,8 @@ def plot_studies(
     from matplotlib.figure import Figure
 
     colours = theme_of(theme)
-    figure = Figure(
-        figsize=(max(COLUMN * len(studies), 7.0), HEIGHT), layout="constrained", facecolor=colours.background
-    )
+    width = max(COLUMN * len(studies), 7.0)
+    figure = Figure(figsize=(width, HEIGHT), layout="constrained", facecolor=colours.background)
     axes = figure.subplots(2, len(studies), height_ratios=(2, 3), squeeze=False, sharex="col")
     title = f"{studies[0].title[0].upper()}{studies[0].title[1:]}"
     figure.suptitle(title, color=colours.text, fontsize=12, fontweight="bold")
@@ -56,7 +55,7 @@ def plot_studies(
         if study.over == STRAIN:
             below.tick_params(axis="x", labelsize=8)
     said = words if len(studies) > 1 else studies[0].verdict
-    found_text = "\n".join(textwrap.wrap(said, LETTERS * max(len(studies), 2)))
+    found_text = "\n".join(textwrap.wrap(said, int(LETTERS * width / COLUMN)))
     figure.supxlabel(found_text, color=colours.text, fontsize=8.5, ha="left", x=0.02, linespacing=1.4)
     with placed(path, force) as part:
         figure.savefig(part, format=Path(path).suffix.lower().lstrip("."), dpi=dpi)
@@ -89,6 +88,8 @@ def _forms(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
 
 def _kinds(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
     """Values of every type of functions over their number; under them the differences from the best."""
+    from matplotlib.ticker import MaxNLocator
+
     below.set_yscale("log")
     best = study.reference
     for k, (kind, found) in enumerate(study.with_values):
@@ -98,10 +99,13 @@ def _kinds(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
             off = study.differences(found)
             seen = off > LEAST
             below.plot(found.counts[seen], off[seen], "o-", color=colour, linewidth=1.2, markersize=4, label=kind)
-    below.axhline(study.tolerance, color=colours.text, linewidth=1.0, linestyle="--")
+    below.axhline(
+        study.tolerance, color=colours.text, linewidth=1.0, linestyle="--", label=f"tolerance {study.tolerance:g}"
+    )
     above.set_ylabel(f"value [{study.unit}]" if study.unit not in ("", "1") else "value")
     below.set_ylabel("relative difference")
     below.set_xlabel("elastic coordinates")
+    below.xaxis.set_major_locator(MaxNLocator(integer=True))
 
 
 def _beside(ax: Axes, k: int, form: Any, study: Any, colours: Theme) -> None:

@@ -20,6 +20,18 @@ def test_warnings_of_one_kind_come_as_one_line():
     assert many == ["panel0: off by 0 % (likewise panel1, panel2, panel3 and 3 more, each with its own numbers)"]
 
 
+def test_warnings_of_many_members_of_one_body_come_as_one_line():
+    """A wing of 15 properties, each a group whose sides are curved."""
+    wing = [f"wing: plate on group 'pid_{k}': {k} of 24 sides are curved by {k / 7} m" for k in range(15)]
+    other = ["wing: beam on group 'pid_3': 2 of 24 sides are curved by 1 m", "shell on group 'a' is warped by 2 %"]
+    said = grouped([*wing, *other, "shell on group 'b' is warped by 3 %"])
+    assert said == [
+        wing[0] + " (likewise 'pid_1', 'pid_2', 'pid_3' and 11 more, each with its own numbers)",
+        other[0],
+        other[1] + " (likewise 'b', with its own numbers)",
+    ]
+
+
 def test_a_warning_is_told_once_and_only_those_of_femflex(capsys):
     with warnings.catch_warnings():
         gather_warnings()

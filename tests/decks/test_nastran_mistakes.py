@@ -69,6 +69,11 @@ def test_a_deck_of_another_solver_is_refused_by_name(tmp_path):
         read_deck(path)
 
 
+def test_superelements_in_parts_are_refused_before_anything_else(tmp_path):
+    with pytest.raises(DeckError, match=r"cannot be used:\n  deck.bdf:\d+: BEGIN SUPER=1: superelements in parts"):
+        read(tmp_path, *bar(), "BEGIN SUPER=1", *bar(4), "GRID,1,,9.,0.,0.")
+
+
 def test_a_missing_include_is_named_with_its_line(tmp_path):
     path = written(tmp_path, "INCLUDE 'nowhere.bdf'")
     with pytest.raises(ValueError, match=r"deck.bdf:5: the file 'nowhere.bdf' that is included does not exist in"):

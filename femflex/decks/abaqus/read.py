@@ -23,6 +23,7 @@ from femflex.fem import Member
 from femflex.mesh.abaqus_flat import read_flat
 from femflex.mesh.upright import upright
 
+STIFF = {"beam", "plate", "shell", "solid"}  # families that resist all that their nodes can do
 RIGID = ("R3D", "RB3D", "R2D", "RB2D")
 
 
@@ -74,7 +75,8 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
         tuple(one.density for one in reading.materials.all()),
         dict(sorted(found.used.items())), found.left_out, tuple(found.notes),
     )  # fmt: skip
-    return deck.with_unresisted_held()
+    stiff = model.build.families() <= STIFF and not model.connections and not _node_members(model)
+    return deck if stiff else deck.with_unresisted_held()  # which assembles the structure
 
 
 def _thickness(model: AbaqusModel) -> dict[int, float]:

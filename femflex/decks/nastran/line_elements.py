@@ -189,6 +189,8 @@ def _section(model: NastranModel, made: BarProperty, length: float) -> Stiffness
             values[name] = [max(v, WEAK * largest[name]) for v in values[name]]
     light = LIGHT * max(values["EA"])
     massless = not largest["mass_per_length"] > 0
+    if massless:
+        model.bulk.found.note(f"{made.card} has no density and no nonstructural mass: its bars have no mass")
     values["mass_per_length"] = [max(m, light) for m in values["mass_per_length"]]
     for name, at in (("ry", "I2"), ("rz", "I1")):
         values[name] = [

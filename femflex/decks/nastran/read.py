@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import warnings
 from pathlib import Path
 
@@ -28,8 +27,6 @@ from femflex.fem import Member
 from femflex.mesh.nastran_cards import read_deck as read_cards
 from femflex.mesh.upright import upright
 
-PARTS = re.compile(r"BEGIN\s*(SUPER|BULK\s+SUPER|ARBMODEL|AUXMODEL)")
-
 
 def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     """The Deck of a Nastran file. Raises DeckError with all its problems."""
@@ -38,12 +35,12 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     if not bulk.cards.get("GRID"):
         bulk.found.problem(f"{path.name} has no GRID cards; it is no Nastran deck with a structure")
         bulk.found.check(path)
-    for name, cards in bulk.cards.items():
-        if name == "BEGIN" or PARTS.match(name):
-            bulk.found.problem(
-                f"{' '.join([name, *cards[0].fields[:2]]).strip()}: superelements in parts are not read; write the "
-                "model as one", cards[0].place,
-            )  # fmt: skip
+    parts = [cards[0] for name, cards in bulk.cards.items() if name.startswith("BEGIN")]
+    for card in parts:
+        text = "".join([card.name, *card.fields[:2]]).strip()
+        bulk.found.problem(f"{text}: superelements in parts are not read; write the model as one", card.place)
+    if parts:
+        bulk.found.check(path)
     systems = Systems(bulk)
     materials = Materials(bulk)
     model = NastranModel(bulk, systems, Grids(bulk, systems), materials, BarProperties(bulk, materials))
