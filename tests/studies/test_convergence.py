@@ -240,7 +240,7 @@ HUBS_MODE, MODE_200, LOST = (
 )
 REFUSED = [
     (("[study]\n" + QUANTITY, ""), "modes", None, r"no \[study\] .* add one, such as"),
-    (None, "time", None, "varies modes, mesh, derivatives, segments or strain; found 'time'"),
+    (None, "time", None, "varies modes, mesh, derivatives, segments, functions or strain; found 'time'"),
     (None, "modes", [4], "found levels 4; give at least two different numbers of modes"),
     (None, "modes", [0, 2, 4], "found levels 0, 2, 4; give .* each at least 1"),
     (None, "mesh", [-1, 0], "numbers of refinements, each at least 0"),
