@@ -88,6 +88,12 @@ def test_every_channel_of_a_shipped_case_is_in_the_reference(name: str, generate
     assert not [path for path in model.channels if not known.fullmatch(path)]
 
 
+def test_the_validation_has_every_subject(generated: Callable[[str], str]):
+    page = generated("validation")
+    assert all(f"\n## {title}\n" in page for title in ("Finite elements", "Tethers and membranes", "Snap through"))
+    assert "Multibody systems and mechanisms" in page and page.count("\n| ") > 150
+
+
 def test_the_gallery_has_every_case(generated: Callable[[str], str]):
     page = generated("cases")
     for path in (TOP / "cases").glob("*.toml"):

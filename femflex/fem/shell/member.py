@@ -54,7 +54,7 @@ OPTIONS: Options = {
     "angle": Option(0.0, "angle from axis to the section's x axis, about the normal", "rad", field=True),
     "thickness": Option(None, "thickness in place of the section's; its plies stretch alike", "m", field=True),
     "density": Option(None, "mean density in place of the section's", "kg/m^3", field=True),
-    "extra_mass": Option(0.0, "non-structural mass per area beside the section's", "kg/m^2", field=True),
+    "extra_mass": Option(0.0, "non-structural mass per area in addition to the section's", "kg/m^2", field=True),
     "offset": Option(0.0, "height of the section's middle above the nodes, along the elements' normals", "m"),
     "fold_angle": Option(
         float(np.radians(FOLD_ANGLE)), "angle between neighbouring elements above which their edge is a fold", "rad"
@@ -94,7 +94,7 @@ def shell(mesh: Mesh, member: Member, numbering: Numbering) -> Contribution:
               offset          height of the section's middle above the nodes, along the elements' normals [m]
               angle           from axis to the section's x axis, about the normal [rad]
               thickness       in place of the section's [m]; density, of the section [kg/m^3]
-              extra_mass      non-structural mass per area beside the section's [kg/m^2]
+              extra_mass      non-structural mass per area in addition to the section's [kg/m^2]
               fold_angle      angle between neighbouring elements above which their common edge is a fold [rad]
 
     angle, thickness, density and extra_mass may be fields, axis three formulas (`femflex.fem.shell.variable`).
