@@ -82,9 +82,17 @@ def _hdf5(file: Path) -> str:
 
         with open_run(file) as run:
             return repr(run)
-    if not kind:
+    if not kind and _has_members(file):
         return _matrices(file)
     raise ValueError(f"{file} is an HDF5 file, but neither a run nor a body of femflex, nor one of matrices")
+
+
+def _has_members(file: Path) -> bool:
+    """Whether an HDF5 file holds anything."""
+    from femflex.results.reader import open_hdf5
+
+    with open_hdf5(file) as opened:
+        return len(opened) > 0
 
 
 def body_text(file: Path, body: object) -> str:
