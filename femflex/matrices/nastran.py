@@ -108,7 +108,8 @@ def pyyeti(part: str) -> Any:
     import importlib
 
     try:
-        return importlib.import_module(f"pyyeti.nastran.{part}")
+        with np.printoptions():  # which pyYeti changes for the whole process
+            return importlib.import_module(f"pyyeti.nastran.{part}")
     except ImportError:
         raise ValueError(
             "OP4 and OP2 files are read by pyYeti, which is not installed; install it: pip install 'femflex[matrices]'"

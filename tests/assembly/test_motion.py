@@ -129,7 +129,7 @@ def test_times_of_a_motion_table_may_have_units_of_their_own():
 MISTAKES = [
     (
         "kind = 'revolute'\nangle = 1\nmotion.angle = " + STEP,
-        "found angle for a coordinate that is specified by motion.angle; the motion says where",
+        "found angle for a coordinate that is specified by motion.angle; the motion sets its initial value",
     ),
     (
         "kind = 'revolute'\nrate = 1\nmotion.angle = 'locked'",
@@ -137,7 +137,7 @@ MISTAKES = [
     ),
     (
         "kind = 'revolute'\nstiffness = 1\nmotion.angle = 'locked'",
-        "found stiffness for a coordinate that is locked by motion.angle; it would do nothing",
+        "found stiffness for a coordinate that is locked by motion.angle; it has no effect",
     ),
     (
         "kind = 'prismatic'\ndamping = 1\nmotion.position = 1",

@@ -128,7 +128,7 @@ def test_numerics_that_fail_keep_the_levels_there_are(converge: Called, written:
     [
         (["--levels", "1,x"], "--levels is '1,x'; give whole numbers with commas, such as 1,2,4,8"),
         (["--levels", "3"], "found levels 3; give at least two different numbers of modes"),
-        (["--over", "time"], "a study varies modes, mesh, derivatives, segments or strain; found 'time'"),
+        (["--over", "time"], "a study varies modes, mesh, derivatives, segments, functions or strain; found 'time'"),
         (["--tolerance", "0"], "--tolerance is 0; give a relative error between 0 and 1"),
         (["-o", "study.pdf"], "a plot is written as .png or .svg; study.pdf is neither"),
         (["-o", "there.png"], "there.png exists"),

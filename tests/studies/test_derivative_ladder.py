@@ -79,6 +79,6 @@ def test_shapes_that_follow_are_counted_apart_from_coordinates(built: Callable[.
     assert found.levels.tolist() == found.followers.tolist() == [1, 2, 3]  # with none there is nothing to condense
     assert found.counts.tolist() == [4, 5, 6] and not found.derivatives.any()
     print_study(found)
-    assert "derivatives shapes vibration derivatives following" in " ".join(capsys.readouterr().out.split())
+    assert "derivatives shapes vibration derivatives dependent" in " ".join(capsys.readouterr().out.split())
     told = level_text(found, 2)
     assert told == "2 derivative shapes a body (5 shapes, 2 of them dependent derivative shapes)"
