@@ -129,7 +129,12 @@ def test_a_rebased_run_lives_on_without_a_warning(run_of):
         (
             "rotation = 'rodrigues'\nrates = [0.3, 1, 0.5]",  # half a turn before the end
             3,
-            ["base-hub.g", "keeps what was computed", "rad of the singularity of its rotation set", "Set rebase = true"],
+            [
+                "base-hub.g",
+                "keeps what was computed",
+                "rad of the singularity of its rotation set",
+                "Set rebase = true",
+            ],
         ),
         ("rotation = 'rodrigues'\nrates = [0.3, 1, 0.5]\nrebase = true", 0, []),
     ],
