@@ -36,6 +36,7 @@ def test_a_nonlinear_body_has_tensors_and_shapes_that_stretch(write_case, craft)
     np.testing.assert_allclose(fewer.strain.V1[:4, :4], body.strain.V1[:4, :4])
 
 
+@pytest.mark.slow
 def test_derivatives_may_be_those_at_a_deflection(write_case, craft):
     rest = build(write_case, craft, reduction(", derivatives = 2"))
     bent = build(write_case, craft, reduction(', derivatives = 2, deflection = "0.1 m"'))

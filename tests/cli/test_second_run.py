@@ -39,6 +39,7 @@ def run(case: Path, *more: str):
     return CliRunner().invoke(app, ["run", str(case), "-o", str(case.with_name("run.h5")), *more])
 
 
+@pytest.mark.slow
 def test_linear_strain_runs_away_in_the_same_plot_and_the_run_is_done_all_the_same(spin_up: Path):
     done = run(spin_up)
     assert done.exit_code == 0, done.stderr

@@ -44,6 +44,7 @@ def test_exponential_deployment_keeps_its_pitch(per_length, tip_mass, factor):
     assert states[:, 0] == pytest.approx(steady, abs=2e-5)
 
 
+@pytest.mark.slow
 def test_retrieval_swings_a_tether_up():
     """Exponential retrieval: theta'' + 2 k theta' + 3 n^2 cos(2 steady) theta = 0 with k < 0, so it grows as 1 / L."""
     rate, end = -0.15 * RATE, 9000.0

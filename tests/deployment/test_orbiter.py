@@ -48,6 +48,7 @@ def tip_of(seen):
     return seen["markers/beam.tip/deflection"][:, 1:]
 
 
+@pytest.mark.slow
 def test_the_tip_moves_as_an_independent_solution_says():
     length, times = Profile.smooth_step(0.0, 100.0, 20.0, 33.0), np.linspace(0, 120, 49)
     found = tip_of(solved(orbiter(length, 120.0, tip=SMALL), times, 1e-9)[2])

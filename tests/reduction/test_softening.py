@@ -21,6 +21,7 @@ def follows(name):
     return 0.5 / STRIPS[name][0]
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("strain", ["condensed", "nonlinear"])
 @pytest.mark.parametrize("name", STRIPS)
 def test_any_number_of_modes_beside_the_shape_of_an_end_load_tips_over_at_prandtls_load(name, strain):
@@ -79,6 +80,7 @@ def test_a_strip_between_forks_tips_over_under_end_moments(name):
     assert found == pytest.approx([1, 1, 1], abs=5e-3 + follows(name))
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize(("family", "counts"), [("plate_bfs", (12, 2)), ("plate", (16, 2))])
 def test_plate_strips_tip_over_where_their_own_finite_elements_do(family, counts):
     metal = Material(7e10, 0.3, 2700.0)

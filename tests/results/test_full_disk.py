@@ -72,6 +72,7 @@ def test_a_text_or_picture_that_does_not_fit_leaves_nothing(tmp_path: Path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a limit of file size")
 def test_a_schema_that_does_not_fit_is_told_by_the_command_line(tmp_path: Path):
     before = "from femflex.cli.app import app\n"

@@ -89,7 +89,7 @@ def after_a_period(body, vibration):
     return integrator("dop853", rtol=1e-10, atol=1e-13).solve(model, times, model.x0).states[1, :n], delta
 
 
-@pytest.mark.sampled(1)
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "amplitudes",
     [

@@ -28,6 +28,7 @@ def blade():
     return diagram(Rotating(0.0, hub=0.1, lag=9.0), np.linspace(0, 12, 9), modes=4, orders=(1, 2, 3))
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("k", [pytest.param(k, marks=() if k == 5 else pytest.mark.slow) for k in range(9)])
 def test_frequencies_are_exact_at_every_speed(k, blade):
     found = 2 * np.pi * np.array([branch.frequencies[k] for branch in blade.branches])
@@ -103,6 +104,7 @@ def test_a_crossing_at_the_fastest_speed_is_found_on_any_curve():
         assert found.speed == pytest.approx(last, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_crossings_are_as_many_as_the_exact_frequencies_say(blade):
     """Every branch rises from above n Omega at rest; where it is below at the fastest, it has crossed once."""
     fastest = blade.speeds[-1]
@@ -122,6 +124,7 @@ def test_a_round_blade_whose_flap_and_lag_are_one_at_rest_is_told_apart():
         assert flap**2 - lag**2 == pytest.approx(found.speeds**2, rel=1e-6, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_branches_that_veer_away_from_each_other_are_followed_through():
     """Turned by a small angle, flap and lag are coupled: they come near, exchange what they are, and never meet."""
     speeds = np.linspace(0, 12, 7)

@@ -66,6 +66,7 @@ def agreement(system: System, axis: np.ndarray) -> None:
                 assert np.abs(whole - value).min() < 1e-6 * max(1.0, abs(value))
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("seed", [pytest.param(k, marks=() if k in (0, 3) else pytest.mark.slow) for k in range(10)])
 def test_free_craft_are_as_stable_in_the_diagram_as_at_each_equilibrium(seed):
     agreement(*random_craft(seed))

@@ -57,6 +57,7 @@ def test_one_characteristic_function_is_the_mode_of_a_uniform_boom():
         assert study.values[-1] == pytest.approx(exact, rel=4e-4), kind
 
 
+@pytest.mark.slow
 def test_a_tapered_boom_wants_elements_and_the_choice_goes_into_the_case():
     """Elements have the taper in their shapes; one of their modes is enough, however strong the taper."""
     case = boom(TAPER)

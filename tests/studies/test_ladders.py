@@ -95,6 +95,7 @@ def test_large_meshes_are_refined_twice_at_most_unless_more_is_asked_for(built: 
     assert [rung.level for rung in planned(built(FREQUENCY, cells=20), "mesh", [0, 3]).ladder.rungs] == [0, 3]
 
 
+@pytest.mark.slow
 def test_segments_are_a_ladder_of_their_own():
     cases = Path(__file__).resolve().parents[2] / "cases"
     found = convergence(cases / "elastica.toml", "segments", [2, 4, 8])

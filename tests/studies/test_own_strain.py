@@ -82,6 +82,7 @@ def test_the_backbone_of_a_condensed_body_is_its_own_and_near_that_of_its_nonlin
     assert own == pytest.approx(other, rel=1e-4) and (own != other).any()
 
 
+@pytest.mark.sampled(1)
 @pytest.mark.parametrize("strain", ["condensed", "nonlinear"])
 def test_the_backbone_of_a_body_file_is_that_of_the_body_it_was_made_of(written: Written, tmp_path: Path, strain: str):
     path, file = written(("modes = 4 }", DERIVED.replace("condensed", strain))), tmp_path / "beam_file.h5"

@@ -47,6 +47,7 @@ vary.k_yaw = { between = [-0.9, 0.7], points = 9 }
 """
 
 
+@pytest.mark.slow
 def test_the_regions_of_lagrange_and_of_debra_and_delp_are_those_of_the_rigid_craft():
     chart = case_stability(parse_case(ORBITER)).found
     assert isinstance(chart, Chart)
