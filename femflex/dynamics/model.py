@@ -188,12 +188,14 @@ class Model(Summarised):
 
     def state_rate(self, t: float, x: Array) -> Array:
         """dx/dt (n_x,) at the state x (n_x,)."""
+        self._refuse_short(x)
         dx = np.empty(self.n_x)
         self.rate(float(t), np.ascontiguousarray(x, float), dx, *self.workspace.own)
         return dx
 
     def residual(self, t: float, x: Array, udot: Array) -> Array:
         """M udot + h - Q of eq. (9), (n_u,), without forces of constraints; udot - sddot on rows of held freedoms."""
+        self._refuse_short(x)
         out = np.empty(self.n_u)
         q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
         self.tree.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, *self.workspace.own)
@@ -201,9 +203,15 @@ class Model(Summarised):
 
     def gather(self, t: float, x: Array, udot: Array) -> None:
         """Leave in the work array what every joint carries (W_P) when the state x moves on with udot (n_u,)."""
+        self._refuse_short(x)
         q, u = np.ascontiguousarray(x[: self.n_q], float), np.ascontiguousarray(x[self.n_q :], float)
         out, own = np.empty(self.n_u), self.workspace.own
         self.second_order.residual(float(t), q, u, np.ascontiguousarray(udot, float), out, *own)
+
+    def _refuse_short(self, x: Array) -> None:
+        """Raise ValueError for a state without its z: compiled code would read beyond its end."""
+        if len(x) != self.n_x:
+            raise ValueError(f"a state of this model has {self.n_x} numbers (q, u, z); found {len(x)}")
 
     def bias(self, t: float, x: Array) -> Array:
         """h - Q of eq. (9), (n_u,)."""

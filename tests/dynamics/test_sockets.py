@@ -11,6 +11,7 @@ from dataclasses import replace
 import numba
 import numpy as np
 import pytest
+from mechanisms import four_bar
 from random_systems import random_body
 from scipy.optimize import brentq
 
@@ -410,6 +411,18 @@ def test_an_effector_beside_a_loop_acts_as_on_the_freedom_that_is_left():
     for name in ("dop853", "esdirk4", "generalized_alpha"):
         states = [run(model, METHODS[name], 0.5, 3)[1] for model in (open_, tied)]
         assert states[1] == pytest.approx(states[0], abs=ERRORS[name])
+
+
+def test_loops_close_alike_with_and_without_states_of_effectors():
+    """The search for a closed start moves (q, u) and hands z on; a state without its z is refused, not read past."""
+    bars = four_bar()
+    filter_ = replace(filtered().system.effectors[0], freedoms=("drive.angle",))
+    alone, model = compile_system(bars), compile_system(replace(bars, effectors=(filter_,)))
+    assert model.x0[: alone.n_x] == pytest.approx(alone.x0, abs=1e-12)
+    assert np.array_equal(model.x0[alone.n_x :], [0.2, 0.1])
+    for call in (model.constraints.residuals, model.state_rate, model.bias):
+        with pytest.raises(ValueError, match=r"has \d+ numbers \(q, u, z\); found \d+"):
+            call(0.0, model.x0[:-2])
 
 
 def test_a_linear_law_through_the_socket_is_the_spring_of_the_joint():

@@ -124,11 +124,12 @@ def nearest_among(constraints: Constraints, mass_matrix: MassMatrix, free: list[
 def searched(constraints: Constraints, x0: Array, nearest: Nearest, to_given: bool) -> Array:
     """The end of the search from x0, steps limited in length; to_given: for the closed point nearest to x0."""
     n_q, d, x = constraints.n_q, np.zeros(constraints.n_u), np.array(x0, float)
+    z = x[n_q + len(d) :]  # states of effectors, which stay: masses of tanks count
     part, before = 1.0, np.inf  # of a step that is taken; the size of the one before
     for _ in range(STEPS):
-        gap, resting = constraints.residuals(0.0, x)[0], np.concatenate([x[:n_q], 0.0 * d])
+        gap, resting = constraints.residuals(0.0, x)[0], np.concatenate([x[:n_q], 0.0 * d, z])
         if to_given:
-            speeds = (constraints.residuals(0.0, np.concatenate([x[:n_q], v]))[1] for v in (d, 0.0 * d))
+            speeds = (constraints.residuals(0.0, np.concatenate([x[:n_q], v, z]))[1] for v in (d, 0.0 * d))
             change = nearest(0.0, resting, next(speeds) - next(speeds) - gap)[0] - d
         else:
             change = nearest(0.0, resting, -gap)[0]

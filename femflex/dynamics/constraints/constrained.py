@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from femflex.dynamics.constraints import equations as calls
 from femflex.dynamics.constraints.user import Rows
 from femflex.dynamics.lowering import tie_layout as at
-from femflex.dynamics.lowering.layout import W_CIN, body_records
+from femflex.dynamics.lowering.layout import HEADER, N_HEADER, W_CIN, body_records
 from femflex.dynamics.lowering.ties import slack_of
 from femflex.dynamics.workspace import Own, Workspace
 from femflex.system import System
@@ -195,7 +195,10 @@ class Constraints:
         return out
 
     def _ask(self, task: int, t: float, x: Array) -> None:
-        """Call `project` for less than a projection."""
+        """Call `project` for less than a projection. Raises ValueError for a state without its z."""
+        size = self.n_q + self.n_u + int(self.own[0][:N_HEADER].view(HEADER)[0]["n_z"])
+        if len(x) != size:  # compiled code would read beyond its end
+            raise ValueError(f"a state of this model has {size} numbers (q, u, z); found {len(x)}")
         asked, work = int(self.closing["task"]), self.own[2]
         work[asked] = task
         try:
