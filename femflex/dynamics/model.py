@@ -210,7 +210,7 @@ class Model(Summarised):
 
     def _refuse_short(self, x: Array) -> None:
         """Raise ValueError for a state without its z: compiled code would read beyond its end."""
-        if len(x) != self.n_x:
+        if len(x) < self.n_x:
             raise ValueError(f"a state of this model has {self.n_x} numbers (q, u, z); found {len(x)}")
 
     def bias(self, t: float, x: Array) -> Array:

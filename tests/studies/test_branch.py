@@ -144,7 +144,7 @@ def test_a_fold_is_passed_and_what_lies_behind_it_are_motions_too(shallow):
 @pytest.mark.slow
 def test_amplitudes_that_all_lie_in_the_tongue_are_refused_with_its_bounds(shallow):
     with pytest.raises(
-        BackboneError, match=r"between amplitudes of 0\.0094.* and 0\.01.* m the motion is one of another"
+        BackboneError, match=r"between amplitudes of 0\.0094.* and 0\.01.* m a higher harmonic is in internal resonance"
     ):
         backbone(shallow, 1, [9.7e-3])
 
