@@ -246,8 +246,12 @@ def test_soft_damped_booms_leave_nothing_of_the_region_of_debra_and_delp():
     vary = {key: axis.model_copy(update={"points": 10}) for key, axis in case.stability.vary.items()}
     found = case_stability(case.model_copy(update={"stability": case.stability.model_copy(update={"vary": vary})}))
     assert isinstance(found.found, Chart) and isinstance(found.second, Chart)
-    rigid = np.array([[rigid_kind(a, b) for b in found.second.second] for a in found.second.first])
-    known = found.second.kinds != NONE
-    assert np.array_equal(found.second.kinds[known], rigid[known])
+    steps = [(a, b) for a in (-0.01, 0.0, 0.01) for b in (-0.01, 0.0, 0.01)]
+    near = np.array(
+        [[[rigid_kind(x + a, y + b) for a, b in steps] for y in found.second.second] for x in found.second.first]
+    )
+    rigid, clear = near[:, :, 4], np.ptp(near, axis=2) == 0  # of points off the boundaries: some lie exactly on them
+    known = (found.second.kinds != NONE) & clear
+    assert known.sum() > 60 and np.array_equal(found.second.kinds[known], rigid[known])
     assert not (found.found.kinds == 1).any() and (found.found.kinds == 2).any()
-    assert ((found.found.kinds == 2) <= (rigid == 2)).all()  # flexibility makes nothing stable
+    assert ((found.found.kinds == 2) <= (rigid == 2))[clear].all()  # flexibility makes nothing stable
