@@ -1,4 +1,4 @@
-"""Compiled kernels on disk: one checked file per kernel, in a folder named by the digest of all kernel sources.
+"""Compiled kernels on disk: one checked file per kernel, in a folder named by the versions of the compilers.
 
 An edited source, another version or another processor leads to another name, so a stored kernel is never out of date.
 A file whose checksum is wrong is compiled anew and replaced. Files are moved into place whole, so processes that
@@ -17,7 +17,7 @@ import pickle
 import shutil
 import uuid
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -27,11 +27,11 @@ import numba.core.caching
 import numba.core.compiler
 import numba.core.serialize
 
-from femflex.kernel_digest import PACKAGE, kernel_digest, sources_digest
+from femflex.kernel_digest import PACKAGE, kernel_digest, versions_digest
 from femflex.warning import CacheWarning
 
 CHECKSUM_BYTES = 32
-KEPT = 8  # folders of kernels, the last used ones: other versions in the same place, and sources being edited
+KEPT = 8  # folders of kernels for other versions, and files of one kernel for other sources: those used last
 
 _njit: Any = numba.njit
 _config: Any = numba.config
@@ -80,7 +80,7 @@ def cache_folders() -> list[Path]:
     found.append(PACKAGE / "__pycache__" / "kernels")
     with contextlib.suppress(RuntimeError):  # no home
         found.append(Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "femflex" / "kernels")
-    return [folder.absolute() / sources_digest() for folder in found]
+    return [folder.absolute() / versions_digest() for folder in found]
 
 
 class KernelCache(_Cache):  # type: ignore[misc]
@@ -107,7 +107,7 @@ class KernelCache(_Cache):  # type: ignore[misc]
                 content = (folder / name).read_bytes()
                 if _checksum(content[CHECKSUM_BYTES:]) == content[:CHECKSUM_BYTES]:
                     found = _CompileResult._rebuild(target_context, *pickle.loads(content[CHECKSUM_BYTES:]))
-                    _mark_used(folder)
+                    _mark_used(folder, folder / name)
                     return found
         return None
 
@@ -146,9 +146,10 @@ def _written(path: Path, content: bytes) -> bool:
     try:
         if not path.parent.is_dir():
             path.parent.mkdir(parents=True, exist_ok=True)
-            _prune(path.parent.parent)
+            _prune(path.parent.parent.iterdir())
         draft.write_bytes(content)
         os.replace(draft, path)
+        _prune(path.parent.glob(f"{path.name.rpartition('-')[0]}-*.kernel"))
     except OSError:
         with contextlib.suppress(OSError):
             draft.unlink(missing_ok=True)
@@ -156,17 +157,20 @@ def _written(path: Path, content: bytes) -> bool:
     return True
 
 
-def _prune(parent: Path) -> None:
-    """Delete folders of kernels except those used last."""
+def _prune(places: Iterable[Path]) -> None:
+    """Delete folders or files of kernels except those used last."""
     with contextlib.suppress(OSError):
-        found = sorted((folder for folder in parent.iterdir() if folder.is_dir()), key=lambda f: f.stat().st_mtime)
-        for folder in found[:-KEPT]:
-            shutil.rmtree(folder, ignore_errors=True)
+        for place in sorted(places, key=lambda place: place.stat().st_mtime)[:-KEPT]:
+            if place.is_dir():
+                shutil.rmtree(place, ignore_errors=True)
+            else:
+                place.unlink(missing_ok=True)
 
 
-def _mark_used(folder: Path) -> None:
-    with contextlib.suppress(OSError):
-        os.utime(folder)
+def _mark_used(*places: Path) -> None:
+    for place in places:
+        with contextlib.suppress(OSError):
+            os.utime(place)
 
 
 _warned: list[str] = []

@@ -1,8 +1,9 @@
 """Digest of everything that a compiled kernel depends on.
 
 Numba looks only at the file of the function it has cached, not at the files of what that function calls. Here the key
-of a stored kernel holds all sources that any kernel of femflex can be compiled from, the versions of the compilers, and
-the processor. The layout of the tables that kernels read is part of those sources.
+of a stored kernel holds the sources that it can be compiled from: its own file and all that this file imports,
+directly or through others. It also holds the versions of the compilers, and the processor. The layout of the tables
+that kernels read is part of those sources.
 """
 
 from __future__ import annotations
@@ -10,8 +11,8 @@ from __future__ import annotations
 import hashlib
 import inspect
 import platform
+import re
 import sys
-from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -21,21 +22,7 @@ import numba
 import numpy as np
 
 PACKAGE = Path(__file__).resolve().parent
-SOURCES = (  # closed under import: `tests/test_kernel_cache.py`
-    "dynamics",
-    "integrate",
-    "system",
-    "body",
-    "reduction/strain/strain_kernel.py",
-    "rotations.py",
-    "summary.py",
-    "warning.py",
-    "kernel_cache.py",
-    "kernel_digest.py",
-    "kernel_linking.py",
-    "kernels.py",
-    "numba_interfaces.py",
-)
+COMPILERS = ("kernels.py", "kernel_cache.py", "kernel_linking.py", "numba_interfaces.py")  # every kernel needs them
 OPTIONS = (  # of Numba, from NUMBA_... variables, that change the code
     "BOUNDSCHECK",
     "DEBUGINFO_DEFAULT",
@@ -43,41 +30,70 @@ OPTIONS = (  # of Numba, from NUMBA_... variables, that change the code
     "OPT",
     "SLP_VECTORIZE",
 )
+# imports at module level; those inside functions cannot reach compiled code, and those for types alone are indented
+IMPORT = re.compile(r"^(?:from femflex([\w.]*) import (\([^)]*\)|[^\n]*)|import femflex([\w.]*))", re.MULTILINE)
 
 
-def source_files() -> list[Path]:
-    """Sources that the kernels of femflex are compiled from."""
-    return [file for name in SOURCES for file in _python_files(PACKAGE / name)]
+def sources_of(file: Path) -> list[Path]:
+    """The sources that a kernel in this file can be compiled from, sorted.
+
+    A kernel defined outside femflex depends on all files in its own folder.
+    """
+    own = [file] if file.is_relative_to(PACKAGE) else sorted(file.parent.glob("*.py"))
+    found, todo = set(), [*own, *(PACKAGE / name for name in COMPILERS)]
+    while todo:
+        source = todo.pop()
+        if source not in found:
+            found.add(source)
+            todo.extend(imported_files(source))
+    return sorted(found)
 
 
 @cache
-def sources_digest() -> str:
-    """Digest of the kernel sources and of the versions of what compiles them, as the name of a folder."""
+def imported_files(file: Path) -> tuple[Path, ...]:
+    """Files of femflex that a file imports at module level."""
+    names = set()
+    for package, imported, module in IMPORT.findall(file.read_text(encoding="utf-8", errors="replace")):
+        parts = re.sub(r"#[^\n]*", "", imported).strip("() \n").split(",")
+        names |= {f"{package}.{part.split()[0]}" for part in parts if part.strip()} or {module}
+    return tuple({place for name in names if (place := _file_of(name.strip("."))) is not None})
+
+
+def _file_of(name: str) -> Path | None:
+    """The file of a module, or of the module that holds a name; the package's own names come from other files."""
+    place = PACKAGE.joinpath(*name.split("."))
+    for found in (place, place.parent):
+        for file in (found.with_suffix(".py"), found / "__init__.py"):
+            if file.is_file() and found != PACKAGE:
+                return file
+    return None
+
+
+def versions_digest() -> str:
+    """Digest of the versions of what compiles the kernels, as the name of a folder."""
     versions = (numba.__version__, llvmlite.__version__, np.__version__, platform.python_implementation(), sys.version)
-    return _digest(source_files(), versions)[:32]
+    return hashlib.sha256(repr(versions).encode()).hexdigest()[:32]
 
 
 def kernel_digest(function: Any, signature: Any, target: tuple[Any, ...]) -> str:
-    """Digest of one kernel: function, signature, and the target (triple, processor, its features).
-
-    A kernel defined outside femflex depends on the files in its own folder as well.
-    """
+    """Digest of one kernel: function, sources, signature, and the target (triple, processor, its features)."""
     file = Path(inspect.getfile(function)).resolve()
     inside = file.is_relative_to(PACKAGE)
-    place, own = (function.__module__, []) if inside else (str(file), sorted(file.parent.glob("*.py")))
+    place = function.__module__ if inside else (str(file), function.__code__.co_firstlineno)
     options = [(name, str(getattr(numba.config, name, None))) for name in OPTIONS]
-    what = (place, function.__qualname__, function.__code__.co_firstlineno, str(signature), target, options)
-    return _digest(own, what)[:32]
+    what = (place, function.__qualname__, _digest_of_sources(file), str(signature), target, options)
+    return hashlib.sha256(repr(what).encode()).hexdigest()[:32]
 
 
-def _python_files(place: Path) -> list[Path]:
-    return [place] if place.suffix == ".py" else sorted(place.rglob("*.py"))
-
-
-def _digest(files: Iterable[Path], what: Any) -> str:
-    found = hashlib.sha256(repr(what).encode())
-    for file in files:
-        content = file.read_bytes()
-        found.update(f"{file.name} {len(content)}\n".encode())
-        found.update(content)
+@cache
+def _digest_of_sources(file: Path) -> str:
+    found = hashlib.sha256()
+    for source in sources_of(file):
+        name = source.relative_to(PACKAGE) if source.is_relative_to(PACKAGE) else source
+        found.update(f"{name} {_digest_of_file(source)}\n".encode())
     return found.hexdigest()
+
+
+@cache
+def _digest_of_file(file: Path) -> str:
+    return hashlib.sha256(file.read_bytes()).hexdigest()

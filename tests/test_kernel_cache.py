@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -167,14 +168,24 @@ def test_another_processor_has_its_own_kernels(package):
     assert answer(package)[0] == ["7.0", "5.0", "2"]
 
 
-def test_only_the_folders_used_last_are_kept(tmp_path):
+def test_only_the_folders_and_files_used_last_are_kept(tmp_path):
+    def aged(place, age):
+        os.utime(place, (1e9 - age, 1e9 - age))
+
     for age in range(12):
-        old = tmp_path / f"version{age}"
-        old.mkdir()
-        os.utime(old, (1e9 - age, 1e9 - age))
-    assert kernel_cache._written(tmp_path / "now" / "a.kernel", b"code")
+        (tmp_path / f"version{age}").mkdir()
+        aged(tmp_path / f"version{age}", age)
+    assert kernel_cache._written(tmp_path / "now" / "a.f-0.kernel", b"code")
     left = {path.name for path in tmp_path.iterdir()}
     assert left == {"now", *(f"version{age}" for age in range(kernel_cache.KEPT - 1))}
+    for age in range(12):
+        for name in ("a.f", "a.ff"):
+            (tmp_path / "now" / f"{name}-{age + 1}.kernel").write_text("")
+            aged(tmp_path / "now" / f"{name}-{age + 1}.kernel", age)
+    assert kernel_cache._written(tmp_path / "now" / "a.f-13.kernel", b"code")
+    left = {path.name for path in (tmp_path / "now").glob("a.f-*")}
+    assert left == {f"a.f-{k}.kernel" for k in (13, 0, *range(1, kernel_cache.KEPT - 1))}
+    assert len(list((tmp_path / "now").glob("a.ff-*"))) == 12
 
 
 def test_the_command_line_prints_the_sentence_once(capsys):
@@ -188,31 +199,46 @@ def test_the_command_line_prints_the_sentence_once(capsys):
     assert capsys.readouterr().err == "femflex: warning: compiled kernels cannot be stored\n"
 
 
+@pytest.fixture
 def digest_of(package, monkeypatch):
+    """The digest of a kernel in a file of the copied package, as a new process finds it."""
     monkeypatch.setattr(kernel_digest, "PACKAGE", package)
-    kernel_digest.sources_digest.cache_clear()
-    return kernel_digest.sources_digest()
+
+    def digest(name):
+        for found in (kernel_digest.imported_files, kernel_digest._digest_of_sources, kernel_digest._digest_of_file):
+            found.cache_clear()
+        return kernel_digest._digest_of_sources(package / name)
+
+    return digest
 
 
-def test_the_digest_changes_with_every_source_and_version(package, monkeypatch):
-    kernel_digest.sources_digest()
-    seen = {digest_of(package, monkeypatch)}
-    edited = ["dynamics/lowering/layout.py", "system/joint.py", "integrate/callee.py"]
-    edited.append("reduction/strain/strain_kernel.py")
-    for name in [*edited, "dynamics/arithmetic/new.py"]:
+def test_the_digest_changes_with_every_source_of_the_kernel_and_no_other(package, digest_of):
+    place = "dynamics/motion/equations.py"
+    seen = {digest_of(place)}
+    for name in ("dynamics/lowering/layout.py", "dynamics/arithmetic/compiled.py", "kernel_linking.py", place):
         with open(package / name, "a") as file:
             file.write("# edited\n")
-        seen.add(digest_of(package, monkeypatch))
-    (package / "dynamics/arithmetic/new.py").rename(package / "dynamics/arithmetic/newer.py")
-    seen.add(digest_of(package, monkeypatch))
+        seen.add(digest_of(place))
+    assert len(seen) == 1 + 4
+    for name in ("cli/run.py", "dynamics/model.py", "integrate/dop853_kernel.py"):
+        with open(package / name, "a") as file:
+            file.write("# holds nothing that the kernel calls\n")
+    assert digest_of(place) in seen
+
+
+def test_another_file_is_another_source(package, digest_of):
+    before = digest_of("integrate/probe.py")
+    (package / "integrate" / "callee.py").rename(package / "integrate" / "called.py")
+    (package / "integrate" / "probe.py").write_text(KERNEL.replace(".callee", ".called"))
+    assert digest_of("integrate/probe.py") != before
+
+
+def test_the_folder_changes_with_every_version(monkeypatch):
+    seen = {kernel_digest.versions_digest()}
     for library in ("numba", "llvmlite", "np"):
         monkeypatch.setattr(getattr(kernel_digest, library), "__version__", "0.0")
-        seen.add(digest_of(package, monkeypatch))
-    assert len(seen) == 1 + 5 + 1 + 3
-    (package / "cli" / "run.py").write_text("# holds no kernel\n")
-    assert digest_of(package, monkeypatch) in seen
-    monkeypatch.undo()
-    kernel_digest.sources_digest.cache_clear()
+        seen.add(kernel_digest.versions_digest())
+    assert len(seen) == 1 + 3
 
 
 def imports_at_module_level(file):
@@ -222,6 +248,8 @@ def imports_at_module_level(file):
         node = todo.pop()
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("femflex"):
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if alias.name.startswith("femflex"))
         elif isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
             todo.extend(node.orelse)
         elif not isinstance(node, ast.FunctionDef):
@@ -239,15 +267,17 @@ def file_of(name):
     raise AssertionError(name)
 
 
-def test_kernels_are_compiled_from_sources_in_the_digest_alone():
-    sources = set(kernel_digest.source_files())
+def test_the_digest_follows_every_import():
     for file in PACKAGE.rglob("*.py"):
-        text = file.read_text()
-        if "njit" in text or "import kernel\n" in text or "kernels import" in text:
-            assert file in sources, f"{file} compiles functions that the digest does not hold"
-    for file in sources:
-        for name in imports_at_module_level(file):
-            assert file_of(name) in {*sources, PACKAGE / "__init__.py"}, f"{file} imports {name}"
+        expected = {file_of(name) for name in imports_at_module_level(file)} - {PACKAGE / "__init__.py"}
+        assert expected == set(kernel_digest.imported_files(file)), file
+
+
+def test_kernels_take_nothing_from_the_names_that_the_package_loads_when_asked():
+    files = [file for file in PACKAGE.rglob("*.py") if re.search(r"^@(kernel|entry)\(", file.read_text(), re.M)]
+    assert len(files) > 20
+    for source in {source for file in files for source in kernel_digest.sources_of(file)}:
+        assert "from femflex import " not in source.read_text(), source
 
 
 @COMPILED
