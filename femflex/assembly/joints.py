@@ -182,10 +182,10 @@ def _turned(attitude: AttitudeTable) -> Array:
     return ball_coordinates(attitude.rotation, attitude.sequence, np.array(attitude.turns()), attitude.rebase)
 
 
-def _with_marker(body: Part, name: str, marker: Marker, beside: str) -> Part:
-    """A copy with a marker; of a body cut into segments it is on the segment that holds the marker `beside`."""
+def _with_marker(body: Part, name: str, marker: Marker, near_marker: str) -> Part:
+    """A copy with a marker; of a body cut into segments it is on the segment that holds the marker near_marker."""
     if isinstance(body, Segments):
-        return body.with_marker(name, marker, beside)
+        return body.with_marker(name, marker, near_marker)
     return replace(body, markers={**body.markers, name: marker})
 
 

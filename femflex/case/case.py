@@ -120,6 +120,6 @@ class Case(Table):
 
         return with_values(self, values)
 
-    def beside(self, name: str) -> Path:
+    def file_path(self, name: str) -> Path:
         """The path of a file named in the case."""
         return self._path.parent / name

@@ -75,7 +75,7 @@ class Prismatic(JointTable):
     def _held_slides_have_no_spring(self) -> Prismatic:
         for k, motion in enumerate(self.motions("position")):
             if motion is not None:
-                self._refuse_beside("position", k, motion, "position", SPRINGS)
+                self._refuse_with_motion("position", k, motion, "position", SPRINGS)
         return self
 
 

@@ -94,10 +94,10 @@ class JointTable(Table):
         for key, begins, others in HELD_KEYS:
             for k, motion in enumerate(self.motions(key)):
                 if motion is not None:
-                    self._refuse_beside(key, k, motion, begins, others)
+                    self._refuse_with_motion(key, k, motion, begins, others)
         return self
 
-    def _refuse_beside(self, key: str, k: int, motion: Motion, begins: str, others: tuple[str, ...]) -> None:
+    def _refuse_with_motion(self, key: str, k: int, motion: Motion, begins: str, others: tuple[str, ...]) -> None:
         """Refuse initial values, springs and dampers of coordinate k, which is held."""
         held = "locked" if motion.locked else "specified"
         for other in (begins, RATES[begins], *others):

@@ -35,7 +35,7 @@ def body(
 
     With --interface it is written as a Craig-Bampton model for other programs, and used with kind = "matrices".
     """
-    from femflex.results.place import check_place
+    from femflex.results.destination import check_destination
 
     target = output or Path(f"{name}.npz" if interface else f"{name}.h5")
     if not interface and target.suffix.lower() in MODELS:
@@ -43,7 +43,7 @@ def body(
             f"{target} would be a Craig-Bampton model, which needs interfaces: --interface MARKER; a body file for "
             "femflex is .h5"
         )
-    check_place(target, force)
+    check_destination(target, force)
     with Patience("reducing the body"):
         from femflex.case import read_case
         from femflex.case.named_files import check_no_input

@@ -60,11 +60,11 @@ def linearize(
     About the equilibrium nearest to the case's initial state (at rest, in steady spin, in orbit), or about the state of
     a run at a time. Loads that vary do not act in the equilibrium unless --at says when.
     """
-    from femflex.results.place import check_place
+    from femflex.results.destination import check_destination
 
     files = outputs(output or (), {MODEL: (".mat", ".npz", ".h5"), PICTURE: DIAGRAM_SUFFIXES})
     for path in files.values():
-        check_place(path, force)
+        check_destination(path, force)
     time = read_seconds(at, "--at")
     if run is not None and time is None:
         raise ValueError("--run names a run, whose state at a time is taken; give the time too (--at '3 s')")

@@ -22,13 +22,13 @@ def new(
     """Write a commented case to start from, and the schema by which editors complete and check its keys."""
     from femflex.case.schema import schema_text
     from femflex.case.starting_case import starting_case
-    from femflex.results.place import check_place
+    from femflex.results.destination import check_destination
     from femflex.view.output import placed
 
     target = name if name.suffix else name.with_suffix(".toml")
     if target.suffix != ".toml":
         raise ValueError(f"{target.name}: found the suffix {target.suffix!r}; a case ends in .toml")
-    check_place(target, force)
+    check_destination(target, force)
     found, file = None, ""
     if mesh is not None:
         from femflex.mesh import read_mesh

@@ -41,14 +41,14 @@ def stress(
 ) -> None:
     """Print the largest section forces and stresses of every flexible body over a run, or write them along time."""
     from femflex.results import open_run
-    from femflex.results.place import check_place
+    from femflex.results.destination import check_destination
 
     places = [_place(text) for text in at or []]
     if places and points:
         raise ValueError("--at and --points are two tables; give one of them")
     files = outputs(output or (), {TABLE: (".csv",), PICTURE: (".png",)})
     for path in files.values():
-        check_place(path, force)
+        check_destination(path, force)
     with Patience(f"recovering stress of {file.name}"), open_run(file) as run:
         bodies = run.bodies()
         names = body or [name for name, found in bodies.items() if found.strain_field]

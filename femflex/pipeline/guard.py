@@ -26,7 +26,7 @@ STRETCH = 30.0  # frequency of a shape over the first from which on it is a stre
 FAR = 100.0  # elastic displacement over the body's size beyond which the motion has run away
 
 
-class Runaway:
+class MotionGuard:
     """Watches motion: stops a run whose rates or elastic displacements are beyond all craft, warns of large bends.
 
     An unstable or overloaded motion grows for long before its numbers overflow, with ever smaller steps; the model
@@ -41,7 +41,7 @@ class Runaway:
         self._fastest = np.array([FASTEST.get(unit, np.inf) for unit in units])
         self._bends = deflection_watches(model, known)
 
-    def found(self, block: Block) -> IntegrationError | None:
+    def divergence(self, block: Block) -> IntegrationError | None:
         """The error that tells of the first row of a block that has run away, or of the state beyond it, if it has."""
         from femflex.integrate import Block, IntegrationError
 

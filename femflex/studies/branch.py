@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from femflex.studies.arc import Place, stepped
 from femflex.studies.harmonic_balance import HarmonicBalance, Vibration
-from femflex.studies.tongue import LEADING, first_share, over
+from femflex.studies.internal_resonance import LEADING, beyond_resonance, first_share
 
 Array = NDArray[np.float64]
 
@@ -86,7 +86,7 @@ def _reach(
             length /= 2
             continue
         if wrong:
-            to, length = over(problem, places, amplitude), FIRST
+            to, length = beyond_resonance(problem, places, amplitude), FIRST
             if to is None:
                 return wrong, length
             branch.gaps.append((peak, to.at.amplitude))

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from femflex.decks.abaqus.model import WORDS, AbaqusModel, place_of
-from femflex.fem import Distributing, Following, Rigid
+from femflex.fem import Distributing, MultiPointConstraint, Rigid
 from femflex.mesh.abaqus_flat import Scoped
 from femflex.mesh.abaqus_keywords import Keyword
 
@@ -287,7 +287,9 @@ def _follow(
     leaders = list(matrix) or [node]
     values = np.hstack([matrix.get(other, np.zeros((len(components), 6))) for other in leaders])
     words = tuple(WORDS[c] for c in components)
-    model.connections.append(Following(model.group(node), words, tuple(map(model.group, leaders)), values, name=what))
+    model.connections.append(
+        MultiPointConstraint(model.group(node), words, tuple(map(model.group, leaders)), values, name=what)
+    )
     model.wanted.update([node, *leaders])
     if any(c >= 3 for c in components):
         model.wanted_turning.add(node)

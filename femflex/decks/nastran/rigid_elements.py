@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from femflex.decks.builder import direction_key
 from femflex.decks.nastran.card import Card, FieldError
 from femflex.decks.nastran.model import WORDS, NastranModel
-from femflex.fem import Distributing, Following, Rigid
+from femflex.fem import Distributing, MultiPointConstraint, Rigid
 
 Array = NDArray[np.float64]
 
@@ -117,7 +117,7 @@ def _following(
 ) -> None:
     axes = model.grids.axes(grid)
     model.connections.append(
-        Following(
+        MultiPointConstraint(
             model.group(grid), tuple(WORDS[c - 1] for c in components), tuple(model.group(g) for g in leaders),
             matrix, tuple(map(tuple, axes.tolist())), f"{card.name} {card.word(0)}",
         )

@@ -187,7 +187,7 @@ def _nearest(problem: Steady, begun: Array) -> Equilibrium:
             if step < LEAST:
                 raise _failed(problem, q, share, count, found)
         first = False
-    return _told(problem, found, count)
+    return _as_equilibrium(problem, found, count)
 
 
 def _about_preload(problem: Steady, q: Array) -> Balance | None:
@@ -207,7 +207,7 @@ def _beyond(problem: Steady, unstable: Equilibrium, begun: Array) -> Equilibrium
     near = stable_state_below(problem, unstable.q, begun)
     found = None if near is None else balance(problem, near, 1.0)
     if found is not None and found.residual <= BALANCED:  # it may go on along a ring of equilibria, hardly resisted
-        settled = _told(problem, found, unstable.iterations + found.iterations, unstable)
+        settled = _as_equilibrium(problem, found, unstable.iterations + found.iterations, unstable)
         if settled.stable:
             return settled
     raise EquilibriumError(
@@ -217,7 +217,7 @@ def _beyond(problem: Steady, unstable: Equilibrium, begun: Array) -> Equilibrium
     )
 
 
-def _told(problem: Steady, found: Balance, count: int, left: Equilibrium | None = None) -> Equilibrium:
+def _as_equilibrium(problem: Steady, found: Balance, count: int, left: Equilibrium | None = None) -> Equilibrium:
     model = problem.full
     x = problem.at_rest(found.q)
     return Equilibrium(

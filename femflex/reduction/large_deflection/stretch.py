@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from femflex.body import StrainTensors
 from femflex.fem.structure import Structure
-from femflex.reduction.bends.derivatives import scaled_derivatives
+from femflex.reduction.large_deflection.derivatives import scaled_derivatives
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.strain.tensors import strain_tensors
 
@@ -58,7 +58,7 @@ def stretching(
 
 def require_stretch(structure: Structure, modes: ModeSet, tensors: StrainTensors) -> None:
     """Raise ValueError when the set cannot stretch, with both numbers."""
-    if lack := lack_of_stretch(structure, modes, tensors):
+    if lack := missing_stretch(structure, modes, tensors):
         has = modes.kinds.count("derivative")
         way = "Add static derivatives (derivatives = 'auto')"
         if has:
@@ -67,7 +67,7 @@ def require_stretch(structure: Structure, modes: ModeSet, tensors: StrainTensors
         raise ValueError(f"{lack}. {way}, or take the set as it is (derivatives = 'none').")
 
 
-def lack_of_stretch(structure: Structure, modes: ModeSet, tensors: StrainTensors) -> str:
+def missing_stretch(structure: Structure, modes: ModeSet, tensors: StrainTensors) -> str:
     """That a set cannot stretch, with both numbers; nothing where it can."""
     found = stretching(structure, modes, tensors)
     if found.sound:

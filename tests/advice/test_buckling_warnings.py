@@ -3,7 +3,7 @@
 import warnings
 
 import pytest
-from noted import noted_system
+from advised_bodies import noted_system
 
 from femflex.case import read_case
 from femflex.warning import PhysicsWarning

@@ -11,9 +11,9 @@ from scipy import linalg
 
 from femflex.body import FlexibleBody, Foreshortening
 from femflex.fem.structure import Structure
-from femflex.reduction.bends.derivatives import scaled_derivatives
 from femflex.reduction.boundary.markers import marker_rows
 from femflex.reduction.inertia.accelerations import work_of_accelerations
+from femflex.reduction.large_deflection.derivatives import scaled_derivatives
 from femflex.reduction.modes.modeset import ModeSet
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
-from noted import noted_body
+from advised_bodies import noted_body
 
 import femflex
 from femflex.case import read_case

@@ -37,7 +37,7 @@ DRAGGED = 60  # steps on the way to one minimum
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
+class LoadedStructure:
     """A clamped structure with the work of a load held, pushed besides; vectors over its free dofs."""
 
     structure: Structure
@@ -105,9 +105,9 @@ class Held:
         return None
 
 
-def walk(
+def trace_load_path(
     structure: Structure, modes: ModeSet, load: Array, push: Array, deflection: float, energy: float = np.inf
-) -> Walked:
+) -> LoadPath:
     """The walk of a structure as the work of a load (n_dof,) is raised until some node has moved by a deflection [m].
 
     Or until it stores an energy [J]. Where it snaps on the way, the work is taken back again. push (n_dof,): the small
@@ -115,26 +115,26 @@ def walk(
     """
     on = supported(structure, modes.held)
     free, K = on.free, on.K
-    held = Held(structure, free, K, load[free], push[free])
+    held = LoadedStructure(structure, free, K, load[free], push[free])
     u = on.factors.solve(held.load)
-    u *= deflection / largest(structure, held.whole(u))
+    u *= deflection / largest_displacement(structure, held.whole(u))
     most = float(held.load @ u)
-    step, walked = float(np.sqrt(u @ (K @ u))) / STEPS, Walked(held, u / most, most / STEPS)
-    while largest(structure, held.whole(walked.x)) < deflection and walked.work < FARTHEST * most:
-        if not walked.on(1.0, step):
+    step, path = float(np.sqrt(u @ (K @ u))) / STEPS, LoadPath(held, u / most, most / STEPS)
+    while largest_displacement(structure, held.whole(path.x)) < deflection and path.work < FARTHEST * most:
+        if not path.advance(1.0, step):
             break
-        if walked.stored() > energy:
-            return walked
-    if walked.snapped:
-        while walked.work > 0.0 and walked.on(-1.0, step):
+        if path.stored() > energy:
+            return path
+    if path.snapped:
+        while path.work > 0.0 and path.advance(-1.0, step):
             pass
-    return walked
+    return path
 
 
-class Walked:
+class LoadPath:
     """How far a walk has come, its states, whether it has snapped on the way, and whether it came upon a saddle."""
 
-    def __init__(self, held: Held, way: Array, part: float) -> None:
+    def __init__(self, held: LoadedStructure, way: Array, part: float) -> None:
         self.held, self.way, self.part, self.whole_part = held, way, part, part
         self.x, self.work = np.zeros_like(way), 0.0
         self.states: list[Array] = []
@@ -144,7 +144,7 @@ class Walked:
         """Energy of the last state [J]."""
         return self.held.energy(self.x)
 
-    def on(self, sense: float, step: float) -> bool:
+    def advance(self, sense: float, step: float) -> bool:
         """Go on by a part of the work, less where nothing is found with it; False where nothing is."""
         while self.part >= SMALLEST * self.whole_part:
             change = sense * self.part
@@ -161,6 +161,6 @@ class Walked:
         return False
 
 
-def largest(structure: Structure, x: Array) -> float:
+def largest_displacement(structure: Structure, x: Array) -> float:
     """The largest displacement of a node [m]; x (n_dof,)."""
     return float(np.linalg.norm((structure.translation @ x).reshape(-1, 3), axis=1).max())

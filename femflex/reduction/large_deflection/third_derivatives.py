@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.structure import Structure
-from femflex.reduction.bends.bent_states import over_mass
-from femflex.reduction.bends.derivatives import scaled_derivatives, without
-from femflex.reduction.bends.sheet_bends import changed_by_bending
 from femflex.reduction.boundary.clamps import free_dofs
+from femflex.reduction.large_deflection.bent_states import over_mass
+from femflex.reduction.large_deflection.derivatives import scaled_derivatives, without
+from femflex.reduction.large_deflection.sheet_bends import changed_by_bending
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.statics import static_response
 from femflex.reduction.modes.vibration import ritz

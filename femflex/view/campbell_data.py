@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-class Followed(Protocol):
+class BranchData(Protocol):
     """A branch; arrays (n,) run over the speeds."""
 
     @property
@@ -35,7 +35,7 @@ class Followed(Protocol):
         """Whether it grows (n,)."""
 
 
-class Met(Protocol):
+class CrossingData(Protocol):
     """A branch at a multiple of the spin."""
 
     @property
@@ -55,7 +55,7 @@ class Met(Protocol):
         """[Hz]."""
 
 
-class Spun(Protocol):
+class CampbellData(Protocol):
     """What is drawn of a Campbell diagram (femflex.studies.campbell.Campbell)."""
 
     @property
@@ -71,7 +71,7 @@ class Spun(Protocol):
         """Which speeds (n,) [rad/s] were requested."""
 
     @property
-    def branches(self) -> Sequence[Followed]:
+    def branches(self) -> Sequence[BranchData]:
         """By rising frequency at the first speed."""
 
     @property
@@ -79,5 +79,5 @@ class Spun(Protocol):
         """Multiples of the spin."""
 
     @property
-    def crossings(self) -> Sequence[Met]:
+    def crossings(self) -> Sequence[CrossingData]:
         """Of branches with them."""

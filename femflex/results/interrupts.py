@@ -12,13 +12,13 @@ PARTS: set[Path] = set()  # files being written next to their place, of no use b
 _held: list[str] = []  # what has been begun and is worth ending well
 
 
-def anything_held() -> bool:
+def has_work_to_finish() -> bool:
     """Whether something has been begun that an interrupt should end well instead of dropping."""
     return bool(_held)
 
 
 @contextmanager
-def held(what: str) -> Iterator[None]:
+def finished_on_interrupt(what: str) -> Iterator[None]:
     """Work that an interrupt ends with what there is of it, such as the frames of a movie."""
     _held.append(what)
     try:
@@ -28,7 +28,7 @@ def held(what: str) -> Iterator[None]:
 
 
 @contextmanager
-def undisturbed() -> Iterator[None]:
+def without_interrupts() -> Iterator[None]:
     """Hold Ctrl-C back until what is inside is done."""
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.structure import Structure
-from femflex.reduction.bends.bent_states import held_at, over_mass, state_energy
-from femflex.reduction.bends.derivatives import scaled_derivatives
+from femflex.reduction.large_deflection.bent_states import held_at, over_mass, state_energy
+from femflex.reduction.large_deflection.derivatives import scaled_derivatives
 from femflex.reduction.modes.modeset import ModeSet
 
 Array = NDArray[np.float64]

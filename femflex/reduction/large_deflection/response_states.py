@@ -1,7 +1,7 @@
 """What a structure does under loads on its way through large deflections: the states themselves as shapes.
 
 The work of one load, a unit acceleration of the clamps or a unit force at a group, is raised both ways and, where the
-structure snaps, taken back again (`held_walk`). Combinations of the states that store most (proper orthogonal
+structure snaps, taken back again (`load_path`). Combinations of the states that store most (proper orthogonal
 decomposition by energy) hold such a way in far fewer shapes than modes and their derivatives do, for they are made of
 it; other motions they do not hold.
 """
@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.structure import Structure
-from femflex.reduction.bends.held_walk import largest, walk
 from femflex.reduction.boundary.supported import supported
+from femflex.reduction.large_deflection.load_path import largest_displacement, trace_load_path
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.vibration import answers_to_clamps, load_vectors, ritz
 
@@ -59,7 +59,7 @@ def with_responses(
         phi = np.column_stack([phi, _strongest(structure, phi, states, n + count - phi.shape[1], left_out)])
     omega, shapes = ritz(structure, phi[:, n:])
     kept, states = len(omega), np.concatenate([plain, buckled])
-    reach = max(largest(structure, state) for state in states)
+    reach = max(largest_displacement(structure, state) for state in states)
     note = f"{kept} response shapes of {len(states)} states bent by up to {reach:.3g} m"
     return replace(
         modes,
@@ -77,7 +77,7 @@ def _sought(
     if directions or loads:
         return load_vectors(structure, directions, loads).T
     every, answers = answers_to_clamps(structure, modes)
-    return every[:, [int(np.argmax([largest(structure, u) for u in answers.T]))]].T
+    return every[:, [int(np.argmax([largest_displacement(structure, u) for u in answers.T]))]].T
 
 
 def _strongest(structure: Structure, known: Array, states: Array, count: int, left_out: float) -> Array:
@@ -107,16 +107,16 @@ def _both_ways(structure: Structure, modes: ModeSet, load: Array, deflection: fl
     """States (k, n_dof) under a load either way, the softer first, the other as far: its own, and buckled ones."""
     elastic = structure.internal_force
     u = supported(structure, modes.held).answers(load)
-    u *= deflection / largest(structure, u)
+    u *= deflection / largest_displacement(structure, u)
     softer = -1.0 if float(elastic.second_derivative(u[:, None], u[:, None])[:, 0] @ u) > 0.0 else 1.0
     push, most = _push(structure, modes, u), np.inf
     plain, buckled = list[Array](), list[Array]()
     for sense in (softer, -softer):
-        walked = walk(structure, modes, sense * load, 0.0 * push, deflection, most)
+        walked = trace_load_path(structure, modes, sense * load, 0.0 * push, deflection, most)
         plain += walked.states
         if walked.saddle or walked.snapped:
             for side in (push, -push):
-                pushed = walk(structure, modes, sense * load, side, deflection, most).states
+                pushed = trace_load_path(structure, modes, sense * load, side, deflection, most).states
                 (buckled if walked.saddle else plain).extend(pushed)
         most = max((elastic.energy(x) - float(structure.f0 @ x) for x in walked.states), default=np.inf)
     return np.array(plain).reshape(-1, structure.n_dof), np.array(buckled).reshape(-1, structure.n_dof)

@@ -20,7 +20,7 @@ from scipy import linalg
 
 from femflex.body.symmetric import unpacked
 from femflex.fem.structure import Structure
-from femflex.reduction.bends.bent_states import over_mass
+from femflex.reduction.large_deflection.bent_states import over_mass
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.strain.tensors import pair_number, strain_tensors
 

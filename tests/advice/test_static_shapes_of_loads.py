@@ -4,9 +4,9 @@ import warnings
 
 import numpy as np
 import pytest
-from noted import noted_body
-from test_loads_that_buckle import LOAD, PRANDTL, STRIP, held
-from tipping import END_LOAD, WEIGHT, critical
+from advised_bodies import noted_body
+from lateral_buckling import END_LOAD, WEIGHT, critical
+from test_buckling_warnings import LOAD, PRANDTL, STRIP, held
 
 from femflex.case import read_case
 from femflex.warning import PhysicsWarning

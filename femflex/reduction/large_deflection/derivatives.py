@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.structure import Structure
-from femflex.reduction.bends.bent_states import bent_states, over_mass
-from femflex.reduction.bends.softening import answers_to_bends
 from femflex.reduction.inertia.accelerations import answers_to_accelerations
+from femflex.reduction.large_deflection.bent_states import bent_states, over_mass
+from femflex.reduction.large_deflection.softening import answers_to_bends
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.statics import static_response
 from femflex.reduction.modes.vibration import ritz

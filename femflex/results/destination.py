@@ -18,7 +18,7 @@ def check_space(path: Path, need: int) -> None:
         raise error
 
 
-def check_place(path: Path, force: bool) -> None:
+def check_destination(path: Path, force: bool) -> None:
     """Raise the OSError that says why a new file cannot be written there, if so."""
     if path.is_dir():
         raise IsADirectoryError(f"{path} is a folder; give the name of a file")

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Following:
+class MultiPointConstraint:
     """Components of one node follow those of others: u_c = sum over leaders of matrix_c @ (u, theta of the leader).
 
     group       of the one node that follows

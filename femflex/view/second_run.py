@@ -25,22 +25,22 @@ def title_of(run: Run) -> str:
     return f"{run.title} (without {', '.join(left_out)})" if left_out else run.title
 
 
-def apart(run: Run, other: Run) -> str:
+def difference_text(run: Run, other: Run) -> str:
     """What a run is compared with another, in words: its title, what it leaves out, or the name of its file."""
     if run.title != other.title:
         return title_of(run)
     same = _left_out(run) == _left_out(other) and run.linearised == other.linearised
-    return run.path.name if same else what_is_left(run)
+    return run.path.name if same else omission_text(run)
 
 
-def what_is_left(run: Run) -> str:
+def omission_text(run: Run) -> str:
     """What a run leaves out, in words, or what is left instead."""
     said = [INSTEAD.get(name, f"without {name}") for name in _left_out(run)]
     said += ["linearised"] * run.linearised
     return ", ".join(said) or "in full"
 
 
-def dashed() -> dict[str, Any]:
+def dashed_style() -> dict[str, Any]:
     """Style of a second run's curves; the legend names them all together."""
     return {"linewidth": 1.0, "linestyle": (0, (4, 1.6)), "alpha": 0.85}
 
@@ -48,7 +48,7 @@ def dashed() -> dict[str, Any]:
 def name_second(ax: Axes, group: Sequence[Curve], run: Run, other: Run, colours: Theme) -> None:
     """Name the dashed curves of a group in the legend, where there are any."""
     if any(curve.second for curve in group):
-        ax.plot([], [], color=colours.text, label=f"dashed: {apart(other, run)}", **dashed())
+        ax.plot([], [], color=colours.text, label=f"dashed: {difference_text(other, run)}", **dashed_style())
 
 
 def mark_end(ax: Axes, group: Sequence[Curve], other: Run, unit: tuple[float, str], colours: Theme) -> None:
@@ -65,7 +65,7 @@ def mark_end(ax: Axes, group: Sequence[Curve], other: Run, unit: tuple[float, st
     ax.set_ylim(low, high)
 
 
-def frame(ax: Axes, group: Sequence[Curve]) -> None:
+def fit_limits(ax: Axes, group: Sequence[Curve]) -> None:
     """Limits that show the first run where a second leaves it far behind, as one does that runs away."""
     first, second = ([c.values for c in group if c.second == which] for which in (False, True))
     if not first or not second:

@@ -21,7 +21,7 @@ SCALAR = -1  # place of a dof that belongs to no point: a modal coordinate
 
 
 @dataclass(frozen=True, eq=False)
-class GivenStructure(Structure):
+class MatrixStructure(Structure):
     """A Structure whose matrices come from elsewhere.
 
     D        (n_dof, n_dof)  damping, or None
@@ -38,7 +38,7 @@ class GivenStructure(Structure):
         return np.flatnonzero(self.places_of_dofs[:, 0] == SCALAR).astype(np.int64)
 
 
-def given_structure(
+def structure_from_matrices(
     mesh: Mesh,
     dofs: Index,
     M: sparse.csr_array,
@@ -46,7 +46,7 @@ def given_structure(
     D: sparse.csr_array | None = None,
     frames: Array | None = None,
     recovery: tuple[Array, sparse.csr_array] | None = None,
-) -> GivenStructure:
+) -> MatrixStructure:
     """The Structure of matrices M, K (n_dof, n_dof) and damping D on the points of a mesh.
 
     dofs      (n_dof, 2)    point of the mesh and component 0..5 of every row; point SCALAR for a modal coordinate
@@ -72,7 +72,7 @@ def given_structure(
     extra = numbering.extra(len(scalars))
     T = _raw_from_dofs(numbering, dofs, (moves, turns), (scalars, extra), frames)
     translation, rotation = (rows @ T for rows in numbering.node_rows(T.shape[0]))
-    return GivenStructure(
+    return MatrixStructure(
         mesh=mesh,
         M=sparse.csr_array(M),
         K=sparse.csr_array(K),

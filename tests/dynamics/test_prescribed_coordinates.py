@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from held_systems import at_time, held_tree
 from pointwise import Tree, equations
+from prescribed_systems import at_time, held_tree
 from random_systems import random_tree
 from test_equations import elastic_forces, frozen
 

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from noted import noted_system
+from advised_bodies import noted_system
 from von_karman import Plate
 
 import femflex

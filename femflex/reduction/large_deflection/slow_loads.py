@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from femflex.fem.structure import Structure
-from femflex.reduction.bends.bent_states import over_mass
 from femflex.reduction.boundary.rigid import DIRECTIONS, independent_columns
+from femflex.reduction.large_deflection.bent_states import over_mass
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.residuals import residual_vectors
 from femflex.reduction.modes.statics import static_response, static_solver

@@ -15,7 +15,7 @@ CLEAR = 2e-3  # of an amplitude by which a place beyond the tongue is greater: i
 LEAST = 5e-3  # of an amplitude: step in search of the far side
 
 
-def over(problem: HarmonicBalance, places: list[Place], amplitude: float) -> Place | None:
+def beyond_resonance(problem: HarmonicBalance, places: list[Place], amplitude: float) -> Place | None:
     """The place of least amplitude beyond a tongue, or that of a requested amplitude; None where none is near.
 
     places: in order along the branch, up into the tongue or to its brink.

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 from scipy.special import ellipk
-from test_loads_that_buckle import BEAM, HELD, SILENT, STRIP
+from test_buckling_warnings import BEAM, HELD, SILENT, STRIP
 
 from femflex.body.symmetric import form, gradient
 from femflex.case import CaseError, read_case

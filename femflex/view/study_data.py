@@ -17,7 +17,7 @@ class Curve(Protocol):
         """The error (...) at x (...), in the unit of the quantity."""
 
 
-class Studied(Protocol):
+class StudyData(Protocol):
     """What is drawn of a study (femflex.studies.Convergence); arrays (n,) run over its levels, coarse to fine."""
 
     @property

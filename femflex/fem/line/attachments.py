@@ -22,7 +22,7 @@ Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
-class Hung:
+class Attachments:
     """The segment that each point goes with (n_points,), -1 for points without a member; and that of members' cells.
 
     cells  group -> cell type -> (rows of the mesh's cells, their segments)
@@ -37,7 +37,7 @@ class Hung:
         return {kind: rows for kind, rows in found.items() if rows.size}
 
 
-def hangers(mesh: Mesh, others: Sequence[Member], path: Path, k: int, group: str) -> Hung:
+def attached_parts(mesh: Mesh, others: Sequence[Member], path: Path, k: int, group: str) -> Attachments:
     """Where everything goes when the line of `group` is cut into k segments: parts of others go as a whole.
 
     A part is cells that share points off the line. Raises ValueError when a part touches several segments, or none.
@@ -47,7 +47,7 @@ def hangers(mesh: Mesh, others: Sequence[Member], path: Path, k: int, group: str
     cells: dict[str, dict[str, tuple[Index, Index]]] = {other.group: {} for other in others}
     listed = [(o.group, kind, rows) for o in others for kind, rows in mesh.cell_groups[o.group].items()]
     if not listed:
-        return Hung(nodes, cells)
+        return Attachments(nodes, cells)
     corner = [mesh.cells[kind][rows] for _, kind, rows in listed]
     owner = np.concatenate([np.full(len(c), i) for i, c in enumerate(corner)])
     cell = np.concatenate([np.repeat(np.flatnonzero(owner == i), c.shape[1]) for i, c in enumerate(corner)])
@@ -66,7 +66,7 @@ def hangers(mesh: Mesh, others: Sequence[Member], path: Path, k: int, group: str
     nodes[node[off]] = segment[own[cell[off]]]
     for i, (name, kind, rows) in enumerate(listed):
         cells[name][kind] = (rows, segment[own[owner == i]])
-    return Hung(nodes, cells)
+    return Attachments(nodes, cells)
 
 
 def segments_of(path: Path, k: int) -> Flags:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from femflex.fem.structure import Structure
-from femflex.reduction.bends.bent_states import over_mass
+from femflex.reduction.large_deflection.bent_states import over_mass
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.statics import static_response
 from femflex.reduction.modes.vibration import answers_to_clamps
@@ -21,7 +21,7 @@ REACH = 0.1  # displacement over size up to which it is looked at
 LOOKED_AT = 3  # of the lowest vibration shapes
 
 
-def softest(structure: Structure, modes: ModeSet) -> float:
+def least_stiffness_ratio(structure: Structure, modes: ModeSet) -> float:
     """The least tangent stiffness of low shapes over that at rest: 1 flat, below 0 it snaps.
 
     Of the lowest vibration shapes and, in a clamped set, the static answer to an acceleration along its rise: the
@@ -31,7 +31,7 @@ def softest(structure: Structure, modes: ModeSet) -> float:
     if not lowest:
         return 1.0
     phi = modes.phi[:, lowest]
-    if modes.held.size and rise(structure):
+    if modes.held.size and mesh_rise(structure):
         phi = np.column_stack([phi, answers_to_clamps(structure, modes)[1] @ _risen(structure)[1]])
     size = float(np.linalg.norm(np.ptp(structure.mesh.points, axis=0)))
     k, cubic, quartic = held_energy(structure, modes, phi)
@@ -64,7 +64,7 @@ def held_energy(structure: Structure, modes: ModeSet, phi: Array) -> tuple[Array
     return k, along / 6, quartic
 
 
-def rise(structure: Structure) -> float:
+def mesh_rise(structure: Structure) -> float:
     """How far the mesh stands off the plane, or the line, that lies best in it [m]; zero of a straight line."""
     return _risen(structure)[0]
 
