@@ -195,8 +195,9 @@ class FlexibleTable(BodyTable):
         if not isinstance(values, dict) or values.get("strain") is not None:
             return values
         members, reduction = values.get("members"), values.get("reduction")
-        families = {m.get("family") for m in members if isinstance(m, dict)} if isinstance(members, list) else set()
-        if not (families & set(TENSION) or values.get("preload") is not None) or not isinstance(reduction, dict):
+        families = [m.get("family") for m in members if isinstance(m, dict)] if isinstance(members, list) else []
+        tense = any(family in families for family in TENSION) or values.get("preload") is not None
+        if not (tense and isinstance(reduction, dict)):
             return values
         stretches = reduction.get("method") in STRETCHABLE and reduction.get("derivatives") not in ("none", 0)
         return {**values, "strain": "condensed" if stretches else "linear"}

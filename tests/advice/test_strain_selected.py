@@ -10,6 +10,7 @@ import pytest
 from advised_bodies import noted_body
 
 import femflex
+from femflex.advice.strain import hardened_bend
 from femflex.case import read_case
 from femflex.reduction import BeamFunctions, UniformBeam, beam_body, foreshortening_of
 from femflex.warning import PhysicsWarning
@@ -273,3 +274,10 @@ def test_the_frequency_told_is_that_with_what_hangs_on_the_body(write_case, craf
     assert code == 0 and told and float(told[3]) == pytest.approx(tip, rel=1e-3)
     exact = np.sqrt(3 * 70e9 * I / (27.0 * (tip + 33 / 140 * mass))) / (2 * np.pi)
     assert float(told[1]) == pytest.approx(exact, rel=2e-3) and float(told[2]) > float(told[1])
+
+
+@pytest.mark.parametrize("linear", [1e-12, 0.3, 1e18])
+@pytest.mark.parametrize("hardening", [0.0, 1e-9, 2.0, 1e9])
+def test_the_bend_that_stretch_holds_back_solves_its_cubic(linear, hardening):
+    w = hardened_bend(linear, hardening)
+    assert w + hardening * w**3 == pytest.approx(linear, rel=1e-12)
