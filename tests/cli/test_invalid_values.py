@@ -53,7 +53,7 @@ def answer(path: Path) -> tuple[int, str]:
 
 
 def check_all(name: str, folder: Path, jobs: list[tuple[str, dict[str, Any]]]) -> None:
-    """Every changed case is sound, refused or without equilibrium: exit code 0, 2 or 3, lines of bounded length without control characters."""
+    """Every changed case is sound, refused or without equilibrium (3); lines are short, without control characters."""
     for what, raw in jobs:
         path = folder / name
         path.write_text(toml(raw), encoding="utf-8")
