@@ -17,7 +17,7 @@ MODELS = (".npz", ".mat", ".op4", ".bdf", ".pch", ".dmig")  # suffixes of models
 def body(
     case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
     name: Annotated[str, typer.Argument(help="Name of the body in the case.", show_default=False)],
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Body file; left out, NAME.h5.")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Body file. Default: NAME.h5.")] = None,
     number: Annotated[
         int | None, typer.Option("-n", "--number", min=1, help="Number of modes instead of the case's.")
     ] = None,

@@ -39,7 +39,7 @@ def converge(
         ),
     ] = None,
     tolerance: Annotated[
-        float | None, typer.Option("--tolerance", help="Largest relative error; left out, the case's, or 1e-3.")
+        float | None, typer.Option("--tolerance", help="Largest relative error. Default: that of the case, or 1e-3.")
     ] = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Draw the study (PNG or SVG).")] = None,
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",

@@ -47,7 +47,7 @@ class Drawing:
         if self.picture is not None:
             chosen = moving[:DRAWN]
             if not chosen:
-                raise ValueError("the craft has rigid-body modes alone, which are not drawn")
+                raise ValueError("the craft has only rigid-body modes, which are not drawn")
             captions = [caption(modes, k) for k in chosen]
             out.append(("picture", craft_montage(modes.skin(chosen), captions, self.picture, title, force=self.force)))
         if self.movie is not None:

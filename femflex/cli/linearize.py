@@ -27,10 +27,16 @@ def linearize(
     case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
     inputs: Annotated[
         str | None,
-        typer.Option("--inputs", help="Paths with commas, such as loads/slew/torque:y; left out, the usual."),
+        typer.Option(
+            "--inputs",
+            help="Inputs, separated by commas, such as loads/slew/torque:y. Default: all loads, motions and commands.",
+        ),
     ] = None,
     outputs_wanted: Annotated[
-        str | None, typer.Option("--outputs", help="Channels with commas, such as bodies/hub/rate:y,attitude/angles.")
+        str | None,
+        typer.Option(
+            "--outputs", help="Outputs: channels separated by commas, such as bodies/hub/rate:y,attitude/angles."
+        ),
     ] = None,
     at: Annotated[
         str | None,

@@ -15,7 +15,7 @@ from femflex.cli.verb import verb
 def new(
     name: Annotated[Path, typer.Argument(help="Case file to write, such as my_craft.toml.", show_default=False)],
     mesh: Annotated[
-        Path | None, typer.Option("--mesh", help="Mesh of the flexible body; left out, a boom from beam theory.")
+        Path | None, typer.Option("--mesh", help="Mesh of the flexible body. Default: a boom from beam theory.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing case.")] = False,
 ) -> None:

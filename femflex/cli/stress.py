@@ -23,11 +23,11 @@ HELP_AT = "Place on the body, x,y,z in metres: values along time at the strain p
 @verb("femflex stress run.h5 --body wing --at 0.3,0,0 -o stress.csv")
 def stress(
     file: Annotated[Path, typer.Argument(help="Result file of a run.", show_default=False)],
-    body: Annotated[list[str] | None, typer.Option("--body", help="Body; may be repeated. Left out, all.")] = None,
+    body: Annotated[list[str] | None, typer.Option("--body", help="Body; may be repeated. Default: all.")] = None,
     at: Annotated[list[str] | None, typer.Option("--at", help=HELP_AT)] = None,
     quantity: Annotated[
         list[str] | None,
-        typer.Option("--quantity", help="Quantity such as von_mises or moment_y; may be repeated. Left out, all."),
+        typer.Option("--quantity", help="Quantity such as von_mises or moment_y; may be repeated. Default: all."),
     ] = None,
     points: Annotated[
         bool, typer.Option("--points", help="List every strain point with its largest values, in place of the peaks.")

@@ -27,7 +27,9 @@ def sweep(
         typer.Option("-o", "--output", help="Results (.h5) or picture (.png, .svg); may be repeated."),
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with a sweep that was broken off.")] = False,
-    workers: Annotated[int | None, typer.Option("--workers", min=1, help="Processes; left out, one per core.")] = None,
+    workers: Annotated[
+        int | None, typer.Option("--workers", min=1, help="Number of processes. Default: one per core.")
+    ] = None,
     scheduler: Annotated[
         str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, such as tcp://host:8786.")
     ] = None,

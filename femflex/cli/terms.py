@@ -25,7 +25,7 @@ def terms(
         list[str] | None,
         typer.Option(
             "--coordinate",
-            help="Coordinate to explain, such as beam.delta1; may be repeated; `all`. Left out, a default selection.",
+            help="Coordinate to explain, such as beam.delta1; may be repeated; `all`. Default: a selection.",
             show_default=False,
         ),
     ] = None,
@@ -40,7 +40,7 @@ def terms(
         typer.Option("--case", help="Where the case file is now, if it has moved; meshes are searched in its folder."),
     ] = None,
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
-    title: Annotated[str | None, typer.Option("--title", help="Left out, that of the case.")] = None,
+    title: Annotated[str | None, typer.Option("--title", help="Title. Default: that of the case.")] = None,
     whole: Annotated[
         bool, typer.Option("--whole", help="Draw the inertia as one term, not split by accelerating coordinate.")
     ] = False,

@@ -71,8 +71,8 @@ def _loose(mesh: Mesh) -> str:
     groups = sorted(group for group, rows in mesh.point_groups.items() if np.isin(rows, free).any())
     where = f"; some are in the point groups {groups}" if groups else ""
     return (
-        f"{len(free)} of {len(mesh.points)} points belong to no cell{where}. They carry nothing and can hold nothing; "
-        "connect them, or take them out of the mesh."
+        f"{len(free)} of {len(mesh.points)} points belong to no cell{where}. They have neither stiffness nor mass, "
+        "and nothing can be attached to them; connect them, or remove them from the mesh."
     )
 
 

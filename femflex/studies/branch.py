@@ -109,8 +109,8 @@ def _other(problem: HarmonicBalance, to: Place | None, peak: float, count: int) 
 
 
 def _ended(amplitude: float, at: Vibration, wrong: str) -> str:
-    where = f"near that of {at.amplitude:.4g} m, {at.omega / (2 * np.pi):.4g} Hz" if at.amplitude else "from rest on"
+    last = f"{at.amplitude:.4g} m at {at.omega / (2 * np.pi):.4g} Hz" if at.amplitude else "rest"
     return (
-        f"no free vibration with an amplitude of {amplitude:.4g} m was found {where}, up to which the branch was "
-        f"followed: {wrong}. Ask for amplitudes below that"
+        f"no free vibration with an amplitude of {amplitude:.4g} m was found; the branch was followed up to {last}: "
+        f"{wrong}. Request smaller amplitudes"
     )

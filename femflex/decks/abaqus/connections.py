@@ -259,7 +259,8 @@ def _equation_of(model: AbaqusModel, terms: list[tuple[int, int, float]], keywor
     (node, c, first), *others = terms
     if not first or not 0 <= c < 6:
         raise ValueError(
-            f"{keyword.place(row)}: the first term has factor {first:g} and component {c + 1}; it must follow."
+            f"{keyword.place(row)}: the first term of an equation is the dependent component; found factor {first:g} "
+            f"and component {c + 1}. Give a factor other than 0 and a component of 1 to 6."
         )
     length = model.units.length
     matrix: dict[int, Array] = {}

@@ -131,7 +131,7 @@ class BeamFunctions:
         counts = (self.y, self.z, self.axial, self.torsion)
         if min(counts) < 0 or not any(counts):
             raise ValueError(
-                f"beam functions were requested in numbers {counts} (y, z, axial, torsion); give some, none negative."
+                f"numbers of beam functions (y, z, axial, torsion) are {counts}; give at least one, and none negative."
             )
         if (self.static or self.tip) and (self.family, self.ends) != ("characteristic", "clamped-free"):
             raise ValueError(
