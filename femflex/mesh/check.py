@@ -17,14 +17,21 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 COINCIDENT = 1e-9  # of the mesh's extent: points closer than this are taken for one point written twice
+LARGEST = 1e30  # m, of a coordinate: beyond it areas and distances overflow
 FLAT = 1e-12  # length, area or volume below this times the longest edge to that power counts as zero
 
 
 def check(mesh: Mesh, source: str = "the mesh", strict: bool = True) -> None:
-    """Raise ValueError for cells that have no size or are turned inside out; warn of loose and coincident points.
+    """Raise ValueError for coordinates above LARGEST, and for cells that have no size or are turned inside out; warn of
+    loose and coincident points.
 
     strict: False warns of bad cells, too.
     """
+    if (far := np.flatnonzero(np.abs(mesh.points).max(axis=1, initial=0.0) > LARGEST)).size:
+        raise ValueError(
+            f"{source}: {len(far)} of {len(mesh.points)} points have coordinates above {LARGEST:g} m, the first is "
+            f"number {far[0]} at {_at(mesh.points[far[0]])}; correct the file or its unit"
+        )
     problems = [*_degenerate(mesh), *_inverted(mesh)]
     if problems and strict:
         raise ValueError(f"{source}: " + " ".join(problems))
