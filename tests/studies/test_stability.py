@@ -16,8 +16,10 @@ from femflex.case.read import parse_case
 from femflex.cli.app import app
 from femflex.studies.floquet import floquet
 from femflex.studies.stability import Chart, Locus, case_stability, judged_rest, stability_chart, stability_locus
-from femflex.studies.stability.gravity_gradient import delp_boundary, moments, rigid_kind
+from femflex.studies.stability.affine import AffineChart
+from femflex.studies.stability.gravity_gradient import delp_boundary, moments, rigid_kind, with_ratios
 from femflex.studies.stability.judgement import NONE, STATIC, UNSTABLE, Judgement
+from femflex.studies.varied import VariedCase
 from femflex.system import Frame, Load, System, free, revolute
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -237,6 +239,19 @@ def test_a_table_with_contradictions_is_refused():
     ):
         with pytest.raises((CaseError, ValueError), match=sentence):
             case_stability(parse_case(ORBITER.replace(old, new)))
+
+
+def test_one_linearisation_for_all_ratios_gives_the_judgements_of_each():
+    """Three linearisations of the booms' craft against the equilibrium and linearisation of every craft by itself."""
+    case = read_case(CASES / "gravity_gradient.toml")
+    craft = VariedCase.of(case, []).system({})
+    chart = AffineChart.of(craft, "hub")
+    assert chart is not None
+    for k_roll, k_yaw in ((-0.6, -0.45), (0.5, 0.3), (0.2, 0.6), (-0.2, -0.6)):
+        fast, slow = chart(k_roll, k_yaw), judged_rest(with_ratios(craft, "hub", k_roll, k_yaw))
+        assert fast.kind == slow.kind and fast.growth == pytest.approx(slow.growth, rel=1e-7, abs=1e-12)
+        assert np.abs(fast.values) == pytest.approx(np.abs(slow.values), rel=1e-6)
+    assert "cannot be had by 'hub'" in chart(-0.6, 0.45).problem
 
 
 @pytest.mark.slow

@@ -90,7 +90,7 @@ def spin(system: System, axis: Array, speed: float, near: Array | None = None, a
         rest = equilibrium(spun)
     except EquilibriumError as error:
         raise EquilibriumError(f"at a spin of {speed:.6g} rad/s {error}", error.last) from None
-    motions = rest.motions
+    motions = rest.motions.of_craft()
     if speed > 0 and not len(motions.eigenvalues):
         raise ValueError(NOTHING)
     return Spin(speed, asked, rest.x, motions, motion_character(rest.model, motions, axis).words)

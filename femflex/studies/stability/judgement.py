@@ -15,6 +15,7 @@ from femflex.pipeline.rest import rest_of
 from femflex.studies.floquet import floquet, periodic_state
 from femflex.system import System
 
+Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 NONE, UNSTABLE, GYROSCOPIC, STATIC = -1, 0, 1, 2
@@ -66,10 +67,20 @@ def judged_rest(system: System) -> Judgement:
     linear = linearised(about.model, 0.0, about.x)
     names = [name for name, _ in about.model.system.velocity_names()]
     sizes = usual_sizes(about.model)[[names.index(name) for name in linear.names]]
-    energy = (linear.K + linear.K.T) / 2 * np.outer(sizes, sizes)
-    eigenvalues = np.linalg.eigvalsh(energy) if len(energy) else np.zeros(1)
-    scale = frame_rate(about.model.system) ** 2 * np.abs(linear.M * np.outer(sizes, sizes)).max(initial=0.0)
-    return Judgement(STATIC if eigenvalues[0] >= -DEFINITE * scale else GYROSCOPIC, growth, values)
+    rate = frame_rate(about.model.system)
+    return Judgement(STATIC if definite(linear.M, linear.K, sizes, rate) else GYROSCOPIC, growth, values)
+
+
+def definite(M: Array, K: Array, sizes: Array, rate: float) -> bool:
+    """Whether the stiffness K (n, n) is positive definite, but for rounding, in an orbit of a rate [rad/s].
+
+    sizes (n,): usual sizes of the coordinates.
+    """
+    if not len(K):
+        return True
+    energy = (K + K.T) / 2 * np.outer(sizes, sizes)
+    scale = rate**2 * np.abs(M * np.outer(sizes, sizes)).max()
+    return bool(np.linalg.eigvalsh(energy)[0] >= -DEFINITE * scale)
 
 
 def judged_motion(system: System, period: float, shooting: bool = False) -> Judgement:
