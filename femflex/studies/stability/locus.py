@@ -25,6 +25,7 @@ class Locus:
     of        "poles" or "multipliers";  name, unit  of the value
     kinds     (n,) see `femflex.studies.stability.judgement`;  growth (n,) [1/s]
     critical  values at which stability changes
+    names     (k,) of the modes that branches begin as, "" where they are not known
     """
 
     of: str
@@ -35,6 +36,7 @@ class Locus:
     kinds: NDArray[np.int64]
     growth: Array
     critical: tuple[float, ...]
+    names: tuple[str, ...] = ()
 
 
 def stability_locus(
@@ -79,7 +81,9 @@ def stability_locus(
         if NONE not in (found[k].kind, found[k + 1].kind) and found[k].stable != found[k + 1].stable:
             critical.append(_change(judge, float(values[k]), float(values[k + 1]), found[k].stable))
     kinds, growth = np.array([one.kind for one in found]), np.array([one.growth for one in found])
-    return Locus(of, name, unit, np.asarray(values, float), np.array(rows), kinds, growth, tuple(critical))
+    return Locus(
+        of, name, unit, np.asarray(values, float), np.array(rows), kinds, growth, tuple(critical), good[0].names()
+    )
 
 
 def _change(judge: Callable[[float], Judgement], low: float, high: float, stable: bool) -> float:
