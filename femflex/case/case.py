@@ -40,9 +40,9 @@ class Case(Table):
     run: RunTable
     """Duration, output rows and integrator."""
     orbit: OrbitTable = OrbitTable(kind="none")
-    """Orbit of the craft. Left out: none."""
+    """Orbit of the craft. Default: none."""
     environment: EnvironmentTable = EnvironmentTable()
-    """Gravity on the ground. Left out: none."""
+    """Gravity on the ground. Default: none."""
     attitude: AttitudeTable = AttitudeTable()
     """Initial attitude of the root body and its reference frame."""
     materials: dict[Name, Material] = Field(default_factory=dict)
@@ -125,6 +125,6 @@ class Case(Table):
 
         return with_values(self, values)
 
-    def beside(self, name: str) -> Path:
+    def file_path(self, name: str) -> Path:
         """The path of a file named in the case."""
         return self._path.parent / name
