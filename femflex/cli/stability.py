@@ -147,6 +147,12 @@ def print_locus(locus: Locus) -> None:
     names = list(dict.fromkeys(name for name in locus.names if name))
     if names:
         print(f"branches    {', '.join(names)}, as they begin")
+    if locus.trivial:
+        count = len(locus.trivial)
+        print(f"trivial     {count} multipliers are 1: {', '.join(locus.trivial)}")
+        print(
+            f"split       those of the whole matrix lie within {locus.split:.2g} of 1: double ones by the root of its error"
+        )
     changes = ", ".join(f"{value:.8g}" for value in locus.critical) or "nowhere"
     print(f"changes     {changes} {locus.unit}".rstrip())
 
@@ -187,6 +193,7 @@ def _plain(one: Locus | Chart) -> dict[str, Any]:
         parts = [[[float(z.real), float(z.imag)] for z in row] for row in one.branches]
         return {"of": one.of, "name": one.name, "unit": one.unit, "values": one.values.tolist(), "branches": parts,
                 "names": list(one.names),
+                "trivial": list(one.trivial), "split": one.split,
                 "critical": list(one.critical), **kinds}  # fmt: skip
     lines = [{"between": [KINDS[a], KINDS[b]], "points": points.tolist()} for a, b, points in one.boundaries]
     return {"names": list(one.names), "units": list(one.units), "first": one.first.tolist(),

@@ -34,7 +34,7 @@ DEFINITE = 1e-9  # of the square of the orbit's rate times the largest inertia: 
 class Judgement:
     """Kind of KINDS, growth [1/s] of the fastest motion, poles [1/s] or multipliers (n,), and why there is none.
 
-    about: the equilibrium, where one is judged.
+    about: the equilibrium, where one is judged; trivial, split: as of the `Floquet` of a motion.
     """
 
     kind: int
@@ -42,6 +42,8 @@ class Judgement:
     values: Complex
     problem: str = ""
     about: Equilibrium | None = None
+    trivial: tuple[str, ...] = ()
+    split: float = 0.0
 
     def names(self) -> tuple[str, ...]:
         """Names (n,) of the modes that the poles belong to, "" where they are not known."""
@@ -111,4 +113,5 @@ def judged_motion(system: System, period: float, shooting: bool = False) -> Judg
         return none(str(error))
     largest = float(np.abs(found.multipliers).max(initial=0.0))
     growth = float(np.log(max(largest, 1e-300)) / period)
-    return Judgement(STATIC if found.stable else UNSTABLE, growth, found.multipliers)
+    kind = STATIC if found.stable else UNSTABLE
+    return Judgement(kind, growth, found.multipliers, trivial=found.trivial, split=found.split)

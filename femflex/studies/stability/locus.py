@@ -26,6 +26,8 @@ class Locus:
     kinds     (n,) see `femflex.studies.stability.judgement`;  growth (n,) [1/s]
     critical  values at which stability changes
     names     (k,) of the modes that branches begin as, "" where they are not known
+    trivial   names of the multipliers that are 1 by symmetry, at the first value; split their largest distance from 1
+              among the eigenvalues of the whole matrix at any value
     """
 
     of: str
@@ -37,6 +39,8 @@ class Locus:
     growth: Array
     critical: tuple[float, ...]
     names: tuple[str, ...] = ()
+    trivial: tuple[str, ...] = ()
+    split: float = 0.0
 
 
 def stability_locus(
