@@ -119,6 +119,11 @@ class Case(Table):
             self._text = toml_text(self._raw)
         return self._text
 
+    @property
+    def tables(self) -> Mapping[str, Any]:
+        """The tables of the case file as TOML gives them."""
+        return self._raw
+
     def with_values(self, values: Mapping[str, Any]) -> Case:
         """A checked copy with other values: `case.with_values({"bodies.hub.mass": 410.0})`. See `case.read`."""
         from femflex.case.read import with_values

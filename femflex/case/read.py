@@ -71,10 +71,10 @@ def with_values(case: Case, values: Mapping[str, Any]) -> Case:
     ("loads.0.force"). The whole case is checked anew.
     Raises CaseError for a path that leads nowhere, and for every problem of the changed case.
     """
-    if not case._raw:
+    if not case.tables:
         raise ValueError("this case was not read from a file or a text, so it has no keys to change by their path")
     try:
-        raw = changed_tables(case._raw, values, case.path.name)
+        raw = changed_tables(case.tables, values, case.path.name)
     except ValueError as error:
         raise CaseError(case.path.name, [Problem("", str(error))]) from None
     return _checked(raw, case.path)

@@ -150,9 +150,7 @@ def print_locus(locus: Locus) -> None:
     if locus.trivial:
         count = len(locus.trivial)
         print(f"trivial     {count} multipliers are 1: {', '.join(locus.trivial)}")
-        print(
-            f"split       those of the whole matrix lie within {locus.split:.2g} of 1: double ones by the root of its error"
-        )
+        print(f"split       all eigenvalues give them to {locus.split:.2g}: rounding splits double ones")
     changes = ", ".join(f"{value:.8g}" for value in locus.critical) or "nowhere"
     print(f"changes     {changes} {locus.unit}".rstrip())
 
@@ -207,8 +205,8 @@ def write_table(one: Locus | Chart, path: Path, force: bool) -> None:
 
     if isinstance(one, Locus):
         n = one.branches.shape[1]
-        own = [name or str(k + 1) for k, name in enumerate(one.names or ("",) * n)]
-        head = [one.name, "kind", "growth", *(f"{part} of {name}" for name in own for part in ("real", "imag"))]
+        own = [f"{k + 1} {name}".strip() for k, name in enumerate(one.names or ("",) * n)]
+        head = [one.name, "kind", "growth", *(f"{part}_{label}" for label in own for part in ("real", "imag"))]
         rows = [
             [value, int(one.kinds[i]), one.growth[i], *(v for z in one.branches[i] for v in (z.real, z.imag))]
             for i, value in enumerate(one.values)

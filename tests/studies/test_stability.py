@@ -155,6 +155,19 @@ def test_branches_go_on_and_changes_of_stability_are_found():
         stability_chart(lambda a, b: judge(a + b), [1.0, 0.0], [0.0, 1.0])
 
 
+def test_a_damper_turns_the_drift_of_a_free_wheel_into_a_pole_along_one_branch():
+    """J s^2 + d s = 0: at d = 0 a known motion and no pole, beyond it s = -d / J."""
+
+    def judge(damping: float) -> Judgement:
+        wheel = rigid_body(1.0, 2.0 * np.eye(3))
+        return judged_rest(System({"wheel": wheel}, (revolute("wheel", damping=np.array([damping])),)))
+
+    found = stability_locus(judge, [0.0, 0.5, 1.0], "damping")
+    assert np.isnan(found.branches[0, 0]) and found.branches[1:, 0] == pytest.approx([-0.25, -0.5], rel=1e-7)
+    with pytest.raises(ValueError, match="the craft has 2 states at value = 1 and 1 before"):
+        stability_locus(lambda x: Judgement(STATIC, 0.0, np.zeros(1 + int(x), complex)), [0.0, 1.0])
+
+
 def test_the_boundary_of_a_disc_is_traced_to_its_error():
     def judge(a: float, b: float) -> Judgement:
         if a > 1.9:

@@ -105,7 +105,10 @@ class Equilibrium:
         values = self.eigenvalues
         if self.share < 1.0:
             return "not known"
-        held = f", neutral along {', '.join(self.neutral)}" if self.neutral else ""
+        neutral = self.neutral
+        if self.motions.driven:  # a law may resist what forces of the craft do not
+            neutral = tuple(dict.fromkeys(motion.name for motion in self.motions.known))
+        held = f", neutral along {', '.join(neutral)}" if neutral else ""
         if not len(values):
             return f"stable: no small motion grows{held}" if held else "nothing is free to move"
         if not self.stable:

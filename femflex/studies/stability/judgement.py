@@ -45,6 +45,14 @@ class Judgement:
     trivial: tuple[str, ...] = ()
     split: float = 0.0
 
+    @property
+    def size(self) -> int:
+        """Number of states of the craft, those of known motions too."""
+        if self.about is None:
+            return len(self.values)
+        moving = self.about.moving
+        return 2 * len(moving.velocity_names()) + len(moving.state_names())
+
     def names(self) -> tuple[str, ...]:
         """Names (n,) of the modes that the poles belong to, "" where they are not known."""
         if self.about is None or not len(self.values):
