@@ -114,7 +114,7 @@ def small_motions(model: Model, x: Array, neutral: Array) -> SmallMotions:
     )
     R, motions = modal.known_states(known, own), known.motions
     if linear.states.names:
-        R, motions = known_beside_states(modal, R, motions, own, Z)
+        R, motions = known_with_states(modal, R, motions, own, Z)
     values, columns, owners = _eigen(modal, R)
     order = np.argsort(np.abs(values), kind="stable")
     chosen = _one_of_each(values, bool(linear.states.names))
@@ -261,7 +261,7 @@ class _Modal:
         return self.names[int(np.argmax(np.abs(state[2 * n :])))]
 
 
-def known_beside_states(
+def known_with_states(
     modal: _Modal, R: Array, motions: tuple[KnownMotion, ...], own: NDArray[np.int64], Z: Array
 ) -> tuple[Array, tuple[KnownMotion, ...]]:
     """The states (2 n + m, k) of known motions of a craft whose effectors have states, and these motions.
