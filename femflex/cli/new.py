@@ -16,26 +16,26 @@ from femflex.cli.verb import verb
 def new(
     name: Annotated[Path, typer.Argument(help="Case file to write, such as my_craft.toml.", show_default=False)],
     mesh: Annotated[
-        Path | None, typer.Option("--mesh", help="Mesh of the flexible body; left out, a boom from beam theory.")
+        Path | None, typer.Option("--mesh", help="Mesh of the flexible body. Default: a boom from beam theory.")
     ] = None,
     deck: Annotated[
         Path | None, typer.Option("--deck", help="Nastran or Abaqus deck of the flexible body.", show_default=False)
     ] = None,
     units: Annotated[
-        str | None, typer.Option("--units", help="Units of the deck, such as mm-t-s; left out, guessed.")
+        str | None, typer.Option("--units", help="Units of the deck, such as mm-t-s. Default: a guess.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing case.")] = False,
 ) -> None:
     """Write a commented case to start from, and the schema by which editors complete and check its keys."""
     from femflex.case.schema import schema_text
     from femflex.case.starting_case import starting_case
-    from femflex.results.place import check_place
+    from femflex.results.destination import check_destination
     from femflex.view.output import placed
 
     target = name if name.suffix else name.with_suffix(".toml")
     if target.suffix != ".toml":
         raise ValueError(f"{target.name}: found the suffix {target.suffix!r}; a case ends in .toml")
-    check_place(target, force)
+    check_destination(target, force)
     if deck is not None and mesh is not None:
         raise ValueError("found --mesh and --deck; give one of them")
     if units is not None and deck is None:

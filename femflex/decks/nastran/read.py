@@ -13,6 +13,7 @@ from femflex.decks.nastran.line_elements import read_line_elements
 from femflex.decks.nastran.masses import finish_masses, read_masses
 from femflex.decks.nastran.materials import Materials
 from femflex.decks.nastran.model import NastranModel
+from femflex.decks.nastran.older import renew
 from femflex.decks.nastran.rigid_elements import read_rigid_elements
 from femflex.decks.nastran.sets import read_sets
 from femflex.decks.nastran.shell_elements import read_shell_elements
@@ -32,6 +33,7 @@ def read(path: Path, units: Units, overrides: Overrides) -> Deck:
     """The Deck of a Nastran file. Raises DeckError with all its problems."""
     raw = read_cards(path)
     bulk = bulk_of(raw, units, overrides)
+    renew(bulk)
     if not bulk.cards.get("GRID"):
         bulk.found.problem(f"{path.name} has no GRID cards; it is no Nastran deck with a structure")
         bulk.found.check(path)

@@ -7,14 +7,15 @@ list of triplets is ever held. How runs are connected is found once for all matr
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
 from femflex.fem.assembly.connections import Connections, layered_connections
+from femflex.fem.assembly.narrowed import narrowing
+from femflex.fem.assembly.part import Part
 from femflex.fem.assembly.pattern import Pattern, expanded, pattern
 from femflex.fem.assembly.runs import find_runs
 
@@ -24,21 +25,13 @@ Index = NDArray[np.int64]
 CHUNK_ENTRIES = 400_000  # entries of element matrices made at once: small enough to stay in cache (3 MB)
 
 
-@dataclass(frozen=True, eq=False)
-class Part:
-    """Element matrices values(elements) (k, l, l) on the dofs (e, l), or alike on every component of dofs (e, l, c)."""
-
-    dofs: Index
-    values: Callable[[slice], Array]
-
-
 class Assembler:
     """Sums of element matrices on raw dofs, which T (n_raw, n_dof) gives from the independent ones."""
 
     def __init__(self, T: sparse.csr_array) -> None:
         self._T = T.copy()
         self._T.eliminate_zeros()
-        self._number = renumbering(self._T)
+        self._narrowing = narrowing(self._T)
         self._empty = np.diff(self._T.indptr) == 0  # raw dofs that nothing moves
         self._known: list[Connections] = []
         self._patterns: list[Pattern] = []
@@ -46,17 +39,17 @@ class Assembler:
     def total(self, parts: Sequence[Part]) -> sparse.csr_array:
         """T^T (sum of the parts) T (n_dof, n_dof) [SI per dof], without entries that are zero.
 
-        Parts whose raw dofs are independent ones by another number go straight to their places.
+        Elements whose raw dofs are independent ones by another number, or rotations in a plane, go straight to their
+        places (`femflex.fem.assembly.narrowed`).
         """
         n_raw, n_dof = self._T.shape
         direct, reduced = sparse.csr_array((n_dof, n_dof)), sparse.csr_array((n_raw, n_raw))
         for given in parts:
-            part = self._moved(given)
-            renumbered = self._number[part.dofs]
-            if (renumbered >= 0).all():
-                direct = _added(direct, self._sum(Part(renumbered, part.values), n_dof))
-            else:
-                reduced = _added(reduced, self._sum(part, n_raw))
+            near, far = self._narrowing.split(self._moved(given))
+            if near is not None:
+                direct = _added(direct, self._sum(near, n_dof))
+            if far is not None:
+                reduced = _added(reduced, self._sum(far, n_raw))
         if reduced.nnz:
             direct = _added(direct, (self._T.T.tocsr() @ (reduced @ self._T)).tocsr())
         direct.sort_indices()
@@ -123,16 +116,6 @@ class Assembler:
 def assembled(parts: Sequence[Part], T: sparse.csr_array) -> sparse.csr_array:
     """T^T (sum of the parts) T (n_dof, n_dof) [SI per dof], with parts on raw dofs and T (n_raw, n_dof)."""
     return Assembler(T).total(parts)
-
-
-def renumbering(T: sparse.csr_array) -> Index:
-    """Numbers (n_raw,) of independent dofs that a raw dof is equal to; -1 where it depends on several, or is scaled."""
-    single = np.flatnonzero(np.diff(T.indptr) == 1)
-    entry = T.indptr[single]
-    same = T.data[entry] == 1.0
-    number = np.full(T.shape[0], -1, np.int64)
-    number[single[same]] = T.indices[entry[same]]
-    return number
 
 
 def _shifted(matrix: sparse.csr_array, step: int) -> sparse.csr_array:

@@ -16,6 +16,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.mesh.cells import CELL_TYPES
+
 Array = NDArray[np.float64]
 
 LOW, HIGH = 0.5 - 0.5 / np.sqrt(3), 0.5 + 0.5 / np.sqrt(3)  # two Gauss points on a side
@@ -44,6 +46,48 @@ def inlayer(cell: str) -> Tying | None:
 def shear(cell: str) -> Tying:
     """Tying of the transverse shear strains."""
     return {"quad": _four_shear, "quad9": _nine_shear, "triangle": _three_shear, "triangle6": _six_shear}[cell]()
+
+
+@dataclass(frozen=True, eq=False)
+class Products:
+    """Constants (q, c, k, k) [1] of a cell type at points (q, 2), tied where the cell needs it.
+
+    Covariant strains are their sums over the nodes x_m or directors V_m:
+
+    inlayer  rr, ss, 2 rs: h_k,b h_m,a + h_k,a h_m,b;  untied  the same where it is taken at the points themselves
+    slope    rt, st: h_k,a h_m;  turn  h_k h_m,a
+    """
+
+    inlayer: Array
+    untied: Array
+    slope: Array
+    turn: Array
+
+
+def products(cell: str, points: Array) -> Products:
+    """The constants of a cell type at points (q, 2), found once for each set of points."""
+    return _products(cell, np.ascontiguousarray(points, float).tobytes())
+
+
+@cache
+def _products(cell: str, raw: bytes) -> Products:
+    points = np.frombuffer(raw).reshape(-1, 2)
+    untied, within, across = _inlayer_products(cell, points), inlayer(cell), shear(cell)
+    own = untied if within is None else _weighted(within.weights(points), _inlayer_products(cell, within.at))
+    h, dh = CELL_TYPES[cell].interpolation(across.at), CELL_TYPES[cell].gradients(across.at)
+    slope = np.einsum("tka,tm->takm", dh, h)
+    weights = across.weights(points)
+    return Products(own, untied, _weighted(weights, slope), _weighted(weights, slope.swapaxes(2, 3)))
+
+
+def _inlayer_products(cell: str, at: Array) -> Array:
+    dh = CELL_TYPES[cell].gradients(at)
+    both = np.einsum("tka,tmb->tabkm", dh, dh)
+    return np.stack([both[:, 0, 0], both[:, 1, 1], both[:, 0, 1] + both[:, 1, 0]], axis=1)
+
+
+def _weighted(weights: Array, own: Array) -> Array:
+    return np.einsum("qctd,tdkm->qckm", weights, own)
 
 
 def lagrange(nodes: Array, x: Array) -> Array:
