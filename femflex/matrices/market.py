@@ -12,9 +12,7 @@ from femflex.matrices.contents import Contents, Entries, numbered, register, who
 
 Array = NDArray[np.float64]
 
-INNER = (
-    1_000_000_000  # number from which degrees of freedom within elements count, ten for each of Abaqus' nodes -1, -2
-)
+INNER = 1_000_000_000  # from which degrees of freedom within elements are numbered, ten for each of nodes -1, -2, ...
 
 
 def _mtx(path: Path) -> Contents:

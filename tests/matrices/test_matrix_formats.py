@@ -212,7 +212,7 @@ def test_abaqus_degrees_of_freedom_within_elements_are_scalars(spring):
             f"{i // 3 + 1},{i % 3 + 1}, {j // 3 + 1},{j % 3 + 1}, {A[i, j]:.16e}"
             for i, j in zip(*np.nonzero(A), strict=True)
         ]
-        rows += ["-1,2, -1,2, 5.", "1,1, -1,2, .5"]
+        rows += ["-1,2, -1,2, 5.", "1,1, -1,2, .5", "-1,2, 1,1, .5"]
         (folder / f"{name}.mtx").write_text("\n".join(rows) + "\n")
     m = read_matrices(Sources(mass="job_MASS1.mtx", stiffness="job_STIF1.mtx", nodes="nodes.csv"), folder=folder)
     assert m.M.shape == (7, 7) and m.dofs[-1, 1] == 0 and m.dofs[-1, 0] not in (1, 2)
