@@ -99,7 +99,7 @@ class Materials:
                 name, parts, head = keyword.parameter("name"), {}, keyword
                 model.found.use("*MATERIAL")
             elif head is not None and keyword.name in OWN:
-                if keyword.name not in ("ELASTIC", "DENSITY", "DEPVAR"):
+                if keyword.name not in ("ELASTIC", "DENSITY", "DEPVAR", "EXPANSION", "DAMPING"):
                     self._others.setdefault(name.upper(), keyword.name)
                 if keyword.name in BEHAVIOUR:
                     model.found.unused(f"*{keyword.name}", BEHAVIOUR[keyword.name], place_of(keyword))
@@ -156,6 +156,10 @@ class Materials:
         if "DENSITY" in parts and parts["DENSITY"].data:
             rho = parts["DENSITY"].real(parts["DENSITY"].data[0][0], 0, "a density") * u.density
         c = given[:count]
+        if len(c) < count:
+            raise ValueError(
+                f"{keyword.place()}: *ELASTIC, TYPE={kind} has {len(c)} constants; material {name!r} needs {count}."
+            )
         p, matrix = u.pressure, None
         if kind == "ISOTROPIC":
             values = {"E": c[0] * p, "nu": c[1], "density": rho}
