@@ -96,7 +96,21 @@ def lowest_modes(
             f"{n} modes were requested, but of the {n_dof} degrees of freedom {n_null} are motions without stiffness; "
             f"ask for at most {n_dof - n_null}."
         )
-    return _elastic_modes(K, M, n, n_null, shift)
+    try:
+        return _elastic_modes(K, M, n, n_null, shift)
+    except SingularError:
+        largest, least = _extremes(K)
+        raise ValueError(
+            f"the stiffness matrix is not positive definite within rounding: its diagonal goes from {least:.3g} to "
+            f"{largest:.3g}. Some stiffnesses are negative, or lie too many orders apart; check stiff springs, rods "
+            "and short bars."
+        ) from None
+
+
+def _extremes(K: sparse.csr_array) -> tuple[float, float]:
+    """Largest and least entry of the diagonal."""
+    diagonal = K.diagonal()
+    return float(diagonal.max()), float(diagonal.min())
 
 
 def stiffness_ratio(K: sparse.csr_array, phi: Array) -> Array:
