@@ -251,7 +251,7 @@ def test_varying_mass_is_the_integral():
         (SECTION, {"orientation": [0, 0, 0]}, "give three components, not all zero"),
         (SECTION, {"orientation": [1, 2]}, "give three components"),
         (SECTION, {"orientation": (-3 * OBLIQUE).tolist()}, "is parallel to 3 of the 3 elements of group 'line'"),
-        (None, {}, "has section None; give one of femflex.fem.sections"),
+        (None, {}, "has no section; name one"),
         (Circle("0.1*s - 0.2"), {}, "radius of Circle is -.* it must be positive along the whole member"),
         (Circle(([0, 1], [0.1, 0.1])), {}, "covers s = 0 to 1 m, but the member is used from"),
     ],

@@ -183,6 +183,11 @@ def _checked(options: dict[str, Any], member: Member) -> dict[str, Any]:
         if found not in STRETCH_ORDERS:
             raise ValueError(f"{where} has {name} {found!r}; it may be 1 to {STRETCH_ORDERS.stop - 1}")
         fields[name] = int(found)
+    if member.section is None:
+        raise ValueError(
+            f"{where} has no section; name one (in a case `section`, from the table [sections]), such as a tube, box, "
+            "rectangle or I"
+        )
     if not hasattr(member.section, "resultants"):
         raise ValueError(
             f"{where} has section {member.section!r}; give one of femflex.fem.sections (tube, box, rectangle, I, ...)"
