@@ -1,7 +1,8 @@
-"""Kernels that are not on disk yet, compiled by several processes, each kernel by one of them."""
+"""Modules and kernels that are not on disk yet, compiled by several processes, each by one of them."""
 
 from __future__ import annotations
 
+import compileall
 import importlib
 import multiprocessing
 import os
@@ -19,8 +20,12 @@ def kernel_modules() -> list[str]:
 
 
 def compile_kernels(processes: int | str) -> None:
-    """Import every module with kernels once in one of so many processes, which leaves its kernels on disk."""
+    """Import every module with kernels once in one of so many processes, which leaves its kernels on disk.
+
+    The modules themselves are compiled first, for tests begin many processes, and not every machine lets these write.
+    """
     processes = processes if isinstance(processes, int) else os.cpu_count() or 1  # "auto" and "logical"
+    compileall.compile_dir(PACKAGE, quiet=2, workers=processes)
     with multiprocessing.get_context("spawn").Pool(processes) as pool:
         for _ in pool.imap_unordered(imported, kernel_modules(), chunksize=1):
             pass

@@ -2,7 +2,7 @@
 
 from functools import cache
 
-from tipping import EI, END_LOAD, GJ, LENGTH, critical, of_narrow_beams
+from lateral_buckling import EI, END_LOAD, GJ, LENGTH, critical, of_narrow_beams
 
 from femflex.fem import Member, build_structure
 from femflex.fem.sections import StiffnessSection

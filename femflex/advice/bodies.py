@@ -13,7 +13,7 @@ from femflex.advice.buckling.structure import StructureBuckling
 from femflex.advice.enriched_bodies import BeamEnrichment, EnrichedBody, MeshedEnrichment
 from femflex.body import FlexibleBody
 from femflex.fem.deflected import tension_blocks
-from femflex.reduction.bends.curvature import hardening, rise, softest
+from femflex.reduction.large_deflection.curvature import hardening, least_stiffness_ratio, mesh_rise
 from femflex.reduction.origin import Analytic, LeftOpen, Meshed, Origin
 from femflex.reduction.preload.equilibrium import is_preloaded
 from femflex.reduction.reduce import MANY
@@ -26,7 +26,7 @@ class KnownBody:
     origin: Origin
 
     @cached_property
-    def bearing(self) -> BucklingModel | None:
+    def buckling_model(self) -> BucklingModel | None:
         """Its linear buckling analysis; None where nothing is clamped, or where it is a tether or membrane."""
         source = self.origin.source
         if isinstance(source, Meshed) and tension_blocks(source.structure):
@@ -48,8 +48,8 @@ class KnownBody:
         source = self.origin.source
         if not isinstance(source, Meshed) or not (source.modes.held.size and source.modes.n_modes):
             return None
-        high = rise(source.structure)
-        return (softest(source.structure, source.modes) if 0.0 < high <= most else 1.0), high
+        high = mesh_rise(source.structure)
+        return (least_stiffness_ratio(source.structure, source.modes) if 0.0 < high <= most else 1.0), high
 
     @cached_property
     def hardening(self) -> float:

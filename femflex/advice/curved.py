@@ -15,7 +15,7 @@ from femflex.advice.limits import HEARD, PRESSED, REACHED, RESPONSES, SOFTENED
 from femflex.body import FlexibleBody, StrainTensors
 from femflex.dynamics import compile_system
 from femflex.fem.structure import Structure
-from femflex.reduction import ModeSet, rise, softest, stretching
+from femflex.reduction import ModeSet, least_stiffness_ratio, mesh_rise, stretching
 from femflex.reduction.origin import Meshed
 from femflex.reduction.wide_sheets import of_sheet
 from femflex.rotations import dcm_from_quaternion
@@ -67,7 +67,7 @@ def response_note(structure: Structure, modes: ModeSet, tensors: StrainTensors) 
 
 def curvature_note(structure: Structure, modes: ModeSet) -> str:
     """Note on derivatives at rest of a structure that softens as it bends; empty where it does not."""
-    left, high = softest(structure, modes), rise(structure)
+    left, high = least_stiffness_ratio(structure, modes), mesh_rise(structure)
     if left > SOFTENED or not high:
         return ""
     how = f"to {left:.0%} of that at rest" if left > 0 else "below zero (snap-through)"

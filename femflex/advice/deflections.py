@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+# Of bodies watched before: displacements of their places, their size, and the largest displacement of each shape.
+PLACES: WeakKeyDictionary[FlexibleBody, tuple[Array, float, Array]] = WeakKeyDictionary()
 LARGE = 2_000_000  # numbers that the displacements of all points in some rows may take at once
 
 
@@ -34,10 +37,11 @@ class DeflectionWatch:
 
     def __init__(self, name: str, at: int, body: FlexibleBody, remedy: str, longest: float = 0.0) -> None:
         self.name, self.at, self._body, self.remedy = name, at, body, remedy
-        self._places, size = _places(body)
+        if body not in PLACES:
+            places, size = _places(body)
+            PLACES[body] = places, size, np.linalg.norm(places[: body.n_modes], axis=2).max(axis=1)
+        self._places, size, self._largest = PLACES[body]
         self.size = max(size, longest)
-        leading = self._places[: body.n_modes]
-        self._largest = np.linalg.norm(leading, axis=2).max(axis=1)
         self._worst, self._delta = -1.0, np.zeros(body.n_modes)
 
     def moved(self, states: Array) -> Array:

@@ -60,7 +60,7 @@ class SlackWatch:
                     f"body {name!r} went slack: at t = {lowest.time:.6g} s its tension is {lowest.value:.4g} N, "
                     f"{lowest.place * lowest.length:.4g} m from the exit (length {lowest.length:.4g} m, largest "
                     f"tension {lowest.largest:.4g} N). A member without bending stiffness cannot carry compression, "
-                    "and the model carries it: motion and loads from there on are wrong. Deploy more slowly, brake "
+                    "but the model does: motion and loads after this time are wrong. Deploy more slowly, brake "
                     "earlier, or add tension",
                     PhysicsWarning,
                     stacklevel=2,

@@ -36,9 +36,9 @@ def output_warnings(system: System, step: float) -> list[Advice]:
         omega = body.omega[np.isfinite(body.omega) & (body.omega > 0)]
         if len(omega) and step > math.pi / omega[0]:
             text = (
-                f"run: an output step of {step:.4g} s shows up to {0.5 / step:.4g} Hz, and the first mode of body "
-                f"{name!r} has {omega[0] / (2 * math.pi):.4g} Hz; its vibration is computed but cannot be seen in the "
-                "output"
+                f"run: an output step of {step:.4g} s resolves up to {0.5 / step:.4g} Hz, and the first mode of body "
+                f"{name!r} has {omega[0] / (2 * math.pi):.4g} Hz; its vibration is computed but not resolved in the "
+                "output; lower run.output_step to see it"
             )
             out.append(doubt(name, "output", text, step, math.pi / omega[0]))
     return out

@@ -121,10 +121,10 @@ def estimate_times(model: Model, until: float) -> Array:
     jumps = model.breaks[(model.breaks >= 0.0) & (model.breaks < until)]
     jumps = jumps[:: max(1, len(jumps) // ROWS)]
     period = slowest_period(model)
-    beside = [jumps - 1e-9 * until, jumps, jumps + 1e-9 * until, (jumps[1:] + jumps[:-1]) / 2]
+    near_jumps = [jumps - 1e-9 * until, jumps, jumps + 1e-9 * until, (jumps[1:] + jumps[:-1]) / 2]
     if len(jumps) < ROWS // len(AFTER):
-        beside.append((np.append(jumps, 0.0)[:, None] + period * AFTER).ravel())
-    found = np.unique(np.concatenate([times, *beside]))
+        near_jumps.append((np.append(jumps, 0.0)[:, None] + period * AFTER).ravel())
+    found = np.unique(np.concatenate([times, *near_jumps]))
     return found[(found >= 0.0) & (found <= until)]
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from femflex.advice.advice import Advice
 from femflex.advice.bodies import KnownBodies
@@ -229,7 +229,7 @@ def motion_extents(view: MotionEstimate, known: KnownBodies) -> dict[str, Motion
         bend.moved(held)
         start.moved(model.x0[None])
         hardening = known[name].hardening if name in known and linear > 0.0 else 0.0
-        bent = max(_hardened(bend.reached, hardening * bend.size**2), start.reached)
+        bent = max(hardened_bend(bend.reached, hardening * bend.size**2), start.reached)
         swing = float(np.ptp(bend.over(held))) / 2.0
         phase = _phase(system, name, view.times, gain) if swing > SWINGING and name in gains else 0.0
         pulled = float(gain.max()), float(gain.min()), float(rate[np.argmax(gain)]), float(rate.max())
@@ -239,11 +239,12 @@ def motion_extents(view: MotionEstimate, known: KnownBodies) -> dict[str, Motion
     return out
 
 
-def _hardened(linear: float, hardening: float) -> float:
+def hardened_bend(linear: float, hardening: float) -> float:
     """The root w of w + hardening w^3 = linear: a bend that stretch holds back."""
     if hardening <= 0.0 or linear <= 0.0:
         return linear
-    return float(brentq(lambda w: w + hardening * w**3 - linear, 0.0, linear))
+    third = math.asinh(1.5 * linear * math.sqrt(3.0 * hardening)) / 3.0  # 3 sinh(a) + 4 sinh(a)^3 = sinh(3 a)
+    return 2.0 * math.sinh(third) / math.sqrt(3.0 * hardening)
 
 
 def _phase(system: System, name: str, times: Array, gain: Array) -> float:

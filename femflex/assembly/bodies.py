@@ -40,8 +40,8 @@ from femflex.reduction import (
     bending_damping,
     is_added,
     is_unanswered,
-    lack_of_stretch,
     load_body,
+    missing_stretch,
     reduce_structure,
     require_stretch,
     with_derivatives,
@@ -124,13 +124,13 @@ def _content(case: Case, name: str) -> str:
     if isinstance(table, FlexibleTable) and isinstance(table.reduction, Stretchable) and table.reduction.joints == {}:
         open_ = table.reduction.model_copy(update={"joints": None})  # which builds the same
         table = table.model_copy(update={"reduction": open_})
-    beside, apart = [str(sorted(turning_markers(case, name)))], {"initial"}
+    context, apart = [str(sorted(turning_markers(case, name)))], {"initial"}
     if isinstance(table, DeployingTable) and table.length is not None and table.length.profile is not None:
-        beside.append(str(table.length.profile(case.path.parent).numbers))
+        context.append(str(table.length.profile(case.path.parent).numbers))
         apart.add("length")
     if isinstance(table, FlexibleTable):
-        beside.append(str(acting_loads(case, name, table, marker_groups(table))))
-    return f"{type(table).__name__} {table.model_dump_json(exclude=apart)} {beside}"
+        context.append(str(acting_loads(case, name, table, marker_groups(table))))
+    return f"{type(table).__name__} {table.model_dump_json(exclude=apart)} {context}"
 
 
 def _built(case: Case, name: str, modes: int | None, refine: int, segments: int | None) -> BuiltBody:
@@ -230,7 +230,7 @@ def _meshed(
 
 def _warn_of_stiffness(name: str, structure: Structure, modeset: ModeSet, body: FlexibleBody) -> None:
     """Warn of a set that was requested unchanged and cannot stretch."""
-    if lack := lack_of_stretch(structure, modeset, body.strain):
+    if lack := missing_stretch(structure, modeset, body.strain):
         kept = "derivatives = 'none' is set, so it is used unchanged, and its deflections are far too small"
         text = f"bodies.{name}: {lack}; {kept}"
         warnings.warn(text, PhysicsWarning, stacklevel=2)
@@ -299,7 +299,7 @@ def _analytic(case: Case, name: str, table: AnalyticTable, modes: int | None) ->
 
 
 def _from_file(case: Case, name: str, table: FileTable, modes: int | None) -> FlexibleBody:
-    body = load_body(case.beside(table.file))
+    body = load_body(case.file_path(table.file))
     n = table.modes if modes is None else modes
     if n is not None:
         if n > body.n_modes:

@@ -100,7 +100,7 @@ def build_craft(case: Case, parts: Mapping[str, Part]) -> Craft:
 def whole(part: Part) -> FlexibleBody:
     """The body, where it is not cut into segments. Raises ValueError."""
     if not isinstance(part, FlexibleBody):
-        raise ValueError("a body cut into segments carries no wheels and tanks; put them on a body of their own")
+        raise ValueError("wheels and tanks cannot be mounted on a body cut into segments; mount them on another body")
     return part
 
 

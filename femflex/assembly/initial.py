@@ -90,9 +90,9 @@ def _in_modes(phi: Array, wanted: Array, table: InitialTable) -> Array:
 def _check_reached(found: Array, wanted: Array, name: str, by: str) -> None:
     if np.linalg.norm(found - wanted) > REACHED * np.linalg.norm(wanted):
         raise ValueError(
-            f"marker {name!r} is to move by {_metres(wanted)}, but {by} can move it by "
-            f"{_metres(_rounded(found, wanted))} at best (body axes); "
-            "ask for a displacement along directions the body bends in, or keep more modes"
+            f"marker {name!r}: the requested initial displacement is {_metres(wanted)} (body axes), and {by} give at "
+            f"most {_metres(_rounded(found, wanted))}; give a displacement in a direction in which the body bends, or "
+            "keep more modes"
         )
 
 

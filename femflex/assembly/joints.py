@@ -66,8 +66,8 @@ def build_joint(table: JointTable, folder: Path) -> Joint:
         return joint
     if joint.ball is not None or not joint.n_u or joint.held or latches:
         raise ValueError(
-            f"found release on a joint of kind {table.kind!r}; give it to a joint whose coordinates are all slides and "
-            "single turns, without motion and latches, such as kind = 'general'"
+            f"found release on a joint of kind {table.kind!r}; a release needs a joint of slides and single turns "
+            "without prescribed motion and latches, such as kind = 'general'"
         )
     opens = table.release if at is None else Threshold(_path(at.signal), at.above, at.below)
     locks = tuple(Latch(k, float(start), opens=opens) for k, start in enumerate(joint.q0))
@@ -182,10 +182,10 @@ def _turned(attitude: AttitudeTable) -> Array:
     return ball_coordinates(attitude.rotation, attitude.sequence, np.array(attitude.turns()), attitude.rebase)
 
 
-def _with_marker(body: Part, name: str, marker: Marker, beside: str) -> Part:
-    """A copy with a marker; of a body cut into segments it is on the segment that holds the marker `beside`."""
+def _with_marker(body: Part, name: str, marker: Marker, near_marker: str) -> Part:
+    """A copy with a marker; of a body cut into segments it is on the segment that holds the marker near_marker."""
     if isinstance(body, Segments):
-        return body.with_marker(name, marker, beside)
+        return body.with_marker(name, marker, near_marker)
     return replace(body, markers={**body.markers, name: marker})
 
 

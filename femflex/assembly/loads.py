@@ -40,7 +40,7 @@ def build_load(case: Case, table: LoadTable) -> Load:
     """One load. Raises ValueError."""
     where: dict[str, Any] = {"name": table.name, "body": table.body, "marker": table.marker, "frame": table.frame}
     if table.table is not None:
-        times, force, torque = read_load_table(case.beside(table.table))
+        times, force, torque = read_load_table(case.file_path(table.table))
         return Load(times=times, force=force, torque=torque, **where)
     shape = (3,) if table.times is None else (len(table.times), 3)
     force, torque = (np.zeros(shape) if v is None else np.array(v, float) for v in (table.force, table.torque))

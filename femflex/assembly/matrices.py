@@ -11,7 +11,7 @@ from femflex.assembly.structures import clamp_of, vibrating
 from femflex.case.case import Case
 from femflex.case.matrices import MatricesTable, MatrixFilesTable
 from femflex.case.reduction import FreeFreeTable, NodalTable, StiffTable, Stretchable
-from femflex.fem.given import GivenStructure
+from femflex.fem.matrix_structure import MatrixStructure
 from femflex.matrices import MatrixModel, Sources, StatedMass, read_matrices
 from femflex.matrices.body import matrix_body, without_rounding
 from femflex.reduction import ModeSet, nodal, rigid_set
@@ -44,7 +44,7 @@ def build_matrix_body(
     return matrix_body(matrix_model(case, table), reduce, named, markers, damping, turning, stated)
 
 
-def _modes(structure: GivenStructure, table: MatricesTable, modes: int | None) -> ModeSet:
+def _modes(structure: MatrixStructure, table: MatricesTable, modes: int | None) -> ModeSet:
     r = table.reduction
     if isinstance(r, Stretchable):
         given = without_rounding(structure) if isinstance(r, FreeFreeTable) else structure

@@ -70,7 +70,7 @@ def _part(case: Case, shape: BoxShape | CylinderShape | MeshShape) -> Part:
         return box(np.array(shape.size), position, C)
     from femflex.mesh import read_mesh
 
-    mesh = read_mesh(case.beside(shape.file)).scaled(UNITS[shape.mesh_unit])
+    mesh = read_mesh(case.file_path(shape.file)).scaled(UNITS[shape.mesh_unit])
     return mesh.points @ C.T + position, _surface(mesh.cells)
 
 

@@ -58,7 +58,7 @@ class OrientationValue(_Readable):
         """JSON Schema of the three forms."""
         direction = Quantity("", (3,)).json_schema()
         turns = {
-            "sequence": {"type": "string", "description": "Sequence of the turns. Left out: xyz."},
+            "sequence": {"type": "string", "description": "Sequence of the turns. Default: xyz."},
             "angles": Quantity("rad", (3,)).json_schema() | {"description": "The three angles, in that order."},
         }
         return {

@@ -48,9 +48,9 @@ class RigidTable(BodyTable):
     inertia_about: Literal["center_of_mass", "origin"] = "center_of_mass"
     """Reference point of `inertia`: the centre of mass, or the origin of the body frame."""
     imbalance: ImbalanceTable | None = None
-    """Imbalance of a rotor that turns about its z axis. Left out: none."""
+    """Imbalance of a rotor that turns about its z axis. Default: none."""
     shapes: list[Shape] = Field(default_factory=list)
-    """Shapes drawn in pictures. Left out: a box with this mass and inertia."""
+    """Shapes drawn in pictures. Default: a box with this mass and inertia."""
 
     @model_validator(mode="after")
     def _rigid_only(self) -> RigidTable:
@@ -76,9 +76,9 @@ class MemberTable(Table):
     family: str
     """Element family: beam, plate, plate_bfs, shell, solid, tether or membrane."""
     section: str | None = None
-    """Name in [sections]. Left out: none, for solids."""
+    """Name in [sections]. Default: none, for solids."""
     material: str | None = None
-    """Name in [materials]. Left out: none, where the section brings its own."""
+    """Name in [materials]. Default: none, where the section brings its own."""
     options: dict[str, Any] = Field(default_factory=dict)
     """Options of the family, such as the order of a beam, prestress or thermal strain."""
     segments: Annotated[int, Count(1)] | None = None
@@ -99,7 +99,7 @@ class PointMassTable(Table):
     mass: Mass
     """Mass at each point."""
     inertia: InertiaMatrix | None = None
-    """Moments of inertia about the mass's own centre, in body axes. Left out: none."""
+    """Moments of inertia about the mass's own centre, in body axes. Default: none."""
     offset: Position = (0.0, 0.0, 0.0)
     """Position of the mass's centre relative to the node."""
 
@@ -110,7 +110,7 @@ class BushingTable(Table):
     group: str
     """Group of one node."""
     to: str | None = None
-    """Group of the other node. Left out: the body frame."""
+    """Group of the other node. Default: the body frame."""
     stiffness: Annotated[float, Quantity("N/m", above=0.0)] | None = None
     """Stiffness of a spring along the line between the two nodes, in place of translation, rotation and axes."""
     translation: Annotated[Vector, Quantity("N/m", (3,), least=0.0)] = (0.0, 0.0, 0.0)
@@ -118,7 +118,7 @@ class BushingTable(Table):
     rotation: Annotated[Vector, Quantity("N m", (3,), least=0.0)] = (0.0, 0.0, 0.0)
     """Stiffnesses against relative rotation about the axes, per radian."""
     axes: tuple[Direction, Direction, Direction] | None = None
-    """Directions of the three axes in the body frame, at right angles. Left out: the first from the node towards the
+    """Directions of the three axes in the body frame, at right angles. Default: the first from the node towards the
     other one; the body frame's where they coincide, and to the body frame."""
 
     @model_validator(mode="after")
@@ -127,7 +127,7 @@ class BushingTable(Table):
         if self.stiffness is not None and given:
             refuse(f"found stiffness together with {', '.join(given)}; give one form or the other")
         if self.stiffness is not None and self.to is None:
-            refuse("found stiffness without to; a spring along a line needs its other node")
+            refuse("found `stiffness` without `to`; a spring along a line needs its other node")
         if self.stiffness is None and not (any(self.translation) or any(self.rotation)):
             refuse("found no stiffness; give stiffness, translation or rotation")
         return self
@@ -139,10 +139,10 @@ class FlexibleTable(BodyTable):
     kind: Literal["flexible"]
     """Selects this body: finite elements on a mesh."""
     mesh: str | None = None
-    """Mesh file, relative to the case file. Left out, with deck: that of the deck."""
+    """Mesh file, relative to the case file. Default, with deck: that of the deck."""
     deck: str | None = None
     """Input file of another solver (Nastran, Abaqus) with elements, properties, materials, connections and supports, in
-    place of mesh. Its properties, sets and nodes are groups: pid_3, set_4, node_17. Left out: a mesh is given."""
+    place of mesh. Its properties, sets and nodes are groups: pid_3, set_4, node_17. Default: a mesh is given."""
     units: str = "m-kg-s"
     """Units of the deck: length-mass-time or length-force-time, such as mm-t-s, m-kg-s, in-lbf-s or mm-kg-ms."""
     overrides: Annotated[dict[str, dict[str, float]], OverrideValues()] = Field(default_factory=dict)
@@ -168,9 +168,9 @@ class FlexibleTable(BodyTable):
     """Springs and bushings between nodes of the mesh."""
     preload: PreloadTable | None = None
     """Steady loads under which the body finds its static equilibrium before it is reduced: its shape and tension there
-    are those of the body at rest, and the same loads must act in the run. Left out: none."""
+    are those of the body at rest, and the same loads must act in the run. Default: none."""
     reduction: Reduction | None = None
-    """Shapes that the body may take, and its clamps. Left out, only with segments: static shapes of each segment and no
+    """Shapes that the body may take, and its clamps. Default, only with segments: static shapes of each segment and no
     modes between its ends."""
     strain: Strain | None = None
     """Strain energy: linear, nonlinear or condensed. linear: quadratic energy; bending does not stretch, and a spin
@@ -178,10 +178,10 @@ class FlexibleTable(BodyTable):
     derivatives. condensed: the same, with the stretch following the bending, so that no stiff coordinate is left. Left
     out: condensed where the expected motion needs it (spin, loads, weight, specified motions, initial deflections,
     loads near buckling), nonlinear where the body cannot be condensed, else linear. Every verb prints the choice and
-    its reason. Of bodies with a preload, tethers or membranes, left out: condensed, or linear where the reduction has
+    its reason. Default of bodies with a preload, tethers or membranes: condensed, or linear where the reduction has
     no derivatives."""
     damping: DampingTable | None = None
-    """Structural damping. Left out: none."""
+    """Structural damping. Default: none."""
 
     @property
     def cut(self) -> MemberTable | None:
@@ -195,8 +195,9 @@ class FlexibleTable(BodyTable):
         if not isinstance(values, dict) or values.get("strain") is not None:
             return values
         members, reduction = values.get("members"), values.get("reduction")
-        families = {m.get("family") for m in members if isinstance(m, dict)} if isinstance(members, list) else set()
-        if not (families & set(TENSION) or values.get("preload") is not None) or not isinstance(reduction, dict):
+        families = [m.get("family") for m in members if isinstance(m, dict)] if isinstance(members, list) else []
+        tense = any(family in families for family in TENSION) or values.get("preload") is not None
+        if not (tense and isinstance(reduction, dict)):
             return values
         stretches = reduction.get("method") in STRETCHABLE and reduction.get("derivatives") not in ("none", 0)
         return {**values, "strain": "condensed" if stretches else "linear"}
@@ -309,19 +310,19 @@ class AnalyticTable(BodyTable):
     direction: Direction = (1.0, 0.0, 0.0)
     """Direction of the beam from root to tip, in the body frame."""
     orientation: Direction | None = None
-    """Direction near the section's y axis. Left out: chosen automatically."""
+    """Direction near the section's y axis. Default: chosen automatically."""
     far_bends: StrictBool | None = None
     """Nonlinear strain energy that stays bounded where a flat section bends far about its weak axis and twists. The
-    price: a strip tips over late in its stiff plane, by the fraction 1 / (2 EIy / EIz). Left out: true."""
+    price: a strip tips over late in its stiff plane, by the fraction 1 / (2 EIy / EIz). Default: true."""
     radius: PositiveLength | None = None
-    """Radius of the tube that is drawn. Left out: a line."""
+    """Radius of the tube that is drawn. Default: a line."""
     functions: FunctionsTable
     """Number and kind of admissible functions."""
     strain: Strain | None = None
     """Strain energy, as for meshed bodies. nonlinear needs axial functions; condensed adds
     its own dependent ones."""
     damping: DampingTable | None = None
-    """Structural damping. Left out: none."""
+    """Structural damping. Default: none."""
 
     @model_validator(mode="after")
     def _one_mass(self) -> AnalyticTable:
@@ -341,9 +342,9 @@ class FileTable(BodyTable):
     file: str
     """Body file, relative to the case file."""
     modes: Annotated[int, Count(0)] | None = None
-    """Number of elastic coordinates kept, the first ones. Left out: all."""
+    """Number of elastic coordinates kept, the first ones. Default: all."""
     damping: DampingTable | None = None
-    """Structural damping. Left out: that of the file."""
+    """Structural damping. Default: that of the file."""
 
 
 Body = Annotated[

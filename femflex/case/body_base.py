@@ -17,7 +17,7 @@ class RecoveryTable(Table):
     position: Position
     """Position in the body frame; the nearest point at which strain is known is taken."""
     quantities: list[str] | None = None
-    """Section forces and stresses, such as "von_mises" or "moment_y". Left out: all that the body has."""
+    """Section forces and stresses, such as "von_mises" or "moment_y". Default: all that the body has."""
 
 
 class BodyTable(Table):
@@ -26,7 +26,7 @@ class BodyTable(Table):
     markers: dict[Name, MarkerTable] = Field(default_factory=dict)
     """Markers by name: points with axes where joints, loads and outputs attach."""
     initial: InitialTable | None = None
-    """Elastic state at t = 0. Left out: undeformed and at rest."""
+    """Elastic state at t = 0. Default: undeformed and at rest."""
     recovery: dict[Name, RecoveryTable] = Field(default_factory=dict)
     """Places at which section forces and stresses are written along the run."""
 

@@ -103,7 +103,7 @@ class CampbellTable(Table):
     speeds: Annotated[Speeds, SpeedsValue()]
     """Speeds of the steady spin: "first:last unit:number", such as "0:400 rpm:17", or a list."""
     axis: Direction | None = None
-    """Axis of the spin, in the frame that spins. Left out: that of [attitude] spin."""
+    """Axis of the spin, in the frame that spins. Default: that of [attitude] spin."""
     modes: Whole = 6
     """Number of lowest modes at each speed whose branches are followed."""
     orders: Annotated[tuple[Whole, ...], Field(min_length=1)] = (1, 2, 3, 4)

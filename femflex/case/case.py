@@ -40,9 +40,9 @@ class Case(Table):
     run: RunTable
     """Duration, output rows and integrator."""
     orbit: OrbitTable = OrbitTable(kind="none")
-    """Orbit of the craft. Left out: none."""
+    """Orbit of the craft. Default: none."""
     environment: EnvironmentTable = EnvironmentTable()
-    """Gravity on the ground. Left out: none."""
+    """Gravity on the ground. Default: none."""
     attitude: AttitudeTable = AttitudeTable()
     """Initial attitude of the root body and its reference frame."""
     materials: dict[Name, Material] = Field(default_factory=dict)
@@ -93,7 +93,8 @@ class Case(Table):
     """Expected answers of the case, by name."""
 
     _path: Path = PrivateAttr(default=Path("case.toml"))
-    _text: str = PrivateAttr(default="")
+    _text: str | None = PrivateAttr(default="")
+    _raw: dict[str, Any] = PrivateAttr(default_factory=dict)
 
     @model_validator(mode="after")
     def _orbits_need_an_orbit(self) -> Case:
@@ -111,7 +112,11 @@ class Case(Table):
 
     @property
     def text(self) -> str:
-        """The case file as it was read."""
+        """The case file as it was read; of changed values, the text in which these stand."""
+        if self._text is None:
+            from femflex.case.changed import toml_text
+
+            self._text = toml_text(self._raw)
         return self._text
 
     def with_values(self, values: Mapping[str, Any]) -> Case:
@@ -120,6 +125,6 @@ class Case(Table):
 
         return with_values(self, values)
 
-    def beside(self, name: str) -> Path:
+    def file_path(self, name: str) -> Path:
         """The path of a file named in the case."""
         return self._path.parent / name

@@ -6,15 +6,11 @@ import json
 import re
 import tomllib
 from collections.abc import Mapping
-from copy import deepcopy
 from difflib import get_close_matches
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-
-if TYPE_CHECKING:
-    pass
 
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 
@@ -26,16 +22,16 @@ def _parsed(text: str) -> dict[str, Any]:
 
 def changed_text(text: str, values: Mapping[str, Any], name: str) -> str:
     """The TOML text of a case in which these values stand at their key paths (`changed_tables`)."""
-    return toml_text(changed_tables(text, values, name))
+    return toml_text(changed_tables(_parsed(text), values, name))
 
 
-def changed_tables(text: str, values: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """The tables of a case in which these values stand at their key paths, such as "bodies.hub.mass".
+def changed_tables(tables: Mapping[str, Any], values: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """A copy of the tables of a case in which these values stand at their key paths, such as "bodies.hub.mass".
 
     Entries of lists go by their number, from 0: "loads.0.force". name: of the file, for errors.
     Raises ValueError for a path that leads nowhere; what stands at its end is not checked here.
     """
-    raw = deepcopy(_parsed(text))
+    raw: dict[str, Any] = _copied(tables)
     for path, value in values.items():
         *folders, last = path.split(".")
         table: Any = raw
@@ -49,6 +45,13 @@ def changed_tables(text: str, values: Mapping[str, Any], name: str) -> dict[str,
         else:
             raise ValueError(_nowhere(path, name, f"{'.'.join(folders)} is {table!r}, which holds no keys"))
     return raw
+
+
+def _copied(value: Any) -> Any:
+    """Tables and lists anew; what stands in them cannot be changed."""
+    if isinstance(value, Mapping):
+        return {key: _copied(part) for key, part in value.items()}
+    return [_copied(part) for part in value] if isinstance(value, list) else value
 
 
 def _entry(table: Any, key: str, where: str, path: str, name: str) -> Any:

@@ -20,9 +20,9 @@ class _Referenced(Table):
     """Mesh group whose nodes are connected."""
     reference: str | None = None
     """Mesh group of the one reference node; with position, the name that a new node gets. Markers, clamps and point
-    masses may name it. Left out: named after the group."""
+    masses may name it. Default: named after the group."""
     position: Position | None = None
-    """Position of a new reference node in the body frame. Left out: the node of the group `reference`."""
+    """Position of a new reference node in the body frame. Default: the node of the group `reference`."""
 
     @property
     def reference_group(self) -> str:
@@ -38,7 +38,7 @@ class RigidInterfaceTable(_Referenced):
     components: Annotated[tuple[Component, ...], Field(min_length=1)] = ("x", "y", "z", "rx", "ry", "rz")
     """Components of the nodes that follow the reference."""
     axes: Axes | None = None
-    """Axes of the components: three directions at right angles. Left out: those of the body."""
+    """Axes of the components: three directions at right angles. Default: those of the body."""
 
     @model_validator(mode="after")
     def _has_reference(self) -> RigidInterfaceTable:
@@ -53,7 +53,7 @@ class DistributingInterfaceTable(_Referenced):
     kind: Literal["distributing"]
     """Selects this connection: a distributing one."""
     weights: list[Plain] | None = None
-    """Weights of the nodes, in the order of their numbers. Left out: equal."""
+    """Weights of the nodes, in the order of their numbers. Default: equal."""
 
     @model_validator(mode="after")
     def _has_reference(self) -> DistributingInterfaceTable:
@@ -95,7 +95,7 @@ class RegionTable(Table):
     points: Annotated[list[int], Field(min_length=1)] | None = None
     """Points by number, from 1 in the order of the mesh file."""
     within: str | None = None
-    """Mesh group whose points alone count, with box. Left out: all points."""
+    """Mesh group whose points alone count, with box. Default: all points."""
 
     @model_validator(mode="after")
     def _one_way(self) -> RegionTable:

@@ -21,7 +21,7 @@ class BetweenTable(Table):
     marker: str = "origin"
     """Marker of that body."""
     parent: str | None = None
-    """The other body. Left out: the base frame of [attitude]."""
+    """The other body. Default: the base frame of [attitude]."""
     parent_marker: str = "origin"
     """Marker of the other body."""
 

@@ -34,9 +34,9 @@ class BlockTable(Table):
     """What every controller says. Numbers are in SI units."""
 
     outputs: list[Name] | None = None
-    """Names of the outputs. Left out: x, y, z of three, y of one, else y1, y2 and so on."""
+    """Names of the outputs. Default: x, y, z of three, y of one, else y1, y2 and so on."""
     period: Duration | None = None
-    """Time between two samples; commands are held between them. Left out: continuous."""
+    """Time between two samples; commands are held between them. Default: continuous."""
 
 
 class LinearTable(BlockTable):
@@ -45,7 +45,7 @@ class LinearTable(BlockTable):
     inputs: Annotated[list[str], Field(min_length=1)]
     """Signals, such as "gyro.x"; a name alone, such as "gyro", stands for all its outputs."""
     limit: Gains | None = None
-    """Largest size of every output, or of each. Left out: none."""
+    """Largest size of every output, or of each. Default: none."""
     scaled: bool = False
     """Beyond a limit all outputs are scaled down together, which keeps their ratios."""
 
@@ -112,7 +112,7 @@ class StateSpaceTable(LinearTable):
     C: MatrixRows
     """Output matrix."""
     D: MatrixRows | None = None
-    """Feedthrough matrix. Left out: zero."""
+    """Feedthrough matrix. Default: zero."""
 
 
 class ObserverTable(LinearTable):
@@ -175,11 +175,11 @@ class AttitudeFeedbackTable(BlockTable):
     damping: Gains
     """Gain on the rate, one number or one per axis."""
     inertia: InertiaMatrix | None = None
-    """Inertia of the gyroscopic torque that is compensated. Left out: none."""
+    """Inertia of the gyroscopic torque that is compensated. Default: none."""
     momentum: list[str] | None = None
-    """Signals of the momentum of wheels in the same axes. Left out: none."""
+    """Signals of the momentum of wheels in the same axes. Default: none."""
     limit: Positive | None = None
-    """Largest size of each component. Left out: none."""
+    """Largest size of each component. Default: none."""
 
 
 class PulsesTable(Table):

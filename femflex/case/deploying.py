@@ -24,7 +24,7 @@ class DeployingMarkerTable(MarkerTable):
     fraction: Annotated[float | None, Quantity()] = None
     """Distance of the section from the exit, as a fraction of the deployed length: 0 at the exit, 1 at the tip."""
     orientation: Orientation | None = None
-    """Axes of the marker in the body, written as for other markers. Left out: those of the member, x from exit to
+    """Axes of the marker in the body, written as for other markers. Default: those of the member, x from exit to
     tip."""
 
 
@@ -44,10 +44,10 @@ class DeployingFunctionsTable(Table):
     """Number of functions across the width, Legendre polynomials: 1, 2 with twist. Only for plates and membranes."""
     family: Literal["characteristic", "polynomial", "elements"] | None = None
     """Functions: "characteristic", the vibration modes of a uniform member; "polynomial"; "elements", the vibration
-    modes of finite elements over the scaled length, with the member's own taper and tension. Left out: characteristic
+    modes of finite elements over the scaled length, with the member's own taper and tension. Default: characteristic
     of beams and plates, polynomial of tethers and membranes."""
     elements: Annotated[int | None, Count(1)] = None
-    """Number of finite elements of equal length, for family = "elements". Left out: twice the largest number of modes,
+    """Number of finite elements of equal length, for family = "elements". Default: twice the largest number of modes,
     at least 8."""
     static: StrictBool = False
     """The last functions are the static shapes of an accelerated root. Only for beams."""
@@ -65,13 +65,13 @@ class TaperTable(Table):
     """Distances of the points from the end that comes out first: the tip where the drum is at the root, the root where
     it is at the tip. Ascending, at least two; the factors stay constant beyond the last one."""
     mass: Annotated[tuple[float, ...] | None, Quantity("", (None,), above=0.0)] = None
-    """Factors on the mass per length. Left out: 1."""
+    """Factors on the mass per length. Default: 1."""
     bending: Annotated[tuple[float, ...] | None, Quantity("", (None,), least=0.0)] = None
-    """Factors on EIy and EIz. Left out: 1."""
+    """Factors on EIy and EIz. Default: 1."""
     axial: Annotated[tuple[float, ...] | None, Quantity("", (None,), least=0.0)] = None
-    """Factors on EA. Left out: 1."""
+    """Factors on EA. Default: 1."""
     torsion: Annotated[tuple[float, ...] | None, Quantity("", (None,), least=0.0)] = None
-    """Factors on GJ. Left out: 1."""
+    """Factors on GJ. Default: 1."""
 
     def factors(self) -> dict[str, tuple[float, ...]]:
         """The factors that are given."""
@@ -119,18 +119,18 @@ class DeployingTable(BodyTable):
     axis)."""
     length: Annotated[Motion | None, MotionOf("m")] = None
     """Deployed length: a value, or a profile over time such as { kind = "smooth_step", from = "5 m", to = "33 m", start
-    = 0, end = "500 s" }. It must stay above zero and below `stock`. Left out: it is free, and `reel` acts on it."""
+    = 0, end = "500 s" }. It must stay above zero and below `stock`. Default: it is free, and `reel` acts on it."""
     reel: ReelTable | None = None
     """Drum that acts on a free length. Its tension and the state of its length are reported as effector
     <body>_reel."""
     stock: PositiveLength | None = None
-    """Length of the whole member, deployed and stowed; its mass is constant. Left out: the largest length of the
+    """Length of the whole member, deployed and stowed; its mass is constant. Default: the largest length of the
     run."""
     drum: Literal["root", "tip"] = "root"
     """Where the stowed part is: at the root (the member is pushed or drawn out of its parent), or at the tip (it is
     left behind)."""
     drum_radius: PositiveLength | None = None
-    """Radius on which the member is wound, for the torque of the drum. Left out: no torque is reported."""
+    """Radius on which the member is wound, for the torque of the drum. Default: no torque is reported."""
     mass_per_length: Annotated[float, Quantity("kg/m", above=0.0)] | None = None
     """Mass per length. Give this or `mass`."""
     mass: Mass | None = None
@@ -154,7 +154,7 @@ class DeployingTable(BodyTable):
     rotary_inertia: StrictBool = False
     """Rotary inertia of the sections in bending."""
     taper: TaperTable | None = None
-    """Section and density that vary along the material. Only for beams and tethers with a given length. Left out:
+    """Section and density that vary along the material. Only for beams and tethers with a given length. Default:
     uniform."""
     width: PositiveLength | None = None
     """Width of a plate or membrane."""
@@ -169,11 +169,11 @@ class DeployingTable(BodyTable):
     direction: Direction = (1.0, 0.0, 0.0)
     """Direction of the member from the exit to the tip, in the body frame."""
     orientation: Direction | None = None
-    """Direction near the section's y axis; of plates and membranes across the width. Left out: chosen automatically."""
+    """Direction near the section's y axis; of plates and membranes across the width. Default: chosen automatically."""
     radius: PositiveLength | None = None
-    """Radius of the tube that is drawn. Left out: a line."""
+    """Radius of the tube that is drawn. Default: a line."""
     functions: DeployingFunctionsTable | None = None
-    """Number and kind of admissible functions. Left out: the member stays straight."""
+    """Number and kind of admissible functions. Default: the member stays straight."""
     strain: Literal["condensed", "linear"] = "condensed"
     """Strain energy. condensed: bending shortens the member, so that axial forces and inertia change its bending
     stiffness to second order. linear: they do not; femflex warns where this matters."""

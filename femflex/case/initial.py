@@ -24,11 +24,11 @@ class InitialTable(Table):
     relative: Annotated[Direction, Quantity("", (3,))] | None = None
     """Displacement as a fraction of `length`, in place of `displacement`."""
     length: PositiveLength | None = None
-    """Length that `relative` refers to. Left out: the distance from the body's joint to the marker."""
+    """Length that `relative` refers to. Default: the distance from the body's joint to the marker."""
     shape: Literal["modes", "static"] = "modes"
     """Shape of the rest of the body: "modes" of the list below, or "static" as under a force at the marker."""
     modes: Annotated[list[Whole] | None, Field(min_length=1)] = None
-    """Numbers (from 1) of the modes used. Left out: the lowest ones that can reach the displacement."""
+    """Numbers (from 1) of the modes used. Default: the lowest ones that can reach the displacement."""
 
     @model_validator(mode="after")
     def _one_way(self) -> InitialTable:
@@ -39,7 +39,9 @@ class InitialTable(Table):
         if self.modes is not None and (self.shape == "static" or not displaced):
             refuse("found modes, which go with a displacement in shape = 'modes' only")
         if self.length is not None and self.relative is None:
-            refuse("found length without relative; it is what `relative` is a fraction of")
+            refuse(
+                "found `length` without `relative`; length is the reference of a relative displacement, so give both"
+            )
         return self
 
 
@@ -60,9 +62,13 @@ class StartTable(Table):
     @model_validator(mode="after")
     def _one_at_least(self) -> StartTable:
         if self.source is None and self.keep is None:
-            refuse("found neither from nor keep; say where the craft starts, or which of its initial values are exact")
+            refuse(
+                "found neither `from` nor `keep`; give `from`, the state at which the craft starts, or `keep`, the "
+                "joints whose initial values are exact"
+            )
         if self.source not in (None, EQUILIBRIUM) and self.keep is not None:
             refuse(
-                f"found keep together with from = {self.source!r}, whose last row closes every loop already; drop keep"
+                f"found `keep` together with from = {self.source!r}, whose last row closes every loop already; remove "
+                "`keep`"
             )
         return self

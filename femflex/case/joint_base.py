@@ -46,13 +46,13 @@ class JointTable(Table):
     child: str
     """Body that the joint carries."""
     parent: str | None = None
-    """Body that carries the joint. Left out: the base frame of [attitude]."""
+    """Body that carries the joint. Default: the base frame of [attitude]."""
     child_marker: str = "origin"
     """Marker of the child at the joint."""
     parent_marker: str = "origin"
     """Marker of the parent at the joint; its axes are the joint's axes."""
     name: Name = ""
-    """Name in channels and messages. Left out: "parent-child"."""
+    """Name in channels and messages. Default: "parent-child"."""
     play: Annotated[float, Quantity("m", least=0.0)] = 0.0
     """Assembly tolerance of a loop with redundant constraints, for lengths and axes given with few digits. A misfit up
     to it is moved into the loop's marker and reported; a larger one stops the run. Loops only."""
@@ -61,7 +61,7 @@ class JointTable(Table):
 
     release: Annotated[float, Quantity("s", least=0.0)] | None = None
     """Time at which the joint lets go: its slides and turns are locked until then, and free afterwards. For joints of
-    slides and turns, such as general. Left out: not locked."""
+    slides and turns, such as general. Default: not locked."""
     release_at: ReleaseTable | None = None
     """Signal at whose value the joint lets go, in place of a time."""
 
@@ -94,10 +94,10 @@ class JointTable(Table):
         for key, begins, others in HELD_KEYS:
             for k, motion in enumerate(self.motions(key)):
                 if motion is not None:
-                    self._refuse_beside(key, k, motion, begins, others)
+                    self._refuse_with_motion(key, k, motion, begins, others)
         return self
 
-    def _refuse_beside(self, key: str, k: int, motion: Motion, begins: str, others: tuple[str, ...]) -> None:
+    def _refuse_with_motion(self, key: str, k: int, motion: Motion, begins: str, others: tuple[str, ...]) -> None:
         """Refuse initial values, springs and dampers of coordinate k, which is held."""
         held = "locked" if motion.locked else "specified"
         for other in (begins, RATES[begins], *others):

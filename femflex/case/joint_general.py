@@ -35,25 +35,25 @@ class General(JointTable):
     turns: Annotated[list[Axis], Field(max_length=3)] = Field(default_factory=list)
     """Axes of the turns, at most three; each is turned by those before it."""
     position: Lengths = ()
-    """Initial value of each slide. Left out: zero."""
+    """Initial value of each slide. Default: zero."""
     velocity: Speeds = ()
-    """Initial rate of each slide. Left out: zero."""
+    """Initial rate of each slide. Default: zero."""
     slide_stiffness: SpringList = ()
-    """Spring on each slide. Left out: none."""
+    """Spring on each slide. Default: none."""
     slide_damping: DamperList = ()
-    """Damping coefficient of each slide. Left out: none."""
+    """Damping coefficient of each slide. Default: none."""
     slide_rest: Lengths = ()
-    """Value of each slide without spring force. Left out: zero."""
+    """Value of each slide without spring force. Default: zero."""
     angles: AngleList = ()
-    """Initial value of each turn. Left out: zero."""
+    """Initial value of each turn. Default: zero."""
     rates: RateList = ()
-    """Initial rate of each turn. Left out: zero."""
+    """Initial rate of each turn. Default: zero."""
     stiffness: TurnSpringList = ()
-    """Rotational spring on each turn. Left out: none."""
+    """Rotational spring on each turn. Default: none."""
     damping: TurnDamperList = ()
-    """Rotational damping coefficient of each turn. Left out: none."""
+    """Rotational damping coefficient of each turn. Default: none."""
     rest: AngleList = ()
-    """Angle of each turn without spring torque. Left out: zero."""
+    """Angle of each turn without spring torque. Default: zero."""
     motion: GeneralMotion = GeneralMotion()
     """Locked or specified slides and turns."""
 

@@ -62,11 +62,11 @@ MEANINGS = {
     },
     "stop": {
         "kind": "Selects this law: a stop at a lower limit, an upper limit, or both.",
-        "lower": "Lower limit of the coordinate [m or rad]. Left out: none.",
-        "upper": "Upper limit of the coordinate [m or rad]. Left out: none.",
+        "lower": "Lower limit of the coordinate [m or rad]. Default: none.",
+        "upper": "Upper limit of the coordinate [m or rad]. Default: none.",
         "stiffness": "Stiffness beyond the limit [N/m or N m/rad].",
-        "damping": "Damping coefficient beyond the limit [N s/m or N m s/rad]. Left out: 0.",
-        "width": "Depth over which stiffness and damping rise [m or rad]. Left out: 0.01.",
+        "damping": "Damping coefficient beyond the limit [N s/m or N m s/rad]. Default: 0.",
+        "width": "Depth over which stiffness and damping rise [m or rad]. Default: 0.01.",
     },
     "friction": {
         "kind": "Selects this law: dry friction, force times tanh(rate / velocity).",
@@ -76,12 +76,12 @@ MEANINGS = {
     "latch": {
         "kind": "Selects this law: a latch that locks the coordinate.",
         "at": "Value of the coordinate at which it locks [m or rad].",
-        "stiffness": "Stiffness after locking [N/m or N m/rad]. Left out: the latch is rigid and locks by an impact.",
-        "damping": "Damping coefficient after locking [N s/m or N m s/rad]. Left out: 0.",
+        "stiffness": "Stiffness after locking [N/m or N m/rad]. Default: the latch is rigid and locks by an impact.",
+        "damping": "Damping coefficient after locking [N s/m or N m s/rad]. Default: 0.",
     },
 }
-COORDINATE = "Coordinate on which the law acts, such as slide, angle or angle2. Left out: the joint's only one."
-NAME = "Name in channels and terms. Left out: the kind of the law."
+COORDINATE = "Coordinate on which the law acts, such as slide, angle or angle2. Default: the joint's only one."
+NAME = "Name in channels and terms. Default: the kind of the law."
 
 
 class Laws(_Readable):

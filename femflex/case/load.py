@@ -48,7 +48,7 @@ class LoadTable(Table):
     torque: Annotated[Vector | Rows | None, _SteadyOrTable("N m")] = None
     """Torque: three components, or one row of three per time."""
     times: Annotated[tuple[float, ...] | None, Quantity("s", (None,))] = None
-    """Times of the rows. Left out: the load is constant. Between the times it is linear, outside of them zero; a
+    """Times of the rows. Default: the load is constant. Between the times it is linear, outside of them zero; a
     repeated time is a jump."""
     table: str | None = None
     """CSV file with columns "time [s]", "fx [N]", ..., "tz [N m]", in place of times, force and torque."""

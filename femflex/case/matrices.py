@@ -16,7 +16,7 @@ ELEMENTS_ONLY = ("derivatives", "third_derivatives", "deflection", "responses", 
 
 
 class MatrixNamesTable(Table):
-    """Names of the matrices in their files. Left out: those that the formats use, such as MAAX, MAA, M."""
+    """Names of the matrices in their files. Default: those that the formats use, such as MAAX, MAA, M."""
 
     mass: str | None = None
     """Name of the mass matrix."""
@@ -38,15 +38,15 @@ class MatrixFilesTable(Table):
     stiffness: str | None = None
     """File of the stiffness matrix alone."""
     damping: str | None = None
-    """File of the damping matrix alone. Left out: none."""
+    """File of the damping matrix alone. Default: none."""
     geometric: str | None = None
-    """File of a geometric stiffness matrix of a steady stress, which is added to the stiffness. Left out: none."""
+    """File of a geometric stiffness matrix of a steady stress, which is added to the stiffness. Default: none."""
     nodes: str | None = None
     """File with the coordinates of the nodes: .csv (number, x, y, z), Nastran GRID cards, an Abaqus input file, or
-    arrays. Left out: those of `file`."""
+    arrays. Default: those of `file`."""
     dofs: str | None = None
     """Map of degrees of freedom: a file with node and component 1 to 6 per row, or "xyz" or "xyzrxryrz", the same
-    components at every node in their order. Left out: that of the files, or three or six a node by the size."""
+    components at every node in their order. Default: that of the files, or three or six a node by the size."""
     names: MatrixNamesTable = Field(default_factory=MatrixNamesTable)
     """Names of the matrices in their files."""
 
@@ -78,19 +78,19 @@ class MatricesTable(BodyTable):
     groups: dict[Name, list[int]] = Field(default_factory=dict)
     """Name -> numbers of nodes. Without, node_17 and all are names too."""
     reduction: Reduction | None = None
-    """Shapes that the body may take. Left out, only for reduced models: all of their modes, with the first node as
+    """Shapes that the body may take. Default, only for reduced models: all of their modes, with the first node as
     reference."""
     spin: SpinTable | None = None
     """Spin that the geometric stiffness belongs to: it then grows with the square of the rate about that axis. Left
     out: the geometric stiffness is constant."""
     damping: DampingTable | None = None
-    """Structural damping, in place of the damping matrix. Left out: the damping matrix, or none."""
+    """Structural damping, in place of the damping matrix. Default: the damping matrix, or none."""
     mass: Mass | None = None
-    """Mass that the matrices are checked against. Left out: not checked."""
+    """Mass that the matrices are checked against. Default: not checked."""
     center_of_mass: Position | None = None
-    """Centre of mass that the matrices are checked against. Left out: not checked."""
+    """Centre of mass that the matrices are checked against. Default: not checked."""
     inertia: InertiaMatrix | None = None
-    """Inertia about the centre of mass that the matrices are checked against. Left out: not checked."""
+    """Inertia about the centre of mass that the matrices are checked against. Default: not checked."""
 
     @property
     def files(self) -> tuple[tuple[str, str], ...]:

@@ -89,13 +89,13 @@ class MeasureTable(Table):
     channel: str | None = None
     """Path in the result file, such as "markers/boom.tip/deflection"."""
     component: Annotated[str | int | None, _Component()] = None
-    """Name or number (from 0) of the component. Left out: the magnitude of a vector."""
+    """Name or number (from 0) of the component. Default: the magnitude of a vector."""
     at: Time | None = None
-    """Time of the value, for of = "value". Left out: the end of the run."""
+    """Time of the value, for of = "value". Default: the end of the run."""
     start: Time | None = None
-    """First time that counts. Left out: the start of the run."""
+    """First time that counts. Default: the start of the run."""
     end: Time | None = None
-    """Last time that counts. Left out: the end of the run."""
+    """Last time that counts. Default: the end of the run."""
     relative: StrictBool = False
     """Drift as a fraction of the largest magnitude."""
     tones: Whole = 1
@@ -130,11 +130,11 @@ class MeasureTable(Table):
         elif self.channel is None and not (of_campbell or of_system):
             refuse(f"found of = {self.of!r} without channel; name a channel such as 'attitude/angles'")
         if self.at is not None and self.of != "value":
-            refuse(f"found at together with of = {self.of!r}; it goes with of = 'value'")
+            refuse(f"found `at` together with of = {self.of!r}; `at` goes with of = 'value'")
         if self.tone > self.tones:
-            refuse(f"found tone {self.tone} of {self.tones}; raise tones")
+            refuse(f"found tone = {self.tone} and tones = {self.tones}; tone is at most tones, so raise `tones`")
         if self.relative and self.of != "drift":
-            refuse(f"found relative together with of = {self.of!r}; it goes with of = 'drift'")
+            refuse(f"found `relative` together with of = {self.of!r}; it goes with of = 'drift'")
         return self
 
 

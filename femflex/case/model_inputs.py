@@ -19,13 +19,13 @@ from femflex.case.case import Case
 from femflex.case.motion import Motion
 from femflex.case.units import UnitError, to_base
 
-BESIDE = {"title", "source", "description", "pictures", "expect", "study", "campbell"}  # no part of the model
+NOT_INPUTS = {"title", "source", "description", "pictures", "expect", "study", "campbell"}  # no part of the model
 LENGTH = {"duration", "orbits", "output_step", "samples"}  # of [run]: output times, compared on their own
 
 
 def model_values(case: Case) -> dict[str, Any]:
     """The values of a case that its model and integration depend on, as JSON can hold them; None is left out."""
-    kept = {key: getattr(case, key) for key in type(case).model_fields if key not in BESIDE}
+    kept = {key: getattr(case, key) for key in type(case).model_fields if key not in NOT_INPUTS}
     values: dict[str, Any] = _plain(kept, case.path.parent)
     values["run"] = {key: value for key, value in values["run"].items() if key not in LENGTH}
     return values

@@ -71,13 +71,13 @@ class AttitudeTable(Table):
     """
 
     frame: Literal["orbital", "inertial", "spinning"] | None = None
-    """Reference frame of the attitude. Left out: orbital if there is an orbit, else inertial."""
+    """Reference frame of the attitude. Default: orbital if there is an orbit, else inertial."""
     spin: Rates | None = None
     """Angular rate of the spinning frame, in its own axes."""
     held: StrictBool = False
     """Prescribe the initial attitude in the frame for the whole run."""
     root: str | None = None
-    """Root body of the tree. Left out: the one body without a joint."""
+    """Root body of the tree. Default: the one body without a joint."""
     nominal_axes: tuple[BodyAxis, BodyAxis, BodyAxis] | None = None
     """Body axes along x0, y0, z0 in the nominal attitude, such as ["y", "-z", "-x"]."""
     marker: str | None = None
@@ -87,13 +87,13 @@ class AttitudeTable(Table):
     angles: Angles | None = None
     """The three initial angles in the order of the sequence."""
     pitch: Angle | None = None
-    """Initial pitch angle from the orbital frame, about x0, the orbit normal. Left out: zero."""
+    """Initial pitch angle from the orbital frame, about x0, the orbit normal. Default: zero."""
     yaw: Angle | None = None
-    """Initial yaw angle from the orbital frame, about y0, the outward vertical. Left out: zero."""
+    """Initial yaw angle from the orbital frame, about y0, the outward vertical. Default: zero."""
     roll: Angle | None = None
-    """Initial roll angle from the orbital frame, about z0, the flight direction. Left out: zero."""
+    """Initial roll angle from the orbital frame, about z0, the flight direction. Default: zero."""
     rates: Rates | None = None
-    """Initial angular rate relative to the frame, along the libration axes. Left out: at rest in the frame."""
+    """Initial angular rate relative to the frame, along the libration axes. Default: at rest in the frame."""
     rotation: RotationSet = "euler_parameters"
     """Rotation coordinates of the root body: Euler parameters, an angle sequence, the Gibbs vector (rodrigues) or
     modified Rodrigues parameters."""
@@ -101,10 +101,10 @@ class AttitudeTable(Table):
     """Measure the rotation from a new reference orientation, between two steps, when the coordinates come near their
     singularity."""
     position: Position | None = None
-    """Initial position of the root body in the frame, where it is free to move. Left out: the frame's origin; in a free
+    """Initial position of the root body in the frame, where it is free to move. Default: the frame's origin; in a free
     orbit the centre of mass of the whole craft starts there."""
     velocity: Velocity | None = None
-    """Initial velocity of the root body relative to the frame, in its axes. Left out: at rest; in a free orbit the
+    """Initial velocity of the root body relative to the frame, in its axes. Default: at rest; in a free orbit the
     centre of mass is at rest."""
 
     @model_validator(mode="after")

@@ -6,7 +6,7 @@ single tables.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -75,8 +75,33 @@ class Outline:
     whole: bool
 
 
+def outline_of(case: Case, raw: Mapping[str, Any]) -> Outline:
+    """The outline of a valid case; raw: its tables as TOML gives them, by which its parts are labelled."""
+    parts = {label: part for key in MOUNTED for label, part in _labelled(key, getattr(case, key)).items()}
+    return Outline(
+        run=case.run,
+        orbit=case.orbit,
+        environment=case.environment,
+        attitude=case.attitude,
+        bodies=dict(case.bodies),
+        joints=_numbered(raw, "joints", case.joints),
+        loads=_numbered(raw, "loads", case.loads),
+        loops=_numbered(raw, "loops", case.loops),
+        between=_numbered(raw, "constraints", case.constraints) | _numbered(raw, "springs", case.springs),
+        sights=_numbered(raw, "sights", case.sights),
+        mounted=parts,
+        pictures=case.pictures,
+        study=case.study,
+        campbell=case.campbell,
+        expect=case.expect if "expect" in raw else None,
+        initial=case.initial,
+        names={key: frozenset(map(str, _table(raw, key))) for key in ("materials", "sections")},
+        whole=True,
+    )
+
+
 def outline(raw: Mapping[str, Any]) -> Outline:
-    """The outline of a case as TOML gives it."""
+    """The outline of a case with mistakes, as TOML gives it."""
     return Outline(
         run=_part(RunTable, raw.get("run")),
         orbit=_part(OrbitTable, raw.get("orbit", {"kind": "none"})),
@@ -95,7 +120,7 @@ def outline(raw: Mapping[str, Any]) -> Outline:
         expect=_part(ExpectationsTable, raw.get("expect")),
         initial=_part(StartTable, raw.get("initial")),
         names={key: frozenset(map(str, _table(raw, key))) for key in ("materials", "sections")},
-        whole=_part(Case, raw) is not None,
+        whole=False,
     )
 
 
@@ -119,6 +144,14 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
 def _table(raw: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     found = raw.get(key, {})
     return found if isinstance(found, Mapping) else {}
+
+
+def _labelled(key: str, parts: Mapping[str, Any]) -> dict[str, Any]:
+    return {f"{key}.{name}": part for name, part in parts.items()}
+
+
+def _numbered(raw: Mapping[str, Any], key: str, parts: Sequence[Any]) -> dict[str, Any]:
+    return {f"{key}[{item_label(raw[key], k)}]": part for k, part in enumerate(parts)}
 
 
 def _named(raw: Mapping[str, Any], key: str, kind: Any) -> dict[str, Any]:

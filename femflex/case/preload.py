@@ -18,7 +18,7 @@ class OrbitField(Table):
     normal: Direction
     """Orbit normal in the body frame, at right angles to the vertical."""
     rate: Rate | None = None
-    """Orbital rate. Left out: the mean motion of the case's orbit."""
+    """Orbital rate. Default: the mean motion of the case's orbit."""
 
 
 class PreloadTable(Table):
@@ -27,9 +27,9 @@ class PreloadTable(Table):
     acceleration: Annotated[Vector, Quantity("m/s^2", (3,))] = (0.0, 0.0, 0.0)
     """Gravity: the acceleration with which bodies fall."""
     spin: Rates | None = None
-    """Steady angular rate, whose centrifugal field loads the body. Left out: none."""
+    """Steady angular rate, whose centrifugal field loads the body. Default: none."""
     orbit: OrbitField | None = None
-    """Gravity gradient and centrifugal field of a circular orbit. Left out: none."""
+    """Gravity gradient and centrifugal field of a circular orbit. Default: none."""
     origin: Position = (0.0, 0.0, 0.0)
     """Point on the axis of the spin, or moving along the orbit."""
     forces: dict[str, Annotated[Vector, Quantity("N", (3,))]] = Field(default_factory=dict)

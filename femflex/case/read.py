@@ -13,10 +13,10 @@ from pydantic import ValidationError
 
 from femflex.case.body import FlexibleTable
 from femflex.case.case import Case
-from femflex.case.changed import changed_tables, toml_text
+from femflex.case.changed import changed_tables
 from femflex.case.crosscheck import cross_problems
 from femflex.case.magnitudes import warn_of_doubtful_magnitudes
-from femflex.case.outline import Outline, outline
+from femflex.case.outline import Outline, outline, outline_of
 from femflex.case.problems import CaseError, Problem, near
 from femflex.case.sentences import schema_problems
 from femflex.case.suspicion import warn_of_doubtful_numbers
@@ -40,11 +40,11 @@ def parse_case(text: str, path: Path = Path("case.toml")) -> Case:
 
     Raises CaseError with all problems of the text.
     """
-    return _checked(_toml(text, path), text, path)
+    return _checked(_toml(text, path), path, text)
 
 
-def _checked(raw: dict[str, Any], text: str, path: Path) -> Case:
-    """The case of tables that stand in a text. Raises CaseError with all their problems."""
+def _checked(raw: dict[str, Any], path: Path, text: str | None = None) -> Case:
+    """The case of tables, and the text in which they stand, if any. Raises CaseError with all their problems."""
     if deep := too_deep(raw):
         raise CaseError(path.name, [deep])
     problems: list[Problem] = []
@@ -53,12 +53,12 @@ def _checked(raw: dict[str, Any], text: str, path: Path) -> Case:
         case = Case.model_validate(raw)
     except ValidationError as error:
         problems += schema_problems(Case, raw, error)
-    parts = outline(raw)
+    parts = outline(raw) if case is None else outline_of(case, raw)
     problems += cross_problems(parts, path.parent)
     if problems or case is None:
         problems += _mesh_problems(parts, path.parent)
         raise CaseError(path.name, problems)
-    case._path, case._text = path, text
+    case._path, case._text, case._raw = path, text, raw
     warn_of_doubtful_numbers(raw, case)
     warn_of_doubtful_magnitudes(case)
     return case
@@ -71,13 +71,13 @@ def with_values(case: Case, values: Mapping[str, Any]) -> Case:
     ("loads.0.force"). The whole case is checked anew.
     Raises CaseError for a path that leads nowhere, and for every problem of the changed case.
     """
-    if not case.text:
+    if not case._raw:
         raise ValueError("this case was not read from a file or a text, so it has no keys to change by their path")
     try:
-        raw = changed_tables(case.text, values, case.path.name)
+        raw = changed_tables(case._raw, values, case.path.name)
     except ValueError as error:
         raise CaseError(case.path.name, [Problem("", str(error))]) from None
-    return _checked(raw, toml_text(raw), case.path)
+    return _checked(raw, case.path)
 
 
 def _mesh_problems(parts: Outline, folder: Path) -> list[Problem]:

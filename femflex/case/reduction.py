@@ -101,7 +101,7 @@ class Stretchable(Table):
     nonlinear strain 'none' counts as your choice."""
     third_derivatives: Annotated[int, Count(0)] | None = None
     """Number of the lowest shapes that get a static correction of third order, computed at rest. It needs nonlinear or
-    condensed strain. Left out: 0. Exception: a flat plate so wide and thin that it stops curving crosswise as it bends
+    condensed strain. Default: 0. Exception: a flat plate so wide and thin that it stops curving crosswise as it bends
     gets one shape, found by large static deflections; `run` says so."""
     deflection: PositiveLength | None = None
     """Largest deflection of the lowest shape that the derivatives must serve. They are then taken from static states
@@ -109,12 +109,12 @@ class Stretchable(Table):
     thicknesses. With `responses` it is the deflection of the responses instead."""
     responses: Annotated[int, Count(0)] = 0
     """Number of shapes taken from static responses up to `deflection`, in both directions. The loads are accelerations
-    along `attachment` and the forces and moments of `loads`. Both left out: the acceleration that moves the body most.
-    Use 8 for curved panels and arches that snap through. It needs strain = 'nonlinear'."""
+    along `attachment` and the forces and moments of `loads`. Default of both: the acceleration that moves the body
+    most. Use 8 for curved panels and arches that snap through. It needs strain = 'nonlinear'."""
 
     joints: dict[str, list[Component]] | None = None
     """Group -> directions of joint forces and moments whose static shapes are added; at a clamped group, directions of
-    acceleration. Left out: those that change one of the craft's first three elastic frequencies, or one below `band`,
+    acceleration. Default: those that change one of the craft's first three elastic frequencies, or one below `band`,
     by 0.05 %. None are added at clamps if `attachment` is given, nor elsewhere if `loads` is given. {} adds none."""
 
     @model_validator(mode="after")
@@ -146,14 +146,14 @@ class CantileverTable(Stretchable):
     modes: Whole
     """Number of vibration modes kept, the lowest first."""
     attachment: list[Component] = Field(default_factory=list)
-    """Directions of acceleration of the clamp whose static shapes are added. Left out: none, or those of the weight
+    """Directions of acceleration of the clamp whose static shapes are added. Default: none, or those of the weight
     where there is gravity, strain is nonlinear or condensed, and derivatives = 'auto'."""
     spin: StrictBool | None = None
     """Static shapes of a spin in addition to the modes (the slow ones of all six accelerations). It needs nonlinear or
-    condensed strain with derivatives = 'auto'. Left out: true for bodies of beams with at most five modes that spin
+    condensed strain with derivatives = 'auto'. Default: true for bodies of beams with at most five modes that spin
     steadily or are expected to spin up fast, unless `attachment` is given."""
     loads: dict[str, list[Component]] = Field(default_factory=dict)
-    """Group -> directions of unit forces and moments whose static shapes are added. Left out: those of the case's loads
+    """Group -> directions of unit forces and moments whose static shapes are added. Default: those of the case's loads
     of whose work the modes miss 1 %; with nonlinear or condensed strain all slow ones of the loads and attached bodies.
     {} adds none."""
 

@@ -26,22 +26,22 @@ class RunTable(Table):
     output_step: Duration | None = None
     """Time between rows of the result file."""
     samples: Annotated[int | None, Count(2)] = None
-    """Number of rows, first and last included, in place of output_step. Both left out: 1001."""
+    """Number of rows, first and last included, in place of output_step. Default of both: 1001."""
     reactions: StrictBool = False
     """Report the force and torque that every joint transmits."""
     momenta: StrictBool = False
     """Report canonical momenta and the Hamiltonian."""
     rtol: Annotated[float, Quantity("", above=0.0, most=0.1)] | None = None
-    """Relative error tolerance of a step. Left out: 1e-11 (dop853), 1e-9 (esdirk4) or 1e-6 (generalized_alpha)."""
+    """Relative error tolerance of a step. Default: 1e-11 (dop853), 1e-9 (esdirk4) or 1e-6 (generalized_alpha)."""
     atol: Annotated[float, Quantity("", above=0.0)] | None = None
-    """Absolute error tolerance. Left out: a tenth of rtol; for joint rates, times a typical rate."""
+    """Absolute error tolerance. Default: a tenth of rtol; for joint rates, times a typical rate."""
     integrator: Literal["auto", "dop853", "esdirk4", "generalized_alpha"] = "auto"
     """Integrator: auto; dop853, explicit, order 8; esdirk4, implicit, order 4; generalized_alpha, implicit, order 2,
     which damps high modes."""
     band: Annotated[float, Quantity("Hz", above=0.0)] | None = None
-    """Highest frequency of interest, for the automatic choices. Left out: the highest that the output rows can show."""
+    """Highest frequency of interest, for the automatic choices. Default: the highest that the output rows can show."""
     max_step: Duration | None = None
-    """Largest step of the integrator. Left out: no limit."""
+    """Largest step of the integrator. Default: no limit."""
     step: Duration | None = None
     """Constant step of an implicit integrator, in place of error control."""
     rho: Annotated[float, Quantity("", least=0.0, most=1.0)] | None = None
@@ -110,11 +110,11 @@ class PicturesTable(Table):
     movie: StrictBool = False
     """Make a movie of the run."""
     start: Time | None = None
-    """First time of the movie. Left out: the start of the run."""
+    """First time of the movie. Default: the start of the run."""
     end: Time | None = None
-    """Last time of the movie. Left out: the end of the run."""
+    """Last time of the movie. Default: the end of the run."""
     speed: Annotated[float | None, Quantity("", above=0.0)] = None
-    """Seconds of the run per second of the movie. Left out: 1 for short runs, else so that the movie takes 12 s."""
+    """Seconds of the run per second of the movie. Default: 1 for short runs, else so that the movie takes 12 s."""
     fps: Annotated[float, Quantity("", above=0.0, most=240.0)] = 25.0
     """Frames of the movie per second."""
     modes: list[str] = Field(default_factory=list)
@@ -124,7 +124,7 @@ class PicturesTable(Table):
     spectra: list[str] = Field(default_factory=list)
     """Channels whose amplitude spectra are drawn."""
     highest: Annotated[float | None, Quantity("Hz", above=0.0)] = None
-    """Highest frequency of the spectra [Hz]. Left out: a little above the last peak."""
+    """Highest frequency of the spectra [Hz]. Default: a little above the last peak."""
     without: list[str] = Field(default_factory=list)
     """Terms that a second run omits, as in `run --without`, such as "nonlinear_strain". Its curves are dashed in the
     same plots; its result file has "_without" in its name."""
@@ -143,7 +143,7 @@ class PicturesTable(Table):
     camera: str = "auto"
     """Camera: auto, fixed, follow, orbital, body or body:NAME."""
     view: Direction | None = None
-    """Direction from the scene to the camera, in the camera's frame. Left out: chosen automatically."""
+    """Direction from the scene to the camera, in the camera's frame. Default: chosen automatically."""
     fit: Literal["run", "picture"] = "picture"
     """Extent that the camera frames in pictures: the whole run, or the instant of each. Movies frame the whole run."""
     triads: StrictBool = True
@@ -166,13 +166,13 @@ class StudyTable(Table):
     quantity: MeasureTable
     """Quantity whose convergence is assessed."""
     modes: Annotated[list[Whole] | None, Field(min_length=3)] = None
-    """Numbers of modes that are tried. Left out: chosen from the case."""
+    """Numbers of modes that are tried. Default: chosen from the case."""
     refinements: Annotated[list[Annotated[int, Count(0)]] | None, Field(min_length=2)] = None
-    """Mesh refinements that are tried. Left out: 0 to 4, as long as the mesh stays small."""
+    """Mesh refinements that are tried. Default: 0 to 4, as long as the mesh stays small."""
     segments: Annotated[list[Whole] | None, Field(min_length=3)] = None
-    """Numbers of segments that are tried. Left out: from a quarter of the case's own number to four times it."""
+    """Numbers of segments that are tried. Default: from a quarter of the case's own number to four times it."""
     body: str | None = None
-    """Body whose modes, mesh or segments are varied. Left out: all flexible bodies."""
+    """Body whose modes, mesh or segments are varied. Default: all flexible bodies."""
     tolerance: Annotated[float, Quantity("", above=0.0)] = 1e-3
     """Relative change below which the quantity counts as converged."""
 

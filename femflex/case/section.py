@@ -32,7 +32,7 @@ class Isotropic(Table):
     density: Density
     """Mass per volume."""
     G: Modulus | None = None
-    """Shear modulus. Left out: E / 2(1 + nu)."""
+    """Shear modulus. Default: E / 2(1 + nu)."""
 
 
 class Orthotropic(Table):
@@ -51,9 +51,9 @@ class Orthotropic(Table):
     density: Density
     """Mass per volume."""
     G13: Modulus | None = None
-    """Transverse shear modulus in the 1-3 plane. Left out: G12."""
+    """Transverse shear modulus in the 1-3 plane. Default: G12."""
     G23: Modulus | None = None
-    """Transverse shear modulus in the 2-3 plane. Left out: G12."""
+    """Transverse shear modulus in the 2-3 plane. Default: G12."""
     E3: Modulus | None = None
     """Elastic modulus along axis 3, which solids need."""
     nu13: Plain | None = None
@@ -72,7 +72,7 @@ class Core(Table):
     G13: Modulus
     """Transverse shear modulus in the 1-3 plane."""
     G23: Modulus | None = None
-    """Transverse shear modulus in the 2-3 plane. Left out: G13."""
+    """Transverse shear modulus in the 2-3 plane. Default: G13."""
 
 
 class Tube(Table):
@@ -148,10 +148,10 @@ class Given(Table):
     J: SecondMomentAlong
     """Torsion constant."""
     y_max: LengthAlong | None = None
-    """Largest distance of a fibre along y, for stresses and pictures. Left out: that of an ellipse of the same A and
+    """Largest distance of a fibre along y, for stresses and pictures. Default: that of an ellipse of the same A and
     Iz."""
     z_max: LengthAlong | None = None
-    """Largest distance of a fibre along z, for stresses and pictures. Left out: that of an ellipse of the same A and
+    """Largest distance of a fibre along z, for stresses and pictures. Default: that of an ellipse of the same A and
     Iy."""
 
 
@@ -175,7 +175,7 @@ class Stiffness(Table):
     rz: LengthAlong | None = None
     """Radius of gyration of the mass about z: root of int y^2 dm over the mass."""
     area: AreaAlong | None = None
-    """Area of the round bar that is drawn. Left out: an ellipse with the stiffnesses' radii of gyration."""
+    """Area of the round bar that is drawn. Default: an ellipse with the stiffnesses' radii of gyration."""
     GAy: Annotated[Variable, Along("N")] | None = None
     """Shear stiffness along y, shear factor included. Needed where the beam shears."""
     GAz: Annotated[Variable, Along("N")] | None = None
@@ -192,7 +192,7 @@ class Full(Table):
     mass: Annotated[tuple[tuple[float, ...], ...], Quantity("", (6, 6))]
     """Mass per length in SI over velocities along x, y, z and rates about x, y, z."""
     radius: PositiveLength | None = None
-    """Radius of the round bar that is drawn. Left out: an ellipse with the stiffness's radii of gyration."""
+    """Radius of the round bar that is drawn. Default: an ellipse with the stiffness's radii of gyration."""
 
 
 class Cable(Table):

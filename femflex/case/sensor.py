@@ -45,11 +45,11 @@ class SensorTable(Table):
     marker: str = "origin"
     """Marker of the sensor; measured vectors are in its axes."""
     other_body: str | None = None
-    """Body from which displacement, velocity, attitude or direction count. Left out: inertial axes."""
+    """Body from which displacement, velocity, attitude or direction count. Default: inertial axes."""
     other_marker: str = "origin"
     """Marker of that body."""
     reference: Orientation | None = None
-    """Reference of an attitude, in inertial axes or those of the other marker. Left out: these axes themselves."""
+    """Reference of an attitude, in inertial axes or those of the other marker. Default: these axes themselves."""
     slew_axis: Direction | None = None
     """Axis in the reference about which the reference turns, for a slew."""
     slew_angle: str | None = None
@@ -71,9 +71,9 @@ class SensorTable(Table):
     component: str | None = None
     """Component of a strain, such as "axial", "curvature_z" or "membrane_xx"."""
     bias: Annotated[tuple[float, ...] | None, Quantity("", (None,))] = None
-    """Bias of each output, in SI units. Left out: none."""
+    """Bias of each output, in SI units. Default: none."""
     period: Duration | None = None
-    """Time between two samples. Left out: continuous and exact."""
+    """Time between two samples. Default: continuous and exact."""
     delay: Annotated[float, Quantity("s", least=0.0)] = 0.0
     """Time from a sample to when its number is known."""
     noise: Annotated[float, Quantity(least=0.0)] = 0.0

@@ -19,7 +19,7 @@ class MarkerTable(Table):
     """Mesh group (point, edge, face): mean displacement and least-squares rotation of its nodes."""
     orientation: Orientation | None = None
     """Axes of the marker in the body: a rotation matrix (columns are the axes), { sequence, angles }, or two directions
-    such as { x = [1, 1, 0], y = [0, 0, 1] }. Left out: those of the body."""
+    such as { x = [1, 1, 0], y = [0, 0, 1] }. Default: those of the body."""
 
 
 class BoxShape(Table):
@@ -32,7 +32,7 @@ class BoxShape(Table):
     position: Position = (0.0, 0.0, 0.0)
     """Centre of the box in the body frame."""
     orientation: Orientation | None = None
-    """Axes of the shape in the body, written as for markers. Left out: those of the body."""
+    """Axes of the shape in the body, written as for markers. Default: those of the body."""
 
 
 class CylinderShape(Table):
@@ -62,7 +62,7 @@ class MeshShape(Table):
     position: Position = (0.0, 0.0, 0.0)
     """Origin of the mesh in the body frame."""
     orientation: Orientation | None = None
-    """Axes of the shape in the body, written as for markers. Left out: those of the body."""
+    """Axes of the shape in the body, written as for markers. Default: those of the body."""
 
 
 Shape = Annotated[BoxShape | CylinderShape | MeshShape, Field(discriminator="kind")]

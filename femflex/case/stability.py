@@ -57,9 +57,9 @@ class StabilityTable(Table):
     """Rigid body whose moments of inertia give the undeformed craft the inertia ratios
     k_roll = (I_pitch - I_yaw) / I_roll and k_yaw = (I_pitch - I_roll) / I_yaw; I_pitch of the craft stays."""
     period: Duration | None = None
-    """Period of the motion. Left out: that of the orbit, or one turn of the spinning frame."""
+    """Period of the motion. Default: that of the orbit, or one turn of the spinning frame."""
     shooting: StrictBool = False
-    """Find the periodic motion near the initial state first. Left out: the motion begins at the initial state."""
+    """Find the periodic motion near the initial state first. Default: the motion begins at the initial state."""
     without: list[str] = Field(default_factory=list)
     """Terms that a second chart or locus omits, as in `run --without`, such as "flexibility"; drawn in dashed lines."""
 

@@ -57,9 +57,9 @@ class ThrusterTable(MountedTable):
     minimum_on: Annotated[float, Quantity("s", least=0.0)] = 0.0
     """Shortest pulse; shorter ones are refused. Of commanded thrusters the controller of kind "pulses" keeps it."""
     specific_impulse: Duration | None = None
-    """Specific impulse; mass leaves at thrust / (9.80665 m/s^2 specific_impulse). Left out: no mass leaves."""
+    """Specific impulse; mass leaves at thrust / (9.80665 m/s^2 specific_impulse). Default: no mass leaves."""
     tank: str | None = None
-    """Tank that the mass is taken from. Left out: the craft's mass stays."""
+    """Tank that the mass is taken from. Default: the craft's mass stays."""
 
     @model_validator(mode="after")
     def _one_command(self) -> ThrusterTable:

@@ -40,7 +40,7 @@ class WheelTable(MountedTable):
     transverse_inertia: Inertia | None = None
     """Moment of inertia of the rotor across its axis, with inertia_in_body = "added"."""
     torque: Annotated[float, Quantity("N m")] | None = None
-    """Constant torque of the motor on the rotor. Left out, without speed and command: none."""
+    """Constant torque of the motor on the rotor. Default, without speed and command: none."""
     speed: Rate | None = None
     """Commanded speed relative to the body, in place of a torque."""
     command: str | None = None
@@ -52,9 +52,9 @@ class WheelTable(MountedTable):
     initial_speed: Rate = 0.0
     """Speed relative to the body at t = 0."""
     max_torque: PositiveTorque | None = None
-    """Largest torque of the motor. Left out: none."""
+    """Largest torque of the motor. Default: none."""
     max_speed: PositiveRate | None = None
-    """Largest speed; over its last 1 % the torque that still accelerates goes to zero. Left out: none."""
+    """Largest speed; over its last 1 % the torque that still accelerates goes to zero. Default: none."""
     viscous: Annotated[float, Quantity("N m s/rad", least=0.0)] = 0.0
     """Viscous friction of the bearing."""
     coulomb: Annotated[float, Quantity("N m", least=0.0)] = 0.0
@@ -87,7 +87,7 @@ class GyroTable(MountedTable):
     spin_axis: Direction = (1.0, 0.0, 0.0)
     """Spin axis at gimbal angles of zero, in the marker's axes."""
     inner_axis: Direction | None = None
-    """Axis of the inner gimbal at an outer angle of zero. Left out: a single gimbal."""
+    """Axis of the inner gimbal at an outer angle of zero. Default: a single gimbal."""
     rates: list[Rate | str] | None = None
     """Commanded rate of each gimbal, outer first: a number, or the name of a signal."""
     angles: list[Annotated[float, Quantity("rad")] | str] | None = None
@@ -95,16 +95,16 @@ class GyroTable(MountedTable):
     gain: Bandwidth = 1.0
     """Rate per angle error, where angles are commanded."""
     initial_angles: Annotated[tuple[float, ...] | None, Quantity("rad", (None,))] = None
-    """Gimbal angles at t = 0. Left out: zero."""
+    """Gimbal angles at t = 0. Default: zero."""
     max_rate: PositiveRate | None = None
-    """Largest gimbal rate. Left out: none."""
+    """Largest gimbal rate. Default: none."""
     gimbal_inertia: Annotated[float, Quantity("kg m^2", least=0.0)] = 0.0
     """Inertia of a single gimbal with its rotor about the gimbal axis, not part of the body's. Zero: gimbals follow
     their commands exactly."""
     bandwidth: Bandwidth = 10.0
     """Bandwidth of the gimbal's servo, with gimbal_inertia."""
     max_torque: PositiveTorque | None = None
-    """Largest torque of the gimbal's motor, with gimbal_inertia. Left out: none."""
+    """Largest torque of the gimbal's motor, with gimbal_inertia. Default: none."""
 
 
 class SeparationTable(MountedTable):

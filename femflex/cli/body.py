@@ -17,7 +17,7 @@ MODELS = (".npz", ".mat", ".op4", ".bdf", ".pch", ".dmig")  # suffixes of models
 def body(
     case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
     name: Annotated[str, typer.Argument(help="Name of the body in the case.", show_default=False)],
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Body file; left out, NAME.h5.")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Body file. Default: NAME.h5.")] = None,
     number: Annotated[
         int | None, typer.Option("-n", "--number", min=1, help="Number of modes instead of the case's.")
     ] = None,
@@ -35,7 +35,7 @@ def body(
 
     With --interface it is written as a Craig-Bampton model for other programs, and used with kind = "matrices".
     """
-    from femflex.results.place import check_place
+    from femflex.results.destination import check_destination
 
     target = output or Path(f"{name}.npz" if interface else f"{name}.h5")
     if not interface and target.suffix.lower() in MODELS:
@@ -43,7 +43,7 @@ def body(
             f"{target} would be a Craig-Bampton model, which needs interfaces: --interface MARKER; a body file for "
             "femflex is .h5"
         )
-    check_place(target, force)
+    check_destination(target, force)
     with Patience("reducing the body"):
         from femflex.case import read_case
         from femflex.case.named_files import check_no_input

@@ -67,7 +67,7 @@ def campbell(
         print_notes(decided.notes)
     found, stopped = computed_diagram(read, time, decided)
     if found is not None:
-        wanted.tell(read, found, {"bodies": strain_data(decided)} if as_json else None)
+        wanted.report(read, found, {"bodies": strain_data(decided)} if as_json else None)
     if stopped is not None:
         raise stopped
 
@@ -99,7 +99,7 @@ def computed_diagram(
     from contextlib import ExitStack
 
     from femflex.dynamics.equilibria.equilibrium import EquilibriumError
-    from femflex.results.keeping import held
+    from femflex.results.interrupts import finished_on_interrupt
     from femflex.studies.campbell import case_spins, diagram_of
 
     found: list[tuple[Spin, Match | None]] = []
@@ -110,7 +110,7 @@ def computed_diagram(
         try:
             for step in case_spins(case, at, lambda speed: bar(speed / scale), decided):
                 if not found:
-                    keeping.enter_context(held("a diagram"))
+                    keeping.enter_context(finished_on_interrupt("a diagram"))
                 found.append(step)
         except (KeyboardInterrupt, EquilibriumError) as error:
             stopped = error
@@ -132,7 +132,7 @@ def write_diagram_files(case: Case, output: Path, force: bool) -> list[str]:
     found, stopped = computed_diagram(case)
     if found is not None:
         print()
-        CampbellOutputs(table, picture, theme, force).tell(case, found)
+        CampbellOutputs(table, picture, theme, force).report(case, found)
     if stopped is not None:
         raise stopped
     assert found is not None
@@ -150,23 +150,23 @@ class CampbellOutputs:
 
     def check(self) -> None:
         """Raise before any work what would be found wrong after it."""
-        from femflex.results.place import check_place
+        from femflex.results.destination import check_destination
         from femflex.view.theme import theme_of
 
         theme_of(self.theme)
         for path in (self.table, self.picture):
             if path is not None:
-                check_place(path, self.force)
+                check_destination(path, self.force)
 
-    def tell(self, case: Case, found: Campbell, beside: dict[str, Any] | None = None) -> None:
+    def report(self, case: Case, found: Campbell, extra: dict[str, Any] | None = None) -> None:
         """Print the diagram, as JSON where something is added to it there, and write the requested files."""
         from femflex.case.verdicts import judged_diagram
 
         assert case.campbell is not None
         scale, unit = case.campbell.speeds.scale, case.campbell.speeds.unit
-        as_json = beside is not None
-        if beside is not None:
-            print_json(found.to_dict() | beside)
+        as_json = extra is not None
+        if extra is not None:
+            print_json(found.to_dict() | extra)
         else:
             print_campbell(found, scale, unit)
         if not found.complete:

@@ -55,10 +55,10 @@ def advice_copy(case: Path, decided: Decided, force: bool) -> Path:
     """The copy of a case with the advice in it, in the folder of the case."""
     from femflex.case import read_case
     from femflex.pipeline.advised_case import advised_text
-    from femflex.results.place import check_place
+    from femflex.results.destination import check_destination
 
     copy = case.with_name(f"{case.stem}_advised.toml")
-    check_place(copy, force)
+    check_destination(copy, force)
     copy.write_text(advised_text(read_case(case), decided), encoding="utf-8")
     return copy
 

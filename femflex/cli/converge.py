@@ -39,7 +39,7 @@ def converge(
         ),
     ] = None,
     tolerance: Annotated[
-        float | None, typer.Option("--tolerance", help="Largest relative error; left out, the case's, or 1e-3.")
+        float | None, typer.Option("--tolerance", help="Largest relative error. Default: that of the case, or 1e-3.")
     ] = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Draw the study (PNG or SVG).")] = None,
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
@@ -77,13 +77,13 @@ def converge(
             findings.append(found)
             wanted.say(found)
         if stopped is not None:
-            wanted.tell(findings, notes, complete=False)
+            wanted.report(findings, notes, complete=False)
             if found is not None and wanted.picture is not None:
                 print_error("no picture is drawn")
             raise stopped
         assert found is not None
         read = with_choice(read, found, names)
-    wanted.tell(findings, notes, complete=True)
+    wanted.report(findings, notes, complete=True)
 
 
 def checked_levels(levels: str | None, varied: list[str]) -> list[int] | None:
@@ -123,14 +123,14 @@ def run_study(
 def computed_points(study: Study) -> tuple[list[Point], BaseException | None]:
     """The points of a study, and what broke it off, if anything did."""
     from femflex.integrate import IntegrationError
-    from femflex.results.keeping import held
+    from femflex.results.interrupts import finished_on_interrupt
 
     points: list[Point] = []
     with Bar("converging", 100.0, unit="%") as bar, keep_alive(bar) as report, ExitStack() as keeping:
         try:
             for point in study.points(lambda part: report(float(round(100.0 * part)))):
                 if not points:
-                    keeping.enter_context(held("a study"))
+                    keeping.enter_context(finished_on_interrupt("a study"))
                 points.append(point)
         except (KeyboardInterrupt, IntegrationError) as stop:
             return points, stop

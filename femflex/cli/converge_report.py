@@ -32,13 +32,13 @@ class StudyOutputs:
         if self.tolerance is not None and not 0.0 < self.tolerance < 1.0:
             raise ValueError(f"--tolerance is {self.tolerance:g}; give a relative error between 0 and 1, such as 1e-3")
         if self.picture is not None:
-            from femflex.results.place import check_place
+            from femflex.results.destination import check_destination
             from femflex.view.convergence import check_kind
             from femflex.view.theme import theme_of
 
             theme_of(self.theme)
             check_kind(self.picture)
-            check_place(self.picture, self.force)
+            check_destination(self.picture, self.force)
 
     def begin(self, notes: Mapping[str, str]) -> None:
         """Print why bodies have the strain they have, where the case does not say it."""
@@ -51,7 +51,7 @@ class StudyOutputs:
             printers = {"strain": print_forms, "functions": print_kinds}
             printers.get(found.over, print_study)(found)  # type: ignore[operator]
 
-    def tell(self, findings: list[Finding], notes: Mapping[str, str], complete: bool) -> None:
+    def report(self, findings: list[Finding], notes: Mapping[str, str], complete: bool) -> None:
         """Print what they come to together, with the notes on bodies as JSON too, and draw them on request."""
         from femflex.studies import choice, choice_text
 

@@ -30,13 +30,13 @@ class Drawing:
 
     def check(self) -> None:
         """Raise before any work what would fail after it."""
-        from femflex.results.place import check_place
+        from femflex.results.destination import check_destination
 
         if self.mode is not None and self.movie is None:
             raise ValueError("--mode names the mode of a movie; give -o mode.mp4 with it")
         for path in (self.picture, self.movie):
             if path is not None:
-                check_place(path, self.force)
+                check_destination(path, self.force)
 
     def make(self, modes: SystemModes, title: str) -> list[tuple[str, Path]]:
         """The files written, each with its kind."""
@@ -47,7 +47,7 @@ class Drawing:
         if self.picture is not None:
             chosen = moving[:DRAWN]
             if not chosen:
-                raise ValueError("the craft has rigid-body modes alone, which are not drawn")
+                raise ValueError("the craft has only rigid-body modes, which are not drawn")
             captions = [caption(modes, k) for k in chosen]
             out.append(("picture", craft_montage(modes.skin(chosen), captions, self.picture, title, force=self.force)))
         if self.movie is not None:

@@ -44,11 +44,11 @@ def equilibrium(
     from it with [initial] from = "eq.h5", or "equilibrium". Exit code 3: none was found; the last state in balance,
     under the share of the forces that is reported, is kept in the output file.
     """
-    from femflex.results.place import check_place
+    from femflex.results.destination import check_destination
 
     time = read_seconds(at, "--at")
     if output is not None:
-        check_place(output, force)
+        check_destination(output, force)
     with Patience("building bodies and compiling the equations of motion"):
         from femflex.case import read_case
         from femflex.dynamics.equilibria.equilibrium import EquilibriumError

@@ -16,21 +16,21 @@ class WarningGroups:
     """Warnings that wait until the work in hand is done, so that those of one kind can be reported together."""
 
     def __init__(self) -> None:
-        self._told: dict[str, None] = {}
+        self._texts: dict[str, None] = {}
         self._waiting: list[str] = []
 
     def add(self, text: str) -> None:
         """Take up a warning, unless it was reported already."""
-        if text not in self._told:
-            self._told[text] = None
+        if text not in self._texts:
+            self._texts[text] = None
             self._waiting.append(text)
 
     @property
     def texts(self) -> list[str]:
         """All of them, in the order in which they came."""
-        return list(self._told)
+        return list(self._texts)
 
-    def tell(self) -> None:
+    def print_pending(self) -> None:
         """Print what waits."""
         waiting, self._waiting = self._waiting, []
         for line in grouped(waiting):
@@ -64,7 +64,7 @@ def warnings_so_far() -> list[str]:
 
 def print_warnings() -> None:
     """Print the warnings that wait."""
-    GATHERED.tell()
+    GATHERED.print_pending()
 
 
 def grouped(texts: list[str]) -> list[str]:

@@ -33,7 +33,7 @@ def answer_at_once() -> None:
 
 def leave() -> NoReturn:
     """End the process as interrupted, without the tenth of a second that unloading compiled code takes."""
-    keeping = sys.modules.get("femflex.results.keeping")
+    keeping = sys.modules.get("femflex.results.interrupts")
     for part in list(keeping.PARTS) if keeping else []:
         part.unlink(missing_ok=True)
     if sys.stderr.isatty():
@@ -47,8 +47,8 @@ def leave() -> NoReturn:
 
 
 def _held() -> bool:
-    keeping = sys.modules.get("femflex.results.keeping")
-    return keeping is not None and keeping.anything_held()
+    keeping = sys.modules.get("femflex.results.interrupts")
+    return keeping is not None and keeping.has_work_to_finish()
 
 
 def _asked(_: int, __: FrameType | None) -> None:

@@ -27,10 +27,16 @@ def linearize(
     case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
     inputs: Annotated[
         str | None,
-        typer.Option("--inputs", help="Paths with commas, such as loads/slew/torque:y; left out, the usual."),
+        typer.Option(
+            "--inputs",
+            help="Inputs, separated by commas, such as loads/slew/torque:y. Default: all loads, motions and commands.",
+        ),
     ] = None,
     outputs_wanted: Annotated[
-        str | None, typer.Option("--outputs", help="Channels with commas, such as bodies/hub/rate:y,attitude/angles.")
+        str | None,
+        typer.Option(
+            "--outputs", help="Outputs: channels separated by commas, such as bodies/hub/rate:y,attitude/angles."
+        ),
     ] = None,
     at: Annotated[
         str | None,
@@ -60,11 +66,11 @@ def linearize(
     About the equilibrium nearest to the case's initial state (at rest, in steady spin, in orbit), or about the state of
     a run at a time. Loads that vary do not act in the equilibrium unless --at says when.
     """
-    from femflex.results.place import check_place
+    from femflex.results.destination import check_destination
 
     files = outputs(output or (), {MODEL: (".mat", ".npz", ".h5"), PICTURE: DIAGRAM_SUFFIXES})
     for path in files.values():
-        check_place(path, force)
+        check_destination(path, force)
     time = read_seconds(at, "--at")
     if run is not None and time is None:
         raise ValueError("--run names a run, whose state at a time is taken; give the time too (--at '3 s')")

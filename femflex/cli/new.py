@@ -15,20 +15,20 @@ from femflex.cli.verb import verb
 def new(
     name: Annotated[Path, typer.Argument(help="Case file to write, such as my_craft.toml.", show_default=False)],
     mesh: Annotated[
-        Path | None, typer.Option("--mesh", help="Mesh of the flexible body; left out, a boom from beam theory.")
+        Path | None, typer.Option("--mesh", help="Mesh of the flexible body. Default: a boom from beam theory.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing case.")] = False,
 ) -> None:
     """Write a commented case to start from, and the schema by which editors complete and check its keys."""
     from femflex.case.schema import schema_text
     from femflex.case.starting_case import starting_case
-    from femflex.results.place import check_place
+    from femflex.results.destination import check_destination
     from femflex.view.output import placed
 
     target = name if name.suffix else name.with_suffix(".toml")
     if target.suffix != ".toml":
         raise ValueError(f"{target.name}: found the suffix {target.suffix!r}; a case ends in .toml")
-    check_place(target, force)
+    check_destination(target, force)
     found, file = None, ""
     if mesh is not None:
         from femflex.mesh import read_mesh

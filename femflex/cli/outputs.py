@@ -26,6 +26,6 @@ def outputs(paths: Sequence[Path], kinds: Mapping[str, Sequence[str]]) -> dict[s
             known = "; ".join(f"{', '.join(suffixes)} for a {kind}" for kind, suffixes in kinds.items())
             raise ValueError(f"-o {path}: found the suffix {path.suffix!r}; expected {known}")
         if kind in found:
-            raise ValueError(f"-o names two files for the {kind}, {found[kind]} and {path}; give one")
+            raise ValueError(f"found -o {found[kind]} and -o {path}, both for the {kind}; give one")
         found[kind] = path
     return found

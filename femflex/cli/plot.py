@@ -17,12 +17,12 @@ def plot(
     channels: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Channels, such as attitude/angles; left out, a default selection. `femflex info` lists them.",
+            help="Channels, such as attitude/angles. Default: a selection. `femflex info` lists them.",
             show_default=False,
         ),
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="PNG or SVG file; left out, in the folder of the run.")
+        Path | None, typer.Option("-o", "--output", help="PNG or SVG file. Default: in the folder of the run.")
     ] = None,
     other: Annotated[
         Path | None, typer.Option("--with", help="Result file of another run, laid over this one in dashed lines.")
@@ -36,7 +36,7 @@ def plot(
     highest: Annotated[float | None, typer.Option("--highest", help="Last frequency of a spectrum in Hz.")] = None,
     radians: Annotated[bool, typer.Option("--radians", help="Angles in radians instead of degrees.")] = False,
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
-    title: Annotated[str | None, typer.Option("--title", help="Left out, that of the case.")] = None,
+    title: Annotated[str | None, typer.Option("--title", help="Title. Default: that of the case.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
 ) -> None:
     """Plot channels of a run over time, or their spectra, as PNG or SVG."""

@@ -27,7 +27,7 @@ def render(
         str | None,
         typer.Option(
             "--at",
-            help="Time of the picture: seconds, or a text such as '2 min'; left out, that of the largest displacement.",
+            help="Time of the picture: seconds, or a text such as '2 min'. Default: that of the largest displacement.",
         ),
     ] = None,
     movie: Annotated[bool, typer.Option("--movie", help="Draw a movie instead of a picture.")] = False,
@@ -50,12 +50,12 @@ def render(
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
     camera: Annotated[
         str | None,
-        typer.Option("--camera", help="auto, fixed, follow, orbital, body or body:NAME; left out, as the case says."),
+        typer.Option("--camera", help="auto, fixed, follow, orbital, body or body:NAME. Default: that of the case."),
     ] = None,
     view: Annotated[
         str | None,
         typer.Option(
-            "--view", help="Direction from the scene to the camera, such as 1,-2,0.5; left out, as the case says."
+            "--view", help="Direction from the scene to the camera, such as 1,-2,0.5. Default: that of the case."
         ),
     ] = None,
     size: Annotated[str, typer.Option("--size", help="Width and height in pixels.")] = "1280x720",

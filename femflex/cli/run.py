@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 def run(
     case: Annotated[Path, typer.Argument(help="Case file (TOML).", show_default=False)],
     output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="Result file (HDF5); left out, CASE.h5 in this folder.")
+        Path | None, typer.Option("-o", "--output", help="Result file (HDF5). Default: CASE.h5 in this folder.")
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with the unfinished run in the output file.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Overwrite existing files.")] = False,

@@ -13,7 +13,7 @@ from femflex.cli.verb import verb
 
 @verb("femflex schema -o case.schema.json")
 def schema(
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="JSON file; left out, standard output.")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="JSON file. Default: standard output.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
 ) -> None:
     """Print the JSON Schema of case files; `unit` names the SI unit of plain numbers."""

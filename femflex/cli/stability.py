@@ -51,13 +51,13 @@ def stability(
     changes. Over two: regions and their traced boundaries. Values and settings are those of the case's \\[stability]
     where none are given.
     """
-    from femflex.results.place import check_place
+    from femflex.results.destination import check_destination
     from femflex.view.theme import theme_of
 
     files = outputs(output or (), {TABLE: (".csv",), PICTURE: DIAGRAM_SUFFIXES})
     theme_of(theme)
     for path in files.values():
-        check_place(path, force)
+        check_destination(path, force)
     from femflex.case import read_case
     from femflex.studies.stability import case_stability
 

@@ -23,11 +23,11 @@ HELP_AT = "Place on the body, x,y,z in metres: values along time at the strain p
 @verb("femflex stress run.h5 --body wing --at 0.3,0,0 -o stress.csv")
 def stress(
     file: Annotated[Path, typer.Argument(help="Result file of a run.", show_default=False)],
-    body: Annotated[list[str] | None, typer.Option("--body", help="Body; may be repeated. Left out, all.")] = None,
+    body: Annotated[list[str] | None, typer.Option("--body", help="Body; may be repeated. Default: all.")] = None,
     at: Annotated[list[str] | None, typer.Option("--at", help=HELP_AT)] = None,
     quantity: Annotated[
         list[str] | None,
-        typer.Option("--quantity", help="Quantity such as von_mises or moment_y; may be repeated. Left out, all."),
+        typer.Option("--quantity", help="Quantity such as von_mises or moment_y; may be repeated. Default: all."),
     ] = None,
     points: Annotated[
         bool, typer.Option("--points", help="List every strain point with its largest values, in place of the peaks.")
@@ -41,14 +41,14 @@ def stress(
 ) -> None:
     """Print the largest section forces and stresses of every flexible body over a run, or write them along time."""
     from femflex.results import open_run
-    from femflex.results.place import check_place
+    from femflex.results.destination import check_destination
 
     places = [_place(text) for text in at or []]
     if places and points:
         raise ValueError("--at and --points are two tables; give one of them")
     files = outputs(output or (), {TABLE: (".csv",), PICTURE: (".png",)})
     for path in files.values():
-        check_place(path, force)
+        check_destination(path, force)
     with Patience(f"recovering stress of {file.name}"), open_run(file) as run:
         bodies = run.bodies()
         names = body or [name for name, found in bodies.items() if found.strain_field]

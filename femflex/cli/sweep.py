@@ -27,7 +27,9 @@ def sweep(
         typer.Option("-o", "--output", help="Results (.h5) or picture (.png, .svg); may be repeated."),
     ] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on with a sweep that was broken off.")] = False,
-    workers: Annotated[int | None, typer.Option("--workers", min=1, help="Processes; left out, one per core.")] = None,
+    workers: Annotated[
+        int | None, typer.Option("--workers", min=1, help="Number of processes. Default: one per core.")
+    ] = None,
     scheduler: Annotated[
         str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, such as tcp://host:8786.")
     ] = None,
@@ -45,12 +47,12 @@ def sweep(
     their problem. A sweep that was killed goes on with --resume; its numbers depend neither on that nor on the number
     of workers.
     """
-    from femflex.results.place import check_place
+    from femflex.results.destination import check_destination
 
     files = outputs(output or (), {RESULT: (".h5",), PICTURE: DIAGRAM_SUFFIXES})
     result = files.get(RESULT, Path(f"{study.stem}.h5"))
     if PICTURE in files:
-        check_place(files[PICTURE], force)
+        check_destination(files[PICTURE], force)
     from femflex.studies.sweep import sweep as swept
     from femflex.studies.sweep.sweep import count_of
 
@@ -89,7 +91,7 @@ def sweep(
 
 def draw(found: Sweep, path: Path, title: str, how: tuple[str, bool], kind: str) -> None:
     """Draw outputs over inputs, the envelopes of histories, or Sobol indices."""
-    from femflex.view.swept import plot_envelopes, plot_indices, plot_scatter
+    from femflex.view.sweep_plots import plot_envelopes, plot_indices, plot_scatter
 
     theme, force = how
     if kind == "indices":

@@ -25,7 +25,7 @@ def terms(
         list[str] | None,
         typer.Option(
             "--coordinate",
-            help="Coordinate to explain, such as beam.delta1; may be repeated; `all`. Left out, a default selection.",
+            help="Coordinate to explain, such as beam.delta1; may be repeated; `all`. Default: a selection.",
             show_default=False,
         ),
     ] = None,
@@ -40,7 +40,7 @@ def terms(
         typer.Option("--case", help="Where the case file is now, if it has moved; meshes are searched in its folder."),
     ] = None,
     theme: Annotated[str, typer.Option("--theme", help="light or dark.")] = "light",
-    title: Annotated[str | None, typer.Option("--title", help="Left out, that of the case.")] = None,
+    title: Annotated[str | None, typer.Option("--title", help="Title. Default: that of the case.")] = None,
     whole: Annotated[
         bool, typer.Option("--whole", help="Draw the inertia as one term, not split by accelerating coordinate.")
     ] = False,
@@ -60,11 +60,11 @@ def terms(
     from femflex.advice import advice_from, notes_of
     from femflex.pipeline import rebuilt
     from femflex.results import FileLock, open_run
-    from femflex.results.place import check_place
+    from femflex.results.destination import check_destination
     from femflex.studies.explain import chosen, explain
 
     if output is not None:
-        check_place(output, force)
+        check_destination(output, force)
     lock = FileLock(file) if keep and file.is_file() else None
     with lock or nullcontext(), open_run(file) as run:
         with Patience("building the model again from the case text") as say:
@@ -79,10 +79,12 @@ def terms(
             print_notes(notes_of(advice_from(str(run.attributes.get("advice", "[]")))))
             print_term_tables(run.without, found, places)
         if output is not None:
-            from femflex.view.terms import Explained, plot_terms
+            from femflex.view.terms import CoordinateTerms, plot_terms
 
             shown, which = readable_part(found, places, wanted=start is None and end is None)
-            chose = [Explained(k, found.names[k], found.units[k], "inertia" if whole else found.own[k]) for k in places]
+            chose = [
+                CoordinateTerms(k, found.names[k], found.units[k], "inertia" if whole else found.own[k]) for k in places
+            ]
             parts = shown.terms if whole else shown.parts
             plot_terms(run, shown.time, parts, chose, output, theme, title, force=force)
             if not json:

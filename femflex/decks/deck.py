@@ -121,7 +121,7 @@ class Deck:
         if not own:
             return self
         count = sum(len(support.components) * len(groups[name]) for name, support in own.items())
-        text = f"{count} components of nodes, which nothing resists, are held (AUTOSPC; set of supports 'autospc')"
+        text = f"{count} components of nodes have no stiffness and are fixed (as by AUTOSPC; set of supports 'autospc')"
         return replace(
             self,
             mesh=self.mesh.with_groups(points=groups),

@@ -48,7 +48,7 @@ def describe(deck: Deck) -> str:
         lines += [
             f"mass      {mass:.6g} kg, centre {_list(centre)} m",
             f"extent    {_list(high - low)} m, from {_list(low)} to {_list(high)} m",
-            f"freedoms  {structure.n_dof} of {len(deck.mesh.points)} nodes, {len(deck.members)} members",
+            f"dofs      {structure.n_dof} of {len(deck.mesh.points)} nodes, {len(deck.members)} members",
         ]
         lines += [f"doubt     {text}" for text in doubts(deck, structure)]
         lines += [f"doubt     {text}" for text in _grouped([str(one.message) for one in given])]

@@ -245,9 +245,9 @@ def _warn_of_linear_strain(line: DeployingLine, length: Profile, until: float) -
     worst = float(np.nanmax(load))
     if worst > SOFTENED * BUCKLING * EI:
         warnings.warn(
-            f"a deploying member with linear strain: its axial acceleration, up to {np.abs(acceleration).max():.3g} "
-            f"m/s^2, reaches {worst / (BUCKLING * EI) if EI else np.inf:.2g} of the load that buckles it, and is left "
-            f"out above {SOFTENED:g}; take strain = 'condensed'",
+            "deploying member with linear strain: the inertia load of its axial acceleration (up to "
+            f"{np.abs(acceleration).max():.3g} m/s^2) reaches {worst / (BUCKLING * EI) if EI else np.inf:.2g} of its "
+            f"buckling load (limit {SOFTENED:g}), and linear strain leaves it out; set strain = 'condensed'",
             PhysicsWarning,
             stacklevel=3,
         )

@@ -64,13 +64,13 @@ class ElementFunctions:
         counts = (self.y, self.z, self.axial, self.torsion)
         if min(counts) < 0 or not any(counts):
             raise ValueError(
-                f"modes of elements were requested in numbers {counts} (y, z, axial, torsion); give some, none negative"
+                f"numbers of modes (y, z, axial, torsion) are {counts}; give at least one, and none negative"
             )
         for name, kept, bends in self._fields():
             if kept > (most := len(self._nodal(bends, name in "yz"))):
                 raise ValueError(
-                    f"{kept} modes along {name} were requested of {len(edges) - 1} elements, which have {most}; take "
-                    "more elements or fewer modes"
+                    f"{kept} modes along {name} were requested; {len(edges) - 1} elements have {most}. Give more "
+                    "elements or fewer modes"
                 )
 
     @property

@@ -56,8 +56,8 @@ class StringFunctions:
     def __post_init__(self) -> None:
         if min(self.y, self.z, self.axial) < 0 or not (self.y or self.z or self.axial):
             raise ValueError(
-                f"string functions were requested in numbers {(self.y, self.z, self.axial)} (y, z, axial); give some, "
-                "none negative"
+                f"numbers of string functions (y, z, axial) are {(self.y, self.z, self.axial)}; give at least one, "
+                "and none negative"
             )
         if self.tip not in STRING_ENDS:
             raise ValueError(f"the tip of a string is {self.tip!r}; it is one of {sorted(STRING_ENDS)}")

@@ -43,8 +43,8 @@ class SecondOrderCalls:
         """The call of signature CORRECT; ValueError with free lengths."""
         if self.free:
             raise ValueError(
-                f"body {self.free[0]!r} has a free length, and implicit integrators know lengths given in time alone; "
-                "take integrator 'dop853'"
+                f"body {self.free[0]!r} has a free length, and implicit integrators need lengths that are functions "
+                "of time; set integrator = 'dop853'"
             )
         if self.reduced:
             from femflex.dynamics.terms.reduced_correction import reduced_correct
@@ -73,7 +73,7 @@ class ConstrainedCalls(SecondOrderCalls):
     def residual(self) -> Any:
         """The call of signature RESIDUAL; AttributeError where terms are left out."""
         if self.reduced:
-            raise AttributeError("what joints carry follows from the whole equations, and terms are switched off here")
+            raise AttributeError("joint forces need all terms of the equations, and some are switched off (`without`)")
         from femflex.dynamics.constraints.residual import residual
 
         return residual

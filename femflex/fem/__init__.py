@@ -9,7 +9,7 @@ from importlib import import_module
 from pkgutil import walk_packages
 
 from femflex.fem.bushing import Bushing, spring
-from femflex.fem.connections import Distributing, Equation, Following, Rigid, Term
+from femflex.fem.connections import Distributing, Equation, MultiPointConstraint, Rigid, Term
 from femflex.fem.family import FAMILIES
 from femflex.fem.line.cut import Segment, cut
 from femflex.fem.point_mass import PointMass
@@ -24,9 +24,9 @@ __all__ = [
     "Bushing",
     "Distributing",
     "Equation",
-    "Following",
     "Material",
     "Member",
+    "MultiPointConstraint",
     "Orthotropic",
     "PointMass",
     "Rigid",

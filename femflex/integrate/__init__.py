@@ -21,7 +21,7 @@ from femflex.integrate.protocol import (
 )
 from femflex.integrate.register import INTEGRATORS, integrator
 from femflex.integrate.scipy_check import Scipy
-from femflex.integrate.trial import Forecast, foretold
+from femflex.integrate.trial import Forecast, forecast
 
 __all__ = [
     "ADVANCE",
@@ -44,6 +44,6 @@ __all__ = [
     "Solution",
     "Steps",
     "choose",
-    "foretold",
+    "forecast",
     "integrator",
 ]

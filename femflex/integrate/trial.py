@@ -25,7 +25,7 @@ class Forecast:
     step: float
 
 
-def foretold(method: Adaptive, model: Model, end: float, x0: Array) -> Forecast:
+def forecast(method: Adaptive, model: Model, end: float, x0: Array) -> Forecast:
     """The cost of a run from x0 (n_x,) at t = 0 to `end` [s], if it goes on as its first steps do.
 
     The same on every machine, for it counts calls instead of seconds. Events are left out.

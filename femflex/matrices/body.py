@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
 
-from femflex.fem.given import GivenStructure
+from femflex.fem.matrix_structure import MatrixStructure
 from femflex.matrices.checks import GROUNDED, StatedMass, check_model, relative_energy
 from femflex.matrices.model import MatrixModel
 from femflex.matrices.read import symmetric
@@ -23,7 +23,7 @@ from femflex.reduction.modes.vibration import cantilever_modes
 from femflex.warning import PhysicsWarning
 
 Array = NDArray[np.float64]
-Reduce = Callable[[GivenStructure], ModeSet]
+Reduce = Callable[[MatrixStructure], ModeSet]
 
 SPINNING = (
     "its strain is linear, with a geometric stiffness that grows with the square of its rate about the given axis; "
@@ -75,7 +75,7 @@ def matrix_body(
     return MatrixBody(with_spin_stiffness(made.body, G, model.spin_axis), (SPINNING, *made.notes[1:]))
 
 
-def all_modes(structure: GivenStructure, reference: str) -> ModeSet:
+def all_modes(structure: MatrixStructure, reference: str) -> ModeSet:
     """All modes of the matrices with the reference group fixed in the body frame; for reduced models."""
     free = np.setdiff1d(np.arange(structure.n_dof), structure.clamped_dofs(reference))
     M = structure.M[free][:, free].toarray()
@@ -84,7 +84,7 @@ def all_modes(structure: GivenStructure, reference: str) -> ModeSet:
     return cantilever_modes(structure, reference, n)
 
 
-def without_rounding(structure: GivenStructure) -> GivenStructure:
+def without_rounding(structure: MatrixStructure) -> MatrixStructure:
     """The structure with K R = 0 exactly for its rigid motions R, where the file's digits leave a rest of it.
 
     K becomes P^T K P with P = 1 - R (R^T W R)^-1 R^T W, W the diagonal of K. Where the rest is more than rounding, or

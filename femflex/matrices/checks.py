@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from femflex.fem.given import GivenStructure
+from femflex.fem.matrix_structure import MatrixStructure
 from femflex.matrices.model import MatrixModel
 from femflex.reduction.boundary.pivots import factors, negative_pivots
 from femflex.reduction.boundary.rigid import DIRECTIONS, rigid_shapes
@@ -141,7 +141,7 @@ def _not_finite(model: MatrixModel) -> list[str]:
     return texts
 
 
-def _mass_of_one_axis(structure: GivenStructure, M: sparse.csr_array) -> sparse.csr_array:
+def _mass_of_one_axis(structure: MatrixStructure, M: sparse.csr_array) -> sparse.csr_array:
     """The mass matrix of one axis where that of all three is the same and nothing else has mass; else M itself."""
     if structure.rotation.nnz or structure.scalars.size or (M.diagonal() <= 0).any():
         return M
@@ -221,7 +221,7 @@ def relative_energy(K: sparse.csr_array, R: Array) -> Array:
 
 
 def _grounded(
-    model: MatrixModel, structure: GivenStructure, K: sparse.csr_array, R: Array, rigid: Array
+    model: MatrixModel, structure: MatrixStructure, K: sparse.csr_array, R: Array, rigid: Array
 ) -> list[Finding]:
     """Rigid motions against which K has stiffness, and the node where the force is largest."""
     found = []

@@ -110,5 +110,11 @@ def numbered(pairs: Index) -> tuple[Index, Index]:
 
 
 def groups_from(names: Mapping[str, ArrayLike]) -> dict[str, Index]:
-    """Groups of node numbers."""
-    return {name: np.unique(np.asarray(nodes, np.int64)) for name, nodes in names.items()}
+    """Groups of node numbers; ValueError names a group with a number of more than 64 bits."""
+    found = {}
+    for name, nodes in names.items():
+        try:
+            found[name] = np.unique(np.asarray(nodes, np.int64))
+        except OverflowError:
+            raise ValueError(f"group {name!r} has a node number above {2**63 - 1}; give numbers of its nodes") from None
+    return found

@@ -105,7 +105,7 @@ def _basis(B: Array, M: Array, K: Array, interfaces: Sequence[str]) -> Array:
     rank = int((s > RANK * s[0]).sum())
     if rank < len(B):
         raise ValueError(
-            f"the coordinates of the body know {rank} independent motions of the {len(B)} of its interfaces "
+            f"the coordinates of the body represent {rank} of the {len(B)} independent motions of its interfaces "
             f"{list(interfaces)}; reduce it with craig_bampton and these interfaces, or name fewer"
         )
     N = Vt[rank:].T

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from femflex.fem.given import DRAWN
+from femflex.fem.matrix_structure import DRAWN
 from femflex.fem.structure import Structure
 from femflex.matrices.model import MatrixModel
 

@@ -12,7 +12,7 @@ from scipy import sparse
 
 from femflex.body import MassMoments
 from femflex.decks.units import Units
-from femflex.fem.given import SCALAR, GivenStructure, given_structure
+from femflex.fem.matrix_structure import SCALAR, MatrixStructure, structure_from_matrices
 from femflex.mesh import Mesh
 from femflex.reduction.inertia.mass_matrix import Distribution, KnownMoments, PointMasses
 
@@ -137,7 +137,7 @@ class MatrixModel:
             f"and node_NUMBER; name one in `groups`, such as groups = {{ {group} = [1, 2, 3] }}"
         )
 
-    def structure(self, groups: Sequence[str] = ()) -> GivenStructure:
+    def structure(self, groups: Sequence[str] = ()) -> MatrixStructure:
         """The Structure of the matrices, with these groups besides those of the model; K holds `geometric` too.
 
         Raises ValueError for groups that are not known, or name nodes without degrees of freedom.
@@ -165,7 +165,7 @@ class MatrixModel:
         if self.geometric is not None and self.spin_axis is None:
             K = sparse.csr_array(K + self.geometric)
         recovery = None if self.recovery is None else (self.recovery.points, self.recovery.rows)
-        return given_structure(mesh, places, self.M, K, self.D, self.frames, recovery)
+        return structure_from_matrices(mesh, places, self.M, K, self.D, self.frames, recovery)
 
     @property
     def distribution(self) -> Distribution | None:

@@ -32,9 +32,9 @@ def write_matrices(model: MatrixModel, path: str | Path, force: bool = False) ->
     if not path.parent.is_dir():
         raise FileNotFoundError(f"folder {path.parent} does not exist; make it, or give another path for the model.")
     with tempfile.TemporaryDirectory(prefix=f".{path.name}.", dir=path.parent) as folder:
-        beside = Path(folder) / path.name
-        WRITERS[path.suffix.lower()](model, beside)
-        os.replace(beside, path)
+        partial = Path(folder) / path.name
+        WRITERS[path.suffix.lower()](model, partial)
+        os.replace(partial, path)
     return path
 
 

@@ -50,7 +50,7 @@ class Sets:
         known = sorted({self._spelling[key] for key in self._parts})
         shown = f"{known[:30]} and {len(known) - 30} more" if len(known) > 30 else str(known)
         raise ValueError(
-            f"{place}{': ' if place else ''}{self.kind} {word!r} is used and never defined; known are {shown}. "
+            f"{place}{': ' if place else ''}{self.kind} {word!r} is used but not defined; known are {shown}. "
             "Correct the name, or add the set."
         )
 

@@ -17,14 +17,21 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 COINCIDENT = 1e-9  # of the mesh's extent: points closer than this are taken for one point written twice
+LARGEST = 1e30  # m, of a coordinate: beyond it areas and distances overflow
 FLAT = 1e-12  # length, area or volume below this times the longest edge to that power counts as zero
 
 
 def check(mesh: Mesh, source: str = "the mesh", strict: bool = True) -> None:
-    """Raise ValueError for cells that have no size or are turned inside out; warn of loose and coincident points.
+    """Raise ValueError for coordinates above LARGEST, and for cells that have no size or are turned inside out; warn of
+    loose and coincident points.
 
     strict: False warns of bad cells, too.
     """
+    if (far := np.flatnonzero(np.abs(mesh.points).max(axis=1, initial=0.0) > LARGEST)).size:
+        raise ValueError(
+            f"{source}: {len(far)} of {len(mesh.points)} points have coordinates above {LARGEST:g} m, the first is "
+            f"number {far[0]} at {_at(mesh.points[far[0]])}; correct the file or its unit"
+        )
     problems = [*_degenerate(mesh), *_inverted(mesh)]
     if problems and strict:
         raise ValueError(f"{source}: " + " ".join(problems))
@@ -71,8 +78,8 @@ def _loose(mesh: Mesh) -> str:
     groups = sorted(group for group, rows in mesh.point_groups.items() if np.isin(rows, free).any())
     where = f"; some are in the point groups {groups}" if groups else ""
     return (
-        f"{len(free)} of {len(mesh.points)} points belong to no cell{where}. They carry nothing and can hold nothing; "
-        "connect them, or take them out of the mesh."
+        f"{len(free)} of {len(mesh.points)} points belong to no cell{where}. They have neither stiffness nor mass, "
+        "and nothing can be attached to them; connect them, or remove them from the mesh."
     )
 
 

@@ -105,7 +105,7 @@ def _refuse_gaps(nodes: bytes, path: Path) -> None:
     count, _, records = nodes.partition(b"\n")
     record = np.dtype([("number", "<i4"), ("position", "<f8", 3)])
     if len(records) < int(count) * record.itemsize:
-        raise ValueError(f"{path.name} tells {int(count)} nodes but ends before the last; the file is cut short.")
+        raise ValueError(f"{path.name} announces {int(count)} nodes but ends before the last; the file is cut short.")
     numbers = np.frombuffer(records, record, int(count))["number"]
     if not np.array_equal(numbers, np.arange(1, len(numbers) + 1)):
         raise ValueError(

@@ -12,7 +12,7 @@ import numpy as np
 from femflex.advice.deployed import SlackWatch
 from femflex.advice.stiffening import StiffeningWatch
 from femflex.advice.tension import TensionWatch
-from femflex.pipeline.guard import Runaway, Singularities, first_overflow, warn_of_passage
+from femflex.pipeline.guard import MotionGuard, Singularities, first_overflow, warn_of_passage
 
 if TYPE_CHECKING:
     from femflex.dynamics import Model
@@ -40,10 +40,10 @@ def integrate(
     lock: of the output, when the caller has taken it already; it is released at the end
     """
     from femflex.integrate import IntegrationError
-    from femflex.results.keeping import undisturbed
+    from femflex.results.interrupts import without_interrupts
 
     model, known = prepared.model.for_run(), prepared.decided.known
-    runaway, singularities = Runaway(model, known, prepared.decided.notes), Singularities(model)
+    guard, singularities = MotionGuard(model, known, prepared.decided.notes), Singularities(model)
     stiffening, tension = StiffeningWatch(model, known), TensionWatch(model, known)
     slack = SlackWatch(model)
     if model.constraints is not None:
@@ -53,7 +53,7 @@ def integrate(
         last = None
         try:
             for last in prepared.integrator.blocks(model, prepared.times, model.x0, state):
-                error = runaway.found(last)
+                error = guard.divergence(last)
                 times = last.times if error is None else last.times[last.times <= error.t]
                 if len(times):
                     seen = model.observe(times, last.states[: len(times)])
@@ -65,7 +65,7 @@ def integrate(
                 if len(times):
                     after = last.resume if error is None else None  # a failed run cannot go on
                     writer.make_room(len(times), after)
-                    with undisturbed():
+                    with without_interrupts():
                         writer.write_block(times, seen | stresses.values(seen), after)
                     singularities.watch(times, seen)
                     stiffening.watch(seen)
@@ -85,7 +85,7 @@ def integrate(
             stiffening.warn()  # what linear strain leaves out is the first cause of a motion that runs away
             raise _kept(failed, writer, model, written, stresses) from failed.__cause__
         writer.finish(True, "reached the end", _statistics(last))
-    runaway.warn()
+    guard.warn()
     singularities.warn()
     warn_of_passage(model)
     stiffening.warn()

@@ -26,7 +26,7 @@ STRETCH = 30.0  # frequency of a shape over the first from which on it is a stre
 FAR = 100.0  # elastic displacement over the body's size beyond which the motion has run away
 
 
-class Runaway:
+class MotionGuard:
     """Watches motion: stops a run whose rates or elastic displacements are beyond all craft, warns of large bends.
 
     An unstable or overloaded motion grows for long before its numbers overflow, with ever smaller steps; the model
@@ -41,7 +41,7 @@ class Runaway:
         self._fastest = np.array([FASTEST.get(unit, np.inf) for unit in units])
         self._bends = deflection_watches(model, known)
 
-    def found(self, block: Block) -> IntegrationError | None:
+    def divergence(self, block: Block) -> IntegrationError | None:
         """The error that tells of the first row of a block that has run away, or of the state beyond it, if it has."""
         from femflex.integrate import Block, IntegrationError
 
@@ -73,7 +73,7 @@ class Runaway:
             return None
         row = slice(over[0], over[0] + 1)
         k = int(np.argmax(u[over[0]] / self._fastest))
-        advice = "Check for a load that is too large or in another unit, and for negative damping"
+        advice = "Check for a load that is too large or in a wrong unit, and for negative damping"
         text = (
             f"the motion diverges: {self._names[k]} is {u[over[0], k]:.3g} {self._units[k]}, beyond "
             f"{self._fastest[k]:g} {self._units[k]}, which no craft reaches. {self._cause(block, over[0], advice)}"
@@ -98,7 +98,7 @@ class Runaway:
                 )
             return "Check for a spin above the lowest frequencies of the body, or an unstable attitude"
         return (
-            "It does not turn. Check for a load in another unit, and for buckling or snap-through: strain = "
+            "It does not turn. Check for a load in a wrong unit, and for buckling or snap-through: strain = "
             "'nonlinear' follows these (with `responses` in the reduction of a curved body)"
         )
 
@@ -141,9 +141,9 @@ def warn_of_passage(model: Model) -> None:
         times = ", ".join(f"{t:.3g}" for t in found.first)
         many = f"at least {found.count} singular configurations, the first near t = {times} s"
     warnings.warn(
-        f"{names} {how} {many}, closest at t = {found.t:.6g} s, where rows lose their rank and branches of the motion "
-        f"meet (smallest pivot {found.least:.2g} of the largest; below {found.lost:.2g} the row is left out until it "
-        f"grows again). The run goes on along the same branch; a real mechanism may change it there.",
+        f"{names} {how} {many}, closest at t = {found.t:.6g} s, where constraint rows become dependent and branches "
+        f"of the motion meet (smallest pivot {found.least:.2g} of the largest; below {found.lost:.2g} the row is left "
+        "out until it grows again). The run goes on along the same branch; a real mechanism may change it there.",
         PhysicsWarning,
         stacklevel=2,
     )

@@ -14,7 +14,7 @@ from femflex.case.case import Case
 from femflex.case.problems import CaseError, Problem
 from femflex.dynamics import Model
 from femflex.dynamics.model import free_lengths
-from femflex.integrate import INTEGRATORS, Dop853, Forecast, Integrator, choose, foretold, integrator
+from femflex.integrate import INTEGRATORS, Dop853, Forecast, Integrator, choose, forecast, integrator
 from femflex.integrate.driver import Adaptive
 
 Array = NDArray[np.float64]
@@ -36,7 +36,7 @@ def chosen_integrator(case: Case, model: Model, times: Array, begun: str = "") -
         atol = ATOL * rtol * sizes if table.atol is None else table.atol
         method = integrator(name, rtol=rtol, atol=atol, max_step=table.max_step or math.inf)
         assert isinstance(method, Adaptive)  # as both of the automatic choice are
-        return foretold(method, model, duration, model.x0)
+        return forecast(method, model, duration, model.x0)
 
     step, highest = float(times[1] - times[0]), model.max_frequency
     why = "of the run so far" if begun else "requested"

@@ -193,10 +193,10 @@ def check_output(case: Case, output: Path, force: bool, resume: bool) -> None:
     """Raise OSError when the result file cannot be written there, ValueError when it cannot be resumed."""
     from femflex.case.named_files import check_no_input
     from femflex.pipeline.resumed import is_finished
-    from femflex.results.place import check_place
+    from femflex.results.destination import check_destination
 
     if not resume:
-        check_place(output, force)
+        check_destination(output, force)
         check_no_input(case, output)
         return
     if is_finished(case, output):

@@ -104,7 +104,7 @@ def _last_row(case: Case, system: System) -> Array:
 
     assert case.initial is not None and case.initial.source is not None
     try:
-        with open_run(case.beside(case.initial.source)) as run:
+        with open_run(case.file_path(case.initial.source)) as run:
             wanted = {"q": system.coordinate_names(), "u": system.velocity_names(), "z": system.state_names()}
             wanted = {path: names for path, names in wanted.items() if names or path in run}
             for path, names in wanted.items():

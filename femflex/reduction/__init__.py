@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from femflex.reduction.admissible import beam_body, sampled_functions
 from femflex.reduction.beams.uniform_beam import BeamFunctions, Taper, UniformBeam
-from femflex.reduction.bends.curvature import hardening, rise, softest
-from femflex.reduction.bends.derivatives import with_derivatives
-from femflex.reduction.bends.foreshortening import foreshortening, foreshortening_of
-from femflex.reduction.bends.response_states import with_responses
-from femflex.reduction.bends.slow_loads import slow_loads
-from femflex.reduction.bends.stretch import Stretching, lack_of_stretch, require_stretch, stretching
-from femflex.reduction.bends.third_derivatives import with_sheet_bends, with_third_derivatives
 from femflex.reduction.inertia.effective_mass import EffectiveMass, effective_mass, mac, mac_of_bodies
+from femflex.reduction.large_deflection.curvature import hardening, least_stiffness_ratio, mesh_rise
+from femflex.reduction.large_deflection.derivatives import with_derivatives
+from femflex.reduction.large_deflection.foreshortening import foreshortening, foreshortening_of
+from femflex.reduction.large_deflection.response_states import with_responses
+from femflex.reduction.large_deflection.slow_loads import slow_loads
+from femflex.reduction.large_deflection.stretch import Stretching, missing_stretch, require_stretch, stretching
+from femflex.reduction.large_deflection.third_derivatives import with_sheet_bends, with_third_derivatives
 from femflex.reduction.matrices import body_from_matrices
 from femflex.reduction.modes.buckling import critical_factor
 from femflex.reduction.modes.craig_bampton import craig_bampton
@@ -62,12 +62,14 @@ __all__ = [
     "hardening",
     "is_added",
     "is_unanswered",
-    "lack_of_stretch",
+    "least_stiffness_ratio",
     "load_body",
     "load_vectors",
     "lumped",
     "mac",
     "mac_of_bodies",
+    "mesh_rise",
+    "missing_stretch",
     "nodal",
     "nodal_translations",
     "reduce_segments",
@@ -75,11 +77,9 @@ __all__ = [
     "relaxed",
     "require_stretch",
     "rigid_set",
-    "rise",
     "sampled_functions",
     "save_body",
     "slow_loads",
-    "softest",
     "static_equilibrium",
     "strain_tensors",
     "stretching",

@@ -17,10 +17,10 @@ from femflex.reduction.beams.beam_functions import ends_of, gauss, points_for
 from femflex.reduction.beams.beam_strain import beam_strain
 from femflex.reduction.beams.strain_points import beam_field
 from femflex.reduction.beams.uniform_beam import BeamFunctions, UniformBeam
-from femflex.reduction.bends.foreshortening import foreshortening_of
 from femflex.reduction.boundary.clamps import Groups, held_dofs, names
 from femflex.reduction.boundary.rigid import lifted
 from femflex.reduction.inertia.moments import point_moments
+from femflex.reduction.large_deflection.foreshortening import foreshortening_of
 from femflex.reduction.modes.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
 from femflex.reduction.modes.modeset import ModeSet
 from femflex.reduction.modes.vibration import TURN
@@ -87,10 +87,10 @@ def _body(
         X, omega = np.hstack([X, followers]), np.concatenate([omega, frequency])
     following = X.shape[1] > functions.own
     follower = "derivative" if strain == "condensed" else "remainder"
-    beside = int(functions.added.sum()) if orthonormal and not functions.added.all() else 0
+    n_static = int(functions.added.sum()) if orthonormal and not functions.added.all() else 0
     alone = (X[: functions.own][functions.alone] ** 2).sum(axis=0) > 0.5 * (X**2).sum(axis=0)
-    answering = [UNANSWERED if one else "attachment" for one in alone[: functions.own][functions.own - beside :]]
-    kinds = ("admissible",) * (functions.own - beside) + tuple(answering)
+    answering = [UNANSWERED if one else "attachment" for one in alone[: functions.own][functions.own - n_static :]]
+    kinds = ("admissible",) * (functions.own - n_static) + tuple(answering)
     kinds += (follower,) * (X.shape[1] - functions.own)
     moments = point_moments(dm, rho, shapes @ X)
     V1 = X.T @ raw @ X
@@ -137,9 +137,9 @@ def _own_columns(
     K, M = V1[:n, :n], Me[:n, :n]
     if added.all():
         added = np.zeros(n, bool)
-    own, beside = np.eye(n)[:, ~added], np.eye(n)[:, added]
+    own, n_static = np.eye(n)[:, ~added], np.eye(n)[:, added]
     columns, found = np.zeros((n, 0)), np.zeros(0)
-    for part in (own, beside) if beside.size else (own,):
+    for part in (own, n_static) if n_static.size else (own,):
         part = part - columns @ (columns.T @ (M @ part))
         eigenvalues, modes = dense_modes(part.T @ K @ part, part.T @ M @ part)
         columns = np.hstack([columns, part @ canonical(eigenvalues, modes)])

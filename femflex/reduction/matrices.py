@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from femflex.body import FlexibleBody, StrainTensors
-from femflex.fem.given import GivenStructure, given_structure
+from femflex.fem.matrix_structure import MatrixStructure, structure_from_matrices
 from femflex.mesh import Mesh
 from femflex.reduction.boundary.markers import marker, marker_rows
 from femflex.reduction.boundary.rigid import check_no_rigid_motion, rigid_shapes
@@ -37,7 +37,7 @@ class MatrixBody:
 
 
 def reduce_matrices(
-    structure: GivenStructure,
+    structure: MatrixStructure,
     modes: ModeSet,
     markers: Mapping[str, str] | None = None,
     damping: Damping | None = None,
@@ -109,7 +109,7 @@ def _missed_text(missed: float) -> str:
     )
 
 
-def _damping(structure: GivenStructure, modes: ModeSet, damping: Damping | None, Me: Array, V1: Array) -> Array:
+def _damping(structure: MatrixStructure, modes: ModeSet, damping: Damping | None, Me: Array, V1: Array) -> Array:
     if damping is None and structure.D is not None:
         D = modes.phi.T @ (structure.D @ modes.phi)
         return np.asarray((D + D.T) / 2)
@@ -144,7 +144,7 @@ def body_from_matrices(
     dofs = np.stack(np.divmod(np.arange(n), 3), axis=1)
     groups = {name: np.unique(np.asarray(nodes, np.int64)) for name, nodes in (markers or {}).items()}
     mesh = Mesh(X, dict(cells or {}), point_groups=groups)
-    structure = given_structure(mesh, dofs, sparse.csr_array(M), sparse.csr_array(K))
+    structure = structure_from_matrices(mesh, dofs, sparse.csr_array(M), sparse.csr_array(K))
     if not nodal_mass(structure).exact:
         raise ValueError(
             "the mass matrix is not alike along the three axes, or couples them; give a mass matrix of translations, "

@@ -13,12 +13,12 @@ from femflex.body import FlexibleBody, Skin, StrainTensors
 from femflex.fem.deflected import tension_blocks
 from femflex.fem.structure import Structure
 from femflex.reduction.beams.strain_points import strain_field
-from femflex.reduction.bends.foreshortening import foreshortening
 from femflex.reduction.boundary.markers import marker, marker_rows
 from femflex.reduction.boundary.rigid import check_no_rigid_motion, rigid_shapes
 from femflex.reduction.inertia.mass_points import mass_points
 from femflex.reduction.inertia.moments import linear_stiffness, mass_moments
 from femflex.reduction.inertia.orders import first_order_part, membrane_cubic
+from femflex.reduction.large_deflection.foreshortening import foreshortening
 from femflex.reduction.modes.damping import UNANSWERED, Damping, ModalDamping, bending_damping, is_added, is_unanswered
 from femflex.reduction.modes.internal_damping import internal_damping
 from femflex.reduction.modes.modeset import ModeSet

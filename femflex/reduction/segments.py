@@ -51,8 +51,8 @@ def reduce_segments(
         holds = [j for j, segment in enumerate(segments) if group in segment.groups]
         if not holds:
             raise ValueError(
-                f"marker {name!r} needs group {group!r}, which lies on no one of the {len(segments)} segments: its "
-                "points are spread over several, or off the member; name a group of points of one segment"
+                f"marker {name!r} needs group {group!r}, whose points are on several of the {len(segments)} segments, "
+                "or off the member; name a group of points of one segment"
             )
         places[holds[0]][name] = group
     bodies = []

@@ -213,14 +213,14 @@ def _unescaped(name: str) -> str:
 
 def _place(target: Path, image: bytes) -> None:
     """Write a file under another name and move it into place; HDF5 itself does not survive a disk that gets full."""
-    handle, beside = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
+    handle, partial = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent)
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(image)
-        _give_default_mode(beside)
-        os.replace(beside, target)
+        _give_default_mode(partial)
+        os.replace(partial, target)
     except BaseException as error:
-        Path(beside).unlink(missing_ok=True)
+        Path(partial).unlink(missing_ok=True)
         if isinstance(error, OSError) and error.errno is not None and error.filename is None:
             error.filename = str(target)
         raise

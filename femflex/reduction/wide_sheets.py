@@ -8,7 +8,7 @@ import numpy as np
 
 from femflex.fem.plate.strain import PlateStrain
 from femflex.fem.structure import Structure
-from femflex.reduction.bends.third_derivatives import with_sheet_bends, with_third_derivatives
+from femflex.reduction.large_deflection.third_derivatives import with_sheet_bends, with_third_derivatives
 from femflex.reduction.modes.modeset import ModeSet
 
 CROSSWISE = 10.0  # width^2 curvature / thickness (Searle's parameter) from which shapes that curve crosswise are stiff

@@ -12,10 +12,10 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.results.keeping import PARTS
+from femflex.results.destination import check_space
+from femflex.results.interrupts import PARTS
 from femflex.results.layout import create_channel
 from femflex.results.lock import FileLock
-from femflex.results.place import check_space
 from femflex.results.reader import open_run
 from femflex.system.channel import Channel
 

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from femflex.body import FlexibleBody
 from femflex.results.copying import Changes, conclude, skeleton, write_copy
-from femflex.results.keeping import PARTS, held
+from femflex.results.destination import check_destination
+from femflex.results.interrupts import PARTS, finished_on_interrupt
 from femflex.results.layout import channel_of, channels_of
 from femflex.results.lock import FileLock
-from femflex.results.place import check_place
 from femflex.results.reader import open_file
 from femflex.results.resume import fits, flattened, write_slot
 from femflex.system.channel import Channel
@@ -59,10 +59,10 @@ class RunWriter:
         lock: FileLock | None = None,
     ) -> None:
         self._begin(Path(path), rows)
-        check_place(self.path, force)
+        check_destination(self.path, force)
         self._lock = lock or FileLock(self.path)
         try:
-            check_place(self.path, force)  # again: another run may have ended meanwhile
+            check_destination(self.path, force)  # again: another run may have ended meanwhile
             self._skeleton = skeleton(channels, bodies, attributes or {})
         except BaseException:
             self._lock.release()
@@ -258,7 +258,7 @@ class RunWriter:
         file.flush()
         self.rows, self._slot = last, slot
         self._held.close()
-        self._held.enter_context(held(str(self.path)))
+        self._held.enter_context(finished_on_interrupt(str(self.path)))
         if first == 0 < last:
             file.close()
             self._go_on_in(self._moved())

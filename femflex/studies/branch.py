@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from femflex.studies.arc import Place, stepped
 from femflex.studies.harmonic_balance import HarmonicBalance, Vibration
-from femflex.studies.tongue import LEADING, first_share, over
+from femflex.studies.internal_resonance import LEADING, beyond_resonance, first_share
 
 Array = NDArray[np.float64]
 
@@ -86,7 +86,7 @@ def _reach(
             length /= 2
             continue
         if wrong:
-            to, length = over(problem, places, amplitude), FIRST
+            to, length = beyond_resonance(problem, places, amplitude), FIRST
             if to is None:
                 return wrong, length
             branch.gaps.append((peak, to.at.amplitude))
@@ -109,8 +109,8 @@ def _other(problem: HarmonicBalance, to: Place | None, peak: float, count: int) 
 
 
 def _ended(amplitude: float, at: Vibration, wrong: str) -> str:
-    where = f"near that of {at.amplitude:.4g} m, {at.omega / (2 * np.pi):.4g} Hz" if at.amplitude else "from rest on"
+    last = f"{at.amplitude:.4g} m at {at.omega / (2 * np.pi):.4g} Hz" if at.amplitude else "rest"
     return (
-        f"no free vibration with an amplitude of {amplitude:.4g} m was found {where}, up to which the branch was "
-        f"followed: {wrong}. Ask for amplitudes below that"
+        f"no free vibration with an amplitude of {amplitude:.4g} m was found; the branch was followed up to {last}: "
+        f"{wrong}. Request smaller amplitudes"
     )

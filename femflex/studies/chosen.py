@@ -47,5 +47,5 @@ def choice_text(findings: Sequence[Convergence | StrainStudy | FunctionStudy]) -
     short = [found.over for found in findings if found.recommended is None]
     if not said:
         return "No study could choose anything."
-    text = f"Choose {', '.join(said)}: each study was made with what the ones before it chose."
+    text = f"Choose {', '.join(said)}: each study used the results of the ones before it."
     return text + (f" Over {', '.join(short)} the tolerance is not reached." if short else "")

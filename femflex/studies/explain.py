@@ -79,7 +79,7 @@ class Explanation:
         text = f"near it are {near}" if near else f"known are {short[:MANY]}{more}"
         raise KeyError(f"{name!r} is not a coordinate of the run; {text}")
 
-    def telling(self) -> list[int]:
+    def dominant_coordinates(self) -> list[int]:
         """The coordinates that show most, at most three: through which most energy goes (see `energies`).
 
         The first two are of different units where there is such a pair.
@@ -138,7 +138,7 @@ def chosen(found: Explanation, names: Sequence[str]) -> list[int]:
     """Places of the named coordinates ("all" for every one), or of a default selection."""
     if list(names) == ["all"]:
         return list(range(len(found.names)))
-    return [found.index(name) for name in names] or found.telling()
+    return [found.index(name) for name in names] or found.dominant_coordinates()
 
 
 def _size(values: Array) -> tuple[float, float]:

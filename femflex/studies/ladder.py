@@ -234,7 +234,7 @@ def _own_count(case: Case, table: BodyTable) -> int | None:
         method = getattr(table.reduction, "method", "none")
         return table.reduction.modes if method in VARIED else None  # type: ignore[union-attr]
     if isinstance(table, FileTable):
-        return table.modes or load_body(case.beside(table.file)).n_modes or None
+        return table.modes or load_body(case.file_path(table.file)).n_modes or None
     return None
 
 

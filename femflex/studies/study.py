@@ -21,7 +21,7 @@ from femflex.case.run import StudyTable
 from femflex.pipeline import Prepared, prepare
 from femflex.pipeline.balanced import case_modes
 from femflex.pipeline.decisions import with_own_strain
-from femflex.pipeline.guard import Runaway
+from femflex.pipeline.guard import MotionGuard
 from femflex.studies.derivative_ladder import derivative_ladder
 from femflex.studies.ladder import Built, Ladder, Rung, mesh_ladder, mode_ladder
 from femflex.studies.segment_ladder import segment_ladder
@@ -218,9 +218,9 @@ def require_study(case: Case) -> StudyTable:
 def watched(prepared: Prepared, path: str, progress: Progress) -> Array:
     """One channel of a run that leaves no file, (n_t, ...), in its unit."""
     model, times = prepared.model, prepared.times
-    rows, guard = [], Runaway(model)
+    rows, guard = [], MotionGuard(model)
     for block in prepared.integrator.blocks(model, times, model.x0):
-        if (error := guard.found(block)) is not None:
+        if (error := guard.divergence(block)) is not None:
             raise error
         if len(block.times):
             rows.append(model.observe(block.times, block.states)[path])

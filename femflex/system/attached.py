@@ -41,8 +41,8 @@ def with_attached(body: FlexibleBody, marker: str, mass: float, inertia: ArrayLi
     least = float(np.linalg.eigvalsh(J)[0])
     if least < -1e-12 * float(np.trace(J)):
         raise ValueError(
-            f"what is taken out at marker {marker!r} leaves a principal inertia of {least:.4g} kg m^2; the body holds "
-            "less than that, so say that it is added"
+            f"what is taken out at marker {marker!r} leaves a principal inertia of {least:.4g} kg m^2; the body's "
+            "inertia does not contain the removed one, so set it as added"
         )
     return replace(body, moments=moments)
 

@@ -127,7 +127,7 @@ class Effector:
                 )
         for key in ("states", "channels"):
             if clash := [name for name in getattr(self, key) if name in taken_names(self, key)]:
-                raise ValueError(f"{clash[0]!r} of effector {self.name!r} is the name of two of the things it reports")
+                raise ValueError(f"effector {self.name!r} has two outputs named {clash[0]!r}; rename one")
 
     def state_names(self) -> list[tuple[str, str]]:
         """Full name and unit of each state."""

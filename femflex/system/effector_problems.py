@@ -24,7 +24,7 @@ def effector_problems(
     """Sentences on names that stand for nothing in the system."""
     names = [effector.name for effector in effectors]
     out = [
-        f"the name {n!r} stands for {names.count(n)} effectors; name each apart"
+        f"{names.count(n)} effectors have the name {n!r}; give each a name of its own"
         for n in sorted(set(names))
         if names.count(n) > 1
     ]

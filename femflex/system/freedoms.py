@@ -31,7 +31,7 @@ def started_motion(joint: Joint) -> tuple[Array, Array]:
             if getattr(joint, key)[k]:
                 raise ValueError(
                     f"{name!r} has a {key} of {getattr(joint, key)[k]:g} and a specified motion; a spring or damper "
-                    "does nothing to it, so leave one of them out"
+                    "has no effect on a specified motion. Remove one of them"
                 )
         s, rate, _ = (float(value) for value in profile(0.0))
         if not np.isfinite(s):
@@ -58,7 +58,9 @@ def check_laws(joint: Joint) -> None:
         _refuse_ball(joint, k, f"have {what}")
         if k in joint.held:
             name = joint.freedom_names()[k]
-            raise ValueError(f"{name!r} has {what} and a specified motion; it does nothing, so leave one of them out")
+            raise ValueError(
+                f"{name!r} has {what} and a specified motion, on which it has no effect. Remove one of them"
+            )
     for latch in joint.latches:
         name = joint.freedom_names()[latch.freedom]
         if latched.count(latch.freedom) > 1:

@@ -61,9 +61,9 @@ class Segments:
         """The marker of that name."""
         return self.bodies[self.holder(name)].markers[name]
 
-    def with_marker(self, name: str, marker: Marker, beside: str) -> Segments:
-        """A copy with a marker on the segment that holds the marker `beside`."""
-        j = self.holder(beside)
+    def with_marker(self, name: str, marker: Marker, near_marker: str) -> Segments:
+        """A copy with a marker on the segment that holds the marker `near_marker`."""
+        j = self.holder(near_marker)
         bodies = list(self.bodies)
         bodies[j] = replace(bodies[j], markers={**bodies[j].markers, name: marker})
         return Segments(tuple(bodies))

@@ -31,6 +31,7 @@ from femflex.system.wheel import direction
 Array = NDArray[np.float64]
 Kind = Literal["attitude", "rate", "displacement", "velocity", "acceleration", "pointing", "joint", "value"]
 
+MOST_WAITING = 10_000  # samples on their way: each sample moves them all, in memory and in the result file
 XYZ = ("x", "y", "z")
 UNITS = {"attitude": "rad", "rate": "rad/s", "displacement": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 
@@ -194,6 +195,11 @@ def check_sampling(name: str, sampling: Sampling) -> None:
         value = getattr(sampling, key)
         if not (math.isfinite(value) and (value > 0.0 if key == "period" else value >= 0.0)):
             raise ValueError(f"{key} of sensor {name!r} is {value:g}; it must be positive, or zero but for the period")
+    if (waiting := sampling.delay / sampling.period) > MOST_WAITING:
+        raise ValueError(
+            f"delay of sensor {name!r} is {waiting:.3g} of its periods (limit {MOST_WAITING}, for all samples on their "
+            "way are kept in the state); shorten the delay or lengthen the period"
+        )
 
 
 def sampled(

@@ -172,7 +172,7 @@ def tank_variation(body: FlexibleBody, tanks: Mapping[str, tuple[str, float, flo
     if not dry.mass > 0.0:
         raise ValueError(
             f"the tanks {', '.join(tanks)} hold {body.moments.mass - dry.mass:g} kg of propellant, and their body "
-            f"has a mass of {body.moments.mass:g} kg; say that the propellant is added, or give the body more"
+            f"has a mass of {body.moments.mass:g} kg; set the propellant as added, or raise the body's mass"
         )
     rows = []
     for moments in (dry, *units.values()):

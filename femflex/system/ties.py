@@ -54,5 +54,5 @@ def tie_problems(
         ("springs", [s.name for s in springs]),
     ):
         doubles = sorted({n for n in names if names.count(n) > 1})
-        out += [f"the name {n!r} stands for {names.count(n)} {kind}; name each apart" for n in doubles]
+        out += [f"{names.count(n)} {kind} have the name {n!r}; give each a name of its own" for n in doubles]
     return out

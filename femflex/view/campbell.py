@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.view.campbell_data import BranchData, CampbellData
 from femflex.view.convergence import check_kind
 from femflex.view.plot import finish, raised, saved
-from femflex.view.spun import Followed, Spun
 from femflex.view.theme import Theme, theme_of
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ WORDS = ("flap", "lag", "torsion", "stretch", "chordwise")  # in the order of th
 
 
 def plot_campbell(
-    diagram: Spun,
+    diagram: CampbellData,
     path: str | Path,
     theme: str = "light",
     scale: float = 1.0,
@@ -62,7 +62,7 @@ def plot_campbell(
     return saved(figure, path, dpi, force)
 
 
-def _frequencies(ax: Axes, diagram: Spun, colours: Theme, scale: float) -> None:
+def _frequencies(ax: Axes, diagram: CampbellData, colours: Theme, scale: float) -> None:
     """Branches with their names, multiples of the spin, and where they meet."""
     top = 1.06 * max(float(np.nanmax(b.frequencies)) for b in diagram.branches) or 1.0
     ax.set_ylim(0, top)
@@ -80,7 +80,7 @@ def _frequencies(ax: Axes, diagram: Spun, colours: Theme, scale: float) -> None:
     _crossings(ax, diagram, colours, scale, top)
 
 
-def _crossings(ax: Axes, diagram: Spun, colours: Theme, scale: float, top: float) -> None:
+def _crossings(ax: Axes, diagram: CampbellData, colours: Theme, scale: float, top: float) -> None:
     """A ring about each crossing, with its speed where there is room for it."""
     last = float(diagram.speeds[-1]) / scale
     places = np.array([[one.speed / scale, one.frequency] for one in diagram.crossings]).reshape(-1, 2)
@@ -92,7 +92,7 @@ def _crossings(ax: Axes, diagram: Spun, colours: Theme, scale: float, top: float
             ax.annotate(f"{at[0]:.4g}", (at[0], at[1]), (6, -9), **style)
 
 
-def _orders(ax: Axes, diagram: Spun, colours: Theme, scale: float, top: float) -> None:
+def _orders(ax: Axes, diagram: CampbellData, colours: Theme, scale: float, top: float) -> None:
     """The multiples of the spin as thin lines, each named where it leaves the axes."""
     first, last = (float(v) / scale for v in (diagram.speeds[0], diagram.speeds[-1]))
     for order in diagram.orders:
@@ -125,7 +125,7 @@ def _names(ax: Axes, ends: list[tuple[float, str, str]], top: float) -> None:
         ax.text(1.012, place, name, transform=ax.transAxes, va="center", fontsize=9, color=colour)
 
 
-def _damping(ax: Axes, diagram: Spun, colours: Theme, scale: float) -> None:
+def _damping(ax: Axes, diagram: CampbellData, colours: Theme, scale: float) -> None:
     """Damping ratios of the branches."""
     for branch in diagram.branches:
         ax.plot(diagram.speeds / scale, 100 * branch.damping_ratios, **_style(branch, colours))
@@ -133,7 +133,7 @@ def _damping(ax: Axes, diagram: Spun, colours: Theme, scale: float) -> None:
     ax.set_ylabel("damping [% of critical]")
 
 
-def _style(branch: Followed, colours: Theme) -> dict[str, Any]:
+def _style(branch: BranchData, colours: Theme) -> dict[str, Any]:
     """Colour by the kind of motion."""
     word = branch.name.partition(" ")[0]
     kind = WORDS.index(word) if word in WORDS else len(WORDS)

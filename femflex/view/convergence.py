@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from femflex.view.drawing import Drawing
 from femflex.view.output import placed
-from femflex.view.studied import Studied
+from femflex.view.study_data import StudyData
 from femflex.view.theme import Theme, theme_of
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ WIDTH = 126  # letters of a line of the verdict
 
 
 def plot_convergence(
-    study: Studied,
+    study: StudyData,
     path: str | Path,
     theme: str = "light",
     title: str | None = None,
@@ -57,13 +57,13 @@ def check_kind(path: str | Path) -> None:
         raise ValueError(f"a plot is written as .png or .svg; {Path(path).name} is neither")
 
 
-def draw_study(above: Axes, below: Axes, study: Studied, colours: Theme) -> None:
+def draw_study(above: Axes, below: Axes, study: StudyData, colours: Theme) -> None:
     """Values into the upper axes, errors into the lower ones."""
     _values(above, study, colours)
     _errors(below, study, colours)
 
 
-def _values(ax: Axes, study: Studied, colours: Theme) -> None:
+def _values(ax: Axes, study: StudyData, colours: Theme) -> None:
     """Values over the count, the limit, and the band of the tolerance about it."""
     ax.set_xscale("log")
     if np.isfinite(study.estimate):
@@ -78,7 +78,7 @@ def _values(ax: Axes, study: Studied, colours: Theme) -> None:
     ax.set_ylabel(f"value [{study.unit}]" if study.unit not in ("", "1") else "value")
 
 
-def _frame(ax: Axes, study: Studied, band: float) -> None:
+def _frame(ax: Axes, study: StudyData, band: float) -> None:
     """Limits about the values, and about the tolerance where it is not much wider."""
     low, high = float(study.values.min()), float(study.values.max())
     low, high = min(low, study.estimate), max(high, study.estimate)
@@ -88,7 +88,7 @@ def _frame(ax: Axes, study: Studied, band: float) -> None:
     ax.set_ylim(low - margin, high + margin)
 
 
-def _errors(ax: Axes, study: Studied, colours: Theme) -> None:
+def _errors(ax: Axes, study: StudyData, colours: Theme) -> None:
     """Relative errors over the count, the law through them, and the tolerance."""
     ax.set_xscale("log")
     ax.set_yscale("log")
@@ -126,7 +126,7 @@ def _errors(ax: Axes, study: Studied, colours: Theme) -> None:
     _count_ticks(ax, study)
 
 
-def _ring(ax: Axes, study: Studied, heights: Array, colours: Theme) -> None:
+def _ring(ax: Axes, study: StudyData, heights: Array, colours: Theme) -> None:
     """A ring about the level to choose."""
     at = study.levels == study.recommended
     if study.recommended is not None and np.isfinite(heights[at]).all():
@@ -134,7 +134,7 @@ def _ring(ax: Axes, study: Studied, heights: Array, colours: Theme) -> None:
         ring.set(markerfacecolor="none", markeredgewidth=1.5)
 
 
-def _count_ticks(ax: Axes, study: Studied) -> None:
+def _count_ticks(ax: Axes, study: StudyData) -> None:
     """Ticks at the counts themselves."""
     from matplotlib.ticker import FixedLocator, NullLocator
 

@@ -67,7 +67,7 @@ def curves_of(
         there = [channel for channel in chosen if channels is not None or channel == BALANCE or channel in other]
         found += [replace(curve, second=True) for channel in there for curve in _curves(other, channel)]
     if not found:
-        raise ValueError("no channels are named to plot; give some, or leave them out for the usual ones")
+        raise ValueError("the list of channels to plot is empty; name some, or give no list for the default ones")
     keys, limit = dict.fromkeys(curve.axes for curve in found), NEGLIGIBLE if channels is None else ROUNDED
     groups = [part for key in keys for part in by_range([curve for curve in found if curve.axes == key])]
     return [_changes(_readable(_noticeable(group, limit), degrees)) for group in groups]

@@ -11,7 +11,7 @@ from scipy.integrate import cumulative_simpson
 from femflex.results import Run
 from femflex.view.curves import balance_of, has_balance
 from femflex.view.plot import figure_of, finish, saved
-from femflex.view.second import title_of
+from femflex.view.second_run import title_of
 from femflex.view.theme import theme_of
 from femflex.view.units import time_unit
 

@@ -53,7 +53,7 @@ def mode_montage(
     path, skin = Path(path), _checked(body)
     chosen = list(range(1, min(body.n_modes, MOST) + 1)) if modes is None else list(modes)
     if not chosen:
-        raise ValueError("no modes are named to draw; give some, or leave them out for the first")
+        raise ValueError("the list of modes to draw is empty; name some, or give no list for the first ones")
     drawn = [(_number(body, mode), caption(body, mode)) for mode in chosen]
     return _montage(skin, drawn, path, title, theme, tile, view, force, shape_paint(body, skin, colour))
 

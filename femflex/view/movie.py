@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from femflex.results.keeping import held, undisturbed
+from femflex.results.interrupts import finished_on_interrupt, without_interrupts
 from femflex.view.drawing import Drawing
 from femflex.view.output import placed
 from femflex.view.window import Image
@@ -52,12 +52,12 @@ def _draw(add: Callable[[Image], None], frames: Iterator[Image], count: int, pro
     first = next(frames, None)
     if first is None:
         return
-    with held("a movie"):
+    with finished_on_interrupt("a movie"):
         add(first)
         for done in range(1, count + 1):
             if progress is not None:
                 progress(done, count)
-            with undisturbed():  # a renderer does not survive an exception
+            with without_interrupts():  # a renderer does not survive an exception
                 frame = next(frames, None)
             if frame is None:
                 return

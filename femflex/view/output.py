@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from femflex.results.keeping import PARTS
-from femflex.results.place import check_place
+from femflex.results.destination import check_destination
+from femflex.results.interrupts import PARTS
 
 
 @contextmanager
@@ -16,10 +16,10 @@ def placed(path: str | Path, force: bool = False) -> Iterator[Path]:
     """A name in the folder of `path` to write to, of the same suffix; what is there moves to `path` at the end.
 
     An interrupt (Ctrl-C) moves what was written so far; any other error removes it. Raises the OSErrors of
-    `check_place`: an existing file is refused unless `force`.
+    `check_destination`: an existing file is refused unless `force`.
     """
     path = Path(path)
-    check_place(path, force)
+    check_destination(path, force)
     part = path.with_name(f"{path.stem}.{os.getpid()}.part{path.suffix}")  # other processes have their own
     PARTS.add(part)
     try:

@@ -13,7 +13,15 @@ from femflex.results import Run
 from femflex.view.curves import BALANCE, Curve, curves_of
 from femflex.view.drawing import Drawing
 from femflex.view.output import placed
-from femflex.view.second import apart, dashed, frame, mark_end, name_second, title_of, what_is_left
+from femflex.view.second_run import (
+    dashed_style,
+    difference_text,
+    fit_limits,
+    mark_end,
+    name_second,
+    omission_text,
+    title_of,
+)
 from femflex.view.spectrum import WINDOW, amplitude_spectrum
 from femflex.view.theme import Theme, theme_of
 from femflex.view.units import time_unit
@@ -52,7 +60,7 @@ def plot_histories(
             ax.plot(curve.time / seconds, curve.values, **style)
         ax.set_ylabel(_ordinate(group))
         ax.margins(x=0)
-        frame(ax, group)
+        fit_limits(ax, group)
         if other is not None:
             name_second(ax, group, run, other, colours)
             mark_end(ax, group, other, (seconds, unit), colours)
@@ -141,7 +149,7 @@ def _styled(group: list[Curve], colours: Theme) -> list[tuple[Curve, dict[str, A
             curve,
             {
                 "color": colours.lines[order.index(curve.label) % len(colours.lines)],
-                **(dashed() if curve.second else {"linewidth": 1.2, "label": curve.label}),
+                **(dashed_style() if curve.second else {"linewidth": 1.2, "label": curve.label}),
             },
         )
         for curve in group
@@ -154,7 +162,7 @@ def _title(run: Run, other: Run | None) -> str:
         return title_of(run)
     if run.title != other.title:
         return f"{title_of(run)}\ndashed: {title_of(other)}"
-    return f"{run.title}\n{what_is_left(run)}; dashed: {apart(other, run)}"
+    return f"{run.title}\n{omission_text(run)}; dashed: {difference_text(other, run)}"
 
 
 def figure_of(count: int, title: str, colours: Theme, sharex: bool) -> tuple[Figure, list[Axes]]:

@@ -73,7 +73,7 @@ def _forms(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
         above.axhline(best.value, color=colours.lines[2], linewidth=1.2, label=f"{best.strain}, +- {study.tolerance:g}")
     above.plot(at, values, "o", color=colours.lines[0], markersize=6, label="value")
     for k, form in enumerate(study.forms):
-        _beside(above, k, form, study, colours)
+        _draw_column(above, k, form, study, colours)
     above.margins(x=0.2, y=0.3)
     above.set_ylabel(f"value [{study.unit}]" if study.unit not in ("", "1") else "value")
     below.bar(at, [form.seconds for form in study.forms], width=0.5, color=colours.lines[0])
@@ -108,7 +108,7 @@ def _kinds(above: Axes, below: Axes, study: Any, colours: Theme) -> None:
     below.xaxis.set_major_locator(MaxNLocator(integer=True))
 
 
-def _beside(ax: Axes, k: int, form: Any, study: Any, colours: Theme) -> None:
+def _draw_column(ax: Axes, k: int, form: Any, study: Any, colours: Theme) -> None:
     """The difference of a form next to its value, or why it has none."""
     if not form.problem and form is study.reference:
         return

@@ -28,7 +28,7 @@ REGIONS = {
 }
 
 
-class Charted(Protocol):
+class ChartData(Protocol):
     """What is drawn of a chart (femflex.studies.stability.Chart)."""
 
     @property
@@ -56,7 +56,7 @@ class Charted(Protocol):
         """Kinds on both sides and points (k, 2) of every boundary."""
 
 
-class Located(Protocol):
+class LocusData(Protocol):
     """What is drawn of a locus (femflex.studies.stability.Locus)."""
 
     @property
@@ -89,13 +89,13 @@ class Located(Protocol):
 
 
 def plot_chart(
-    chart: Charted,
+    chart: ChartData,
     path: str | Path,
     theme: str = "light",
     title: str = "Stability",
     dpi: int = 150,
     force: bool = False,
-    second: Charted | None = None,
+    second: ChartData | None = None,
     left_out: Sequence[str] = (),
     known: Sequence[tuple[str, Array]] = (),
 ) -> Path:
@@ -145,13 +145,13 @@ def plot_chart(
 
 
 def plot_locus(
-    locus: Located,
+    locus: LocusData,
     path: str | Path,
     theme: str = "light",
     title: str = "Stability",
     dpi: int = 150,
     force: bool = False,
-    second: Located | None = None,
+    second: LocusData | None = None,
     left_out: Sequence[str] = (),
 ) -> Path:
     """Path of a picture (.png or .svg) of poles or multipliers in the complex plane and over the value.
@@ -205,7 +205,7 @@ def plot_locus(
     return saved(figure, path, dpi, force)
 
 
-def _located(axes: dict[str, Axes], locus: Located, colours: Theme, dashed: bool) -> None:
+def _located(axes: dict[str, Axes], locus: LocusData, colours: Theme, dashed: bool) -> None:
     """The branches of a locus, poles below the real axis left out; a ring where each begins, a dot where it ends."""
     poles = locus.of == "poles"
     kept = [k for k in range(locus.branches.shape[1]) if not poles or np.nanmax(locus.branches[:, k].imag) >= 0]
@@ -229,7 +229,7 @@ def _located(axes: dict[str, Axes], locus: Located, colours: Theme, dashed: bool
                 ax.plot(locus.values, values, ".", color=style["color"], markersize=3)
 
 
-def _extent(chart: Charted) -> tuple[float, float, float, float]:
+def _extent(chart: ChartData) -> tuple[float, float, float, float]:
     """The grid's cells about its points."""
     (a, b), (c, d) = ((values[0], values[-1]) for values in (chart.first, chart.second))
     h, k = (b - a) / (len(chart.first) - 1) / 2, (d - c) / (len(chart.second) - 1) / 2

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from femflex.results import Run
 from femflex.view.plot import HEIGHT, TITLE, WIDTH, finish, raised, saved
-from femflex.view.second import title_of
+from femflex.view.second_run import title_of
 from femflex.view.theme import Theme, theme_of
 from femflex.view.units import time_unit
 
@@ -38,7 +38,7 @@ WORDS = {
 
 
 @dataclass(frozen=True)
-class Explained:
+class CoordinateTerms:
     """A coordinate to explain: its place in u, name, unit of its generalised force, and its own part of the inertia."""
 
     index: int
@@ -51,7 +51,7 @@ def plot_terms(
     run: Run,
     time: Array,
     parts: Mapping[str, Array],
-    coordinates: Sequence[Explained],
+    coordinates: Sequence[CoordinateTerms],
     path: str | Path,
     theme: str = "light",
     title: str | None = None,
@@ -82,10 +82,10 @@ def plot_terms(
     return saved(figure, path, dpi, force)
 
 
-def said(name: str) -> str:
+def readable_name(name: str) -> str:
     """A term as a reader calls it.
 
-    >>> said("loads/slew"), said("inertia/boom"), said("gravity_gradient")
+    >>> readable_name("loads/slew"), readable_name("inertia/boom"), readable_name("gravity_gradient")
     ('load slew', 'inertia of boom', 'gravity gradient')
     """
     if name.startswith("loads/"):
@@ -95,13 +95,13 @@ def said(name: str) -> str:
     return WORDS.get(name, name.replace("_", " "))
 
 
-def contributions(parts: Mapping[str, Array], one: Explained) -> tuple[Array, dict[str, Array]]:
+def contributions(parts: Mapping[str, Array], one: CoordinateTerms) -> tuple[Array, dict[str, Array]]:
     """Inertia times acceleration (n_t,), in its unit, and the other terms, strongest first: name -> (n_t,).
 
     The inertia is the coordinate's own, and that of other sources pushes; where most of the two cancels, as of bodies
     that share an acceleration, the inertia of all is one.
     """
-    line = lined(parts, one)
+    line = drawn_as_lines(parts, one)
     pushes = {name: -rows[:, one.index] for name, rows in parts.items() if name not in line}
     size = {name: _size(push) for name, push in pushes.items()}
     total = sum(size.values()) or 1.0
@@ -114,7 +114,7 @@ def contributions(parts: Mapping[str, Array], one: Explained) -> tuple[Array, di
     return np.sum([parts[name][:, one.index] for name in line], axis=0), found
 
 
-def lined(parts: Mapping[str, Array], one: Explained) -> list[str]:
+def drawn_as_lines(parts: Mapping[str, Array], one: CoordinateTerms) -> list[str]:
     """The parts that the line adds up: the coordinate's own inertia, or the inertia of all where most of it cancels."""
     inertia = [name for name in parts if name.startswith("inertia/")]
     whole = np.sum([parts[name][:, one.index] for name in inertia], axis=0) if inertia else np.zeros(0)
@@ -129,7 +129,7 @@ def _size(values: Array) -> float:
     return float(np.mean(np.abs(values)))
 
 
-def _colours(parts: Mapping[str, Array], coordinates: Sequence[Explained], colours: Theme) -> dict[str, str]:
+def _colours(parts: Mapping[str, Array], coordinates: Sequence[CoordinateTerms], colours: Theme) -> dict[str, str]:
     """One colour for every contribution, the same for all coordinates; the strongest of each choose first."""
     ranks = [list(contributions(parts, one)[1]) for one in coordinates]
     order = [rank[k] for k in range(MOST + 1) for rank in ranks if k < len(rank)]
@@ -137,7 +137,9 @@ def _colours(parts: Mapping[str, Array], coordinates: Sequence[Explained], colou
     return {name: colours.lines[k % len(colours.lines)] for k, name in enumerate(named)} | {"others": colours.faint}
 
 
-def _draw_motion(ax: Axes, run: Run, rows: NDArray[np.int64], time: Array, one: Explained, colours: Theme) -> None:
+def _draw_motion(
+    ax: Axes, run: Run, rows: NDArray[np.int64], time: Array, one: CoordinateTerms, colours: Theme
+) -> None:
     """The coordinate itself where u is its rate, else the rate."""
     coordinate = one.name.removesuffix("_rate")
     path = "q" if coordinate in run.names("q") else "u"
@@ -154,14 +156,14 @@ def _draw_motion(ax: Axes, run: Run, rows: NDArray[np.int64], time: Array, one: 
 
 
 def _draw_stack(
-    ax: Axes, time: Array, parts: Mapping[str, Array], one: Explained, named: dict[str, str], colours: Theme
+    ax: Axes, time: Array, parts: Mapping[str, Array], one: CoordinateTerms, named: dict[str, str], colours: Theme
 ) -> None:
     own, pushes = contributions(parts, one)
     total = sum(map(_size, pushes.values())) or 1.0
     up, down = np.zeros(len(time)), np.zeros(len(time))
     for name, push in pushes.items():
         share = _size(push) / total
-        label = f"{said(name)}  {100 * share:.{1 if share < 0.1 else 0}f} %"
+        label = f"{readable_name(name)}  {100 * share:.{1 if share < 0.1 else 0}f} %"
         higher, lower = up + np.maximum(push, 0.0), down + np.minimum(push, 0.0)
         style: dict[str, Any] = {"color": named[name], "alpha": 0.75, "linewidth": 0.0}
         ax.fill_between(time, up, higher, label=label, **style)
@@ -174,7 +176,7 @@ def _draw_stack(
         own,
         color=colours.text,
         linewidth=1.3,
-        label=f"sum: {said(one.own) if len(lined(parts, one)) == 1 else 'inertia'}",
+        label=f"sum: {readable_name(one.own) if len(drawn_as_lines(parts, one)) == 1 else 'inertia'}",
     )
     what = {"N": "force", "N m": "moment"}.get(one.unit, "generalised force")
     ax.set_ylabel(f"{what} [{raised(one.unit)}]")

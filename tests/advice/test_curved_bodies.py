@@ -6,8 +6,8 @@ import warnings
 
 import numpy as np
 import pytest
+from advised_bodies import noted_body, noted_system
 from full_solution import Full, held_at
-from noted import noted_body, noted_system
 
 import femflex
 from femflex.assembly import build_mesh, build_structure_of
@@ -144,8 +144,8 @@ def test_an_arch_that_stands_and_is_carried_off_by_its_load_is_not_told_of_spin(
         with pytest.raises(IntegrationError, match="the motion diverges: body 'arch' is displaced by") as caught:
             femflex.run(case, tmp_path / "arch.h5", progress=None)
     said = str(caught.value)
-    assert "It does not turn. Check for a load in another unit, and for buckling or snap-through" in said
-    assert "in another unit" in said and "spin" not in said and "attitude" not in said
+    assert "It does not turn. Check for a load in a wrong unit, and for buckling or snap-through" in said
+    assert "in a wrong unit" in said and "spin" not in said and "attitude" not in said
 
 
 @pytest.mark.slow

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from noted import noted_system
-from test_choice_in_system import BOOM, EI, HELD, LENGTH, LINE, RUN
+from advised_bodies import noted_system
+from test_strain_selected_in_systems import BOOM, EI, HELD, LENGTH, LINE, RUN
 
 from femflex.case import CaseError, read_case
 from femflex.pipeline import prepare

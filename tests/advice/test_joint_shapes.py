@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
-from noted import noted_body, noted_system
+from advised_bodies import noted_body, noted_system
 from scipy.optimize import brentq
 
 from femflex.case import read_case

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from noted import noted_system
+from advised_bodies import noted_system
 from spin_up import KANE, TIMES
 
 from femflex.case import read_case

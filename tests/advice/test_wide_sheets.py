@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from noted import noted_system
+from advised_bodies import noted_system
 from scipy.integrate import solve_bvp
 
 import femflex

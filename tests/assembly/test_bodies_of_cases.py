@@ -309,7 +309,7 @@ def test_a_load_table_of_a_file_is_that_of_the_case(craft: str, write_case: Call
 def test_a_saved_body_stands_in_for_its_mesh(craft: str, write_case: Callable[..., Path]):
     case = read_case(write_case())
     body = build_body(case, "boom")
-    save_body(case.beside("boom.h5"), body)
+    save_body(case.file_path("boom.h5"), body)
     start, end = craft.index("[bodies.boom]"), craft.index("initial = {")
     saved = craft[:start] + "[bodies.boom]\nkind = 'file'\nfile = 'boom.h5'\n" + craft[end:]
     system = build_system(read_case(write_case(saved, "saved.toml")))

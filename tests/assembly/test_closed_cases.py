@@ -69,7 +69,7 @@ MISTAKES = [
     ),
     (FOUR_BAR, 'keep = ["drive"]', 'keep = ["drvie"]', "initial.keep", "did you mean 'drive'?"),
     (FOUR_BAR, 'keep = ["drive"]', 'keep = ["drive", "ground-rocker"]', "'closure'", "'ground-rocker' kept as given"),
-    (FOUR_BAR, 'keep = ["drive"]', "", "initial", "neither from nor keep"),
+    (FOUR_BAR, 'keep = ["drive"]', "", "initial", "neither `from` nor `keep`"),
     (FOUR_BAR, 'keep = ["drive"]', 'keep = ["drive"]\nfrom = "eq.h5"', "initial", "closes every loop already"),
     (SLEIGH, 'body = "sleigh"', 'body = "sleigh"\nparent = "sleigh"', "constraints[blade]", "joined to itself"),
     (SLEIGH, 'kind = "knife_edge"', 'kind = "rolling_disc"\nradius = 0', "constraints[blade].radius", "above 0 m"),
@@ -135,7 +135,7 @@ def test_a_misfit_within_the_play_is_told_and_kept_in_the_file(tmp_path):
     askew = short.replace('position = ["2 m", 0, 0]', 'position = ["2 m", 0, "0.4 um"]')
     assert askew != short
     said, opened = begun(tmp_path, askew.replace('name = "closure"', 'name = "closure"\nplay = "1 um"'))
-    told = "loop 'closure' stood open by 4e-07 m and 0 rad where its joints close best, within its play of 1e-06 m"
+    told = "loop 'closure': the smallest gap that its joints reach is 4e-07 m and 0 rad, within its `play` of 1e-06 m"
     with opened as run:
         assert told in said and told in run.attributes["start_taken_up"]
         assert run["monitors/constraint_position"].max() < 1e-12

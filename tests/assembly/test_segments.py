@@ -118,7 +118,7 @@ def refusal(path: Path) -> str:
         (
             "markers.root = { group",
             "markers.all = { group = 'BOOM' }\nmarkers.root = { group",
-            "needs group 'BOOM', which lies on no one of the 3",
+            "needs group 'BOOM', whose points are on several of the 3",
         ),
         ('parent_marker = "left"', 'parent_marker = "left"\nname = "w"', None),
     ],

@@ -81,7 +81,7 @@ def test_mistakes_of_a_table_are_told_when_it_is_read(more, said):
         ('[controllers.a]\nkind = "gain"\ninputs = ["b.y"]\nmatrix = [[1]]\n'
          '[controllers.b]\nkind = "gain"\ninputs = ["a.y"]\nmatrix = [[1]]\n', "algebraic loop: a -> b -> a"),
         (WHEEL + WHEEL.replace("wheels.w", "thrusters.w").replace("inertia = 0.2\ninertia_in_body = \"contained\"",
-         "thrust = 1\npulses = [[0, 1]]"), "the name 'w' stands for 2 effectors"),
+         "thrust = 1\npulses = [[0, 1]]"), "2 effectors have the name 'w'"),
     ],
 )  # fmt: skip
 def test_mistakes_between_tables_are_told_before_the_run(more, said):
@@ -194,7 +194,7 @@ values = [0, 5]
         prepare(parse_case(at_speed.replace("release_at", "release = 2\nrelease_at")))
     with pytest.raises(ValueError, match="found none of above, below; give one of them"):
         prepare(parse_case(at_speed.replace(", above = 1.5", "")))
-    with pytest.raises(ValueError, match="give it to a joint whose coordinates are all slides and single turns"):
+    with pytest.raises(ValueError, match="a release needs a joint of slides and single turns"):
         prepare(parse_case(text.replace("general", "free").replace("slides =", "#").replace("turns =", "#")))
 
 

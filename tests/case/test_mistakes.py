@@ -55,6 +55,7 @@ IN_THE_TEXT = [
     # kinds of values
     ("mass = 200", "mass = true", "true (a truth value)", "a number in kg"),
     ("mass = 200", "mass = [200]", "[200] (a list)"),
+    ('family = "beam"', "family = { s = [0, 1] }", "bodies.boom.members[BOOM].family", "a table"),
     ("mass = 200", "mass = 2024-01-01", "2024-01-01 (a date)"),
     ("mass = 200", "mass = 1e300", "bodies.hub.mass", "found 1e+300 kg", "between 1e-30 and 1e+30"),
     ("mass = 200", "mass = 1e-300", "found 1e-300 kg", "must be zero, or"),

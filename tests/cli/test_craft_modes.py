@@ -132,7 +132,7 @@ def test_the_montage_and_the_movie_are_drawn(femflex, case, tmp_path):
     ("options", "said"),
     [
         (("-o", "m.jpg"), "-o m.jpg: found the suffix '.jpg'; expected .png for a picture; .mp4 for a movie"),
-        (("-o", "m.png", "-o", "n.png"), "-o names two files for the picture, m.png and n.png; give one"),
+        (("-o", "m.png", "-o", "n.png"), "found -o m.png and -o n.png, both for the picture; give one"),
         (("--at", "3 m"), "--at: "),
         (("--mode", "3"), "--mode names the mode of a movie; give -o mode.mp4 with it"),
         (("-o", "m.mp4", "--mode", "99"), "--mode is 99; the modes of the craft are 1 to"),

@@ -22,9 +22,9 @@ callback = ctypes.CFUNCTYPE(None)(lambda: (print('ready', flush=True), time.slee
 callback(); print("went on")
 """
 KEPT = """
-from femflex.results.keeping import held
+from femflex.results.interrupts import finished_on_interrupt
 try:
-    with held("a movie"):
+    with finished_on_interrupt("a movie"):
         print('ready', flush=True); time.sleep(20)
 except KeyboardInterrupt:
     time.sleep(0.6); print("ended well"); sys.exit(130)

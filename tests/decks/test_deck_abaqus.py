@@ -340,12 +340,12 @@ def test_what_is_not_used_is_counted_with_its_consequence(tmp_path: Path):
         (
             "ELSET=BOOM, MATERIAL",
             "ELSET=BOOMS, MATERIAL",
-            r"ELSET 'BOOMS' is used and never defined; known are \['BOOM'\]",
+            r"ELSET 'BOOMS' is used but not defined; known are \['BOOM'\]",
         ),
         ("*BEAM SECTION, SECTION=RECT", "*SHELL SECTION", r"\*SHELL SECTION is for other elements than those of ELSET"),
         ("*BEAM SECTION", "*HEADING", r"10 elements of type B31, the first is 1, have no section; give one"),
         ("1, ENCASTRE", "1, BUILTIN", r"\*BOUNDARY has 'BUILTIN' where a component belongs; it is no whole number"),
-        ("1, ENCASTRE", "WALL, ENCASTRE", "NSET 'WALL' is used and never defined"),
+        ("1, ENCASTRE", "WALL, ENCASTRE", "NSET 'WALL' is used but not defined"),
     ],
 )
 def test_a_deck_that_cannot_be_used_says_where_and_why(old: str, new: str, sentence: str, tmp_path: Path):
@@ -357,5 +357,5 @@ def test_a_deck_that_cannot_be_used_says_where_and_why(old: str, new: str, sente
 
 def test_two_dependences_of_one_node_are_a_problem(tmp_path: Path):
     text = beam("RECT", "10., 20.", n=4) + "*MPC\nTIE, 5, 4\n*EQUATION\n2\n5, 1, 1., 3, 1, -1.\n"
-    with pytest.raises(DeckError, match=r"component 1 of node 5 follow others, which \*MPC TIE of node 5 does already"):
+    with pytest.raises(DeckError, match=r"component 1 of node 5 dependent, which \*MPC TIE of node 5 does already"):
         deck(tmp_path, text)

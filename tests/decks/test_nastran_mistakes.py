@@ -30,7 +30,7 @@ SHELL = "PSHELL,2,1,0.01,1,,1"
          r"deck.bdf:12: GRID 2 is given again .* at deck.bdf:6 already"),
         ([*GRIDS, "CQUADX,7,2,1,2,3,4", SHELL, STEEL], r"deck.bdf:9: 1 CQUADX, .*there is no such element here"),
         ([*GRIDS, QUAD, SHELL, STEEL, "RBE2,8,1,123,2", "RBE2,9,3,3,2"],
-         r"deck.bdf:13: RBE2 9 lets component 3 of grid 2 depend, which RBE2 8 \(deck.bdf:12\) does already"),
+         r"deck.bdf:13: RBE2 9 makes component 3 of grid 2 dependent, which RBE2 8 \(deck.bdf:12\) does already"),
         ([*GRIDS, QUAD, SHELL, STEEL, "RBE2,8,1,123,2", "SPC1,1,3,2"],
          r"deck.bdf:13: SPC1 1 holds component 3 of grid 2, which depends on others by RBE2 8 \(deck.bdf:12\); hold"),
         ([*GRIDS, QUAD, SHELL, STEEL, "RBE1,8,1,123,2,23", ",UM,3,123"], r"RBE1 8 has independent components .* six"),

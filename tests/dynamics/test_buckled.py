@@ -64,7 +64,7 @@ def test_a_load_off_the_axis_bends_the_column_to_its_own_side():
 def test_a_follower_force_that_makes_a_column_flutter_leaves_nowhere_to_go():
     """Beck's load is 20.05 EI / L^2: beyond it the straight column swings ever wider, and no other rest is near."""
     beck = 20.05 * EI / LENGTH**2
-    with pytest.raises(EquilibriumError, match=r"grows in swings.*no stable one was come to from it") as told:
+    with pytest.raises(EquilibriumError, match=r"grows in swings.*no stable one was found from it") as told:
         equilibrium(cantilever(8, [-1.05 * beck, 0, 0], frame="marker"), stable=True)
     assert not told.value.last.stable
 

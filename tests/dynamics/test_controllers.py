@@ -335,6 +335,10 @@ def test_pulses_have_the_demanded_mean_at_exact_instants():
         (lambda: Sensor("s", "joint"), "sensor 's' of kind 'joint' needs a freedom"),
         (lambda: Sensor("s", "acceleration", "hub"), "give its bandwidth"),
         (lambda: replace(ANGLE, sampling=Sampling(-0.1)), "period of sensor 'angle' is -0.1"),
+        (
+            lambda: replace(ANGLE, sampling=Sampling(0.1, delay=2e9)),
+            r"delay of sensor 'angle' is 2e\+10 of its periods \(limit 10000.*lengthen the period",
+        ),
         (lambda: signal("s", [1.0, 0.0], [0.0, 0.0]), "times of signal 's' must rise"),
         (lambda: pulses("p", ["a.b"], ["on"], 1.0, 0.1, 0.2), "must lie between 0 and the period"),
     ],

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from held_systems import held_tree
+from prescribed_systems import held_tree
 from random_systems import random_tree
 from test_condensed import random_condensed
 from test_curved_strain import curved

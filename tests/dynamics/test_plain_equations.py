@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from held_systems import held_tree
+from prescribed_systems import held_tree
 from random_systems import random_body, random_tree
 
 from femflex.body.symmetric import packed_size

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from held_systems import held_tree
+from prescribed_systems import held_tree
 from random_loops import random_loops
 from random_systems import random_tree
 

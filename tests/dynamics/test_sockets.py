@@ -461,7 +461,7 @@ def test_an_equilibrium_takes_states_along():
     assert found.stable
     expected = np.roots([0.2, 1.0 + 0.2 * 0.4, 0.4 + 0.2 * 3.0, 3.0 + 2.0])  # (s^2 + 0.4 s + 3)(1 + 0.2 s) + 2
     assert np.sort_complex(found.eigenvalues) == pytest.approx(np.sort_complex(expected), abs=1e-7)
-    with pytest.raises(ValueError, match=r"the state 'push.a' goes on changing at rest"):
+    with pytest.raises(ValueError, match=r"the state 'push.a' keeps changing at rest"):
         equilibrium(replace(system, effectors=(replace(push, act=ramp),)))
     with pytest.raises(ValueError, match="controller 'pilot' is sampled"):
         equilibrium(replace(system, effectors=(push, replace(PILOT, sensors=()))))
@@ -514,7 +514,7 @@ def places(seen, out):
         ),
         ({"z0": np.ones(3)}, "z0 of effector 'jet'.*expected 2 finite numbers"),
         ({"accounts": ("heat",)}, "accounts for 'heat'; known are"),
-        ({"channels": {"thrust": "N"}}, "'thrust' of effector 'jet' is the name of two"),
+        ({"channels": {"thrust": "N"}}, "effector 'jet' has two outputs named 'thrust'"),
     ],
 )
 def test_bad_effectors_are_refused(change, said):

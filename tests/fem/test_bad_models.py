@@ -78,7 +78,7 @@ WRONG = {
         lambda: beam(
             connections=[Equation((Term("tip", "x", 1.0), Term("middle", "x", factor))) for factor in (-1.0, -2.0)]
         ),
-        "both say how the same node moves",
+        "make the same node dependent",
     ),
     "a factor of zero": (
         lambda: beam(connections=[Equation((Term("tip", "x", 0.0), Term("middle", "x", -1.0)))]),
@@ -86,7 +86,7 @@ WRONG = {
     ),
     "a distributing connection of nodes in a line": (
         lambda: beam(connections=[Distributing("line", (0.5, 0.2, 0.0), name="r")]),
-        "its 3 nodes lie on a line or at one point, whose rotation their translations do not say",
+        "its 3 nodes lie on a line or at one point, so their translations do not determine a rotation",
     ),
 }
 

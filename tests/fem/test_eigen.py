@@ -111,7 +111,7 @@ def test_a_close_pair_is_not_parted_and_that_is_said():
     K, M = cantilever(300)
     modes = lowest_modes(copies(K, 2), copies(M, 2), 5)
     assert len(modes.omega) == 6
-    assert modes.note.startswith("5 modes asked, 6 kept: modes 5 and 6 at 9.8") and "close pair" in modes.note
+    assert modes.note.startswith("5 modes requested, 6 kept: modes 5 and 6 at 9.8") and "close pair" in modes.note
     assert lowest_modes(copies(K, 2), copies(M, 2), 4).note == ""
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from integrate_models import chain, explosion, failing, oscillator, pulse, rigid_body
 
-from femflex.integrate import INTEGRATORS, Dop853, Forecast, IntegrationError, Integrator, choose, foretold, integrator
+from femflex.integrate import INTEGRATORS, Dop853, Forecast, IntegrationError, Integrator, choose, forecast, integrator
 
 TAU = 2 * np.pi
 
@@ -61,22 +61,22 @@ def test_the_calls_foretold_are_those_spent(method):
     model = chain(np.ones(2), np.array([1.0, 2e5, 0.0]), np.array([0.0, 500.0, 0.0]))
     x0 = np.array([1.0, 1.0, 0.0, 0.0])
     for end, error in ((0.02, 1e-12), (60.0, 0.12)):
-        forecast = foretold(integrator(method, rtol=1e-9), model, end, x0)
+        found = forecast(integrator(method, rtol=1e-9), model, end, x0)
         steps = integrator(method, rtol=1e-9).solve(model, np.array([0.0, end]), x0).steps
-        assert forecast.calls == pytest.approx(steps.evaluations, rel=error)
-        assert forecast.step == pytest.approx(end / steps.accepted, rel=error)
+        assert found.calls == pytest.approx(steps.evaluations, rel=error)
+        assert found.step == pytest.approx(end / steps.accepted, rel=error)
     assert steps.accepted > 300
     end = {"dop853": 1.5, "esdirk4": 6.0}[method]  # two thirds of it are left when the trial ends
-    forecast = foretold(integrator(method, rtol=1e-9), model, end, x0)
+    found = forecast(integrator(method, rtol=1e-9), model, end, x0)
     steps = integrator(method, rtol=1e-9).solve(model, np.array([0.0, end]), x0).steps
-    assert forecast.calls == pytest.approx(steps.evaluations, rel=0.1)
+    assert found.calls == pytest.approx(steps.evaluations, rel=0.1)
 
 
 def test_a_forecast_goes_on_beyond_breaks():
     times = (0.001, 0.002, 0.5)
-    forecast = foretold(Dop853(), pulse(*times[:2]), 3.0, np.zeros(2))
+    found = forecast(Dop853(), pulse(*times[:2]), 3.0, np.zeros(2))
     steps = Dop853().solve(pulse(*times[:2]), np.array([0.0, 3.0]), np.zeros(2)).steps
-    assert forecast.calls == steps.evaluations and forecast.step == 3.0 / steps.accepted
+    assert found.calls == steps.evaluations and found.step == 3.0 / steps.accepted
 
 
 def test_every_registered_integrator_has_its_own_name_and_follows_the_protocol():

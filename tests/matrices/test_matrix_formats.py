@@ -151,6 +151,8 @@ def test_plain_arrays_with_the_map_by_their_size(spring):
     m = read_matrices(folder / "two.npz", groups={"end": [2]})
     same(m, M, K)
     assert m.dofs[3].tolist() == [2, 1] and m.nodes_of("end").tolist() == [2]
+    with pytest.raises(ValueError, match=f"group 'end' has a node number above {2**63 - 1}; give numbers of its nodes"):
+        read_matrices(folder / "two.npz", groups={"end": [10**30]})
 
 
 def test_an_output4_of_another_program_with_map_and_nodes(spring):

@@ -7,7 +7,7 @@ import pytest
 from matrix_examples import boom, brick
 from scipy import sparse
 
-from femflex.fem.given import given_structure
+from femflex.fem.matrix_structure import structure_from_matrices
 from femflex.matrices import full_model
 from femflex.mesh import Mesh
 from femflex.reduction import cantilever_modes, craig_bampton, free_free_modes, reduce_structure
@@ -52,7 +52,7 @@ def rigid_nodes(offset=True, seed=3):
 def test_scalar_mass_with_rigid_masses_at_nodes_is_exact():
     X, scalar, points, M = rigid_nodes()
     dofs = np.stack(np.divmod(np.arange(24), 6), axis=1)
-    s = given_structure(Mesh(X, {}), dofs, sparse.csr_array(M), sparse.csr_array(np.eye(24)))
+    s = structure_from_matrices(Mesh(X, {}), dofs, sparse.csr_array(M), sparse.csr_array(np.eye(24)))
     assert nodal_mass(s).rest < 1e-12
     phi = np.random.default_rng(1).standard_normal((24, 3))
     found = matrix_moments(s, phi)

@@ -218,7 +218,7 @@ def test_bare_stars_and_nodes_of_a_number_alone_are_read(tmp_path):
         (" 1, 10, 20, 30, 40", " 1, 10, 20, 30, 50", r"elements use nodes \[50\] that no \*NODE block defines"),
         (" 1, 10, 20, 30, 40", " 1, 10, 20, 30", "element 1 of type S4R has 3 nodes; it needs 4"),
         (" 1, 10, 20, 30, 40", " 1, 10, 20, 30, 40, 1000", "element 1 of type S4R has 5 nodes; it needs 4"),
-        (" Root, Arm\n", " Rot, Arm\n", r"arm.inp, line 31: NSET 'Rot' is used and never defined; known are \['ARM'"),
+        (" Root, Arm\n", " Rot, Arm\n", r"arm.inp, line 31: NSET 'Rot' is used but not defined; known are \['ARM'"),
     ],
 )
 def test_decks_that_cannot_be_read_rightly_are_refused(old, new, sentence, tmp_path):

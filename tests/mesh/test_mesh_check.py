@@ -57,6 +57,12 @@ def test_cells_without_size_are_refused_with_their_place():
     assert "1 of 1 cells of type line have no length" in text
 
 
+def test_coordinates_that_overflow_are_refused_with_their_place():
+    mesh = Mesh(np.array([[0, 0, 0], [1e160, 0, 0]]), {"line": np.array([[0, 1]])})
+    with pytest.raises(ValueError, match=r"x: 1 of 2 points have coordinates above 1e\+30 m, the first is number 1 at"):
+        check(mesh, "x", strict=False)
+
+
 def test_the_size_that_counts_as_none_is_relative():
     small = rectangle(1e-6, 1e-6, 1, 1, "quad")
     check(small)

@@ -21,9 +21,9 @@ from femflex.reduction import (
     with_attachment,
     with_derivatives,
 )
-from femflex.reduction.bends.derivatives import load_weights, number_kept, scaled_derivatives
-from femflex.reduction.bends.stretch import relaxed_energy
 from femflex.reduction.boundary.rigid import rigid_shapes
+from femflex.reduction.large_deflection.derivatives import load_weights, number_kept, scaled_derivatives
+from femflex.reduction.large_deflection.stretch import relaxed_energy
 
 # a strip's bending in its own plane, which nothing excites here, is warned of
 pytestmark = pytest.mark.filterwarnings("ignore:plates turn in their own planes")

@@ -22,9 +22,9 @@ from femflex.reduction import (
     with_attachment,
     with_derivatives,
 )
-from femflex.reduction.bends.bent_states import bent_states, directions
 from femflex.reduction.boundary.clamps import held_dofs
 from femflex.reduction.boundary.rigid import rigid_shapes
+from femflex.reduction.large_deflection.bent_states import bent_states, directions
 
 H = 0.01  # thickness of everything here [m]
 EDGES = ("left", "right", "bottom", "top")

@@ -78,7 +78,7 @@ def test_a_round_boom_keeps_its_pairs_whole():
     structure = build_structure(line([[0, 0, 0], [1, 1, 4]], 6), [Member("line", "beam", Tube(0.1, 0.005), ALUMINIUM)])
     modes = cantilever_modes(structure, "start", 3)
     assert modes.n_modes == 4
-    assert "3 modes asked, 4 kept" in modes.note
+    assert "3 modes requested, 4 kept" in modes.note
     assert modes.omega[2] == pytest.approx(modes.omega[3], rel=1e-9)
 
 

@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
+from lateral_buckling import END_LOAD, MOMENT, WEIGHT, critical, critical_of_structure, of_narrow_beams
 from strips import STRIPS, derived, strip, under_end_load
-from tipping import END_LOAD, MOMENT, WEIGHT, critical, critical_of_structure, of_narrow_beams
 
 from femflex.fem import Material, Member, build_structure
 from femflex.mesh import rectangle
 from femflex.reduction import cantilever_modes, reduce_structure, with_derivatives
-from femflex.reduction.bends.derivatives import scaled_derivatives
-from femflex.reduction.bends.softening import softening
 from femflex.reduction.boundary.markers import marker_rows
+from femflex.reduction.large_deflection.derivatives import scaled_derivatives
+from femflex.reduction.large_deflection.softening import softening
 
 HELD = {"start": ("x", "y", "z", "rx"), "end": ("y", "z", "rx")}
 

@@ -21,7 +21,7 @@ from femflex.reduction import (
 )
 from femflex.reduction.beams import strain_points
 from femflex.reduction.beams.strain_points import strain_field
-from femflex.reduction.bends.derivatives import with_derivatives
+from femflex.reduction.large_deflection.derivatives import with_derivatives
 from femflex.reduction.strain.tensors import strain_tensors
 
 FAMILIES = {

@@ -17,9 +17,9 @@ from femflex.reduction import (
     with_derivatives,
     with_third_derivatives,
 )
-from femflex.reduction.bends.derivatives import scaled_derivatives
-from femflex.reduction.bends.third_derivatives import third_derivative
 from femflex.reduction.boundary.rigid import rigid_shapes
+from femflex.reduction.large_deflection.derivatives import scaled_derivatives
+from femflex.reduction.large_deflection.third_derivatives import third_derivative
 
 H = 0.01
 

@@ -186,7 +186,9 @@ def test_what_cannot_be_followed_is_refused(beam):
         backbone(beam, 99, [0.01])
     with pytest.raises(ValueError, match="the body has no skin"):
         backbone(replace(beam, skin=None), 1, [0.01])
-    with pytest.raises(BackboneError, match=r"no free vibration with an amplitude of .* m was found near that of") as e:
+    with pytest.raises(
+        BackboneError, match=r"no free vibration with an amplitude of .* m was found; the branch was"
+    ) as e:
         backbone(oscillator(0.5, 0.0), 1, [0.1, 0.2, 3.0])  # beyond the potential's ridge
     reached, whole = e.value.found, backbone(oscillator(0.5, 0.0), 1, [0.1, 0.2])
     assert list(reached.amplitudes) == [0.1, 0.2] and np.array_equal(reached.omega, whole.omega)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from noted import noted_system
+from advised_bodies import noted_system
 from rotating_beams import Rotating
 
 from femflex.case import read_case

@@ -29,15 +29,19 @@ def found() -> Explanation:
 
 
 def test_the_coordinates_through_which_most_energy_goes_are_told_of(found):
-    assert found.telling() == [0, 1, 4]  # not the slide, whose parts cancel, nor the hardly pushed boom.delta1
+    assert found.dominant_coordinates() == [
+        0,
+        1,
+        4,
+    ]  # not the slide, whose parts cancel, nor boom.delta1
     still = replace(found, u=found.u * [1.0, 0.0, 1.0, 1.0, 1.0])
-    assert still.telling() == [0, 4]  # what does not move takes no energy, however hard it is pushed
+    assert still.dominant_coordinates() == [0, 4]  # what does not move takes no energy, however hard it is pushed
 
 
 def test_a_short_spike_does_not_make_a_coordinate_telling(found):
     spiked = {name: rows.copy() for name, rows in found.terms.items()}
     spiked["loads/push"][0, 3], spiked["inertia"][0, 3] = 1e3, -1e3
-    assert replace(found, terms=spiked).telling() == [0, 1, 4]
+    assert replace(found, terms=spiked).dominant_coordinates() == [0, 1, 4]
 
 
 def test_sizes_are_peaks_with_their_sign_and_root_mean_squares(found):

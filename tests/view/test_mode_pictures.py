@@ -80,7 +80,7 @@ def test_what_has_no_shapes_is_told(tmp_path, panel):
         mode_montage(replace(panel, skin=None), tmp_path / "a.png")
     with pytest.raises(ValueError, match="mode 4 is not on the body; its modes are 1 to 3"):
         mode_movie(panel, tmp_path / "a.mp4", mode=4)
-    with pytest.raises(ValueError, match="no modes are named to draw"):
+    with pytest.raises(ValueError, match="the list of modes to draw is empty"):
         mode_montage(panel, tmp_path / "a.png", modes=[])
     with pytest.raises(ValueError, match="has no length; give at least one"):
         mode_movie(panel, tmp_path / "a.mp4", cycles=0)

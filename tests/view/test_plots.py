@@ -103,7 +103,7 @@ def test_what_cannot_be_plotted_is_told(tmp_path, run):
         plot_histories(run, tmp_path / "a.png", channels=["attitude/angle"])
     with pytest.raises(KeyError, match=r"'up' is not a component of 'attitude/angles'; its components are \['pitch'"):
         plot_histories(run, tmp_path / "a.png", channels=["attitude/angles:up"])
-    with pytest.raises(ValueError, match="no channels are named to plot"):
+    with pytest.raises(ValueError, match="the list of channels to plot is empty"):
         plot_histories(run, tmp_path / "a.png", channels=[])
     with pytest.raises(ValueError, match=r"a plot is written as \.png or \.svg; a\.pdf is neither"):
         plot_histories(run, tmp_path / "a.pdf")

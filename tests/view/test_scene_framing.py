@@ -111,7 +111,10 @@ def test_a_body_is_drawn_where_a_pinhole_camera_sees_it(tmp_path):
 
 
 @pytest.mark.slow
-def test_nothing_drawn_reaches_the_margins_at_any_time_and_all_together_fills_what_is_between(tmp_path, run):
+def test_nothing_drawn_reaches_the_margins_at_any_time_and_all_together_fills_what_is_between(
+    tmp_path, run, monkeypatch
+):
+    monkeypatch.setattr("femflex.view.scene.add_length_scale", lambda *_: None)  # which stands in the margin
     look = {"size": (320, 180), "triads": False, "title": "", "scale": 2.0, "samples": 1}
     drawn = np.zeros((180, 320), bool)
     for k, t in enumerate(np.linspace(0, 20, 9)):

@@ -13,7 +13,7 @@ from femflex.results import RunWriter, open_run
 from femflex.system import Channel
 from femflex.view import plot_histories, plot_spectra, plot_terms
 from femflex.view.curves import curves_of
-from femflex.view.terms import Explained, contributions
+from femflex.view.terms import CoordinateTerms, contributions
 
 TIME = np.linspace(0, 10, 201)
 SPRING, PUSH = 3.0 * np.cos(TIME), np.where(TIME < 5, -1.0, 0.0)
@@ -24,7 +24,7 @@ PARTS = {
     "damping": np.full(len(TIME), 1e-9),
 }
 PARTS = {name: np.stack([rows, 0 * rows], axis=1) for name, rows in PARTS.items()}
-HUB = Explained(0, "base-hub.angle_rate", "N m", "inertia/base-hub")
+HUB = CoordinateTerms(0, "base-hub.angle_rate", "N m", "inertia/base-hub")
 
 
 @pytest.fixture

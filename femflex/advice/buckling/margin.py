@@ -37,7 +37,7 @@ class BucklingMargin:
 
 def assessed_bodies(system: System, known: KnownBodies) -> list[str]:
     """Names of the bodies with a buckling analysis."""
-    return [name for name in system.bodies if name in known and known[name].bearing is not None]
+    return [name for name in system.bodies if name in known and known[name].buckling_model is not None]
 
 
 def buckling_margins(rigid: RigidEstimate | None, system: System, known: KnownBodies) -> dict[str, BucklingMargin]:
@@ -51,9 +51,9 @@ def buckling_margins(rigid: RigidEstimate | None, system: System, known: KnownBo
     total = applied_loads(replace(rigid.system, reactions=True), judged, rigid.times, rigid.states)
     found = {}
     for name in judged:
-        bearing = known[name].bearing
-        assert bearing is not None
-        near = bearing.nearest(total[name], 1.0 / NEAR)
+        model = known[name].buckling_model
+        assert model is not None
+        near = model.nearest(total[name], 1.0 / NEAR)
         if near.part >= 1.0 / NEAR:
             blamed, apart = _blamed(total[name], near, float(rigid.times[near.row]))
             found[name] = BucklingMargin(blamed, near.part, near.flutters, apart, tuple(total[name]), near.row)
@@ -100,9 +100,9 @@ def buckling_warnings(system: System, known: KnownBodies, near: Mapping[str, Buc
 
 def late_buckling_note(body: KnownBody, near: BucklingMargin) -> str:
     """Note that the reduced basis buckles at a higher load than the body; empty where it does not, or for flutter."""
-    if body.bearing is None or near.flutters:
+    if body.buckling_model is None or near.flutters:
         return ""
-    kept = body.bearing.kept(near.under, near.row)
+    kept = body.buckling_model.kept(near.under, near.row)
     if near.part <= (1.0 + LATE) * kept:
         return ""
     return (

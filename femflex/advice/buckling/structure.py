@@ -14,10 +14,10 @@ from femflex.advice.buckling.applied_load import FIELD
 from femflex.advice.buckling.few_shapes import lowest_of_few
 from femflex.fem.eigen.modes import factorised
 from femflex.fem.structure import Structure
-from femflex.reduction.bends.held_walk import largest
 from femflex.reduction.boundary.markers import MarkerRows, marker_rows
 from femflex.reduction.boundary.rigid import lifted
 from femflex.reduction.boundary.supported import Supported, supported
+from femflex.reduction.large_deflection.load_path import largest_displacement
 from femflex.reduction.modes.buckling import roughly_lowest
 from femflex.reduction.modes.modeset import ModeSet
 
@@ -113,7 +113,7 @@ class StructureBuckling:
 
     def moved(self, load: Array) -> float:
         """See Elastic, with its shapes and units."""
-        return largest(self.structure, self._answer(load))
+        return largest_displacement(self.structure, self._answer(load))
 
     def lowest(self, K_sigma: sparse.csr_array, held: sparse.csr_array | None) -> tuple[float, Array]:
         """See Elastic, with its shapes and units."""

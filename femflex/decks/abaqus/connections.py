@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from femflex.decks.abaqus.model import WORDS, AbaqusModel, place_of
-from femflex.fem import Distributing, Following, Rigid
+from femflex.fem import Distributing, MultiPointConstraint, Rigid
 from femflex.mesh.abaqus_flat import Scoped
 from femflex.mesh.abaqus_keywords import Keyword
 
@@ -259,7 +259,8 @@ def _equation_of(model: AbaqusModel, terms: list[tuple[int, int, float]], keywor
     (node, c, first), *others = terms
     if not first or not 0 <= c < 6:
         raise ValueError(
-            f"{keyword.place(row)}: the first term has factor {first:g} and component {c + 1}; it must follow."
+            f"{keyword.place(row)}: the first term of an equation is the dependent component; found factor {first:g} "
+            f"and component {c + 1}. Give a factor other than 0 and a component of 1 to 6."
         )
     length = model.units.length
     matrix: dict[int, Array] = {}
@@ -287,7 +288,9 @@ def _follow(
     leaders = list(matrix) or [node]
     values = np.hstack([matrix.get(other, np.zeros((len(components), 6))) for other in leaders])
     words = tuple(WORDS[c] for c in components)
-    model.connections.append(Following(model.group(node), words, tuple(map(model.group, leaders)), values, name=what))
+    model.connections.append(
+        MultiPointConstraint(model.group(node), words, tuple(map(model.group, leaders)), values, name=what)
+    )
     model.wanted.update([node, *leaders])
     if any(c >= 3 for c in components):
         model.wanted_turning.add(node)

@@ -181,8 +181,8 @@ def _section(model: NastranModel, made: BarProperty, length: float) -> Stiffness
         if not largest[name] > 0:
             zero = {"EA": "A", "EIz": "I1", "EIy": "I2", "GJ": "J or G"}[name]
             model.bulk.found.note(
-                f"{made.card} has {zero} = 0: {WEAK:.0e} of its other stiffness stands in; what nothing else resists "
-                "must be held"
+                f"{made.card} has {zero} = 0: a stiffness of {WEAK:.0e} times its other stiffness is used; support "
+                "the motions that no other element resists"
             )
             values[name] = [max(WEAK * other, 1e-30)] * len(stations)
         else:
@@ -210,7 +210,7 @@ def _options(model: NastranModel, made: BarProperty, card: Card) -> dict[str, ob
     """Options of the beam family: shear, and the places of centroid, shear and mass centre of PBEAM."""
     shears = made.K1 > 0 and made.K2 > 0 and made.G > 0
     if (made.K1 > 0) != (made.K2 > 0):
-        model.bulk.found.note(f"{made.card} has one of K1 and K2 zero: its sections do not shear")
+        model.bulk.found.note(f"{made.card} has one of K1 and K2 zero: transverse shear is left out")
     far = 1e9  # m; whether sections shear is the deck's choice
     found: dict[str, object] = {"shear": shears, "extent": far}
     if not all(made.G * s.J > 0 for s in made.stations):
@@ -226,7 +226,9 @@ def _options(model: NastranModel, made: BarProperty, card: Card) -> dict[str, ob
         if shears:
             found["shear_centre"] = tuple(float(-c) for c in N)
         elif N.any():
-            raise ValueError(f"{made.card} has its neutral axis off its shear centre and no shear; give K1 and K2")
+            raise ValueError(
+                f"{made.card} has its neutral axis off its shear centre, which needs transverse shear; give K1 and K2"
+            )
         if centre.any():
             found["mass_centre"] = tuple(float(c) for c in centre)
     return found

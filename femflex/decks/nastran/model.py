@@ -73,8 +73,8 @@ class NastranModel:
             first = self.depending.get((grid, c))
             if first is not None:
                 self.bulk.found.problem(
-                    f"{card} lets component {c} of grid {grid} depend, which {first} ({first.place}) does already; let "
-                    "it depend once",
+                    f"{card} makes component {c} of grid {grid} dependent, which {first} ({first.place}) does "
+                    "already; make it dependent once",
                     card.place,
                 )
                 fine = False

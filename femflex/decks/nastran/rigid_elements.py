@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from femflex.decks.builder import direction_key
 from femflex.decks.nastran.card import Card, FieldError
 from femflex.decks.nastran.model import WORDS, NastranModel
-from femflex.fem import Distributing, Following, Rigid
+from femflex.fem import Distributing, MultiPointConstraint, Rigid
 
 Array = NDArray[np.float64]
 
@@ -51,7 +51,7 @@ def _rbe2(model: NastranModel, card: Card) -> None:
         return
     grids = [g for g in grids if g != centre]
     if not grids or not components:
-        model.bulk.found.unused("RBE2", "it lets nothing follow; nothing is left out", card.place)
+        model.bulk.found.unused("RBE2", "it has no dependent components; it has no effect", card.place)
         return
     if not all([model.depend(g, components, card) for g in grids]):
         return
@@ -117,7 +117,7 @@ def _following(
 ) -> None:
     axes = model.grids.axes(grid)
     model.connections.append(
-        Following(
+        MultiPointConstraint(
             model.group(grid), tuple(WORDS[c - 1] for c in components), tuple(model.group(g) for g in leaders),
             matrix, tuple(map(tuple, axes.tolist())), f"{card.name} {card.word(0)}",
         )
@@ -242,7 +242,7 @@ def _rbe3(model: NastranModel, card: Card) -> None:
     if not model.grids.require([centre, *leaders], card):
         return
     if "UM" in words:
-        model.bulk.found.unused("RBE3 UM", "the reference grid depends in place of the components of UM", card.place)
+        model.bulk.found.unused("RBE3 UM", "UM is not used: the reference grid is the dependent one", card.place)
     if not model.depend(centre, components, card):
         return
     simple = all(c == (1, 2, 3) for _, c, _ in groups) and len(leaders) == sum(len(g) for _, _, g in groups)

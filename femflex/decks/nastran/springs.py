@@ -156,5 +156,7 @@ def finish_springs(model: NastranModel) -> None:
             model.bushings.append(Bushing(model.group(a), model.group(b), (0.0, 0.0, 0.0), (k, 0.0, 0.0)))
         else:
             model.bulk.found.unused(
-                f"{card.name} torsion", "nothing else turns its grids; the rod carries no torsion", card.place
+                f"{card.name} torsion",
+                "its grids have no other rotational stiffness; its torsional stiffness is left out",
+                card.place,
             )

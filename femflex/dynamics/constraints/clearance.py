@@ -34,8 +34,8 @@ class TakenUp:
     def __str__(self) -> str:
         """The sentence."""
         return (
-            f"loop {self.loop!r} stood open by {self.moved:.3g} m and {self.turned:.3g} rad where its joints close "
-            f"best, within its play of {self.play:.3g} m: its marker on the parent was moved and turned by that"
+            f"loop {self.loop!r}: the smallest gap that its joints reach is {self.moved:.3g} m and {self.turned:.3g} "
+            f"rad, within its `play` of {self.play:.3g} m; its marker on the parent was displaced and turned by the gap"
         )
 
 
@@ -71,8 +71,8 @@ def refuse_clearance(constraints: Constraints, size: float) -> None:
         if loop.play > MOST * size:
             raise ValueError(
                 f"play of loop {loop.label!r} is {loop.play:.3g} m, {loop.play / size:.2%} of the bodies' size of "
-                f"{size:.3g} m; it stands for digits that lengths and axes were not given to, up to {MOST:.1%}. Give "
-                "them to more digits, or a joint that lets the parts move"
+                f"{size:.3g} m; `play` allows for rounded lengths and axes (limit {MOST:.1%}). Give lengths and axes "
+                "to more digits, or a joint that lets the parts move"
             )
 
 

@@ -29,8 +29,8 @@ Array = NDArray[np.float64]
 
 FIRST, LEAST = 0.25, 1e-4  # share of the outer forces added in a step of the continuation
 UNMOVED = (
-    "the craft has no coordinate that could find its balance: its bodies are rigid, and its joints welded or held. It "
-    "stays where it is; an equilibrium asks for a flexible body, or for a joint that is free to move"
+    "the craft has no free coordinate: its bodies are rigid, and its joints are welded or prescribed. An equilibrium "
+    "needs a flexible body or a free joint"
 )
 
 
@@ -187,7 +187,7 @@ def _nearest(problem: Steady, begun: Array) -> Equilibrium:
             if step < LEAST:
                 raise _failed(problem, q, share, count, found)
         first = False
-    return _told(problem, found, count)
+    return _as_equilibrium(problem, found, count)
 
 
 def _about_preload(problem: Steady, q: Array) -> Balance | None:
@@ -207,17 +207,17 @@ def _beyond(problem: Steady, unstable: Equilibrium, begun: Array) -> Equilibrium
     near = stable_state_below(problem, unstable.q, begun)
     found = None if near is None else balance(problem, near, 1.0)
     if found is not None and found.residual <= BALANCED:  # it may go on along a ring of equilibria, hardly resisted
-        settled = _told(problem, found, unstable.iterations + found.iterations, unstable)
+        settled = _as_equilibrium(problem, found, unstable.iterations + found.iterations, unstable)
         if settled.stable:
             return settled
     raise EquilibriumError(
-        f"the equilibrium that was found is {unstable.verdict}, and no stable one was come to from it. Begin "
-        "elsewhere, lower the loads, or let a damped run come to rest",
+        f"the equilibrium that was found is {unstable.verdict}, and no stable one was found from it. Start from "
+        "another state, lower the loads, or let a damped run come to rest",
         unstable,
     )
 
 
-def _told(problem: Steady, found: Balance, count: int, left: Equilibrium | None = None) -> Equilibrium:
+def _as_equilibrium(problem: Steady, found: Balance, count: int, left: Equilibrium | None = None) -> Equilibrium:
     model = problem.full
     x = problem.at_rest(found.q)
     return Equilibrium(
@@ -248,8 +248,8 @@ def _failed(problem: Steady, q: Array, share: float, count: int, tried: Balance)
     )
     along = f"; nothing resists {', '.join(tried.neutral)}" if tried.neutral else ""
     return EquilibriumError(
-        f"no equilibrium was found beyond {share:.4g} of the loads, spin and gravity: in {where} a force of "
-        f"{tried.residual:.3g} of the largest is left{along}. Start nearer to the equilibrium, lower the loads or the "
-        f"spin, or hold what is free.",
+        f"no equilibrium was found beyond {share:.4g} of the loads, spin and gravity: the largest unbalanced force, "
+        f"in {where}, is {tried.residual:.3g} of the largest force{along}. Start nearer to the equilibrium, lower the "
+        "loads or the spin, or fix free coordinates.",
         last,
     )

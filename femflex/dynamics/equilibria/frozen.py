@@ -82,8 +82,8 @@ def _orbit_problems(system: System) -> list[str]:
         )
     if kind != "orbital":
         out.append(
-            f"the attitude is measured from the {kind} frame, in which gravity turns around once per orbit; an "
-            "equilibrium in orbit is at rest in the orbital frame"
+            f"the attitude is measured from the {kind} frame, in which the direction of gravity turns once per orbit; "
+            "an equilibrium in orbit is at rest in the orbital frame"
         )
     return out
 
@@ -94,16 +94,16 @@ def _gravity_problems(system: System) -> list[str]:
     if system.frame.kind != "spinning" or across <= ROUNDING * float(np.linalg.norm(g) * np.linalg.norm(rate)):
         return []
     return [
-        f"gravity {g.tolist()} m/s^2 turns around in the frame that spins at {rate.tolist()} rad/s; an equilibrium in "
-        "a spinning frame needs gravity along its axis, or none"
+        f"gravity {g.tolist()} m/s^2 changes its direction in the frame that spins at {rate.tolist()} rad/s; an "
+        "equilibrium in a spinning frame needs gravity along its axis, or none"
     ]
 
 
 def _load_problems(system: System) -> list[str]:
     turning = {"inertial": [], "orbital": ["inertial"], "spinning": ["inertial"]}[system.frame.kind]
     return [
-        f"load {load.name!r} keeps its direction in the {load.frame} frame, around which the {system.frame.kind} frame "
-        "turns; an equilibrium needs loads that turn along (frame 'body' or 'marker')"
+        f"load {load.name!r} keeps its direction in the {load.frame} frame, relative to which the {system.frame.kind} "
+        "frame turns; an equilibrium needs loads that turn with the craft (frame 'body' or 'marker')"
         for load in system.loads
         if load.frame in turning and (load.force.any() or load.torque.any())
     ]

@@ -169,8 +169,8 @@ def _stays(P: Array, equations: tuple[Array, Array, Array], J: Array, sizes: Arr
     return _small(parts[0] - parts[1] + parts[2], np.abs(parts[0]) + np.abs(parts[1]) + np.abs(parts[2]))
 
 
-def _small(left: Array, beside: Array) -> bool:
-    return bool(np.abs(left).max(initial=0.0) <= FITS * np.abs(beside).max(initial=0.0))
+def _small(left: Array, reference: Array) -> bool:
+    return bool(np.abs(left).max(initial=0.0) <= FITS * np.abs(reference).max(initial=0.0))
 
 
 def _beyond(neutral: Array, rigid: Array, sizes: Array) -> Array:

@@ -75,8 +75,8 @@ def settled_states(model: Model, x: Array) -> Array:
     if not left.max() < 1e-6:
         name = model.system.state_names()[own[int(np.argmax(left))]][0]
         raise ValueError(
-            f"the state {name!r} goes on changing at rest, by {left.max():.3g} of its size in a second; an equilibrium "
-            "needs states that settle, so leave its effector out, or start where it has nothing to do"
+            f"the state {name!r} keeps changing at rest, by {left.max():.3g} of its size per second; an equilibrium "
+            "needs states that settle. Remove its effector, or start at its zero"
         )
     return x
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
 import numpy as np
 from numpy.typing import NDArray
 
-from femflex.body import FlexibleBody, StrainTensors
+from femflex.body import FlexibleBody
 from femflex.dynamics.arithmetic.lanes import padded
 from femflex.dynamics.lowering import layout as at
-from femflex.dynamics.lowering.pool import Pool, Scratch
+from femflex.dynamics.lowering.pool import Piece, Pool, Scratch
 from femflex.system.variation import COLUMNS, strain_table
 
 Array = NDArray[np.float64]
@@ -16,39 +19,74 @@ Array = NDArray[np.float64]
 ROUNDING = 1e-12  # relative; an elastic mass or stiffness closer than this to its diagonal counts as diagonal
 
 
+@dataclass(frozen=True)
+class BodyNumbers:
+    """What lowering takes from a body alone: pieces of the pool and numbers of the record, by the record's names."""
+
+    pieces: dict[str, Piece]
+    counts: dict[str, int]
+
+
+LOWERED: WeakKeyDictionary[FlexibleBody, BodyNumbers] = WeakKeyDictionary()  # of bodies lowered before
+
+
+def body_numbers(body: FlexibleBody) -> BodyNumbers:
+    """The numbers of a body; of one and the same body, as in the members of a sweep, only once."""
+    if body not in LOWERED:
+        LOWERED[body] = _numbers(body)
+    return LOWERED[body]
+
+
 def lower_body(record: np.void, body: FlexibleBody, pool: Pool, scratch: Scratch) -> None:
     """Moments, stiffness and damping of a body, and its work arrays."""
-    n, moments, P = body.n_modes, body.moments, body.moments.second
-    row, wide = padded(n), padded(body.n_shapes)
-    record["n"], record["row"], record["stride"] = n, row, row + 8
-    record["n_shapes"], record["wide"] = body.n_shapes, wide
-    record["mass"] = pool.put([moments.mass, *moments.first[0], *P[0, :, 0, :].ravel()])
-    record["first"] = pool.put_rows(moments.first[1:].T)
-    record["momentum"] = pool.put(np.pad(moments.first[1:], ((0, wide - body.n_shapes), (0, 1))))
-    record["second"] = pool.put_rows(P[:, :, 1:, :].swapaxes(2, 3))  # A a c k
-    P = P[1:, :, 1:, :]  # j b k c
-    gyro = np.stack([P[:, b, :, c] - P[:, c, :, b] for b, c in ((1, 2), (2, 0), (0, 1))])  # a j k
-    record["gyro"] = pool.put_rows(gyro.swapaxes(0, 1))
-    lower_elastic_mass(record, moments.elastic_mass(), n, pool)
-    V1 = (body.strain.V1 + body.strain.V1.T) / 2
-    record["stiffness"], record["damping"] = pool.put_rows(V1), pool.put_rows(body.damping.T)
-    record["own_stiffness"], record["own_damping"] = pool.put_rows(np.diag(V1)), pool.put_rows(np.diag(body.damping))
-    record["f0"] = pool.put_rows(body.strain.f0)
-    record["diagonal"] = int(_is_diagonal(V1) and _is_diagonal(body.damping))
-    lower_curved_strain(record, body.strain, pool, scratch)
+    numbers = body_numbers(body)
+    for key, count in numbers.counts.items():
+        record[key] = count
+    for key, piece in numbers.pieces.items():
+        record[key] = pool.put(piece)
+    row, wide = padded(body.n_modes), padded(body.n_shapes)
+    if "curved" in numbers.pieces:
+        take_monomials(record, scratch)
     record["work"] = scratch.take(at.W_FIXED)
     for key, size in (("delta", wide), ("ddelta", wide), ("pn", wide), ("accel", row), ("pivot", row)):
         record[key] = scratch.take(size)
     for key, size in (("Z", 9 * wide), ("G", 6 * row), ("N", 8 * row), ("border", row * record["stride"])):
         record[key] = scratch.take(size)
-    lower_slaves(record, body.slaves, pool, scratch)
+    take_slaves(record, scratch)
 
 
-def lower_curved_strain(record: np.void, strain: StrainTensors, pool: Pool, scratch: Scratch) -> None:
-    """V2 and V3 of a body with nonlinear strain."""
+def _numbers(body: FlexibleBody) -> BodyNumbers:
+    n, moments, P = body.n_modes, body.moments, body.moments.second
+    row, wide = padded(n), padded(body.n_shapes)
+    V1, damping = (body.strain.V1 + body.strain.V1.T) / 2, body.damping
+    pieces = {
+        "mass": Piece.of([moments.mass, *moments.first[0], *P[0, :, 0, :].ravel()]),
+        "first": Piece.of_rows(moments.first[1:].T),
+        "momentum": Piece.of(np.pad(moments.first[1:], ((0, wide - body.n_shapes), (0, 1)))),
+        "second": Piece.of_rows(P[:, :, 1:, :].swapaxes(2, 3)),  # A a c k
+    }
+    P = P[1:, :, 1:, :]  # j b k c
+    gyro = np.stack([P[:, b, :, c] - P[:, c, :, b] for b, c in ((1, 2), (2, 0), (0, 1))])  # a j k
+    pieces["gyro"] = Piece.of_rows(gyro.swapaxes(0, 1))
+    elastic_mass = moments.elastic_mass()
+    pieces |= elastic_mass_pieces(elastic_mass, n)
+    pieces |= {
+        "stiffness": Piece.of_rows(V1),
+        "damping": Piece.of_rows(damping.T),
+        "own_stiffness": Piece.of_rows(np.diag(V1)),
+        "own_damping": Piece.of_rows(np.diag(damping)),
+        "f0": Piece.of_rows(body.strain.f0),
+    }
+    counts = {"n": n, "row": row, "stride": row + 8, "n_shapes": body.n_shapes, "wide": wide}
+    counts["orthonormal"] = int(np.abs(elastic_mass[:n, :n] - np.eye(n)).max(initial=0.0) < ROUNDING)
+    counts["diagonal"] = int(_is_diagonal(V1) and _is_diagonal(damping))
+    strain, slaves = body.strain, body.slaves
     if not strain.is_linear and len(strain.f0):
-        record["curved"] = pool.put(strain_table(strain.V2, strain.V3, len(strain.f0)))
-        take_monomials(record, scratch)
+        pieces["curved"] = Piece.of(strain_table(strain.V2, strain.V3, len(strain.f0)))
+    if len(slaves):
+        counts |= {"n_slaves": len(slaves), "dense": 1}
+        pieces["slaves"] = Piece.of_rows((slaves + slaves.swapaxes(1, 2)) / 2)
+    return BodyNumbers(pieces, counts)
 
 
 def take_monomials(record: np.void, scratch: Scratch) -> None:
@@ -59,27 +97,24 @@ def take_monomials(record: np.void, scratch: Scratch) -> None:
     record["monomials"], record["varying"] = scratch.take(n + pairs), scratch.take(record["n_blocks"] * COLUMNS)
 
 
-def lower_slaves(record: np.void, slaves: Array, pool: Pool, scratch: Scratch) -> None:
-    """How the slaved shapes of a condensed body follow; its elastic block changes with the motion."""
-    if not len(slaves):
+def take_slaves(record: np.void, scratch: Scratch) -> None:
+    """Places in the work array of the slaved shapes of a condensed body; its elastic block changes with the motion."""
+    if not record["n_slaves"]:
         return
     row, wide = record["row"], record["wide"]
-    record["n_slaves"], record["dense"] = len(slaves), 1
-    record["slaves"] = pool.put_rows((slaves + slaves.swapaxes(1, 2)) / 2)
-    sizes = {"drift": wide, "tie": len(slaves) * row, "pull": row, "columns": 6 * wide, "spread": 8 * wide}
+    sizes = {"drift": wide, "tie": record["n_slaves"] * row, "pull": row, "columns": 6 * wide, "spread": 8 * wide}
     for key, size in sizes.items():
         record[key] = scratch.take(size)
 
 
-def lower_elastic_mass(record: np.void, elastic_mass: Array, n: int, pool: Pool) -> None:
+def elastic_mass_pieces(elastic_mass: Array, n: int) -> dict[str, Piece]:
     """The elastic mass of all shapes, and the factors of that of the n coordinates."""
-    record["elastic_mass"] = pool.put_rows(elastic_mass)
-    elastic_mass = elastic_mass[:n, :n]
-    C = np.linalg.cholesky(elastic_mass)
-    pivots = np.diag(C) ** 2
-    record["elastic_factor"] = pool.put_rows(np.diag(C)[:, None] * C.T)  # U of Gauss's elimination
-    record["elastic_pivot"] = pool.put_rows(1.0 / pivots)
-    record["orthonormal"] = int(np.abs(elastic_mass - np.eye(n)).max(initial=0.0) < ROUNDING)
+    C = np.linalg.cholesky(elastic_mass[:n, :n])
+    return {
+        "elastic_mass": Piece.of_rows(elastic_mass),
+        "elastic_factor": Piece.of_rows(np.diag(C)[:, None] * C.T),  # U of Gauss's elimination
+        "elastic_pivot": Piece.of_rows(1.0 / np.diag(C) ** 2),
+    }
 
 
 def _is_diagonal(a: Array) -> bool:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +23,31 @@ def aligned(size: int) -> Array:
     return spare[start : start + size]
 
 
+class Piece(NamedTuple):
+    """Numbers (n,) that a pool is to lay, and the bytes by which it knows equal ones."""
+
+    numbers: Array
+    key: bytes
+
+    @classmethod
+    def of(cls, values: object) -> Piece:
+        """The flattened values."""
+        numbers = np.ascontiguousarray(values, float).ravel()
+        return cls(numbers, numbers.tobytes())
+
+    @classmethod
+    def of_rows(cls, values: object) -> Piece:
+        """An array whose last axis is filled up with zeros to whole lanes."""
+        values = np.asarray(values, float)
+        n = values.shape[-1]
+        wide = np.zeros((*values.shape[:-1], padded(n)))
+        wide[..., :n] = values
+        return cls.of(wide)
+
+
+MARKERS: WeakKeyDictionary[Marker, tuple[Piece, Piece, Piece, int]] = WeakKeyDictionary()  # of markers lowered before
+
+
 class Pool:
     """Numbers laid one after another from whole lanes; `put` says where a piece went, and lays equal ones only once."""
 
@@ -30,12 +58,11 @@ class Pool:
         self.varying_markers: dict[tuple[str, str], tuple[int, int, int]] = {}  # (body, marker): place, phi, psi
 
     def put(self, values: object) -> int:
-        """Place of the flattened values."""
-        piece = np.ascontiguousarray(values, float).ravel()
-        key = piece.tobytes()
-        if key not in self._known:
-            self._known[key] = self.put_own(piece)
-        return self._known[key]
+        """Place of the flattened values, or of a piece."""
+        piece = values if isinstance(values, Piece) else Piece.of(values)
+        if piece.key not in self._known:
+            self._known[piece.key] = self.put_own(piece.numbers)
+        return self._known[piece.key]
 
     def put_own(self, values: object) -> int:
         """Place of the flattened values, shared with no others: they may be changed later."""
@@ -46,9 +73,7 @@ class Pool:
 
     def put_rows(self, values: object) -> int:
         """Place of an array whose last axis is filled up with zeros to whole lanes."""
-        values = np.asarray(values, float)
-        width = padded(values.shape[-1]) - values.shape[-1]
-        return self.put(np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, width)]))
+        return self.put(Piece.of_rows(values))
 
     def array(self) -> Array:
         """All pieces in one array."""
@@ -80,12 +105,23 @@ def put_marker(body: str | None, name: str, system: System, pool: Pool) -> tuple
 
     TURNS: as a section of a beam. body None: the origin of the base frame.
     """
-    marker = Marker.rigid(np.zeros(3)) if body is None else system.bodies[body].marker(name)
-    bends = BENDS if np.any(marker.phi) or np.any(marker.psi) else STAYS
-    if bends and marker.axis.any():
-        bends = TURNS
+    marker = FIXED if body is None else system.bodies[body].marker(name)
+    place, phi, psi, bends = marker_pieces(marker)
     if body is not None and (body, name) in pool.varying_markers:
         turns = TURNS if marker.axis.any() and marker.phi.shape[1] else BENDS
         return (*pool.varying_markers[body, name], VARIES + turns)
-    place = pool.put(np.concatenate([marker.position, marker.orientation.ravel(), marker.axis]))
-    return place, pool.put_rows(marker.phi), pool.put_rows(marker.psi), bends
+    return pool.put(place), pool.put(phi), pool.put(psi), bends
+
+
+FIXED = Marker.rigid(np.zeros(3))
+
+
+def marker_pieces(marker: Marker) -> tuple[Piece, Piece, Piece, int]:
+    """Position with axes and beam's axis, phi, psi, and how the marker moves; of one and the same marker only once."""
+    if marker not in MARKERS:
+        bends = BENDS if np.any(marker.phi) or np.any(marker.psi) else STAYS
+        place = np.concatenate([marker.position, marker.orientation.ravel(), marker.axis])
+        turns = bends and marker.axis.any()
+        pieces = Piece.of(place), Piece.of_rows(marker.phi), Piece.of_rows(marker.psi)
+        MARKERS[marker] = (*pieces, TURNS if turns else bends)
+    return MARKERS[marker]

@@ -62,8 +62,8 @@ def independent_of(T: sparse.csr_array, dependences: Sequence[Dependence]) -> sp
         taken = [owner[int(own[p])] for p in pivots if int(own[p]) in owner]
         if taken:
             raise ValueError(
-                f"{one.where} and {taken[0]} both say how the same node moves; let it follow in one connection alone, "
-                "or be the reference of the other"
+                f"{one.where} and {taken[0]} make the same node dependent; make it dependent in one connection only, "
+                "or the reference node of the other"
             )
         owner.update({int(own[p]): one.where for p in pivots})
         inverse = np.linalg.inv(left @ seen[:, pivots])
@@ -119,7 +119,8 @@ def _refuse_circles(D: sparse.csr_array, owner: dict[int, str]) -> None:
     if len(several):
         names = sorted({owner[int(dof)] for dof in several})
         raise ValueError(
-            f"{' and '.join(names)} follow each other in a circle; a node may follow nodes that do not follow it"
+            f"{' and '.join(names)} depend on each other in a circle; a node may depend only on nodes that do not "
+            "depend on it"
         )
 
 

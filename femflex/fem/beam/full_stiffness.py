@@ -41,8 +41,8 @@ def full_stiffness(resultants: Resultants, options: dict[str, Any], where: str) 
         return np.asarray(X.T @ resultants.coupled @ X)
     if resultants.GAy is None or resultants.GAz is None:
         raise ValueError(
-            f"{where} shears (option shear, or a centroid or shear centre off the node line), but its section has no "
-            "shear stiffness; give GAy and GAz"
+            f"{where} has shear deformation (option shear, or a centroid or shear centre off the node line), but its "
+            "section has no shear stiffness; give GAy and GAz"
         )
     r = resultants
     assert r.GAy is not None and r.GAz is not None

@@ -66,8 +66,8 @@ class Distributing:
         value = np.linalg.eigvalsh(J)
         if value[0] <= FLAT * max(value[-1], np.finfo(float).tiny):
             raise ValueError(
-                f"{where}: its {len(nodes)} nodes lie on a line or at one point, whose rotation their translations do "
-                "not say; take nodes that do not, or a rigid connection"
+                f"{where}: its {len(nodes)} nodes lie on a line or at one point, so their translations do not "
+                "determine a rotation; name nodes off one line, or use a rigid connection"
             )
         turn = np.linalg.solve(J, np.concatenate(list(w[:, None, None] * skew(r)), axis=1))  # (3, 3 n)
         move = np.concatenate([weight * np.eye(3) for weight in w], axis=1) - skew(mesh.points[centre] - c) @ turn

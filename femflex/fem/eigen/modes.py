@@ -193,7 +193,7 @@ def _cluster_note(n: int, omega: Array) -> str:
     if len(omega) == n:
         return ""
     a, b = omega[n - 1 : n + 1] / (2 * np.pi)
-    note = f"{n} modes asked, {len(omega)} kept: modes {n} and {n + 1} at {a:.6g} and {b:.6g} Hz are a close pair"
+    note = f"{n} modes requested, {len(omega)} kept: modes {n} and {n + 1} at {a:.6g} and {b:.6g} Hz are a close pair"
     log.info(note)
     return note
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from femflex.fem.line.attachments import Attachments, attached_parts
 from femflex.fem.line.chain import LINE_TYPES, arc_length, straight_elements
-from femflex.fem.line.hangers import Hung, hangers
 from femflex.fem.line.path import Path, path_of
 from femflex.fem.point_mass import PointMass
 from femflex.fem.sections.materials import Material
@@ -87,17 +87,17 @@ def cut(
     sign = _section_sign(mesh, member, elements, path)
     path = path.divided(k)
     others = [other for other in members if other is not member]
-    hung = hangers(mesh, others, path, k, member.group)
+    attached = attached_parts(mesh, others, path, k, member.group)
     middle = path.arc(path.elements).mean(axis=1)
     of_element = np.minimum((middle / path.length * k).astype(np.int64), k - 1)
     everything = all_groups(mesh)
     segments = []
     for j in range(k):
         own = _own_member(member, path.length, j, k, sign)
-        held = tuple(other for other in others if hung.cells_of(other.group, j))
+        held = tuple(other for other in others if attached.cells_of(other.group, j))
         lines = path.elements[of_element == j]
-        part = _part_mesh(mesh, path, j, lines, member.group, held, hung)
-        masses, groups = _masses(mesh, point_masses, hung, j)
+        part = _part_mesh(mesh, path, j, lines, member.group, held, attached)
+        masses, groups = _masses(mesh, point_masses, attached, j)
         whole = frozenset(name for name, at in everything.items() if np.isin(at, _points_of(part)).all())
         segments.append(Segment(part.with_groups(points=groups).compacted(), (own, *held), masses, whole))
     return tuple(segments)
@@ -148,7 +148,9 @@ def _own_member(member: Member, length: float, j: int, k: int, sign: float) -> M
     )
 
 
-def _part_mesh(mesh: Mesh, path: Path, j: int, lines: Index, group: str, held: Sequence[Member], hung: Hung) -> Mesh:
+def _part_mesh(
+    mesh: Mesh, path: Path, j: int, lines: Index, group: str, held: Sequence[Member], attached: Attachments
+) -> Mesh:
     """Mesh of segment j: its line cells, the cells of other members on it, and the groups that lie on it."""
     from femflex.mesh import Mesh
 
@@ -156,7 +158,7 @@ def _part_mesh(mesh: Mesh, path: Path, j: int, lines: Index, group: str, held: S
     groups: dict[str, dict[str, Index]] = {group: {"line": np.arange(len(lines))}}
     for member in held:
         groups[member.group] = {}
-        for kind, rows in hung.cells_of(member.group, j).items():
+        for kind, rows in attached.cells_of(member.group, j).items():
             at = sum(len(part) for part in cells.get(kind, []))
             cells.setdefault(kind, []).append(mesh.cells[kind][rows])
             groups[member.group][kind] = at + np.arange(len(rows))
@@ -185,18 +187,18 @@ def all_groups(mesh: Mesh) -> dict[str, Index]:
 
 
 def _masses(
-    mesh: Mesh, point_masses: Sequence[PointMass], hung: Hung, j: int
+    mesh: Mesh, point_masses: Sequence[PointMass], attached: Attachments, j: int
 ) -> tuple[tuple[PointMass, ...], dict[str, Index]]:
     """Point masses that segment j holds, and the point groups they stand at."""
     masses, groups = [], {}
     for i, mass in enumerate(point_masses):
         at = mesh.group_points(mass.group)
-        if (hung.nodes[at] < 0).any():
+        if (attached.nodes[at] < 0).any():
             raise ValueError(
-                f"{int((hung.nodes[at] < 0).sum())} of the {at.size} points of group {mass.group!r} belong to no "
+                f"{int((attached.nodes[at] < 0).sum())} of the {at.size} points of group {mass.group!r} belong to no "
                 "member, so no mass can stand there; name a group that lies on a member"
             )
-        if (here := at[hung.nodes[at] == j]).size:
+        if (here := at[attached.nodes[at] == j]).size:
             groups[f".mass {i}"] = here
             masses.append(replace(mass, group=f".mass {i}"))
     return tuple(masses), groups

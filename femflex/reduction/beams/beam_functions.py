@@ -178,10 +178,10 @@ def with_static(functions: FunctionSet, shapes: Sequence[np.polynomial.Polynomia
 
     Truncated modes leave out just these; see modes.with_attachment.
     """
-    return _beside(functions, list(shapes), points_for(n)) if shapes else functions
+    return _with_shapes(functions, list(shapes), points_for(n)) if shapes else functions
 
 
-def _beside(functions: FunctionSet, added: list[np.polynomial.Polynomial], n_points: int) -> FunctionSet:
+def _with_shapes(functions: FunctionSet, added: list[np.polynomial.Polynomial], n_points: int) -> FunctionSet:
     """The set with polynomials added, less their part in the set (projected twice: the rest is small)."""
 
     def everything(xi: Array, derivative: int = 0) -> Array:

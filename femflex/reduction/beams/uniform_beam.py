@@ -131,13 +131,13 @@ class BeamFunctions:
         counts = (self.y, self.z, self.axial, self.torsion)
         if min(counts) < 0 or not any(counts):
             raise ValueError(
-                f"beam functions were requested in numbers {counts} (y, z, axial, torsion); give some, none negative."
+                f"numbers of beam functions (y, z, axial, torsion) are {counts}; give at least one, and none negative."
             )
         if (self.static or self.tip) and (self.family, self.ends) != ("characteristic", "clamped-free"):
             raise ValueError(
                 "static shapes go with characteristic functions of clamped-free ends only; change family or ends."
             )
-        if any(0 < n < least for n, least in zip(counts, self._beside(), strict=True)):
+        if any(0 < n < least for n, least in zip(counts, self._static_counts(), strict=True)):
             raise ValueError(
                 "static shapes of bending come in twos; ask for at least two functions along y and z for each of "
                 "static and tip, or none."
@@ -184,7 +184,7 @@ class BeamFunctions:
             found[:, 0, at:] = functions(xi, derivative) / length**derivative
         return found
 
-    def _beside(self) -> tuple[int, int, int, int]:
+    def _static_counts(self) -> tuple[int, int, int, int]:
         """How many of a field's functions are static shapes in addition to its own, where it has any."""
         kinds = int(self.static) + int(self.tip)
         return 2 * kinds, 2 * kinds, kinds, kinds
@@ -193,13 +193,15 @@ class BeamFunctions:
     def added(self) -> NDArray[np.bool_]:
         """(own,): which of the functions are added static shapes."""
         counts = (self.y, self.z, self.axial, self.torsion)
-        return np.concatenate([np.arange(n) >= n - beside for n, beside in zip(counts, self._beside(), strict=True)])
+        return np.concatenate(
+            [np.arange(n) >= n - n_static for n, n_static in zip(counts, self._static_counts(), strict=True)]
+        )
 
     @property
     def alone(self) -> NDArray[np.bool_]:
         """(n,): which of these bend or twist the beam in a way in which it has no other functions."""
         counts = (self.y, self.z, 0, self.torsion)
-        only = [n <= beside for n, beside in zip(counts, self._beside(), strict=True)]
+        only = [n <= n_static for n, n_static in zip(counts, self._static_counts(), strict=True)]
         return self.added & np.repeat([*only[:2], False, only[3]], (self.y, self.z, self.axial, self.torsion))
 
 

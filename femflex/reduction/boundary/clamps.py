@@ -56,13 +56,13 @@ def refuse_unheld(structure: Structure, held: Index, clamp: tuple[str, ...], loo
         why = (
             f"falls into {len(parts)} parts that share no node{_smaller(parts)}"
             if len(parts) > 1
-            else f"is a mechanism{_told(structure, loose)}"
+            else f"is a mechanism{_loose_text(structure, loose)}"
         )
         hint = f"It {why}: join the parts or brace it, or clamp more of its groups, {others}."
     raise ValueError(f"the structure, {where}, has {what}. {hint}")
 
 
-def _told(structure: Structure, loose: Array) -> str:
+def _loose_text(structure: Structure, loose: Array) -> str:
     """Where and how the first of the motions without stiffness moves a node most.
 
     A plate that meets the rest at one node turns about its own normal there, which it has no stiffness against.

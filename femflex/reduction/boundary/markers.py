@@ -84,8 +84,8 @@ def marker(rows: MarkerRows, phi: Array, name: str, turning: bool = True) -> Mar
     if turning and rows.blind.size and not rows.turning and np.abs(translation).max(initial=0.0) > 0:
         warnings.warn(
             f"marker {name!r} shows no rotation about {rows.blind.shape[1]} of 3 axes: its nodes have no rotation and "
-            "lie on one point or line. A joint there keeps those axes still, and a torque about them bends nothing; "
-            "name a group of nodes around the place.",
+            "lie on one point or line. A joint at this marker does not turn about those axes, and a torque about them "
+            "does not bend the body; name a group of nodes around the place.",
             PhysicsWarning,
             stacklevel=3,
         )

@@ -32,7 +32,7 @@ from scipy import linalg, sparse
 
 from femflex.body import MassMoments
 from femflex.fem.eigen.modes import factorised
-from femflex.fem.given import GivenStructure
+from femflex.fem.matrix_structure import MatrixStructure
 from femflex.reduction.boundary.rigid import rigid_shapes
 from femflex.reduction.inertia.moments import point_moments
 
@@ -158,7 +158,7 @@ class MatrixMoments:
     missed: float
 
 
-def matrix_moments(structure: GivenStructure, phi: Array, distribution: Distribution | None = None) -> MatrixMoments:
+def matrix_moments(structure: MatrixStructure, phi: Array, distribution: Distribution | None = None) -> MatrixMoments:
     """Mass moments (units of `MassMoments`) of shapes phi (n_dof, n) of given matrices.
 
     distribution: of models whose dofs are not those of all nodes; left out, that of the nodes. Of reduced models it
@@ -191,7 +191,7 @@ def matrix_moments(structure: GivenStructure, phi: Array, distribution: Distribu
     return MatrixMoments(MassMoments(float(np.trace(G[:3, :3])) / 3, first, second), False, missed)
 
 
-def nodal_mass(structure: GivenStructure) -> NodalMass:
+def nodal_mass(structure: MatrixStructure) -> NodalMass:
     """The sum nearest to the mass matrix of a structure, by rows: all of it where the matrix is such a sum."""
     n = len(structure.mesh.points)
     t, r = structure.translation, structure.rotation
@@ -256,7 +256,7 @@ def _turned(theta: Array, s: Array) -> Array:
     return np.concatenate([s[:, :, None], np.cross(theta, s[:, :, None], axis=1)], axis=2)
 
 
-def _symmetric_moments(structure: GivenStructure, phi: Array, M: sparse.csr_array) -> Array:
+def _symmetric_moments(structure: MatrixStructure, phi: Array, M: sparse.csr_array) -> Array:
     """Symmetric part (3, n, 3) of int rho_a phi_kb dm of M, by linear displacements E rho of the nodes."""
     X = structure.mesh.points
     u = np.zeros((len(X), 3, len(PAIRS)))

@@ -57,9 +57,9 @@ def bending_damping(
     and by far more than the same fraction of bending's own (a panel of 0.6 Hz bent by a tenth of its length: 14 times).
     """
     at = np.flatnonzero(damped)
-    beside, alone = (np.zeros(len(at), bool) if x is None else np.asarray(x, bool)[at] for x in (added, unanswered))
+    extra, alone = (np.zeros(len(at), bool) if x is None else np.asarray(x, bool)[at] for x in (added, unanswered))
     D = np.zeros_like(V1)
-    D[np.ix_(at, at)] = damping.matrix(Me[np.ix_(at, at)], V1[np.ix_(at, at)], beside, alone)
+    D[np.ix_(at, at)] = damping.matrix(Me[np.ix_(at, at)], V1[np.ix_(at, at)], extra, alone)
     return D
 
 
@@ -95,10 +95,10 @@ class ModalDamping:
         """Damping matrix (n, n) [1/s], see Damping. Raises ValueError without one ratio, or one per mode."""
         n = len(Me)
         ratio: Array = np.asarray(self.ratio, float)
-        beside = np.zeros(n, bool) if added is None else np.asarray(added, bool)
-        if ratio.shape == (n,) or beside.all():
-            beside = np.zeros(n, bool)
-        own = np.flatnonzero(~beside)
+        extra = np.zeros(n, bool) if added is None else np.asarray(added, bool)
+        if ratio.shape == (n,) or extra.all():
+            extra = np.zeros(n, bool)
+        own = np.flatnonzero(~extra)
         if ratio.ndim and ratio.shape != (len(own),):
             raise ValueError(f"{ratio.size} damping ratios were given for {len(own)} modes; give one, or one per mode.")
         if not n or not np.any(ratio):

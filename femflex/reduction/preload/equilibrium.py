@@ -148,8 +148,8 @@ def _settled(x: Array, left: float, scale: float) -> Array:
     if left <= 1e3 * CONVERGED * scale:
         return x
     raise ValueError(
-        f"no static equilibrium was found: forces of {left:.3g} N are left of {scale:.3g} N. Check supports, slack "
-        "tethers and the direction of the loads, or draw the mesh nearer to the shape under load."
+        f"no static equilibrium was found: the unbalanced force is {left:.3g} N, and the largest load {scale:.3g} N. "
+        "Check supports, slack tethers and the direction of the loads, or make the mesh closer to the shape under load."
     )
 
 

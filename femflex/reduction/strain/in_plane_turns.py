@@ -37,8 +37,8 @@ def warn_of_in_plane_turns(structure: Structure, modes: ModeSet) -> None:
     hertz = modes.omega[which] / (2 * math.pi)
     text = ", ".join(f"{part:.0%} at {f:.4g} Hz" for f, part in zip(hertz, parts, strict=True))
     warnings.warn(
-        "plates turn in their own planes (webs of boxes, walls of tubes), and their nonlinear strain has no squares of "
-        f"these turns: of the stiffness that loads and spin add or take, about these parts are missing: {text} (limit "
+        "plates turn in their own planes (webs of boxes, walls of tubes), and their nonlinear strain omits the "
+        f"squares of these rotations. Missing parts of the geometric stiffness: {text} (limit "
         f"{DOUBTFUL:.0%}; a box column buckles at twice its load). Use shells, beams or solids, or segments with "
         "linear strain",
         PhysicsWarning,

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 ALIKE = 0.8  # least likeness of the shapes that are followed from one speed to the next
 HALVINGS = 6  # of a step, at most: what changes within a 64th of it is passed as a crossing
 NOTHING = (
-    "nothing of the craft can vibrate: its bodies are rigid, and its joints welded, held or without springs; a "
+    "the craft has no vibration: its bodies are rigid, and its joints are welded, prescribed or without springs; a "
     "Campbell diagram needs a flexible body or a sprung joint"
 )
 
@@ -60,7 +60,7 @@ def spins(
     if system.loops:
         raise ValueError(
             f"{', '.join(repr(loop.label) for loop in system.loops)} close loops, and the shapes of a Campbell diagram "
-            "are followed for trees of bodies alone; open the loops, or take femflex equilibrium at single speeds"
+            "are followed for trees of bodies alone; remove the loops, or use femflex equilibrium at single speeds"
         )
     if not any(body.n_modes for body in system.bodies.values()) and all(
         joint.n_u == len(joint.held) for joint in system.joints

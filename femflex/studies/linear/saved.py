@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from femflex.results.place import check_place
+from femflex.results.destination import check_destination
 from femflex.studies.linear.linear_model import LinearModel
 from femflex.studies.linear.space import StateSpace
 
@@ -23,7 +23,7 @@ def save_model(model: StateSpace, path: str | Path, force: bool = False) -> Path
     kind = path.suffix.lower()
     if kind not in SUFFIXES:
         raise ValueError(f"a linear model is written as {', '.join(SUFFIXES)}; {path.name} is neither")
-    check_place(path, force)
+    check_destination(path, force)
     numbers = {"A": model.A, "B": model.B, "C": model.C, "D": model.D}
     if isinstance(model, LinearModel):
         numbers |= {"M": model.mass, "DG": model.damping, "K": model.stiffness, "y0": model.y0, "t": np.array(model.t)}

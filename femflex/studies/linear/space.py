@@ -55,8 +55,8 @@ class StateSpace:
                 found[k] = self.C @ np.linalg.solve(1j * w * eye - self.A, self.B) + self.D
             except np.linalg.LinAlgError:
                 raise ValueError(
-                    f"the model has an undamped pole at {w:.6g} rad/s, where its response is infinite; leave this "
-                    "frequency out, or give damping"
+                    f"the model has an undamped pole at {w:.6g} rad/s, where its response is infinite; omit this "
+                    "frequency, or give damping"
                 ) from None
         return found
 

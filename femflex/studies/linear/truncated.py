@@ -56,7 +56,7 @@ def balanced_truncation(model: StateSpace, order: int) -> Truncated:
     slow = SLOW * float(np.abs(poles).max(initial=0.0))
     fast = poles[np.abs(poles) > slow]
     if not len(fast):
-        raise ValueError("the model has rigid-body modes alone; there is nothing to truncate")
+        raise ValueError("the model has only rigid-body modes; there is nothing to truncate")
     worst = fast[np.argmax(fast.real / np.abs(fast))]
     if not -worst.real > DAMPED * abs(worst):
         what = "grows" if worst.real > DAMPED * abs(worst) else "is not damped"

@@ -22,7 +22,7 @@ from femflex.integrate import IntegrationError
 from femflex.pipeline import prepare
 from femflex.pipeline.balanced import case_modes
 from femflex.pipeline.decisions import decided
-from femflex.pipeline.guard import Runaway
+from femflex.pipeline.guard import MotionGuard
 from femflex.studies.varied import VariedCase
 from femflex.system import Channel, Part
 from femflex.warning import PhysicsWarning
@@ -137,9 +137,9 @@ def _watched(case: Case, bodies: Mapping[str, Part] | None, paths: list[str]) ->
         if path not in model.channels:
             raise KeyError(f"the run has no channel {path!r}; {near(path, model.channels)}")
     rows: dict[str, list[Array]] = {path: [] for path in paths}
-    guard = Runaway(model)
+    guard = MotionGuard(model)
     for block in prepared.integrator.blocks(model, times, model.x0):
-        if (error := guard.found(block)) is not None:
+        if (error := guard.divergence(block)) is not None:
             raise error
         if len(block.times):
             found = model.observe(block.times, block.states)

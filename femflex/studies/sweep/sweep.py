@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from femflex.case import read_case
 from femflex.case.sweep import SweepTable, read_sweep, split_number
 from femflex.case.units import UnitError
-from femflex.results.place import check_place
+from femflex.results.destination import check_destination
 from femflex.studies.sweep.design import designed, indices
 from femflex.studies.sweep.journal import add, begin, journal_of, read_journal
 from femflex.studies.sweep.member import Outcome, Plan
@@ -78,7 +78,7 @@ def sweep(
     """
     output = Path(output)
     table, plan = planned(path)
-    check_place(output, force or resume)
+    check_destination(output, force or resume)
     members = designed(table)
     _check_keys(plan, members[0])
     journal = journal_of(output)
@@ -172,7 +172,7 @@ def written(found: Sweep, path: Path, plan: Plan) -> None:
     """Write the results into an HDF5 file, which appears whole."""
     import h5py
 
-    from femflex.results.keeping import PARTS
+    from femflex.results.interrupts import PARTS
 
     part = path.with_name(f"{path.stem}.{os.getpid()}.part{path.suffix}")
     PARTS.add(part)

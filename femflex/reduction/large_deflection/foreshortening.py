@@ -1,0 +1,47 @@
+"""How pulls along a body stiffen its lowest shape: its foreshortening, which linear strain leaves out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg
+
+from femflex.body import FlexibleBody, Foreshortening
+from femflex.fem.structure import Structure
+from femflex.reduction.boundary.markers import marker_rows
+from femflex.reduction.inertia.accelerations import work_of_accelerations
+from femflex.reduction.large_deflection.derivatives import scaled_derivatives
+from femflex.reduction.modes.modeset import ModeSet
+
+Array = NDArray[np.float64]
+
+
+def foreshortening(structure: Structure, modes: ModeSet, markers: Mapping[str, str] | None = None) -> Foreshortening:
+    """Foreshortening of the lowest shape that a set can make: theta is its static derivative.
+
+    markers: name -> mesh group; the set's own groups count under their own names. None of a set without shapes.
+    """
+    if not modes.n_modes:
+        return Foreshortening()
+    K, M = (modes.phi.T @ (A @ modes.phi) for A in (structure.K, structure.M))
+    lowest = linalg.eigh(K, M, subset_by_index=[0, 0])[1]  # of a set of unit displacements, a mixture of many
+    theta = scaled_derivatives(structure, replace(modes.picked([0]), phi=modes.phi @ lowest))
+    places = {**{group: group for group in modes.groups}, **(markers or {})}
+    at = {name: (marker_rows(structure, group).translation @ theta)[:, 0] for name, group in places.items()}
+    return Foreshortening(work_of_accelerations(structure, theta)[:, :, 0], at)
+
+
+def foreshortening_of(body: FlexibleBody) -> Foreshortening:
+    """The same of a condensed body."""
+    if not len(body.slaves):
+        return Foreshortening()
+    n, moments = body.n_modes, body.moments
+    stiffness = np.diag(body.strain.V1)
+    lowest = int(np.argmin(stiffness / np.diag(moments.elastic_mass())[:n]))
+    followed = body.slaves[:, lowest, lowest] / stiffness[lowest]
+    rows = np.concatenate([moments.first[1 + n :, None, :], moments.second[0, :, 1 + n :, :].swapaxes(0, 1)], axis=1)
+    at = {name: marker.phi[:, n:] @ followed for name, marker in body.markers.items()}
+    return Foreshortening(np.asarray(np.einsum("s,sza->za", followed, rows)), at)

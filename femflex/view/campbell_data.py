@@ -1,0 +1,83 @@
+"""What is asked of a Campbell diagram to draw it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class BranchData(Protocol):
+    """A branch; arrays (n,) run over the speeds."""
+
+    @property
+    def name(self) -> str:
+        """What it is at the first speed, and its number: "flap 1"."""
+
+    @property
+    def becomes(self) -> str:
+        """What it is at the last speed, where that is something else."""
+
+    @property
+    def frequencies(self) -> Array:
+        """[Hz], nan where it is lost."""
+
+    @property
+    def damping_ratios(self) -> Array:
+        """Part of critical (n,) [1]."""
+
+    @property
+    def growing(self) -> NDArray[np.bool_]:
+        """Whether it grows (n,)."""
+
+
+class CrossingData(Protocol):
+    """A branch at a multiple of the spin."""
+
+    @property
+    def branch(self) -> str:
+        """Name of the branch."""
+
+    @property
+    def order(self) -> int:
+        """The multiple."""
+
+    @property
+    def speed(self) -> float:
+        """[rad/s]."""
+
+    @property
+    def frequency(self) -> float:
+        """[Hz]."""
+
+
+class CampbellData(Protocol):
+    """What is drawn of a Campbell diagram (femflex.studies.campbell.Campbell)."""
+
+    @property
+    def title(self) -> str:
+        """Of the craft."""
+
+    @property
+    def speeds(self) -> Array:
+        """(n,) [rad/s]."""
+
+    @property
+    def asked(self) -> NDArray[np.bool_]:
+        """Which speeds (n,) [rad/s] were requested."""
+
+    @property
+    def branches(self) -> Sequence[BranchData]:
+        """By rising frequency at the first speed."""
+
+    @property
+    def orders(self) -> Sequence[int]:
+        """Multiples of the spin."""
+
+    @property
+    def crossings(self) -> Sequence[CrossingData]:
+        """Of branches with them."""

@@ -1,0 +1,89 @@
+"""What is asked of a convergence study to draw it."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Curve(Protocol):
+    """A law by which errors fall."""
+
+    def error(self, x: Array) -> Array:
+        """The error (...) at x (...), in the unit of the quantity."""
+
+
+class StudyData(Protocol):
+    """What is drawn of a study (femflex.studies.Convergence); arrays (n,) run over its levels, coarse to fine."""
+
+    @property
+    def title(self) -> str:
+        """The quantity in words."""
+
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+
+    @property
+    def over(self) -> str:
+        """What is varied: modes, mesh or derivatives."""
+
+    @property
+    def levels(self) -> NDArray[np.int64]:
+        """Numbers (n,) of modes a body, or of refinements."""
+
+    @property
+    def counts(self) -> NDArray[np.int64]:
+        """Numbers (n,) of elastic coordinates, or of dofs."""
+
+    @property
+    def followers(self) -> NDArray[np.int64]:
+        """Numbers (n,) of dependent derivative shapes."""
+
+    @property
+    def values(self) -> Array:
+        """The quantity (n,), in its unit."""
+
+    @property
+    def errors(self) -> Array:
+        """Estimated errors (n,), absolute, in the unit of the quantity."""
+
+    @property
+    def tolerance(self) -> float:
+        """Largest relative error that counts as converged."""
+
+    @property
+    def x(self) -> Array:
+        """Resolution (n,) [1] of the law."""
+
+    @property
+    def n_resolved(self) -> int:
+        """Number of levels before rounding."""
+
+    @property
+    def law(self) -> Curve | None:
+        """The law of the errors."""
+
+    @property
+    def law_text(self) -> str:
+        """The law in words."""
+
+    @property
+    def estimate(self) -> float:
+        """The limit, nan without one."""
+
+    @property
+    def scale(self) -> float:
+        """What errors are relative to."""
+
+    @property
+    def recommended(self) -> int | None:
+        """The level to choose."""
+
+    @property
+    def verdict(self) -> str:
+        """What it means, in sentences."""

@@ -1,0 +1,29 @@
+"""A run that has run away ends with the first row that no craft reaches."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from femflex.body import rigid_body
+from femflex.dynamics import compile_system
+from femflex.integrate import Block
+from femflex.integrate import resume as head
+from femflex.pipeline.guard import MotionGuard
+from femflex.system import System, revolute
+
+
+def block(times, states):
+    """Rows with the integrator standing at the last one."""
+    resume = np.zeros(head.HEAD + states.shape[1])
+    resume[head.T], resume[head.N_X], resume[head.HEAD :] = times[-1], states.shape[1], states[-1]
+    return Block(times, states, resume)
+
+
+def test_the_first_row_that_is_too_fast_is_the_one_told_of():
+    model = compile_system(System({"wheel": rigid_body(1.0, np.eye(3))}, (revolute("wheel"),)))
+    times = np.arange(5.0)
+    states = np.column_stack([times, [1.0, 9e4, 2e5, 3e5, 4e5]])  # 1e5 rad/s is the bound
+    error = MotionGuard(model).divergence(block(times, states))
+    assert error is not None and error.times.tolist() == [2.0] and np.array_equal(error.states, states[2:3])
+    assert "is 2e+05 rad/s, beyond 100000 rad/s" in str(error) and error.coordinate == 1
+    assert MotionGuard(model).divergence(block(times[:2], states[:2])) is None
