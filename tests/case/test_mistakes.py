@@ -200,7 +200,7 @@ IN_THE_TEXT = [
     ('family = "beam"', 'family = "bream"', "bodies.boom.members[BOOM].family", "did you mean 'beam'?"),
     ('family = "beam"', 'family = "beam", options={ordr=4}', "no option 'ordr'", "'order'"),
     ('section = "tube"', 'section = "tubes"', "bodies.boom.members[BOOM].section", "did you mean 'tube'?"),
-    ('section = "tube", ', "", "bodies.boom", "has section None"),
+    ('section = "tube", ', "", "bodies.boom", "has no section; name one"),
     ('material = "aluminium"', 'material = "aluminum"', "not in [materials]", "did you mean 'aluminium'?"),
     (', material = "aluminium"', "", "bodies.boom", "needs a material"),
     ('ratio = "0.5 %"', "ratio = 0.1, mass = 1", "ratio together with mass"),

@@ -227,7 +227,11 @@ def _null_count(K: sparse.csr_array, M: sparse.csr_array) -> tuple[int, float]:
             return _probed(K, M, part * scale)
         except SingularError:
             continue
-    raise ValueError("some motions have neither stiffness nor mass; give every member both.")
+    idle = int(((K.diagonal() == 0) & (M.diagonal() == 0)).sum())
+    raise ValueError(
+        f"some motions have neither stiffness nor mass ({idle} degrees of freedom by themselves); give every member "
+        "both, and leave one of the elements that meet at a node without a release."
+    )
 
 
 def without_stiffness(K: sparse.csr_array, M: sparse.csr_array, phi: Array) -> NDArray[np.bool_]:
