@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from femflex.advice.deflections import farthest_places
 from femflex.advice.motion_estimate import estimate_motion
 from femflex.advice.strain import motion_extents
 from femflex.case import read_case
@@ -112,3 +113,19 @@ def test_of_a_beam_spun_up_about_an_inclined_axis(write_case: Callable[..., Path
     (path.parent / "angle.csv").write_text(f"time [s],angle [rad]\n{rows}\n")
     estimated, reached = bends(path, "beam")
     assert estimated == pytest.approx(reached, rel=0.05)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_few_places_show_how_far_all_of_them_move(seed: int):
+    """Smooth shapes of which one is local: the places chosen hold the farthest point of random mixtures to 4 %."""
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.linspace(0, 2, 160), np.linspace(0, 1, 80))
+    waves = [np.sin(rng.uniform(0.5, 5) * x + rng.uniform(0, 3)) * np.cos(rng.uniform(0, 5) * y) for _ in range(5)]
+    local = np.exp(-(((x - rng.uniform(0, 2)) / 0.05) ** 2) - ((y - rng.uniform(0, 1)) / 0.05) ** 2)
+    shapes = np.stack([wave.ravel()[:, None] * rng.standard_normal(3) for wave in (*waves, local)])
+    few = farthest_places(shapes)
+    assert few.shape[1] < 0.08 * shapes.shape[1]
+    for amplitudes in rng.standard_normal((50, 6)):
+        seen, there = (np.linalg.norm(np.einsum("spa,s->pa", one, amplitudes), axis=1).max() for one in (few, shapes))
+        assert 0.96 * there < seen <= there * (1 + 1e-12)
+    np.testing.assert_array_equal(farthest_places(shapes[:, :800]), shapes[:, :800])
