@@ -70,10 +70,13 @@ class StrainBlock(Protocol):
     def quadratic_map(self) -> Array: ...  # (s, g, g)
 
     def gradients(self, phi: Array, elements: slice, most: int | None = None) -> Array:
-        """Generalised gradients (e, q, g, n) [SI] per column of phi (n_raw, n), or the first most of them."""
+        """Generalised gradients (e, q, g, n) per column of phi (n_raw, n), or the first `most` of them.
+
+        Slopes and membrane strains [1], curvatures [1/m], for a column in m and rad.
+        """
 
     def rows(self, elements: slice) -> Array:
-        """Generalised gradients (e|1, q, g, l) [SI per dof] per raw dof of the element."""
+        """Generalised gradients (e|1, q, g, l) of `gradients` per raw dof of the element."""
 
     def sampled(self, elements: slice) -> StrainBlock:
         """The strain of these elements alone, at the points where its quadratic part is taken."""
@@ -179,7 +182,7 @@ class DenseStrain:
 
 
 def assemble_blocks(blocks: Sequence[InertiaBlock | StrainBlock], T: sparse.csr_array) -> sparse.csr_array:
-    """Mass or stiffness (n_dof, n_dof) [SI per dof] of blocks on raw dofs, T (n_raw, n_dof) of the independent ones."""
+    """Mass or stiffness (n_dof, n_dof) [kg or N/m] of blocks on raw dofs, T (n_raw, n_dof) of the independent ones."""
     return assembled([part for block in blocks for part in block.parts()], T)
 
 

@@ -131,7 +131,7 @@ class PlateStrain:
         return np.concatenate([*inplane, *bending], axis=2)[:, :, :most]
 
     def rows(self, elements: slice) -> Array:
-        """Generalised gradients (e|1, q, 9|11, l) [SI per dof] per raw dof."""
+        """Generalised gradients (e|1, q, 9|11, l) of `gradients` per raw dof of the element."""
         X, m = of(self.map.X, elements)[:, None], self.dP.shape[3]
         inplane = [np.matmul(of(self.dP, elements), X[:, :, i : 2 * m : 2]) for i in (0, 1)]
         bending = [np.matmul(rows(elements), X[:, :, 2 * m :]) for rows in (self.slopes, self.bending)]
